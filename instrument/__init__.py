@@ -1,0 +1,1 @@
+"""The instrument: rig frames in, contact force with its uncertainty out."""

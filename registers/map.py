@@ -1,0 +1,262 @@
+"""REGISTERS: the one place that knows an address, a type, a scale, a unit, a span and a meaning."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass, replace
+
+from registers.field import Bit, Bits, Field, Values, Wire
+
+MAP_VERSION = 1
+
+STATUS = Bits(
+    (
+        Bit(0, "in_contact", "The balloon is pressed."),
+        Bit(1, "inflating", "Inflating or settling."),
+        Bit(2, "holding", "Holding: both valves locked at the setpoint."),
+        Bit(3, "vented", "Vented, and verified so: below 0.3 kPa for 0.5 s."),
+        Bit(4, "interpolated", "Rise below 0.5 kPa: the force is interpolated to zero."),
+        Bit(
+            5, "out_of_range", "ΔP_i outside 4.95–11.45 kPa, or the model has no answer: force not available."
+        ),
+        Bit(6, "force_limit", "Force above the force limit (register 514)."),
+        Bit(7, "setpoint_not_reached", "The setpoint was not reached in time.", latches=True),
+        Bit(8, "stale", "Sample older than 100 ms: values not available."),
+        Bit(9, "link_lost", "No frame from the rig for more than 250 ms."),
+        Bit(10, "sensor_fault", "Pressure sensor open, short or stuck.", latches=True),
+        Bit(11, "overpressure", "A pressure limit was exceeded.", latches=True),
+        Bit(12, "leak", "The locked pressure falls steadily without contact.", latches=True),
+        Bit(13, "burst", "Balloon burst, or past its limit point.", latches=True),
+        Bit(14, "lease_expired", "A lease ran out.", latches=True),
+        Bit(15, "simulated", "The source is not a real rig."),
+        Bit(16, "not_zeroed", "The pressure sensor has no zero yet: no inflation."),
+        Bit(17, "write_lock", "Writes are locked by the configuration."),
+        Bit(18, "board_watchdog", "The board restarted by its watchdog or a brown-out.", latches=True),
+        Bit(19, "can_down", "The CAN interface is down."),
+        Bit(20, "inlet_fault", "Inlet valve or supply: no rise, or stuck open.", latches=True),
+        Bit(
+            21,
+            "vent_fault",
+            "Vent valve stuck, or the tube is occluded: the balloon may be inflated.",
+            latches=True,
+        ),
+        Bit(22, "board_reset", "The board restarted.", latches=True),
+        Bit(23, "baseline_old", "The baseline is old or drifting."),
+        Bit(24, "maintenance", "NAMUR NE 107: maintenance required."),
+        Bit(25, "out_of_specification", "NAMUR NE 107: out of specification."),
+        Bit(26, "function_check", "NAMUR NE 107: function check."),
+        Bit(27, "failure", "NAMUR NE 107: failure."),
+        Bit(28, "calibrated", "The force carries a force calibration."),
+        Bit(31, "any_failure", "Any failure is active."),
+    )
+)
+
+STATUS_LOW = Bits(tuple(bit for bit in STATUS.bits if bit.number < 16))
+STATUS_HIGH = Bits(tuple(Bit(b.number - 16, b.name, b.doc, b.latches) for b in STATUS.bits if b.number >= 16))
+
+CONDENSED = Bits(
+    (
+        Bit(0, "in_contact", "The balloon is pressed."),
+        Bit(1, "holding", "Holding: both valves locked."),
+        Bit(2, "interpolated", "The force is interpolated (rise below 0.5 kPa)."),
+        Bit(3, "out_of_range", "ΔP_i outside 4.95–11.45 kPa."),
+        Bit(4, "force_limit", "Force above the force limit."),
+        Bit(5, "stale_or_lost", "Sample stale or rig link lost."),
+        Bit(6, "simulated", "The source is not a real rig."),
+        Bit(7, "force_valid", "The force is a number that may be used (positive logic)."),
+    )
+)
+
+STATES = Values(
+    {0: "boot", 1: "vented", 2: "inflating", 3: "settling", 4: "holding", 5: "venting", 6: "tripped"}
+)
+REFUSALS = Values(
+    {
+        0: "none",
+        1: "state",
+        2: "fault_latched",
+        3: "lease",
+        4: "write_lock",
+        5: "cause_persists",
+        6: "link_lost",
+        7: "not_zeroed",
+        8: "in_contact",
+    }
+)
+MODES = Values({0: "vent", 1: "hold"})
+HOLDERS = Values({0: "none", 1: "modbus_tcp", 2: "modbus_rtu", 3: "can", 4: "page"})
+COMMANDS = Values(
+    {
+        0: "none",
+        1: "zero_pressure",
+        2: "clear_faults",
+        3: "self_test",
+        4: "undo_zero",
+        5: "new_balloon",
+    }
+)
+ANSWERS = Values({0: "idle", 1: "busy", 2: "done", 3: "failed"})
+METHODS = Values(
+    {
+        0: "energetic",
+        1: "lulevich",
+        2: "shanahan",
+        256: "energetic_calibrated",
+        257: "lulevich_calibrated",
+        258: "shanahan_calibrated",
+    }
+)
+COMMAND_KEY = 0x5046
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Register(Field):
+    """A field at an address of the Modbus map (0-based, in 16-bit words)."""
+
+    address: int
+    writable: bool = False
+
+    @property
+    def end(self) -> int:
+        """First address behind this register."""
+        return self.address + self.wire.words
+
+
+F32, U32, I16, U16 = Wire.F32, Wire.U32, Wire.I16, Wire.U16
+
+_DECLARED: tuple[Register, ...] = (
+    Register(address=0, name="force", wire=F32, unit="N", quantity="force_n", low=-20, high=20,
+             doc="Contact force, positive when the balloon is pressed."),
+    Register(address=2, name="force_uncertainty", wire=F32, unit="N", quantity="force_std_n", low=0, high=20,
+             doc="Standard uncertainty of the force; without contact, the detection limit."),
+    Register(address=4, name="pressure", wire=F32, unit="kPa", quantity="pressure_kpa", low=-5, high=50,
+             doc="Filtered gauge pressure."),
+    Register(address=6, name="radius", wire=F32, unit="mm", quantity="radius_mm", low=7, high=10,
+             doc="Inflated radius R_i before contact."),
+    Register(address=8, name="setpoint", wire=F32, unit="kPa", quantity="setpoint_kpa", low=2, high=12,
+             doc="Setpoint in effect; not available while vented or tripped."),
+    Register(address=10, name="initial_pressure", wire=F32, unit="kPa", quantity="initial_pressure_kpa",
+             low=-5, high=25, doc="ΔP_i of the contact in progress, else the running baseline."),
+    Register(address=12, name="rise", wire=F32, unit="kPa", quantity="rise_kpa", low=-5, high=30,
+             doc="Rise ΔP_f − ΔP_i."),
+    Register(address=14, name="indentation", wire=F32, unit="mm", quantity="indentation_mm", low=0, high=10,
+             doc="Indentation d."),
+    Register(address=16, name="contact_radius", wire=F32, unit="mm", quantity="contact_radius_mm", low=0,
+             high=20, doc="Radius a of the contact area."),
+    Register(address=18, name="peak_force", wire=F32, unit="N", quantity="peak_force_n", low=-20, high=20,
+             doc="Peak force of the last finished contact."),
+    Register(address=20, name="status", wire=U32, quantity="status", bits=STATUS,
+             doc="Status bits; also the discrete inputs 0–31."),
+    Register(address=22, name="sample_counter", wire=U32, quantity="sample_counter",
+             doc="One per rig frame used; wraps."),
+    Register(address=24, name="sample_age", wire=U16, unit="ms", quantity="age_s", always=True,
+             doc="Age of the sample, saturating."),
+    Register(address=25, name="state", wire=U16, quantity="state", values=STATES, doc="State of the rig."),
+    Register(address=26, name="contact_counter", wire=U16, quantity="contact_counter",
+             doc="Contacts begun; wraps."),
+    Register(address=27, name="refusal", wire=U16, quantity="refusal", values=REFUSALS,
+             doc="Why this peer's last write was refused, kept until its next accepted write."),
+    Register(address=28, name="force_low", wire=F32, unit="N", quantity="force_low_n", low=0, high=20,
+             doc="Lower limit of the model's range at this ΔP_i: the force at a rise of 0.5 kPa."),
+    Register(address=30, name="force_uncompensated", wire=F32, unit="N", quantity="force_uncompensated_n",
+             low=-20, high=20, doc="Force without delay compensation."),
+    Register(address=32, name="baseline_drift", wire=F32, unit="kPa/s", quantity="drift_kpa_per_s", low=-10,
+             high=10, doc="Drift of the baseline."),
+    Register(address=34, name="delay", wire=U16, unit="ms", quantity="delay_s",
+             doc="Remaining delay of the force."),
+    Register(address=35, name="baseline_age", wire=U16, unit="s", quantity="baseline_age_s", always=True,
+             doc="Age of the baseline."),
+    Register(address=64, name="force_mn", wire=I16, unit="mN", quantity="force_n", doc="Contact force."),
+    Register(address=65, name="force_uncertainty_mn", wire=U16, unit="mN", quantity="force_std_n",
+             doc="Standard uncertainty of the force."),
+    Register(address=66, name="pressure_pa", wire=I16, unit="Pa", quantity="pressure_kpa",
+             doc="Filtered gauge pressure."),
+    Register(address=67, name="radius_um", wire=U16, unit="µm", quantity="radius_mm",
+             doc="Inflated radius R_i before contact."),
+    Register(address=68, name="setpoint_pa", wire=I16, unit="Pa", quantity="setpoint_kpa",
+             doc="Setpoint in effect."),
+    Register(address=69, name="rise_pa", wire=I16, unit="Pa", quantity="rise_kpa", doc="Rise ΔP_f − ΔP_i."),
+    Register(address=70, name="peak_force_mn", wire=I16, unit="mN", quantity="peak_force_n",
+             doc="Peak force of the last finished contact."),
+    Register(address=71, name="condensed_status", wire=U16, quantity="status", bits=CONDENSED,
+             doc="Condensed status."),
+    Register(address=72, name="status_low", wire=U16, quantity="status", bits=STATUS_LOW,
+             doc="Status bits 0–15."),
+    Register(address=73, name="status_high", wire=U16, quantity="status", bits=STATUS_HIGH,
+             doc="Status bits 16–31."),
+    Register(address=512, name="setpoint_requested", wire=F32, unit="kPa", quantity="setpoint_requested_kpa",
+             low=2, high=12, writable=True, doc="Inflation pressure requested."),
+    Register(address=514, name="force_limit", wire=F32, unit="N", quantity="force_limit_n", low=0.1, high=20,
+             writable=True, doc="Force alarm limit (status bit 6)."),
+    Register(address=516, name="mode", wire=U16, quantity="mode", values=MODES, writable=True,
+             doc="0 vents, always accepted; 1 inflates to the setpoint, then locks."),
+    Register(address=517, name="lease", wire=U16, unit="ms", quantity="lease_s", low=200, high=60000,
+             also=(0,), always=True, writable=True,
+             doc="Lease: 0 none; else the writer must write again within this time."),
+    Register(address=518, name="reference_pressure", wire=F32, unit="kPa", quantity="reference_pressure_kpa",
+             low=-1, high=3, writable=True,
+             doc="Pressure around the balloon above ambient (insufflation); in the vented state only."),
+    Register(address=520, name="command_key", wire=U16, quantity="command_key", low=COMMAND_KEY,
+             high=COMMAND_KEY, writable=True, doc="Command: key 5046h."),
+    Register(address=521, name="command_code", wire=U16, quantity="command_code", values=COMMANDS,
+             writable=True, doc="Command: what to do."),
+    Register(address=522, name="command_argument", wire=U16, quantity="command_argument", writable=True,
+             doc="Command: argument."),
+    Register(address=523, name="command_sequence", wire=U16, quantity="command_sequence", writable=True,
+             doc="Command: runs when this is written with a new value; the same value repeats the answer."),
+    Register(address=524, name="answer_sequence", wire=U16, quantity="answer_sequence",
+             doc="Answer: sequence echoed."),
+    Register(address=525, name="answer_state", wire=U16, quantity="answer_state", values=ANSWERS,
+             doc="Answer: state."),
+    Register(address=526, name="answer_result", wire=U16, quantity="answer_result", values=REFUSALS,
+             doc="Answer: 0 ok, else a refusal code."),
+    Register(address=528, name="lease_left", wire=U16, unit="ms", quantity="lease_left_s", always=True,
+             doc="Lease time left."),
+    Register(address=529, name="lease_holder", wire=U16, quantity="lease_holder", values=HOLDERS,
+             doc="Lease holder."),
+    Register(address=544, name="setpoint_requested_pa", wire=U16, unit="Pa", low=2000, high=12000,
+             quantity="setpoint_requested_kpa", writable=True,
+             doc="Inflation pressure requested, for masters that write single registers."),
+    Register(address=545, name="force_limit_mn", wire=U16, unit="mN", low=100, high=20000,
+             quantity="force_limit_n", writable=True,
+             doc="Force alarm limit, for masters that write single registers."),
+    Register(address=768, name="map_version", wire=U16, constant=MAP_VERSION, doc="Version of this map."),
+    Register(address=769, name="method", wire=U16, quantity="method", values=METHODS,
+             doc="Force model; +256 with a force calibration."),
+    Register(address=770, name="map_hash", wire=U32, constant=0, doc="Hash of this map."),
+    Register(address=772, name="configuration_hash", wire=U32, quantity="configuration_hash",
+             doc="Hash of configuration and calibration."),
+    Register(address=774, name="serial_number", wire=U32, quantity="serial_number", doc="Serial number."),
+    Register(address=776, name="calibration_date", wire=U32, quantity="calibration_date",
+             doc="Calibration date yyyymmdd, 0 where uncalibrated."),
+    Register(address=778, name="first_fault", wire=U16, quantity="first_fault", doc="First fault code."),
+    Register(address=779, name="active_faults", wire=U16, quantity="active_faults",
+             doc="Number of active faults."),
+    Register(address=780, name="balloon_id", wire=U32, quantity="balloon_id", doc="Balloon id."),
+    Register(address=782, name="inflations", wire=U32, quantity="inflations",
+             doc="Inflations since the balloon was fitted."),
+    Register(address=3840, name="test_float", wire=F32, constant=-123.45, doc="Test pattern −123.45."),
+    Register(address=3842, name="test_long", wire=U32, constant=0x12345678, doc="Test pattern 12345678h."),
+    Register(address=3844, name="test_int", wire=I16, constant=-12345, doc="Test pattern −12345."),
+)  # fmt: skip
+
+#: First and last address of each block that is readable throughout; gaps read 0 and refuse writes.
+BLOCKS: tuple[tuple[int, int], ...] = ((0, 127), (512, 575), (768, 799), (3840, 3855))
+
+
+def _hash_of(registers: tuple[Register, ...]) -> int:
+    facts = [
+        (r.address, r.name, r.wire.name, r.unit, r.quantity, r.constant, r.low, r.high, r.writable,
+         sorted(r.values.names.items()) if r.values else (),
+         [(bit.number, bit.name) for bit in r.bits.bits] if r.bits else ())
+        for r in registers
+    ]  # fmt: skip
+    return zlib.crc32(repr(facts).encode())
+
+
+#: Hash of addresses, types, units, spans and names: the same in the instrument and in its documents.
+MAP_HASH = _hash_of(_DECLARED)
+
+REGISTERS = tuple(replace(r, constant=MAP_HASH) if r.name == "map_hash" else r for r in _DECLARED)
+
+BY_NAME = {register.name: register for register in REGISTERS}
