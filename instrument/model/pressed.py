@@ -1,5 +1,4 @@
-"""The balloon in contact: a sphere of radius R_f cut by two planes, filled with gas compressed at constant
-temperature, and its derivatives along the curve that the measured pressure fixes."""
+"""The balloon in contact: a sphere of radius R_f cut by two planes, full of isothermally compressed gas."""
 
 from __future__ import annotations
 
