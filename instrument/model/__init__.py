@@ -5,7 +5,17 @@ Gaudeni & Prattichizzo, "A Mathematical Model of the Pneumatic Force Sensor for 
 """
 
 from instrument.model.balloon import Balloon, Circuit
-from instrument.model.force import Estimate, contact, estimate, estimate_array
+from instrument.model.force import Estimate, contact, estimate, estimate_array, on_the_line
 from instrument.model.methods import METHODS, Method
 
-__all__ = ["METHODS", "Balloon", "Circuit", "Estimate", "Method", "contact", "estimate", "estimate_array"]
+__all__ = [
+    "METHODS",
+    "Balloon",
+    "Circuit",
+    "Estimate",
+    "Method",
+    "contact",
+    "estimate",
+    "estimate_array",
+    "on_the_line",
+]

@@ -22,10 +22,16 @@ class Pressed(NamedTuple):
 
     @classmethod
     def between(
-        cls, initial_kpa: Number, final_kpa: Number, small_strain: Number, balloon: Balloon, circuit: Circuit
+        cls,
+        initial_kpa: Number,
+        final_kpa: Number,
+        small_strain: Number,
+        balloon: Balloon,
+        circuit: Circuit,
+        radius_error_mm: Number = 0.0,
     ) -> Pressed:
         """The contact that raised the gauge pressure from ΔP_i to ΔP_f: the isothermal gas law, eq. (9)."""
-        radius = balloon.radius_mm(initial_kpa)
+        radius = balloon.radius_mm(initial_kpa) + radius_error_mm
         before = circuit.volume_mm3 + sphere_volume(radius)
         after = before * (circuit.ambient_kpa + initial_kpa) / (circuit.ambient_kpa + final_kpa)
         return cls(

@@ -1,0 +1,139 @@
+"""The host's end of the rig link, without I/O: greeting, keep-alive, sequence and silence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum, auto
+
+from instrument.errors import ProtocolMismatch
+from instrument.rig.frames import (
+    PROTOCOL_VERSION,
+    Command,
+    Decoder,
+    Event,
+    Frame,
+    Hello,
+    Identify,
+    Message,
+    Sample,
+    Vent,
+    encode,
+)
+
+IDENTIFY_EVERY_S = 0.2
+KEEP_ALIVE_S = 0.05
+#: A board's uptime may lag behind ours by its clock's error and by this, without having restarted.
+CLOCK_TOLERANCE = 0.01
+RESTART_MS = 250
+
+
+class Phase(Enum):
+    """How far host and board have come."""
+
+    GREETING = auto()  #: Identify is sent until samples come: a board streams to a host of its version only
+    READY = auto()  #: samples are used, commands are sent
+
+
+@dataclass(frozen=True, slots=True)
+class RawSample:
+    """A sample still in counts, with its sequence and the host's monotonic time of reception [s]."""
+
+    sequence: int
+    received_s: float
+    message: Sample
+
+
+@dataclass(slots=True)
+class Link:
+    """Bytes from the board become samples; the wanted command becomes bytes for the board."""
+
+    phase: Phase = Phase.GREETING
+    hello: Hello | None = None
+    board_restarts: int = 0  #: times that a board greeted with less uptime than it must have
+    lost_frames: int = 0  #: gaps in the sequence
+    repeated_frames: int = 0
+    frozen_frames: int = 0  #: samples in a row whose board time stood still
+    heard_bytes: int = 0
+    command_sequence: int = 0  #: sequence of the last command sent
+    events: list[Event] = field(default_factory=list)
+    decoder: Decoder = field(default_factory=Decoder.of_board)
+    _last: Frame | None = None
+    _greeted_s: float = 0.0
+    _sent_s: float = float("-inf")
+    _sent: Command | None = None
+    _vent_asked: bool = False
+
+    def restart(self) -> None:
+        """Begin with a greeting again: the port was opened anew, or the board restarted."""
+        self.phase = Phase.GREETING
+        self._last = None
+        self._sent_s = float("-inf")
+        self._sent = None
+        self.decoder = Decoder.of_board()
+
+    def feed(self, data: bytes, now_s: float) -> list[RawSample]:
+        """Samples completed by `data`.
+
+        Raises ProtocolMismatch where a board of another version greets.
+        """
+        self.heard_bytes += len(data)
+        samples: list[RawSample] = []
+        for frame in self.decoder.feed(data):
+            message = frame.message
+            if isinstance(message, Sample):
+                if self._is_new(frame, message):
+                    samples.append(RawSample(frame.sequence, now_s, message))
+            elif isinstance(message, Hello):
+                self._greet(message, frame.version, now_s)
+            elif isinstance(message, Event):
+                self.events.append(message)
+        return samples
+
+    def _is_new(self, frame: Frame, message: Sample) -> bool:
+        if self.hello is None:
+            return False
+        last, self._last = self._last, frame
+        if self.phase is Phase.GREETING or last is None:
+            self.phase = Phase.READY
+            return True
+        step = (frame.sequence - last.sequence) & 0xFFFF
+        if step == 0:
+            self.repeated_frames += 1
+            return False
+        self.lost_frames += step - 1
+        assert isinstance(last.message, Sample)
+        frozen = message.board_time_us == last.message.board_time_us
+        self.frozen_frames = self.frozen_frames + 1 if frozen else 0
+        return True
+
+    def _greet(self, hello: Hello, version: int, now_s: float) -> None:
+        if version != PROTOCOL_VERSION:
+            raise ProtocolMismatch(version, PROTOCOL_VERSION)
+        if self.hello is not None:
+            expected_ms = self.hello.uptime_ms + (now_s - self._greeted_s) * 1e3
+            if hello.uptime_ms < expected_ms * (1 - CLOCK_TOLERANCE) - RESTART_MS:
+                self.board_restarts += 1
+                self.restart()
+        self.hello, self._greeted_s = hello, now_s
+
+    def vent(self) -> None:
+        """Ask for the vent message in front of the next command, once."""
+        self._vent_asked = True
+
+    def tick(self, wanted: Command, now_s: float) -> bytes:
+        """Bytes to send now: a greeting, or the command at every change and every 50 ms."""
+        if self.phase is Phase.GREETING:
+            if now_s - self._sent_s < IDENTIFY_EVERY_S:
+                return b""
+            self._sent_s = now_s
+            return self._encode(Identify())
+        if wanted == self._sent and now_s - self._sent_s < KEEP_ALIVE_S and not self._vent_asked:
+            return b""
+        self._sent, self._sent_s = wanted, now_s
+        urgent = self._encode(Vent()) if self._vent_asked else b""
+        self._vent_asked = False
+        return urgent + self._encode(wanted)
+
+    def _encode(self, message: Message) -> bytes:
+        self.command_sequence = (self.command_sequence + 1) & 0xFFFF
+        return encode(message, self.command_sequence)

@@ -1,0 +1,67 @@
+"""From ADC counts to pressure: the MPXV5050DP, ratiometric to its supply, and its zero."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from instrument.rig.frames import ADC_FULL_SCALE, OVERSAMPLING
+
+#: V_out = V_s (0.018 P + 0.04), Freescale MPXV5050 data sheet, P in kPa.
+SENSITIVITY_PER_KPA = 0.018
+OFFSET = 0.04
+#: What the data sheet allows the zero to be off [kPa]: a zero beyond it is a broken sensor.
+ZERO_SPAN_KPA = 1.3
+STEADY_KPA = 0.05
+STEADY_S = 0.5
+
+
+def nominal_pressure_kpa(adc_sum: int) -> float:
+    """Gauge pressure [kPa] of a sum of 16 conversions, before the zero. Half a count undoes truncation."""
+    ratio = (adc_sum + 0.5 * OVERSAMPLING) / ADC_FULL_SCALE
+    return (ratio - OFFSET) / SENSITIVITY_PER_KPA
+
+
+@dataclass(slots=True)
+class Zero:
+    """What the sensor reads at no pressure, taken only from a vented and steady rig; undoable."""
+
+    zero_kpa: float = math.nan
+    previous_kpa: float = math.nan
+    _low_kpa: float = field(default=math.inf)
+    _high_kpa: float = field(default=-math.inf)
+    _steady_s: float = 0.0
+
+    @property
+    def taken(self) -> bool:
+        """Whether there is a zero."""
+        return math.isfinite(self.zero_kpa)
+
+    def observe(self, nominal_kpa: float, vented: bool, dt_s: float) -> None:
+        """Follow the filtered reading; it is steady when it stays within 0.05 kPa for 0.5 s while vented."""
+        low, high = min(self._low_kpa, nominal_kpa), max(self._high_kpa, nominal_kpa)
+        if vented and high - low <= STEADY_KPA:
+            self._low_kpa, self._high_kpa, self._steady_s = low, high, self._steady_s + dt_s
+        else:
+            self._low_kpa = self._high_kpa = nominal_kpa
+            self._steady_s = 0.0
+
+    @property
+    def possible(self) -> bool:
+        """Whether a zero may be taken now."""
+        middle = 0.5 * (self._low_kpa + self._high_kpa)
+        return self._steady_s >= STEADY_S and -ZERO_SPAN_KPA <= middle <= ZERO_SPAN_KPA
+
+    def take(self) -> bool:
+        """Take the zero from the steady reading; False where that is not possible now."""
+        if not self.possible:
+            return False
+        self.previous_kpa, self.zero_kpa = self.zero_kpa, 0.5 * (self._low_kpa + self._high_kpa)
+        return True
+
+    def undo(self) -> bool:
+        """Go back to the zero before this one; False where there was none."""
+        if not math.isfinite(self.previous_kpa):
+            return False
+        self.zero_kpa, self.previous_kpa = self.previous_kpa, self.zero_kpa
+        return True
