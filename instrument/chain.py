@@ -10,7 +10,7 @@ from instrument.measurement import Measurement, Quality
 from instrument.model import Balloon, Circuit, Estimate, contact, on_the_line
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from instrument.model.uncertainty import InputErrors, force_std_n
-from instrument.rig.frames import SAMPLES_PER_S, BoardState
+from instrument.rig.frames import COUNTS_LIMIT, SAMPLES_PER_S, BoardState
 from instrument.rig.link import RawSample
 from instrument.sensor import Zero, nominal_pressure_kpa
 
@@ -29,6 +29,12 @@ class ChainSettings:
     errors: InputErrors = field(default_factory=InputErrors)
     method: str = "energetic"
     filter_s: float = 0.06  #: time constant of the first-order exponential filter
+    tube_s: float = 0.06  #: lag between balloon and sensor
+
+    @property
+    def delay_s(self) -> float:
+        """Delay of the force [s]: 0.12 s, as the paper found, with the values given here."""
+        return self.filter_s + self.tube_s
 
 
 @dataclass(slots=True)
@@ -47,7 +53,7 @@ class Chain:
         """The measurement of one sample. Never raises on what a sensor may read: NaN and `quality` say it."""
         message = sample.message
         dt_s = self._elapsed_s(message.board_time_us)
-        if not ALIVE[0] <= message.adc_sum / (16 * 1023) <= ALIVE[1]:
+        if not ALIVE[0] <= message.adc_sum / COUNTS_LIMIT <= ALIVE[1]:
             self._filtered_kpa = math.nan
             self.tracker.step(math.nan, False, dt_s)
             return Measurement(t_s=sample.received_s, quality=Quality.SENSOR)

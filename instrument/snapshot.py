@@ -2,7 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from instrument.arming import Arming
+from instrument.lease import Peer
+from instrument.measurement import Measurement
+from instrument.rig.frames import BoardState
+from instrument.status import status_of
+
+if TYPE_CHECKING:
+    from instrument.core import Instrument
+
+STALE_S = 0.1
+AGE_LIMIT_S = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,3 +74,78 @@ class Snapshot:
     calibration_date: int
     balloon_id: int
     inflations: int
+
+
+def snapshot_of(instrument: Instrument, peer: Peer, now_s: float) -> Snapshot:
+    """What `peer` may see of the instrument at `now_s`. A stale measurement is shown as not available."""
+    age_s = instrument.age_s(now_s)
+    stale, lost = not age_s <= STALE_S, instrument.link_lost(now_s)
+    m = Measurement(t_s=instrument.measurement.t_s) if stale else instrument.measurement
+    chain, wanted, commands, lease = (
+        instrument.chain,
+        instrument.wanted,
+        instrument.commands,
+        instrument.lease,
+    )
+    holding = not stale and math.isfinite(m.rise_kpa)
+    in_effect = (
+        not stale
+        and instrument.arming is Arming.HOLDING
+        and instrument.sample
+        and instrument.sample.setpoint_pa
+    )
+    identity = instrument.settings.identity
+    return Snapshot(
+        force_n=m.force_n,
+        force_std_n=m.force_std_n,
+        force_uncompensated_n=m.force_n,
+        force_low_n=m.force_low_n,
+        peak_force_n=instrument.peak_force_n,
+        pressure_kpa=m.pressure_kpa,
+        initial_pressure_kpa=m.initial_kpa,
+        rise_kpa=m.rise_kpa,
+        radius_mm=m.radius_mm,
+        indentation_mm=m.indentation_mm,
+        contact_radius_mm=m.contact_radius_mm,
+        drift_kpa_per_s=chain.tracker.drift_kpa_per_s if holding else math.nan,
+        baseline_age_s=chain.tracker.baseline_age_s,
+        delay_s=chain.settings.delay_s if holding else math.nan,
+        age_s=min(age_s, AGE_LIMIT_S),
+        sample_counter=instrument.sample_counter,
+        contact_counter=chain.tracker.count,
+        state=state_of(instrument, lost),
+        status=status_of(instrument, m, stale, lost),
+        setpoint_kpa=in_effect / 1e3 if in_effect else math.nan,
+        first_fault=instrument.faults.first,
+        active_faults=len(instrument.faults),
+        setpoint_requested_kpa=wanted.setpoint_kpa,
+        force_limit_n=wanted.force_limit_n,
+        mode=wanted.mode,
+        reference_pressure_kpa=wanted.reference_kpa,
+        lease_s=lease.duration_s,
+        lease_left_s=lease.left_s(now_s),
+        lease_holder=lease.holder[0] if lease.holder else "none",
+        refusal=instrument.peers.of(peer).refusal,
+        command_key=commands.key,
+        command_code=commands.code,
+        command_argument=commands.argument,
+        command_sequence=commands.sequence,
+        answer_sequence=commands.answer_sequence,
+        answer_state=commands.answer_state,
+        answer_result=commands.answer_result,
+        method=chain.settings.method,
+        configuration_hash=identity.configuration_hash,
+        serial_number=identity.serial_number,
+        calibration_date=identity.calibration_date,
+        balloon_id=instrument.balloon_id,
+        inflations=instrument.inflations,
+    )
+
+
+def state_of(instrument: Instrument, lost: bool) -> str:
+    """Name of the rig's state: the board's, unless the host has tripped or never heard a board."""
+    if instrument.sample is None:
+        return "boot"
+    if lost or instrument.tripped:
+        return "tripped"
+    return BoardState(instrument.sample.state).name.lower()

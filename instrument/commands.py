@@ -1,0 +1,51 @@
+"""The command block: key, code and argument, run once for each new sequence number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from instrument.refusal import Refusal
+
+#: What a command does; it answers with a refusal, NONE where it is done, or None where it is still busy.
+Run = Callable[[int, float], Refusal | None]
+
+
+@dataclass(slots=True)
+class CommandBlock:
+    """What was written, and the answer to it."""
+
+    runs: Mapping[str, Run]
+    key: int = 0
+    code: str = "none"
+    argument: int = 0
+    sequence: int = 0
+    answer_sequence: int = 0
+    answer_state: str = "idle"
+    answer_result: Refusal = Refusal.NONE
+
+    def write(self, values: Mapping[str, Any], now_s: float) -> None:
+        """Store what was written; a new sequence number runs the command, the same one repeats its answer.
+
+        The key is used up by each run.
+        """
+        self.key = int(values.get("command_key", self.key))
+        self.code = str(values.get("command_code", self.code))
+        self.argument = int(values.get("command_argument", self.argument))
+        sequence = int(values.get("command_sequence", self.sequence))
+        if sequence == self.sequence:
+            return
+        self.sequence = self.answer_sequence = sequence
+        run = self.runs.get(self.code) if self.key else None
+        self.key = 0
+        result = run(self.argument, now_s) if run else Refusal.STATE
+        if result is None:
+            self.answer_state, self.answer_result = "busy", Refusal.NONE
+        else:
+            self.finish(result)
+
+    def finish(self, result: Refusal) -> None:
+        """Give the answer."""
+        self.answer_state = "done" if result is Refusal.NONE else "failed"
+        self.answer_result = result

@@ -1,0 +1,93 @@
+"""Operations: what the command block can do to the instrument."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from instrument.arming import Arming, Step
+from instrument.commands import Run
+from instrument.interlocks import violated
+from instrument.refusal import Refusal
+
+if TYPE_CHECKING:
+    from instrument.core import Instrument
+
+CLEAR_HEARD_S = 0.1  #: time for the board to hear a clear and to say what remains
+CLEAR_ANSWER_S = 0.5
+
+
+class Operations:
+    """The commands; each answers with a refusal, and only clearing takes time."""
+
+    def __init__(self, instrument: Instrument) -> None:
+        self._instrument = instrument
+        self.clear_count = 0  #: what the board is told: a new value clears its faults
+        self._clearing_since_s: float | None = None
+        self.table: Mapping[str, Run] = {
+            "zero_pressure": self._zero_pressure,
+            "clear_faults": self._clear_faults,
+            "self_test": self._self_test,
+            "undo_zero": self._undo_zero,
+            "new_balloon": self._new_balloon,
+        }
+
+    def _zero_pressure(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
+        own = self._instrument
+        if own.measurement.in_contact:
+            return Refusal.IN_CONTACT
+        if own.link_lost(now_s):
+            return Refusal.LINK_LOST
+        return Refusal.NONE if own.chain.zero.take() else Refusal.STATE
+
+    def _undo_zero(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
+        own = self._instrument
+        if own.arming is Arming.HOLDING:
+            return Refusal.STATE
+        return Refusal.NONE if own.chain.zero.undo() else Refusal.STATE
+
+    def _self_test(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
+        own = self._instrument
+        if own.link_lost(now_s) or own.sample is None:
+            return Refusal.LINK_LOST
+        if violated(own.sample, own.measurement, own.settings.limits) is not None:
+            return Refusal.CAUSE_PERSISTS
+        return Refusal.NONE
+
+    def _new_balloon(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
+        own = self._instrument
+        if not own.vented:
+            return Refusal.STATE
+        own.balloon_id, own.inflations = argument, 0
+        return Refusal.NONE
+
+    def _clear_faults(self, argument: int, now_s: float) -> Refusal | None:
+        """Ask the board to clear; the answer comes with its samples. Never moves a valve."""
+        failed = self._self_test(argument, now_s)
+        if failed is not Refusal.NONE:
+            return failed
+        self.clear_count += 1
+        self._clearing_since_s = now_s
+        return None
+
+    @property
+    def clearing(self) -> bool:
+        """Whether the board's answer to a clear is awaited."""
+        return self._clearing_since_s is not None
+
+    def finished(self, now_s: float) -> Refusal | None:
+        """Result of a clear that has just ended, None where there is none."""
+        own = self._instrument
+        if self._clearing_since_s is None or own.sample is None:
+            return None
+        waited_s = now_s - self._clearing_since_s
+        if own.sample.faults == 0 and waited_s >= CLEAR_HEARD_S:
+            own.faults.clear()
+            own.step(Step.CLEAR)
+            result = Refusal.NONE
+        elif not waited_s <= CLEAR_ANSWER_S:
+            result = Refusal.CAUSE_PERSISTS
+        else:
+            return None
+        self._clearing_since_s = None
+        return result

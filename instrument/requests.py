@@ -1,0 +1,103 @@
+"""Requests: whether a peer's write may pass, judged whole before anything is touched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from instrument.arming import HOLD_REFUSALS, STEPS, Arming, Step
+from instrument.lease import Lease, Peer
+from instrument.refusal import Refusal
+
+MOST_PEERS = 256
+
+
+@dataclass(slots=True)
+class PeerMemory:
+    """What is remembered of one peer."""
+
+    refusal: Refusal = Refusal.NONE
+    mode: str = "vent"  #: the mode that it wrote last
+
+
+@dataclass(slots=True)
+class Wanted:
+    """What the peers asked for, as last accepted."""
+
+    setpoint_kpa: float = math.nan
+    force_limit_n: float = 5.0
+    mode: str = "vent"
+    reference_kpa: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """What a verdict depends on."""
+
+    arming: Arming
+    link_lost: bool
+    zeroed: bool
+    vented: bool
+    in_contact: bool
+    write_lock: bool
+    lease_demanded: bool
+
+
+@dataclass(slots=True)
+class Peers:
+    """The peers seen, the least recent forgotten first."""
+
+    _memories: dict[Peer, PeerMemory] = field(default_factory=dict)
+
+    def of(self, peer: Peer) -> PeerMemory:
+        """Memory of one peer."""
+        memory = self._memories.pop(peer, None) or PeerMemory()
+        self._memories[peer] = memory
+        if len(self._memories) > MOST_PEERS:
+            del self._memories[next(iter(self._memories))]
+        return memory
+
+
+def verdict(
+    peer: Peer, values: Mapping[str, Any], memory: PeerMemory, wanted: Wanted, lease: Lease, now: Situation
+) -> Refusal:
+    """Why a write may not pass, NONE where it may. A vent alone always passes."""
+    if set(values) == {"mode"} and values["mode"] == "vent":
+        return Refusal.NONE
+    if now.write_lock:
+        return Refusal.WRITE_LOCK
+    if not lease.admits(peer):
+        return Refusal.LEASE
+    if "reference_pressure_kpa" in values and not now.vented:
+        return Refusal.IN_CONTACT if now.in_contact else Refusal.STATE
+    if values.get("mode") == "hold":
+        return _hold_verdict(values, memory, wanted, lease, now)
+    return Refusal.NONE
+
+
+def _hold_verdict(
+    values: Mapping[str, Any], memory: PeerMemory, wanted: Wanted, lease: Lease, now: Situation
+) -> Refusal:
+    """Why "hold" may not pass.
+
+    Where the rig is not holding, a peer whose last mode was "hold" only repeats itself: it has to write
+    "vent" before its "hold" is a wish of today. Else a program that never stops writing "hold" would undo
+    another's vent.
+    """
+    if now.link_lost:
+        return Refusal.LINK_LOST
+    if Step.HOLD not in STEPS[now.arming]:
+        return HOLD_REFUSALS[now.arming]
+    if not now.zeroed:
+        return Refusal.NOT_ZEROED
+    if now.arming is Arming.READY and memory.mode == "hold":
+        return Refusal.STATE
+    setpoint_kpa = values.get("setpoint_requested_kpa", wanted.setpoint_kpa)
+    if not math.isfinite(setpoint_kpa):
+        return Refusal.STATE
+    leased = lease.holder is not None or values.get("lease_s", 0.0) > 0
+    if now.lease_demanded and not leased:
+        return Refusal.LEASE
+    return Refusal.NONE
