@@ -1,0 +1,249 @@
+"""The configuration: every key, its default and its span, in one table; files and examples derive from it."""
+
+from __future__ import annotations
+
+import tomllib
+import zlib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from instrument.chain import ChainSettings
+from instrument.core import Identity, Settings
+from instrument.errors import ConfigurationError
+from instrument.interlocks import Limits
+from instrument.model import Balloon, Circuit
+
+Port = Annotated[int, Field(ge=1, le=65535)]
+
+
+class Section(BaseModel):
+    """A table of the file: unknown keys, wrong types and NaN are refused, nothing is converted silently."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class Rig(Section):
+    """The board at the end of the serial cable."""
+
+    port: str = Field(
+        "/dev/ttyACM0",
+        min_length=1,
+        description="device (better its /dev/serial/by-id name), or socket://host:port",
+    )
+
+
+class BalloonSection(Section):
+    """The balloon: membrane and measured radius R_i = rest + linear ΔP + quadratic ΔP²."""
+
+    young_kpa: float = Field(2000.0, ge=100, le=20_000, description="Young's modulus E [kPa]")
+    poisson: float = Field(0.5, ge=0.3, le=0.5, description="Poisson's ratio ν")
+    rest_radius_mm: float = Field(7.503, ge=1, le=30, description="radius R_0 of the empty balloon [mm]")
+    rest_thickness_mm: float = Field(0.2, ge=0.01, le=1, description="membrane thickness h_0 [mm]")
+    radius_linear_mm_per_kpa: float = Field(44.652e-3, ge=0, le=1, description="linear term of the radius")
+    radius_quadratic_mm_per_kpa2: float = Field(
+        5.9695e-3, ge=0, le=0.1, description="quadratic term of the radius"
+    )
+    id: int = Field(0, ge=0, le=0xFFFF_FFFF, description="number of the balloon fitted")
+
+
+class CircuitSection(Section):
+    """The gas around the balloon."""
+
+    volume_mm3: float = Field(12.68e3, ge=100, le=1e6, description="volume V_c of all pipes [mm³]")
+    ambient_kpa: float = Field(101.325, ge=60, le=110, description="ambient pressure P_0 [kPa absolute]")
+
+
+class MeasurementSection(Section):
+    """From pressure to force."""
+
+    method: Literal["energetic", "lulevich", "shanahan"] = Field("energetic", description="force model")
+    filter_s: float = Field(0.06, ge=0.002, le=1, description="time constant of the pressure filter [s]")
+    tube_s: float = Field(
+        0.06, ge=0, le=1, description="lag between balloon and sensor [s], told as remaining delay"
+    )
+
+
+class Safety(Section):
+    """Limits and reactions. The board has hard limits of its own that nothing here can raise."""
+
+    contact_limit_kpa: float = Field(
+        18.0, ge=2, le=25, description="pressure of the locked balloon above which it is vented [kPa]"
+    )
+    vent_after_s: float = Field(
+        2.0, ge=0.25, le=10, description="silence of this host after which the board vents [s]"
+    )
+    force_limit_n: float = Field(5.0, ge=0.1, le=20, description="force alarm at start, register 514 [N]")
+    vent_on_force_limit: bool = Field(
+        False, description="vent when the force limit is passed, not only alarm"
+    )
+    lease_demanded: bool = Field(False, description="refuse mode hold without a lease (register 517)")
+    write_lock: bool = Field(False, description="refuse every write but a vent")
+
+
+class Modbus(Section):
+    """Modbus TCP server."""
+
+    enabled: bool = Field(True, description="serve Modbus TCP")
+    host: str = Field(
+        "127.0.0.1", min_length=1, description="address to listen on; loopback unless you mean it"
+    )
+    port: Port = Field(5020, description="TCP port (502 needs privileges)")
+    unit: int = Field(1, ge=1, le=247, description="unit id")
+    word_order: Literal["ABCD", "CDAB"] = Field(
+        "ABCD", description="order of 32-bit values: high or low word first"
+    )
+    read_only: bool = Field(False, description="answer every write but a vent with exception 01")
+    connections: int = Field(64, ge=1, le=1000, description="most connections at once")
+    idle_s: float = Field(
+        60.0, ge=1, le=86_400, description="idle time after which a connection is closed [s]"
+    )
+    frame_s: float = Field(5.0, ge=0.1, le=60, description="time that a request may take to arrive whole [s]")
+
+
+class Can(Section):
+    """CAN node."""
+
+    enabled: bool = Field(False, description="send and receive CAN frames")
+    interface: Literal["socketcan", "socketcand", "virtual"] = Field(
+        "socketcan", description="socketcan on real hardware"
+    )
+    channel: str = Field("can0", min_length=1, description="channel of the interface")
+    host: str = Field("127.0.0.1", min_length=1, description="socketcand only: its address")
+    port: Port = Field(29536, description="socketcand only: its port")
+    node_id: int = Field(5, ge=1, le=127, description="CANopen node id N: frames 180h+N and so on")
+    bit_rate: Literal[125_000, 250_000, 500_000, 1_000_000] = Field(
+        500_000, description="of the bus; decides the load check"
+    )
+    force_rate_hz: int = Field(
+        100, ge=1, le=500, description="Force frames per second, at most the rig's 500"
+    )
+
+
+class IdentitySection(Section):
+    """What the instrument says of itself."""
+
+    serial_number: int = Field(0, ge=0, le=0xFFFF_FFFF, description="serial number")
+    calibration_date: int = Field(0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never calibrated")
+    application: str = Field(
+        "", max_length=64, description="user application name, read by Modbus function 43"
+    )
+
+
+class Configuration(Section):
+    """A whole instrument.toml."""
+
+    rig: Rig = Rig()
+    balloon: BalloonSection = BalloonSection()
+    circuit: CircuitSection = CircuitSection()
+    measurement: MeasurementSection = MeasurementSection()
+    safety: Safety = Safety()
+    modbus: Modbus = Modbus()
+    can: Can = Can()
+    identity: IdentitySection = IdentitySection()
+
+    @property
+    def hash(self) -> int:
+        """CRC-32 of all values: two instruments with the same hash measure alike."""
+        return zlib.crc32(self.model_dump_json().encode())
+
+    def settings(self) -> Settings:
+        """What the core needs."""
+        return Settings(
+            chain=ChainSettings(
+                balloon=Balloon(**self.balloon.model_dump(exclude={"id"})),
+                circuit=Circuit(**self.circuit.model_dump()),
+                **self.measurement.model_dump(),
+            ),
+            limits=Limits(contact_kpa=self.safety.contact_limit_kpa),
+            identity=Identity(
+                serial_number=self.identity.serial_number,
+                calibration_date=self.identity.calibration_date,
+                configuration_hash=self.hash,
+                balloon_id=self.balloon.id,
+            ),
+            **self.safety.model_dump(exclude={"contact_limit_kpa"}),
+        )
+
+
+def load(path: Path) -> Configuration:
+    """Configuration of a TOML file. Raises ConfigurationError with file, key and allowed span."""
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigurationError(
+            f"{path}: no such file (pneuforce config --example > {path} writes one)"
+        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{path}: not TOML: {error}") from None
+    return parse(tables, str(path))
+
+
+def parse(tables: dict[str, Any], name: str) -> Configuration:
+    """Configuration of the tables of a file called `name`."""
+    try:
+        return Configuration.model_validate(tables)
+    except ValidationError as error:
+        lines = [f"{name}: {_sentence(e['loc'], e)}" for e in error.errors()]
+        raise ConfigurationError("\n".join(lines)) from None
+
+
+def _sentence(location: tuple[int | str, ...], error: Any) -> str:
+    key = ".".join(str(part) for part in location)
+    if error["type"] == "extra_forbidden":
+        return f"{key}: unknown key; known here: {', '.join(_known(location[:-1]))}"
+    if error["type"] == "model_type":
+        return f"{key} = {error['input']!r}: must be a table, [{key}]"
+    span = _span_at(location)
+    message = error["msg"][0].lower() + error["msg"][1:]
+    return f"{key} = {error['input']!r}: {message}" + (f"; allowed: {span}" if span else "")
+
+
+def _section_at(location: tuple[int | str, ...]) -> type[BaseModel]:
+    section: type[BaseModel] = Configuration
+    for part in location:
+        inner = section.model_fields[str(part)].annotation
+        assert isinstance(inner, type)
+        section = inner
+    return section
+
+
+def _known(location: tuple[int | str, ...]) -> list[str]:
+    return list(_section_at(location).model_fields)
+
+
+def _span_at(location: tuple[int | str, ...]) -> str:
+    if len(location) != 2:
+        return ""
+    return _span(_section_at(location[:1]).model_json_schema()["properties"][location[1]])
+
+
+def _span(schema: dict[str, Any]) -> str:
+    if "enum" in schema:
+        return ", ".join(str(value) for value in schema["enum"])
+    if "minimum" in schema:
+        return f"{schema['minimum']} to {schema['maximum']}"
+    return {"boolean": "true, false", "string": "text"}.get(schema["type"], str(schema["type"]))
+
+
+def example() -> str:
+    """An instrument.toml with every key, its default, its meaning and its span."""
+    lines = ["# instrument.toml: every key with its default. Delete what you do not change.", ""]
+    for name, field in Configuration.model_fields.items():
+        section = field.annotation
+        assert isinstance(section, type)
+        assert issubclass(section, BaseModel)
+        lines += [f"# {section.__doc__}", f"[{name}]"]
+        for key, schema in section.model_json_schema()["properties"].items():
+            lines += [f"# {schema['description']}; {_span(schema)}", f"{key} = {_toml(schema['default'])}"]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,202 @@
+"""The host: one loop that keeps rig, instrument and buses together, and vents when it ends."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from instrument.arming import Step
+from instrument.core import Instrument
+from instrument.errors import ProtocolMismatch, RigError, RigSilent
+from instrument.rig.frames import Valve
+from instrument.rig.link import Link, Phase, RawSample
+from instrument.rig.port import RigLink, SerialPort
+
+log = logging.getLogger("pneuforce")
+
+TICK_S = 0.01
+GREETING_S = 5.0  #: an UNO that was reset by opening its port needs two of them
+SILENT_S = 1.0  #: then the board is greeted anew
+REOPEN_S = 3.0  #: then the port is opened anew
+BACK_OFF_S = (0.1, 2.0)
+VENT_ANSWER_S = 0.3
+
+
+class Face(Protocol):
+    """A bus that pushes: it is told of every sample and of the time."""
+
+    def on_sample(self, now_s: float) -> None:
+        """A new measurement is there."""
+        ...
+
+    def tick(self, now_s: float) -> None:
+        """Time has passed, with samples or without."""
+        ...
+
+
+class Host:
+    """Reads the rig, feeds the instrument, tells the faces, keeps the board alive, reconnects."""
+
+    def __init__(
+        self,
+        instrument: Instrument,
+        url: str,
+        open_port: Callable[[str], RigLink] = SerialPort,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.instrument = instrument
+        self.url = url
+        self.link = Link()
+        self.faces: list[Face] = []
+        self.reconnects = 0
+        self._open_port = open_port
+        self._clock = clock
+        self._port: RigLink | None = None
+        self._back_off_s = BACK_OFF_S[0]
+        self._try_again_s = 0.0
+        self._opened_s = 0.0
+        self._reopening: asyncio.Task[None] | None = None
+        self._failure: RigError | None = None
+        self._restarts_seen = 0
+
+    async def connect(self) -> None:
+        """Open the port and greet the board.
+
+        Raises RigError: port busy or missing, no board of ours there, or one of another version.
+        """
+        self._attach(self._open_port(self.url))
+        deadline_s = self._clock() + GREETING_S
+        while self.link.phase is Phase.GREETING:
+            self._beat()
+            if self._failure is not None:
+                raise self._failure
+            if self._clock() > deadline_s:
+                raise RigSilent(self.url, GREETING_S, self.link.heard_bytes)
+            await asyncio.sleep(TICK_S)
+
+    async def run(self, stop: asyncio.Event) -> None:
+        """Work until `stop` is set; whatever ends it, the balloon is vented."""
+        try:
+            while not stop.is_set():
+                self._beat()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(stop.wait(), TICK_S)
+        finally:
+            await self._vent_and_close()
+
+    def _beat(self) -> None:
+        now_s = self._clock()
+        self.instrument.tick(now_s)
+        self._keep_alive(now_s)
+        for face in self.faces:
+            _guarded(face.tick, now_s)
+
+    def _keep_alive(self, now_s: float) -> None:
+        if self._port is None:
+            self._reopen_later(now_s)
+            return
+        silent_s = now_s - max(self.instrument.measurement.t_s, self._opened_s)
+        if silent_s > REOPEN_S:
+            self._detach(f"silent for {silent_s:.1f} s")
+            return
+        if silent_s > SILENT_S and self.link.phase is Phase.READY:
+            self.link.restart()
+        self._send(self.link.tick(self.instrument.command(), now_s))
+
+    def _send(self, data: bytes) -> None:
+        if not data or self._port is None:
+            return
+        try:
+            self._port.write(data)
+        except OSError as error:
+            self._detach(str(error))
+
+    # ---- the port
+
+    def _attach(self, port: RigLink) -> None:
+        self._port = port
+        self._opened_s = self._clock()
+        self.link.restart()
+        asyncio.get_running_loop().add_reader(port.fileno(), self._readable)
+
+    def _detach(self, why: str) -> None:
+        port, self._port = self._port, None
+        if port is None:
+            return
+        log.warning("rig link down: %s", why)
+        asyncio.get_running_loop().remove_reader(port.fileno())
+        with contextlib.suppress(OSError):
+            port.close()
+        self._try_again_s = self._clock() + self._back_off_s
+
+    def _reopen_later(self, now_s: float) -> None:
+        if now_s >= self._try_again_s and (self._reopening is None or self._reopening.done()):
+            self._reopening = asyncio.get_running_loop().create_task(self._reopen())
+
+    async def _reopen(self) -> None:
+        try:
+            port = await asyncio.to_thread(self._open_port, self.url)
+        except RigError as error:
+            log.info("rig link still down: %s", error)
+            self._back_off_s = min(2 * self._back_off_s, BACK_OFF_S[1])
+            self._try_again_s = self._clock() + self._back_off_s
+            return
+        self.reconnects += 1
+        log.warning("rig port open again")
+        self._attach(port)
+
+    def _readable(self) -> None:
+        assert self._port is not None
+        try:
+            data = self._port.read()
+            samples = self.link.feed(data, self._clock())
+        except ProtocolMismatch as error:
+            self._failure = error
+            self._detach(str(error))
+            return
+        except OSError as error:
+            self._detach(str(error))
+            return
+        if self.link.board_restarts != self._restarts_seen:
+            self._restarts_seen = self.link.board_restarts
+            self.instrument.board_restarted()
+        if samples:
+            self._back_off_s = BACK_OFF_S[0]
+            if self.link.hello is not None:
+                self.instrument.greeted(self.link.hello)
+        for sample in samples:
+            _guarded(self._use, sample)
+
+    def _use(self, sample: RawSample) -> None:
+        self.instrument.take(sample, self.link.frozen_frames)
+        for face in self.faces:
+            face.on_sample(sample.received_s)
+
+    # ---- the end
+
+    async def _vent_and_close(self) -> None:
+        """Vent, wait until the board says that its valves are SAFE, and give the port back."""
+        self.instrument.step(Step.VENT)
+        self.link.vent()
+        now_s = self._clock()
+        self._send(self.link.tick(self.instrument.command(), now_s))
+        while self._port is not None and self._clock() < now_s + VENT_ANSWER_S:
+            sample = self.instrument.sample
+            if sample is not None and sample.valves == Valve.NONE and self._clock() > now_s + TICK_S:
+                break
+            await asyncio.sleep(TICK_S / 2)
+        if self._reopening is not None:
+            self._reopening.cancel()
+        self._detach("ended")
+
+
+def _guarded(handle: Callable[..., None], *arguments: object) -> None:
+    """One frame, one beat: what goes wrong in it is logged and costs no more than it."""
+    try:
+        handle(*arguments)
+    except Exception:
+        log.exception("dropped after an error of ours")
