@@ -1,0 +1,123 @@
+"""A PLC's view of the instrument. The only file that knows pymodbus."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from registers.map import BY_NAME, REGISTERS
+from registers.modbus.bank import MODE, Bank
+from registers.modbus.codes import Code
+
+if TYPE_CHECKING:
+    from pymodbus.client import ModbusTcpClient
+    from pymodbus.pdu import ModbusPDU
+
+#: Ranges that hold every value that changes.
+_READ = (range(36), range(64, 74), range(512, 546))
+_TEST = BY_NAME["test_float"]
+_REFUSAL = BY_NAME["refusal"]
+_NAMES = {code.value: code.name.lower().replace("_", " ") for code in Code}
+
+
+class PlcError(OSError):
+    """The instrument cannot be reached, or it refused a request."""
+
+
+class Plc:
+    """One Modbus TCP connection to an instrument; blocks while it waits for an answer."""
+
+    def __init__(self, client: ModbusTcpClient, unit: int) -> None:
+        self._client = client
+        self._unit = unit
+        self._bank = Bank()
+
+    @classmethod
+    def connect(cls, host: str = "127.0.0.1", port: int = 5020, *, unit: int = 1, wait_s: float = 2.0) -> Plc:
+        """A connection, its word order settled by the test pattern.
+
+        Raises PlcError where nobody answers, or somebody who is not a pneuforce instrument.
+        """
+        from pymodbus.client import ModbusTcpClient  # 70 ms, and only clients need it
+
+        client = ModbusTcpClient(host, port=port, timeout=wait_s, retries=0)
+        if not client.connect():  # type: ignore[no-untyped-call]
+            raise PlcError(f"no Modbus TCP server answers at {host}:{port}")
+        plc = cls(client, unit)
+        try:
+            plc._settle_word_order()
+        except PlcError:
+            plc.close()
+            raise
+        return plc
+
+    def close(self) -> None:
+        """End the connection."""
+        self._client.close()  # type: ignore[no-untyped-call]
+
+    def __enter__(self) -> Plc:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def read(self) -> dict[str, Any]:
+        """Value of every register that changes, by name: in the quantity's unit; NaN is not available.
+
+        Three requests, so three instants; within one range all values belong together. Raises PlcError.
+        """
+        return {name: value for range_ in _READ for name, value in self._values(range_).items()}
+
+    def write(self, name: str, value: object) -> None:
+        """Write one register by name: a number in the quantity's unit, or the name of a code.
+
+        Raises PlcError with the exception's name, and the refusal's where the instrument gives one.
+        """
+        try:
+            register = BY_NAME[name]
+            words = self._bank.words(register, register.encode(value))
+        except (LookupError, TypeError, ValueError, OverflowError):
+            raise PlcError(f"{name} = {value} cannot be put on the wire: no such register or value") from None
+        numbers = [int.from_bytes(words[at : at + 2], "big") for at in range(0, len(words), 2)]
+        answer = self._ask(self._client.write_registers, register.address, values=numbers)
+        if answer.isError():
+            raise PlcError(f"{name} = {value} was refused: {self._why(answer)}")
+
+    def vent(self) -> None:
+        """Open the vent. Raises PlcError where the instrument cannot be reached."""
+        self.write(MODE.name, "vent")
+
+    def _settle_word_order(self) -> None:
+        words = self._words(range(_TEST.address, _TEST.end))
+        for word_swap in (False, True):
+            self._bank = Bank(word_swap=word_swap)
+            if words == self._bank.words(_TEST, _TEST.constant or 0.0):
+                return
+        raise PlcError("the Modbus server that answers is no pneuforce instrument: its test pattern differs")
+
+    def _values(self, range_: range) -> dict[str, Any]:
+        registers = [r for r in REGISTERS if r.address in range_]
+        codes = self._bank.codes(registers, range_.start, self._words(range_))
+        return {r.name: r.decode(code) for r, code in zip(registers, codes, strict=True)}
+
+    def _words(self, range_: range) -> bytes:
+        answer = self._ask(self._client.read_input_registers, range_.start, count=len(range_))
+        if answer.isError() or len(answer.registers) != len(range_):
+            raise PlcError(f"registers {range_.start}–{range_.stop - 1} were refused: {self._why(answer)}")
+        return b"".join(word.to_bytes(2, "big") for word in answer.registers)
+
+    def _ask(self, function: Any, address: int, **arguments: Any) -> ModbusPDU:
+        from pymodbus.exceptions import ModbusException
+
+        try:
+            answer: ModbusPDU = function(address, device_id=self._unit, **arguments)
+        except (ModbusException, OSError) as error:
+            raise PlcError(f"the instrument does not answer: {error}") from error
+        return answer
+
+    def _why(self, answer: ModbusPDU) -> str:
+        code = getattr(answer, "exception_code", 0)
+        name = _NAMES.get(code, "an answer out of place")
+        if code != Code.DEVICE_BUSY:
+            return f"{name} ({code:02X}h)"
+        reason = self._values(range(_REFUSAL.address, _REFUSAL.end))[_REFUSAL.name]
+        return f"{name} ({code:02X}h), reason {reason}"
