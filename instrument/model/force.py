@@ -33,16 +33,17 @@ def contact(
     This is the bare law: it does not go to 0 with the rise (see `estimate`).
     """
     if isinstance(initial_kpa, float) and isinstance(final_kpa, float):
+        if not math.isfinite(initial_kpa + final_kpa):
+            return NO_FORCE
         small_strain: Number = 1.0 if initial_kpa > balloon.switch_kpa else 0.0
         pressed = Pressed.between(initial_kpa, final_kpa, small_strain, balloon, circuit)
-        if not pressed.volume_mm3 > 0 or not pressed.radius_mm > 0 or not final_kpa > 0:
-            return NO_FORCE._replace(radius_mm=pressed.radius_mm)
         return _solve(pressed, METHODS[method])
 
     import numpy as np
 
     initial, final = np.broadcast_arrays(np.asarray(initial_kpa, float), np.asarray(final_kpa, float))
     with np.errstate(all="ignore"):
+        initial = np.where(np.isfinite(initial + final), initial, np.nan)
         small_strain = np.where(initial > balloon.switch_kpa, 1.0, 0.0)
         return _solve(Pressed.between(initial, final, small_strain, balloon, circuit), METHODS[method])
 

@@ -47,8 +47,9 @@ class Pressed(NamedTuple):
 
     @property
     def least_indentation_mm(self) -> Number:
-        """d_min = R_i − (3V_b/4π)^(1/3) [mm], where the contact radius is 0; needs V_b > 0."""
-        return self.radius_mm - (self.volume_mm3 * (3 / (4 * math.pi))) ** (1 / 3)
+        """d_min = R_i − (3V_b/4π)^(1/3) [mm], where the contact radius is 0; beyond R_i where V_b ≤ 0."""
+        cube = self.volume_mm3 * (3 / (4 * math.pi))
+        return self.radius_mm - cube / (abs(cube) + 1e-300) ** (2 / 3)
 
 
 class Shape(NamedTuple):

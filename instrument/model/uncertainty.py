@@ -91,17 +91,16 @@ def force_std_n(
 ) -> float:
     """Standard uncertainty [N] of the force `solved` between two pressures.
 
-    On the line below 0.5 kPa it is the share of `lowest`'s uncertainty (the contact at a rise of 0.5 kPa)
-    joined with that of the rise itself.
+    On the line below 0.5 kPa, F = F_low(ΔP_i) (ΔP_f − ΔP_i) / 0.5 kPa, `lowest` is the contact at its end.
     """
     rise_kpa = final_kpa - initial_kpa
     if not rise_kpa < LOWEST_RISE_KPA:
         law = sensitivities(initial_kpa, final_kpa, solved.indentation_mm, balloon, circuit, method)
         return law.std_n(initial_kpa, final_kpa, errors)
     end_kpa = initial_kpa + LOWEST_RISE_KPA
-    law = sensitivities(initial_kpa, end_kpa, lowest.indentation_mm, balloon, circuit, method)
-    share = rise_kpa / LOWEST_RISE_KPA
-    rise_std_kpa = math.sqrt(2) * errors.noise_kpa
-    return math.hypot(
-        share * law.std_n(initial_kpa, end_kpa, errors), lowest.force_n / LOWEST_RISE_KPA * rise_std_kpa
+    end = sensitivities(initial_kpa, end_kpa, lowest.indentation_mm, balloon, circuit, method)
+    share, slope = rise_kpa / LOWEST_RISE_KPA, lowest.force_n / LOWEST_RISE_KPA
+    line = Sensitivities(
+        share * (end.initial_n_per_kpa + end.final_n_per_kpa) - slope, slope, share * end.radius_n_per_mm
     )
+    return line.std_n(initial_kpa, final_kpa, errors)

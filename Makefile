@@ -1,0 +1,52 @@
+# make run    the instrument on a simulated rig (ARGS="--seconds 20" is passed on)
+# make test   everything that is tested
+# make bench  figures of speed, measured in one run
+# make docs   the documents made from the register map
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: run test bench docs clean
+.DEFAULT_GOAL := run
+
+run: $(VENV)/installed
+	@$(BIN)/pneuforce demo $(ARGS)
+
+test: $(VENV)/test-tools $(VENV)/debian-tools
+	@$(BIN)/python -m pytest $(ARGS)
+
+bench: $(VENV)/test-tools
+	@$(BIN)/python -m tests.bench $(ARGS)
+
+docs: $(VENV)/installed
+	@$(BIN)/python -m registers.views
+
+$(VENV)/installed: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "Python 3.11 or newer is needed: apt-get install python3 (Debian 12 or newer), or make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+		{ echo "Python's venv is missing: apt-get install python3-venv"; exit 1; }
+	@test -x $(BIN)/python || { echo "making $(VENV)"; $(PYTHON) -m venv $(VENV); }
+	@echo "installing pneuforce into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/test-tools: $(VENV)/installed
+	@echo "installing the test tools into $(VENV)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	@touch $@
+
+# Debian packages are asked of apt-get where that is allowed; what is missing then is named by name.
+$(VENV)/debian-tools: tests/debian.txt | $(VENV)/installed
+	@missing=$$(for name in $$(grep -v '^#' $<); do dpkg -s $$name >/dev/null 2>&1 || echo $$name; done); \
+	if [ -n "$$missing" ]; then \
+		echo "installing" $$missing; \
+		root=; [ $$(id -u) = 0 ] || root="sudo -n"; \
+		{ $$root apt-get update -qq && $$root env DEBIAN_FRONTEND=noninteractive \
+			apt-get install -y -qq $$missing; } >$(VENV)/apt.log 2>&1 || \
+			{ echo "could not be installed, tests that need them say so: apt-get install" $$missing; exit 0; }; \
+	fi; touch $@
+
+clean:
+	@rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,0 +1,170 @@
+"""The commands and their help. Each imports what it needs when it runs, so that none waits for another's."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="pneuforce",
+    help="A pneumatic force sensor as a field instrument: force over Modbus and CAN, with its uncertainty.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+
+
+class MethodName(Enum):
+    """The force models."""
+
+    ENERGETIC = "energetic"
+    LULEVICH = "lulevich"
+    SHANAHAN = "shanahan"
+
+
+class MapFormat(Enum):
+    """The documents made from the register map."""
+
+    MD = "md"
+    CSV = "csv"
+    JSON = "json"
+    DBC = "dbc"
+
+
+class BusName(Enum):
+    """The buses that can be watched."""
+
+    MODBUS = "modbus"
+    CAN = "can"
+
+
+Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+Seconds = Annotated[
+    float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, at Ctrl-C.")
+]
+
+
+@app.command()
+def demo(
+    seconds: Seconds = None,
+    modbus_port: Annotated[int, typer.Option(help="TCP port of the Modbus server.")] = 5020,
+    can_port: Annotated[int, typer.Option(help="TCP port of the CAN hub (socketcand protocol).")] = 29536,
+    seed: Annotated[int, typer.Option(help="Seed of the simulated rig's noise.")] = 1,
+) -> None:
+    """The whole instrument on a simulated rig: contacts, live panel, Modbus and CAN to try out.
+
+    Starts the rig simulator, a CAN hub and the instrument as processes of their own, inflates the balloon and
+    lets a simulated hand press it again and again. What the panel shows is read back over Modbus and CAN.
+    """
+    from instrument.cli.demo import Ports, run_demo
+
+    raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), seed))
+
+
+@app.command()
+def run(
+    config: Annotated[Path, typer.Option("--config", help="The instrument.toml; see pneuforce config.")],
+) -> None:
+    """Run the instrument on a real port and real buses until Ctrl-C or SIGTERM; then vent and end."""
+    from instrument.cli.serve import serve
+    from instrument.config import load
+
+    serve(load(config))
+
+
+@app.command()
+def sim(
+    link: Annotated[Path, typer.Option(help="Where to put a link to the serial port.")] = Path(
+        "/tmp/pneuforce-rig"
+    ),
+    control_port: Annotated[
+        int, typer.Option(help="TCP port for truth and the hand; 0 takes a free one.")
+    ] = 0,
+    hand: Annotated[bool, typer.Option(help="Let the simulated hand press again and again.")] = True,
+    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 1,
+) -> None:
+    """Run the rig simulator alone: a board on a serial port (a pty), its truth on a control port.
+
+    Prints one JSON line that names both. Connect an instrument with [rig] port = the link.
+    """
+    from sim.server import Options, serve
+
+    serve(Options(link=str(link), control_port=control_port, seed=seed, hand=hand))
+
+
+@app.command()
+def estimate(
+    dpi: Annotated[float, typer.Option("--dpi", help="Gauge pressure before contact ΔP_i [kPa].")],
+    dpf: Annotated[float, typer.Option("--dpf", help="Gauge pressure in contact ΔP_f [kPa].")],
+    method: Annotated[MethodName, typer.Option(help="Force model.")] = MethodName.ENERGETIC,
+    as_json: Json = False,
+) -> None:
+    """The force of one contact from the pressures before and during it.
+
+    Example: pneuforce estimate --dpi 8.0 --dpf 9.2
+    """
+    from instrument.cli.estimate import report
+
+    typer.echo(report(dpi, dpf, method.value, as_json))
+
+
+@app.command("map")
+def map_(
+    form: Annotated[MapFormat, typer.Option("--format", help="Document to print.")] = MapFormat.MD,
+) -> None:
+    """Print the register map and the CAN frames from their one declaration.
+
+    Example: pneuforce map --format dbc > pneuforce.dbc
+    """
+    from registers.views import VIEWS
+
+    typer.echo(VIEWS[form.value].render(), nl=False)
+
+
+@app.command()
+def config(
+    example: Annotated[
+        bool, typer.Option("--example", help="Print every key with meaning and span.")
+    ] = False,
+    check: Annotated[
+        Path | None, typer.Option("--check", help="Say whether this file is acceptable.")
+    ] = None,
+) -> None:
+    """Document or check an instrument.toml.
+
+    Example: pneuforce config --example > instrument.toml
+    """
+    from instrument.config import example as example_text
+    from instrument.config import load
+
+    if check is not None:
+        load(check)
+        typer.echo(f"{check}: good")
+    if example or check is None:
+        typer.echo(example_text(), nl=False)
+
+
+@app.command()
+def watch(
+    bus: Annotated[BusName, typer.Argument(help="Which bus to look at.")],
+    host: Annotated[str, typer.Option(help="Address of the instrument, or of the CAN hub.")] = "127.0.0.1",
+    port: Annotated[int | None, typer.Option(help="TCP port; default 5020 (Modbus), 29536 (CAN).")] = None,
+    interface: Annotated[str, typer.Option(help="CAN only: python-can interface.")] = "socketcand",
+    channel: Annotated[str, typer.Option(help="CAN only: channel.")] = "can0",
+    node_id: Annotated[int, typer.Option(help="CAN only: node id of the instrument.", min=1, max=127)] = 5,
+    seconds: Seconds = None,
+    as_json: Json = False,
+) -> None:
+    """Show what a PLC (modbus) or a robot controller (can) sees of a running instrument.
+
+    Example: pneuforce watch modbus --seconds 5
+    """
+    from instrument.cli.watch import CanBusAt, watch_can, watch_modbus
+
+    if bus is BusName.MODBUS:
+        watch_modbus(host, port or 5020, seconds, as_json)
+    else:
+        watch_can(CanBusAt(interface, channel, host, port or 29536, node_id), seconds, as_json)
