@@ -1,0 +1,120 @@
+"""The instrument as a PLC sees it, and as pymodbus's own client does."""
+
+import math
+import socket
+
+import pytest
+from pymodbus.client import ModbusTcpClient
+
+from registers.modbus.client import Plc, PlcError
+from tests.registers.modbus.memory import MemorySource
+from tests.registers.modbus.serving import serving
+
+
+@pytest.fixture
+def source():
+    return MemorySource()
+
+
+@pytest.fixture
+def server(source):
+    with serving(source) as server:
+        yield server
+
+
+@pytest.fixture
+def plc(server):
+    with Plc.connect(port=server.port) as plc:
+        yield plc
+
+
+def test_a_plc_reads_every_value_by_name(plc):
+    values = plc.read()
+    assert values["force"] == 1.25
+    assert values["pressure_pa"] == 8.5
+    assert values["state"] == "vented"
+    assert values["status"] == {"vented", "simulated", "any_failure"}
+    assert values["mode"] == "vent"
+    assert math.isnan(values["rise"])
+    assert values["setpoint_requested"] == values["setpoint_requested_pa"] == 5.0
+
+
+def test_a_plc_sets_the_pressure_holds_and_vents(plc, source):
+    plc.write("setpoint_requested", 8.0)
+    plc.write("mode", "hold")
+    assert (source.values["setpoint_requested_kpa"], source.values["mode"]) == (8.0, "hold")
+    plc.write("setpoint_requested_pa", 7.5)
+    assert source.values["setpoint_requested_kpa"] == 7.5
+    plc.vent()
+    assert source.values["mode"] == "vent"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "why"),
+    [
+        ("setpoint_requested", 12.5, "illegal value (03h)"),
+        ("setpoint_requested", math.nan, "illegal value (03h)"),
+        ("force", 1.0, "illegal address (02h)"),
+        ("mode", "push", "cannot be put on the wire"),
+        ("setpoint_requested", 1e40, "cannot be put on the wire"),
+        ("colour", 1, "cannot be put on the wire"),
+    ],
+)
+def test_a_refusal_is_told_in_a_sentence(plc, name, value, why):
+    with pytest.raises(PlcError) as refused:
+        plc.write(name, value)
+    assert why in str(refused.value)
+
+
+def test_a_refusal_by_the_instrument_comes_with_its_reason(plc, source):
+    source.refuse = lambda peer, values: "not_zeroed"
+    with pytest.raises(PlcError, match=r"mode = hold was refused: device busy \(06h\), reason not_zeroed"):
+        plc.write("mode", "hold")
+
+
+def test_a_plc_settles_the_word_order_by_itself(source):
+    with serving(source, word_swap=True) as server, Plc.connect(port=server.port) as plc:
+        assert plc.read()["force"] == 1.25
+        plc.write("setpoint_requested", 8.0)
+    assert source.values["setpoint_requested_kpa"] == 8.0
+
+
+def test_nobody_at_the_port_is_told():
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        with pytest.raises(PlcError, match="no Modbus TCP server answers"):
+            Plc.connect(port=unused.getsockname()[1], wait_s=0.5)
+
+
+def test_a_server_that_says_nothing_is_told():
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(PlcError, match="does not answer"):
+        Plc.connect(port=silent.getsockname()[1], wait_s=0.2)
+
+
+def test_an_instrument_that_ends_is_told(source):
+    with serving(source) as server:
+        plc = Plc.connect(port=server.port, wait_s=0.5)
+    with pytest.raises(PlcError):
+        plc.read()
+
+
+def test_pymodbus_reads_writes_and_identifies(server, source):
+    with ModbusTcpClient("127.0.0.1", port=server.port) as client:
+        floats = client.DATATYPE.FLOAT32
+        force = client.read_holding_registers(0, count=2).registers
+        assert client.convert_from_registers(force, floats) == 1.25
+        assert client.read_discrete_inputs(0, count=32).bits[3] is True
+        assert client.write_registers(512, client.convert_to_registers(8.0, floats)).isError() is False
+        assert source.values["setpoint_requested_kpa"] == 8.0
+        assert client.write_register(544, 7000).isError() is False
+        assert client.mask_write_register(address=516, and_mask=0xFFFE, or_mask=1).isError() is False
+        assert source.values["mode"] == "hold"
+        both = client.readwrite_registers(read_address=512, read_count=2, write_address=516, values=[0])
+        assert client.convert_from_registers(both.registers, floats) == 7.0
+        assert source.values["mode"] == "vent"
+        assert client.write_registers(512, [0, 0]).exception_code == 3
+        assert client.read_coils(0).exception_code == 2
+        assert client.read_holding_registers(0, device_id=9).exception_code == 11
+        identity = client.read_device_information(read_code=3)
+        assert identity.information[0] == b"pneuforce"
+        assert identity.information[0x80] == b"42"

@@ -1,0 +1,302 @@
+"""The server on real sockets: streams, time-outs, limits, and clients that misbehave."""
+
+import asyncio
+import os
+import random
+import socket
+import struct
+import threading
+import time
+
+import pytest
+
+from registers.modbus.mbap import Decoder, frame
+from registers.modbus.tcp import ModbusTcpServer, Options
+from tests.registers.modbus.memory import MemorySource
+from tests.registers.modbus.serving import (
+    IDENTITY,
+    asked,
+    connected,
+    eventually,
+    everything,
+    received,
+    serving,
+)
+
+FORCE = bytes.fromhex("04 0000 0002")
+FORCE_ANSWER = bytes.fromhex("04 04 3fa00000")
+
+
+@pytest.fixture(scope="module")
+def server():
+    with serving(MemorySource()) as server:
+        yield server
+
+
+@pytest.fixture
+def client(server):
+    with connected(server) as client:
+        yield client
+
+
+def still_answers(client):
+    return asked(client, "0001 0000 0006 01 04 0000 0002") == "00 01 00 00 00 07 01 04 04 3f a0 00 00"
+
+
+def answers_until_closed(client):
+    decoder = Decoder()
+    return decoder.feed(everything(client))
+
+
+def test_a_read_is_answered_with_its_own_transaction_and_unit(client):
+    assert asked(client, "beef 0000 0006 01 04 0000 0002") == "be ef 00 00 00 07 01 04 04 3f a0 00 00"
+
+
+@pytest.mark.parametrize("unit", ["01", "00", "ff"])
+def test_the_instrument_answers_to_its_unit_to_0_and_to_255(client, unit):
+    assert (
+        asked(client, f"0001 0000 0006 {unit} 04 0000 0002") == f"00 01 00 00 00 07 {unit} 04 04 3f a0 00 00"
+    )
+
+
+@pytest.mark.parametrize("unit", ["02", "f7", "fe"])
+def test_another_unit_is_behind_no_gateway_of_ours(client, unit):
+    assert asked(client, f"0001 0000 0006 {unit} 06 0204 0000") == f"00 01 00 00 00 03 {unit} 86 0b"
+
+
+def test_a_good_a_bad_and_a_good_request_in_one_segment_are_three_answers(client):
+    client.sendall(frame(1, 1, FORCE) + frame(2, 1, b"\x64") + frame(3, 1, FORCE))
+    client.shutdown(socket.SHUT_WR)
+    assert answers_until_closed(client) == [(1, 1, FORCE_ANSWER), (2, 1, b"\xe4\x01"), (3, 1, FORCE_ANSWER)]
+
+
+def test_a_request_byte_by_byte_is_answered_once(client):
+    client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    for byte in frame(9, 1, FORCE):
+        client.sendall(bytes((byte,)))
+        time.sleep(0.001)
+    assert received(client) == frame(9, 1, FORCE_ANSWER).hex(" ")
+    assert still_answers(client)
+
+
+def test_hundreds_of_pipelined_requests_in_random_pieces_are_answered_in_order(client):
+    stream = b"".join(frame(i, 1, FORCE) for i in range(2000))
+    pieces, rng = [], random.Random(5)
+    while stream:
+        size = rng.randint(1, 700)
+        pieces, stream = [*pieces, stream[:size]], stream[size:]
+    threading.Thread(target=lambda: [*map(client.sendall, pieces), client.shutdown(socket.SHUT_WR)]).start()
+    assert answers_until_closed(client) == [(i, 1, FORCE_ANSWER) for i in range(2000)]
+
+
+def test_a_half_closed_client_gets_its_answer_then_fin(client):
+    client.sendall(frame(1, 1, FORCE))
+    client.shutdown(socket.SHUT_WR)
+    assert everything(client) == frame(1, 1, FORCE_ANSWER)
+
+
+@pytest.mark.parametrize(
+    "hello",
+    [
+        b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
+        bytes.fromhex("16030100a5010000a10303"),
+        bytes.fromhex("0001 0001 0006 01 04 0000 0002"),
+        bytes.fromhex("0001 0000 0000"),
+        bytes.fromhex("0001 0000 0001 01"),
+        bytes.fromhex("0001 0000 00ff 01 04"),
+        frame(1, 1, b"\x83\0\0\0\1"),
+    ],
+)
+def test_what_is_not_modbus_is_answered_by_closing(server, client, hello):
+    before = server.counters.refused_frames
+    client.sendall(frame(5, 1, FORCE) + hello)
+    assert everything(client) == frame(5, 1, FORCE_ANSWER)
+    assert server.counters.refused_frames == before + 1
+
+
+def test_each_connection_is_answered_at_once(server, client):
+    """No answer waits for another segment's acknowledgement (40 ms and more)."""
+    begun = time.monotonic()
+    for _ in range(50):
+        client.sendall(frame(1, 1, FORCE))
+        time.sleep(0)
+        client.sendall(frame(2, 1, FORCE))
+        received(client)
+        received(client)
+    assert time.monotonic() - begun < 1.0
+
+
+def test_the_counters_tell_what_was_seen():
+    with serving(MemorySource()) as server, connected(server) as client:
+        asked(client, "0001 0000 0006 01 04 0000 0002")
+        asked(client, "0001 0000 0006 01 04 0000 0000")
+        asked(client, "0001 0000 0006 07 04 0000 0002")
+        counters = server.counters
+        assert (counters.clients, counters.connections, counters.requests, counters.exceptions) == (
+            1,
+            1,
+            3,
+            2,
+        )
+        client.close()
+        assert eventually(lambda: counters.clients == 0)
+
+
+def test_a_frame_left_unfinished_ends_its_connection_however_slowly_it_grows():
+    with serving(MemorySource(), frame_s=0.3, idle_s=60) as server:
+        with connected(server) as client, connected(server) as other:
+            begun = time.monotonic()
+            for byte in frame(1, 1, bytes(200)):
+                try:
+                    client.sendall(bytes((byte,)))
+                except OSError:
+                    break
+                time.sleep(0.02)
+            assert 0.3 <= time.monotonic() - begun < 2.0
+            assert still_answers(other)
+            assert server.counters.timeouts == 1
+
+
+def test_requests_that_overlap_segments_for_long_are_not_unfinished():
+    with serving(MemorySource(), frame_s=0.2) as server, connected(server) as client:
+        data = frame(1, 1, FORCE)
+        client.sendall(data[:5])
+        for _ in range(10):
+            time.sleep(0.06)
+            client.sendall(data[5:] + data[:5])
+            assert received(client) == frame(1, 1, FORCE_ANSWER).hex(" ")
+
+
+def test_an_idle_connection_is_closed_and_a_busy_one_is_not():
+    with serving(MemorySource(), idle_s=0.3) as server:
+        with connected(server) as idle, connected(server) as busy:
+            idle.setblocking(False)
+            assert eventually(lambda: still_answers(busy) and closed(idle))
+            assert still_answers(busy)
+
+
+def closed(client):
+    try:
+        return client.recv(1) == b""
+    except BlockingIOError:
+        return False
+
+
+def test_one_client_too_many_is_turned_away_and_the_others_stay():
+    with serving(MemorySource(), most_connections=3) as server:
+        clients = [connected(server) for _ in range(3)]
+        assert all(map(still_answers, clients))
+        with connected(server) as late:
+            assert everything(late) == b""
+        assert server.counters.turned_away == 1
+        assert all(map(still_answers, clients))
+        clients.pop().close()
+        assert eventually(lambda: server.counters.clients == 2)
+        with connected(server) as next_:
+            assert still_answers(next_)
+        for client in clients:
+            client.close()
+
+
+def test_a_client_that_never_reads_is_closed_and_the_others_do_not_notice():
+    with serving(MemorySource(), frame_s=0.5) as server:
+        with connected(server) as deaf, connected(server) as other:
+            deaf.setblocking(False)
+            requests = b"".join(frame(i, 1, bytes.fromhex("04 0000 007d")) for i in range(300))
+            slowest = 0.0
+            while server.counters.timeouts == 0:
+                try:
+                    deaf.send(requests)
+                except BlockingIOError:
+                    time.sleep(0.005)
+                except OSError:
+                    break
+                begun = time.monotonic()
+                assert still_answers(other)
+                slowest = max(slowest, time.monotonic() - begun)
+            assert eventually(lambda: server.counters.clients == 1)
+            assert server.counters.timeouts == 1
+            assert slowest < 0.25
+
+
+def test_a_client_that_reads_late_gets_every_answer():
+    with serving(MemorySource(), write_buffer_bytes=4096) as server, connected(server) as client:
+        client.settimeout(10)
+        count = 40000
+        stream = b"".join(frame(i & 0xFFFF, 1, bytes.fromhex("04 0000 007d")) for i in range(count))
+        sender = threading.Thread(target=lambda: [client.sendall(stream), client.shutdown(socket.SHUT_WR)])
+        sender.start()
+        time.sleep(0.3)
+        size = len(frame(0, 1, bytes(2 + 250)))
+        data = everything(client)
+        sender.join()
+        assert len(data) == count * size
+        assert [data[i : i + 2] for i in range(0, len(data), size)] == [
+            struct.pack(">H", i & 0xFFFF) for i in range(count)
+        ]
+
+
+def test_resets_and_a_thousand_connections_leave_nothing_behind():
+    with serving(MemorySource()) as server:
+        before = len(os.listdir("/proc/self/fd"))
+        for i in range(1000):
+            client = connected(server)
+            client.sendall(frame(1, 1, FORCE)[: i % 12])
+            if i % 2:  # RST instead of FIN
+                client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.close()
+        assert eventually(lambda: server.counters.clients == 0)
+        assert len(os.listdir("/proc/self/fd")) <= before
+        with connected(server) as client:
+            assert still_answers(client)
+
+
+def test_a_mistake_in_one_request_leaves_the_connection_alive():
+    class Failing(MemorySource):
+        def write(self, peer, values, now_s):
+            raise ZeroDivisionError
+
+    with serving(Failing()) as server, connected(server) as client:
+        assert asked(client, "0001 0000 0006 01 06 0204 0001") == "00 01 00 00 00 03 01 86 04"
+        assert still_answers(client)
+
+
+def test_a_peer_is_its_address_whatever_its_port():
+    peers = set()
+    source = MemorySource(refuse=lambda peer, values: peers.add(peer) or "none")
+    with serving(source) as server:
+        for _ in range(2):
+            with connected(server) as client:
+                asked(client, "0001 0000 0006 01 06 0204 0001")
+    assert peers == {("modbus_tcp", "127.0.0.1")}
+
+
+def test_force_and_counter_of_one_answer_belong_together_while_the_source_moves():
+    class Moving(MemorySource):
+        def snapshot(self, peer, now_s):
+            self.values["force_n"] = float(self.values["sample_counter"] + 1)
+            return super().snapshot(peer, now_s)
+
+    with serving(Moving()) as server, connected(server) as client:
+        for _ in range(200):
+            words = bytes.fromhex(asked(client, "0001 0000 0006 01 04 0000 0018"))[9:]
+            assert struct.unpack_from(">f", words, 0)[0] == struct.unpack_from(">I", words, 44)[0]
+
+
+def test_a_busy_port_is_told_plainly():
+    async def second(port):
+        await ModbusTcpServer(MemorySource(), Options(port=port), IDENTITY).start()
+
+    with serving(MemorySource()) as server, pytest.raises(OSError, match="in use"):
+        asyncio.run(second(server.port))
+
+
+def test_a_server_that_closes_ends_its_connections():
+    with serving(MemorySource()) as server:
+        client = connected(server)
+        assert still_answers(client)
+        port = server.port
+    assert everything(client) == b""
+    client.close()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", port), timeout=1)
