@@ -1,0 +1,54 @@
+"""All that the board knows at one instant: plain data, which the limits judge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from instrument.rig.frames import BoardState, Fault, Valve
+from sim.board.filling import Filling
+from sim.board.reading import Reading
+from sim.board.states import SAFE
+from sim.board.watches import InletWatch, TopUps, VentWatch
+
+HOST_SILENCE_S = 0.25
+HARD_LIMIT_KPA = 25.0
+
+
+@dataclass(slots=True)
+class Situation:
+    """State, pressure, valves and what the host said last."""
+
+    state: BoardState = BoardState.BOOT
+    valves: int = SAFE
+    supply_mv: int = 0
+    setpoint_kpa: float = 0.0  #: in effect; 0 where there is none
+    contact_limit_kpa: float = 18.0
+    vent_after_s: float = 2.0
+    silent_s: float = 0.0  #: since the last command
+    in_contact: bool = False
+    reading: Reading = field(default_factory=Reading)
+    inlet: InletWatch = field(default_factory=InletWatch)
+    vent: VentWatch = field(default_factory=VentWatch)
+    filling: Filling = field(default_factory=Filling)
+    top_ups: TopUps = field(default_factory=TopUps)
+    latched: list[Fault] = field(default_factory=list)
+
+    @property
+    def heard(self) -> bool:
+        """Whether the host has spoken lately."""
+        return self.silent_s <= HOST_SILENCE_S
+
+    @property
+    def may_move(self) -> bool:
+        """Whether a valve may be moved towards a setpoint: with a host and a sensor only."""
+        return self.heard and self.reading.alive
+
+    def observe(self, adc_sum: int, supply_mv: int, dt_s: float) -> None:
+        """One sample later."""
+        self.supply_mv = supply_mv
+        self.silent_s += dt_s
+        self.reading.step(adc_sum, dt_s)
+        self.inlet.step(bool(self.valves & Valve.INLET_OPEN), self.reading, dt_s)
+        self.vent.step(self.valves == SAFE, self.reading, dt_s)
+        free = self.state is BoardState.HOLDING and self.may_move and not self.in_contact
+        self.top_ups.step(free, self.reading, self.setpoint_kpa, dt_s)

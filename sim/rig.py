@@ -1,0 +1,73 @@
+"""The whole rig in virtual time: plant, pneumatics, sensor, board and hand, one sample per step."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from instrument.rig.frames import SAMPLES_PER_S
+from sim.board import Board
+from sim.hand import Hand
+from sim.plant import BalloonState, Plant
+from sim.pneumatics import Pneumatics, PneumaticSettings
+from sim.sensor import Sensor, SensorSettings
+
+STEP_US = 1_000_000 // SAMPLES_PER_S
+STEP_S = STEP_US * 1e-6
+SUPPLY_MV = 5000
+
+
+class Truth(NamedTuple):
+    """What the instrument can only estimate, at one sample."""
+
+    sample: int  #: samples sent since boot; its low 16 bits are the frame's sequence
+    t_s: float  #: time since the board booted
+    force_n: float
+    radius_mm: float
+    indentation_mm: float
+    contact_radius_mm: float
+    volume_mm3: float
+    balloon_kpa: float
+
+
+class Rig:
+    """A rig that has just been switched on. The same seed and the same bytes give the same bytes."""
+
+    def __init__(
+        self,
+        plant: Plant,
+        hand: Hand,
+        seed: int = 1,
+        pneumatics: PneumaticSettings | None = None,
+        sensor: SensorSettings | None = None,
+    ) -> None:
+        self.hand = hand
+        self.board = Board()
+        self._plant = plant
+        self._pneumatics = Pneumatics(pneumatics or PneumaticSettings(), plant.gas_kpa_mm3(0.0))
+        self._sensor = Sensor(sensor or SensorSettings(), seed)
+        self._steps = 0
+        self._balloon = plant.settle(self._pneumatics.gas_kpa_mm3, 0.0)
+
+    def step(self, received: bytes = b"") -> bytes:
+        """What the board sends 2 ms later, having received these bytes."""
+        self._steps += 1
+        force_n = self.hand.step(self.board.holds, STEP_S)
+        self._balloon = self._plant.settle(self._pneumatics.gas_kpa_mm3, force_n)
+        self._pneumatics.step(self._balloon.pressure_kpa, self.board.valves, STEP_S)
+        adc_sum = self._sensor.adc_sum(self._pneumatics.sensor_kpa, STEP_S)
+        return self.board.step(self._steps * STEP_US, adc_sum, SUPPLY_MV, received)
+
+    @property
+    def truth(self) -> Truth:
+        """The truth behind the last sample."""
+        balloon: BalloonState = self._balloon
+        return Truth(
+            self.board.samples,
+            self._steps * STEP_S,
+            self.hand.force_n,
+            balloon.radius_mm,
+            balloon.indentation_mm,
+            balloon.contact_radius_mm,
+            balloon.volume_mm3,
+            balloon.pressure_kpa,
+        )

@@ -1,0 +1,76 @@
+"""The simulated rig in real time, at the end of a pty, with its control server."""
+
+from __future__ import annotations
+
+import json
+import select
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sim.cable import Cable
+from sim.control import Control
+from sim.hand import Hand
+from sim.published import PublishedPlant
+from sim.rig import STEP_S, Rig
+
+#: Samples that were missed while the process slept are made up for, but no more than this.
+LONGEST_LAG_S = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """What a simulated rig is started with."""
+
+    link: str = ""  #: where a symlink to the port is made; empty for none
+    control_port: int = 0  #: 0 for a free one
+    seed: int = 1
+    hand: bool = True  #: whether the simulated hand presses the balloon
+
+
+def serve(options: Options) -> None:
+    """Run until SIGTERM or SIGINT. Prints one JSON line: port, link, control.
+
+    Raises OSError where the link or the control port cannot be had.
+    """
+    ended = _ending()
+    hand = Hand(options.hand)
+    rig = Rig(PublishedPlant(), hand, options.seed)
+    control = Control(options.control_port, hand)
+    try:
+        cable = Cable(Path(options.link) if options.link else None)
+    except OSError:
+        control.close()
+        raise
+    try:
+        print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
+        _run(rig, cable, control, ended)
+    finally:
+        cable.close()
+        control.close()
+
+
+def _ending() -> Callable[[], bool]:
+    """Whether a signal has asked to end."""
+    asked: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda number, _: asked.append(number))
+    return lambda: bool(asked)
+
+
+def _run(rig: Rig, cable: Cable, control: Control, ended: Callable[[], bool]) -> None:
+    """One step each 2 ms of the monotonic clock. Bytes and requests wait for the next step."""
+    due_s = time.monotonic() + STEP_S
+    while not ended():
+        wait_s = due_s - time.monotonic()
+        if wait_s > 0:
+            time.sleep(wait_s)
+        elif wait_s < -LONGEST_LAG_S:
+            due_s -= wait_s + LONGEST_LAG_S
+        readable, _, _ = select.select([cable.fileno(), *control.filenos()], [], [], 0)
+        control.serve(readable)
+        cable.write(rig.step(cable.read() if cable.fileno() in readable else b""))
+        control.publish(rig.truth)
+        due_s += STEP_S
