@@ -93,6 +93,7 @@ class Instrument:
         self._vent_due_s: float | None = None
         self._held_setpoint_kpa = math.nan
         self._board_time_us = 0
+        self._told: object = None
 
     # ---- from the rig
 
@@ -236,8 +237,16 @@ class Instrument:
         memory.refusal = refusal
         if "mode" in values:
             memory.mode = values["mode"]
-        log.info("%s %s wrote %s: %s", *peer, dict(values), "done" if refusal is Refusal.NONE else refusal)
+        self._tell(peer, values, refusal)
         return refusal
+
+    def _tell(self, peer: Peer, values: Mapping[str, Any], refusal: Refusal) -> None:
+        """Log a write, but not its repetitions: a PLC may write the same every cycle."""
+        told = (peer, dict(values), refusal)
+        if told != self._told:
+            self._told = told
+            verdict_text = "done" if refusal is Refusal.NONE else f"refused, {refusal}"
+            log.info("%s %s wrote %s: %s", *peer, dict(values), verdict_text)
 
     def _situation(self, now_s: float) -> Situation:
         return Situation(

@@ -124,14 +124,16 @@ class Host:
         asyncio.get_running_loop().add_reader(port.fileno(), self._readable)
 
     def _detach(self, why: str) -> None:
-        port, self._port = self._port, None
-        if port is None:
-            return
         log.warning("rig link down: %s", why)
-        asyncio.get_running_loop().remove_reader(port.fileno())
-        with contextlib.suppress(OSError):
-            port.close()
+        self._release()
         self._try_again_s = self._clock() + self._back_off_s
+
+    def _release(self) -> None:
+        port, self._port = self._port, None
+        if port is not None:
+            asyncio.get_running_loop().remove_reader(port.fileno())
+            with contextlib.suppress(OSError):
+                port.close()
 
     def _reopen_later(self, now_s: float) -> None:
         if now_s >= self._try_again_s and (self._reopening is None or self._reopening.done()):
@@ -191,7 +193,7 @@ class Host:
             await asyncio.sleep(TICK_S / 2)
         if self._reopening is not None:
             self._reopening.cancel()
-        self._detach("ended")
+        self._release()
 
 
 def _guarded(handle: Callable[..., None], *arguments: object) -> None:
