@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from registers.can.wire import CanFrame
 from registers.field import Field, Values, Wire
 from registers.map import BY_NAME, REFUSALS
 
@@ -188,3 +189,11 @@ FRAMES = (FORCE, STATE, STATUS_FRAME, ANSWER, COMMAND, EMERGENCY, HEARTBEAT)
 def frame_of(can_id: int, node_id: int) -> Frame | None:
     """The frame that has this identifier at the node `node_id`."""
     return next((frame for frame in FRAMES if frame.base_id + node_id == can_id), None)
+
+
+def read(can_frame: CanFrame, node_id: int) -> tuple[Frame, dict[str, Any]] | None:
+    """Which frame of the node `node_id` this is, and its values; None where it is none, or malformed."""
+    frame = frame_of(can_frame.id, node_id)
+    if frame is None or can_frame.kind or len(can_frame.data) != frame.length:
+        return None
+    return frame, decode(frame, can_frame.data)

@@ -72,7 +72,7 @@ class CanNode:
         self._desk = CommandDesk(source)
         self._ids = {frame.base_id + options.node_id for frame in FRAMES}
         self._counter = 0
-        self._credit = RIG_RATE_HZ
+        self._credit = RIG_RATE_HZ - options.force_rate_hz  #: the first sample is sent
         self._silence: Cycle | None = None
         self._state = Cycle(STATE.period_s)
         self._status = Cycle(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
@@ -91,7 +91,7 @@ class CanNode:
         self._silence = None
         self._credit += self.options.force_rate_hz
         if self._credit >= RIG_RATE_HZ:
-            self._credit = min(self._credit - RIG_RATE_HZ, RIG_RATE_HZ)
+            self._credit -= RIG_RATE_HZ
             frames.append(self._force(snapshot))
         return frames + self._changes(snapshot, now_s)
 
@@ -111,7 +111,7 @@ class CanNode:
 
     def _silent(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         """Force not available: at once when samples stop, then at 10 Hz; the next sample is sent at once."""
-        self._credit = RIG_RATE_HZ
+        self._credit = RIG_RATE_HZ - self.options.force_rate_hz
         if self._silence is None:
             self._silence = Cycle(SILENCE_PERIOD_S)
         return [self._force(snapshot)] if self._silence.due(now_s) else []

@@ -33,13 +33,13 @@ class Options:
         load = bus_load(self)
         if not load <= HIGHEST_LOAD:
             raise ValueError(
-                f"{self.force_rate_hz} Force frames per second would load a CAN bus of {self.bit_rate} bit/s "
-                f"up to {load:.0%}; at most {HIGHEST_LOAD:.0%} is allowed: lower the rate or raise the bit rate"
+                f"{self.force_rate_hz} Force frames per second could load a CAN bus of {self.bit_rate} bit/s "
+                f"by {load:.0%}; at most {HIGHEST_LOAD:.0%} is allowed: lower the rate or raise the bit rate"
             )
 
 
 def bus_load(options: Options) -> float:
-    """Share of the bus that the node's frames take at worst, 0 to 1 and beyond: all stuffed, all at their most."""
+    """Share of the bus that the node's frames take at worst: fully stuffed, each at its highest rate."""
 
     def rate_hz(frame: Frame) -> float:
         return options.force_rate_hz if frame is FORCE else frame.most_per_s
