@@ -19,7 +19,7 @@ class SparingLog:
         """Log one line; with `trace`, the exception that is being handled too."""
         if now_s - self._second >= 1.0:
             if self._lines > LINES_PER_S:
-                self._logger.warning("%d similar lines were held back", self._lines - LINES_PER_S)
+                self._logger.warning("%d more lines were held back", self._lines - LINES_PER_S)
             self._second, self._lines = now_s, 0
         self._lines += 1
         if self._lines <= LINES_PER_S:

@@ -17,8 +17,8 @@ from registers.modbus.mbap import Decoder, frame
 from registers.modbus.pdu import Responder
 from registers.source import Peer, Source
 
-#: Read at once from one client: some 340 requests, so that a flood does not hold up the other clients.
-_CHUNK_BYTES = 4096
+#: Read from one client before the next has its turn: some 40 requests, so that others wait little in a flood.
+_CHUNK_BYTES = 512
 #: Unit identifiers by which a TCP master may mean "whoever is at this address".
 _ANY_UNIT = frozenset((0, 255))
 

@@ -254,6 +254,12 @@ def test_a_vent_among_words_that_are_refused_is_carried_out(request_, expected, 
     assert source.asked == [{"mode": "vent"}]
 
 
+def test_a_read_only_instrument_vents_and_takes_nothing_else_of_the_request():
+    source = MemorySource()
+    assert answer("10 0204 0002 04 0000 00c8", source, read_only=True) == "90 01"
+    assert source.asked == [{"mode": "vent"}]
+
+
 def test_a_vent_reaches_the_source_with_the_rest_of_an_acceptable_request():
     source = MemorySource(refuse=lambda peer, values: "lease")
     source.values["mode"] = "hold"
@@ -286,7 +292,7 @@ def test_a_failing_source_is_answered_with_04_and_logged_sparingly(caplog):
     assert set(answers) == {b"\x83\x04"}
     assert responder.answer(bytes.fromhex("08000001"), PLC, 3.0) == bytes.fromhex("08000001")
     assert "a mistake of ours" in caplog.text
-    assert "895 similar lines were held back" in caplog.text
+    assert "895 more lines were held back" in caplog.text
     assert len(caplog.records) == 7
 
 
