@@ -155,7 +155,7 @@ COMMAND = Frame(
     received=True,
     most_per_s=20,
     fields=(
-        BY_NAME["setpoint_requested_pa"].on_wire(U16, "Pa", "setpoint"),
+        BY_NAME["setpoint_requested"].on_wire(U16, "Pa", "setpoint"),
         _own("mode", "vent, hold (inflate to the setpoint, then lock), or an order.", COMMAND_MODES),
         _own("sequence", "New for each new Command; a repeated Command only renews its lease."),
         BY_NAME["lease"],

@@ -1,0 +1,168 @@
+"""A live CAN bus: it never makes its caller wait, survives every exception, and comes back by itself."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from registers.can.bus import Bus, BusAt, BusFull
+from registers.can.outbox import Outbox
+from registers.can.wire import CanFrame
+
+log = logging.getLogger(__name__)
+
+LISTEN_S = 1.2  #: for another node with our id; a heartbeat comes each second
+BACK_OFF_S = (0.1, 2.0)
+
+
+@dataclass(slots=True)
+class Counters:
+    """What has gone over the bus since it was made."""
+
+    sent: int = 0
+    received: int = 0
+    reopened: int = 0
+    errors: int = 0  #: exceptions of whoever takes the frames
+
+
+class CanBus:
+    """One interface with a thread that sends and one that receives, which also reopens it."""
+
+    def __init__(self, at: BusAt, on_frame: Callable[[CanFrame], None]) -> None:
+        """Frames received are given to `on_frame`, in a thread of this bus."""
+        self.at = at
+        self.counters = Counters()
+        self._on_frame = on_frame
+        self._outbox = Outbox()
+        self._bus: Bus | None = None
+        self._broken: Exception | None = None  #: why the bus must be opened anew
+        self._closing = threading.Event()
+        self._threads = [
+            threading.Thread(target=self._transmit, name="can-transmit", daemon=True),
+            threading.Thread(target=self._receive, name="can-receive", daemon=True),
+        ]
+
+    def open(self, heartbeat_id: int | None = None) -> None:
+        """Open the interface and start; waits 1.2 s where `heartbeat_id` is given.
+
+        Raises OSError, in a sentence: no such interface, or another node sends `heartbeat_id`.
+        """
+        bus = Bus(self.at)
+        if heartbeat_id is not None and _heard(bus, heartbeat_id):
+            bus.close()
+            raise OSError(
+                f"CAN node id {heartbeat_id & 0x7F} is taken on {self.at}: another node sends "
+                f"{heartbeat_id:03X}h; choose another id"
+            )
+        self._bus = bus
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def is_up(self) -> bool:
+        """Whether frames can be sent and received now."""
+        return self._bus is not None and self._broken is None
+
+    @property
+    def dropped(self) -> int:
+        """Frames not sent: bus down, outbox or controller full, or too old."""
+        return self._outbox.dropped
+
+    def send(self, frame: CanFrame) -> None:
+        """Have a frame sent; returns at once. To be called from one thread."""
+        if self.is_up:
+            self._outbox.put(frame)
+        else:
+            self._outbox.drop()
+
+    def close(self) -> None:
+        """Send what waits, and let the interface go; takes at most 0.3 s."""
+        transmit, receive = self._threads
+        self._outbox.close()
+        if transmit.is_alive():
+            transmit.join(0.15)
+        self._closing.set()
+        if receive.is_alive():
+            receive.join(0.15)
+
+    # ---- the thread that sends
+
+    def _transmit(self) -> None:
+        while (frame := self._outbox.take()) is not None:
+            bus = self._bus
+            if bus is None:
+                self._outbox.drop()
+            else:
+                self._send_now(bus, frame)
+
+    def _send_now(self, bus: Bus, frame: CanFrame) -> None:
+        try:
+            bus.send(frame)
+        except BusFull:
+            self._outbox.drop()
+        except Exception as error:
+            self._outbox.drop()
+            if bus is self._bus:
+                self._broken = error
+        else:
+            self.counters.sent += 1
+
+    # ---- the thread that receives and reopens
+
+    def _receive(self) -> None:
+        back_off_s = BACK_OFF_S[0]
+        while not self._closing.is_set():
+            if self._bus is not None:
+                back_off_s = BACK_OFF_S[0]
+                self._receive_one(self._bus)
+            elif not self._closing.wait(back_off_s):
+                back_off_s = min(2 * back_off_s, BACK_OFF_S[1])
+                self._reopen()
+        self._let_go()
+
+    def _receive_one(self, bus: Bus) -> None:
+        try:
+            if self._broken is not None:
+                raise self._broken
+            heard = bus.receive()
+        except Exception as error:
+            log.warning("CAN is down: %s: %s", self.at, error)
+            self._let_go()
+            return
+        if heard is not None:
+            self._hand_over(heard[1])
+
+    def _hand_over(self, frame: CanFrame) -> None:
+        self.counters.received += 1
+        try:
+            self._on_frame(frame)
+        except Exception:
+            self.counters.errors += 1
+            log.exception("CAN frame %03Xh dropped after an error of ours", frame.id)
+
+    def _reopen(self) -> None:
+        try:
+            self._bus = Bus(self.at)
+        except Exception as error:
+            log.debug("CAN is still down: %s", error)
+            return
+        self.counters.reopened += 1
+        log.warning("CAN is up again: %s", self.at)
+
+    def _let_go(self) -> None:
+        bus, self._bus, self._broken = self._bus, None, None
+        if bus is not None:
+            bus.close()
+
+
+def _heard(bus: Bus, heartbeat_id: int) -> bool:
+    """Whether a heartbeat comes within 1.2 s. Raises OSError: the bus is gone."""
+    until_s = time.monotonic() + LISTEN_S
+    while time.monotonic() < until_s:
+        heard = bus.receive()
+        if heard is not None and heard[1].id == heartbeat_id and not heard[1].kind:
+            return True
+    return False

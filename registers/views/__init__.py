@@ -1,0 +1,23 @@
+"""Documents made from the register map and the CAN frames, each a pure function; their committed copies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from registers.views import dbc, markdown, table_csv, tree_json
+
+
+class View(NamedTuple):
+    """A document: how it is made, and where its committed copy lies, from the top of the repository."""
+
+    render: Callable[[], str]
+    path: str
+
+
+VIEWS = {
+    "md": View(markdown.render, "docs/registers.md"),
+    "csv": View(table_csv.render, "docs/registers.csv"),
+    "json": View(tree_json.render, "docs/registers.json"),
+    "dbc": View(dbc.render, "docs/pneuforce.dbc"),
+}

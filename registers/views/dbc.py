@@ -1,0 +1,137 @@
+"""The CAN frames as a DBC, for the tools of robot controllers.
+
+Values are in N, kPa, mm and s; each condition of a bit field is a signal of one bit. The text is ASCII,
+because DBC readers disagree about every other character.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from registers.can.frames import DEFAULT_NODE_ID, FRAMES, Frame
+from registers.field import UNITS, Field
+from registers.views.facts import number, span
+
+INSTRUMENT = "PneuForce"
+MASTER = "Controller"
+
+_HEAD = f"""\
+VERSION "1"
+
+NS_ :
+\tCM_
+\tBA_DEF_
+\tBA_
+\tVAL_
+\tBA_DEF_DEF_
+
+BS_:
+
+BU_: {INSTRUMENT} {MASTER}
+"""
+_ATTRIBUTES = """\
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+"""
+_ASCII = str.maketrans({"Δ": "D", "µ": "u", "–": "-", "−": "-", "…": "...", "²": "2", "×": "x", '"': "'"})
+_BASE_UNITS = {suffix: unit for unit, (suffix, scale) in UNITS.items() if scale == 1.0}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Signal:
+    name: str
+    start: int  #: first bit in the frame
+    bits: int
+    signed: bool = False
+    scale: float = 1.0  #: wire counts per unit
+    low: float = 0.0
+    high: float = 1.0
+    unit: str = ""
+    doc: str
+    values: Mapping[int, str] = field(default_factory=dict)
+
+    def line(self, receiver: str) -> str:
+        """The SG_ line; "@1" is little-endian."""
+        low, high = number(self.low), number(self.high)
+        sign = "-" if self.signed else "+"
+        place = f"{self.start}|{self.bits}@1{sign} ({number(1 / self.scale)},0)"
+        return f' SG_ {self.name} : {place} [{low}|{high}] "{self.unit}" {receiver}'
+
+
+def render(node_id: int = DEFAULT_NODE_ID) -> str:
+    """The DBC of the node `node_id`."""
+    parts = [
+        _HEAD,
+        *(_message(frame, node_id) for frame in FRAMES),
+        "".join(_comments(node_id)),
+        _ATTRIBUTES + "".join(_cycle_times(node_id)),
+        "".join(_value_tables(node_id)),
+    ]
+    return "\n".join(parts)
+
+
+def _message(frame: Frame, node_id: int) -> str:
+    sender, receiver = (MASTER, INSTRUMENT) if frame.received else (INSTRUMENT, MASTER)
+    head = f"BO_ {frame.base_id + node_id} {frame.name}: {frame.length} {sender}\n"
+    return head + "".join(signal.line(receiver) + "\n" for signal in _signals(frame))
+
+
+def _signals(frame: Frame) -> Iterator[_Signal]:
+    for at, declared in frame.placed:
+        if declared.bits:
+            for bit in declared.bits.bits:
+                yield _Signal(name=bit.name, start=8 * at + bit.number, bits=1, doc=bit.doc)
+        else:
+            yield _number(declared, 8 * at, may_be_absent=not frame.received)
+
+
+def _number(declared: Field, start: int, may_be_absent: bool) -> _Signal:
+    low, high = span(declared) or _span_of_values(declared)
+    scale = declared.scale
+    values = dict(declared.values.names) if declared.values else {}
+    if may_be_absent and declared.not_available is not None:
+        values[int(declared.not_available)] = "not_available"
+    return _Signal(
+        name=declared.name,
+        start=start,
+        bits=8 * declared.wire.size,
+        signed=(declared.wire.lowest or 0) < 0,
+        scale=scale,
+        low=low / scale,
+        high=high / scale,
+        unit=_BASE_UNITS[UNITS[declared.unit][0]] if declared.unit else "",
+        doc=declared.doc,
+        values=values,
+    )
+
+
+def _span_of_values(declared: Field) -> tuple[float, float]:
+    assert declared.values is not None
+    return min(declared.values.names), max(declared.values.names)
+
+
+def _comments(node_id: int) -> Iterator[str]:
+    for frame in FRAMES:
+        can_id = frame.base_id + node_id
+        yield f'CM_ BO_ {can_id} "{_ascii(frame.doc)}";\n'
+        for signal in _signals(frame):
+            yield f'CM_ SG_ {can_id} {signal.name} "{_ascii(signal.doc)}";\n'
+
+
+def _cycle_times(node_id: int) -> Iterator[str]:
+    for frame in FRAMES:
+        if frame.period_s:
+            yield f'BA_ "GenMsgCycleTime" BO_ {frame.base_id + node_id} {round(frame.period_s * 1e3)};\n'
+
+
+def _value_tables(node_id: int) -> Iterator[str]:
+    for frame in FRAMES:
+        for signal in _signals(frame):
+            if signal.values:
+                listed = " ".join(f'{code} "{name}"' for code, name in signal.values.items())
+                yield f"VAL_ {frame.base_id + node_id} {signal.name} {listed} ;\n"
+
+
+def _ascii(text: str) -> str:
+    return text.translate(_ASCII)

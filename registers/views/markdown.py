@@ -1,0 +1,116 @@
+"""The register map and the CAN frames for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from registers.can.frames import COMMAND_MODES, DEFAULT_NODE_ID, FRAMES, NODE_STATES, RESULTS, Frame
+from registers.field import Bits, Field, Values
+from registers.map import BLOCKS, CONDENSED, MAP_HASH, MAP_VERSION, REGISTERS, STATUS, Register
+from registers.views.facts import ENUMERATIONS, TYPES, not_available_text, number, span_text
+
+_INTRODUCTION = f"""\
+# Registers and frames
+
+Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770). This page is made from the
+declaration that the instrument itself runs on: `pneuforce map --format md`.
+
+## Modbus registers
+
+One address space, 0-based, read by functions 03 and 04 alike; written (RW only) by 06, 16, 22 and 23. Many
+programs count registers from 1: that number stands beside the address. 32-bit values have their high word
+first (ABCD). A read must lie within one of the blocks {", ".join(f"{a}–{b}" for a, b in BLOCKS)};
+what is not listed there reads 0. *n/a* is the code of a value that is not available; the status says why.
+"""
+_STATUS = """\
+## Status bits
+
+Register 20 (uint32), the Status frame, and the discrete inputs 0–31. A bit that latches stays until it is
+cleared by command once its cause is gone; the others follow their cause.
+"""
+_FRAMES = """\
+## CAN frames
+
+Classic CAN, 11-bit identifiers, little-endian, node id N (default {node_id}). The same as a DBC:
+`pneuforce map --format dbc`.
+"""
+_COMMAND = """\
+A Command is judged in the order length, span, sequence. The same sequence with the same content renews the
+lease and is not carried out again; the same sequence with other content is refused. A vent is carried out
+whatever its other fields and its sequence are.
+"""
+
+
+def render() -> str:
+    """The page."""
+    parts = [
+        _INTRODUCTION,
+        _table(("address", "hex", "number", "name", "type", "unit", "span", "n/a", "access", "meaning"),
+               map(_register_row, REGISTERS)),
+        _STATUS,
+        _bits(STATUS),
+        "## Condensed status bits\n\nRegister 71 and the Force frame.\n",
+        _bits(CONDENSED),
+        "## Enumerations\n",
+        *(_values(name, values) for name, values in ENUMERATIONS.items()),
+        _FRAMES.format(node_id=DEFAULT_NODE_ID),
+        *(_frame(frame) for frame in FRAMES),
+        _COMMAND,
+        _values("Command mode", COMMAND_MODES),
+        _values("Answer result", RESULTS),
+        _values("node state", NODE_STATES),
+    ]  # fmt: skip
+    return "\n".join(parts)
+
+
+def _register_row(register: Register) -> Sequence[str]:
+    return (
+        str(register.address),
+        f"{register.address:04X}h",
+        str(register.address + 1),
+        f"`{register.name}`",
+        TYPES[register.wire],
+        register.unit,
+        span_text(register),
+        not_available_text(register),
+        "RW" if register.writable else "R",
+        register.doc,
+    )
+
+
+def _bits(bits: Bits) -> str:
+    return _table(
+        ("bit", "name", "latches", "meaning"),
+        ((str(b.number), f"`{b.name}`", "latches" if b.latches else "", b.doc) for b in bits.bits),
+    )
+
+
+def _values(name: str, values: Values) -> str:
+    listed = ", ".join(f"{code} {value}" for code, value in values.names.items())
+    return f"- **{name}**: {listed}\n"
+
+
+def _frame(frame: Frame) -> str:
+    period = f", cycle {number(frame.period_s * 1e3)} ms" if frame.period_s else ""
+    bytes_ = "1 byte" if frame.length == 1 else f"{frame.length} bytes"
+    head = f"### {frame.name}: {frame.base_id:03X}h + N, {bytes_}{period}\n\n{frame.doc}\n"
+    rows = (_field_row(at, field) for at, field in frame.placed)
+    return f"{head}\n" + _table(("byte", "name", "type", "unit", "span", "n/a", "meaning"), rows)
+
+
+def _field_row(at: int, field: Field) -> Sequence[str]:
+    last = at + field.wire.size - 1
+    return (
+        str(at) if last == at else f"{at}–{last}",
+        f"`{field.name}`",
+        TYPES[field.wire],
+        field.unit,
+        span_text(field),
+        not_available_text(field),
+        field.doc,
+    )
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
