@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from instrument.chain import ChainSettings
-from instrument.core import Identity, Settings
 from instrument.errors import ConfigurationError
 from instrument.interlocks import Limits
 from instrument.model import Balloon, Circuit
+from instrument.settings import Identity, Settings
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 

@@ -31,7 +31,7 @@ class ContactTracker:
     count: int = 0  #: contacts begun
     finished: int = 0  #: contacts ended
     drift_kpa_per_s: float = math.nan
-    baseline_age_s: float = 0.0
+    baseline_age_s: float = math.inf  #: where there was none yet
     _peak_kpa: float = math.nan
     _trough_kpa: float = math.nan
     _slow_kpa: float = math.nan

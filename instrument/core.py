@@ -5,63 +5,37 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from instrument.arming import STEPS, Arming, Step
-from instrument.chain import Chain, ChainSettings
+from instrument.chain import Chain
 from instrument.commands import CommandBlock
 from instrument.faults import HostFault, Latch, codes_of
-from instrument.interlocks import Limits, violated
+from instrument.interlocks import violated
 from instrument.lease import Lease, Peer
-from instrument.measurement import Measurement
+from instrument.measurement import Measurement, Quality
+from instrument.obedience import Obedience
 from instrument.operations import Operations
 from instrument.refusal import Refusal
 from instrument.requests import Peers, Situation, Wanted, verdict
 from instrument.rig.frames import (
-    BoardState,
     Command,
     CommandFlag,
     Hello,
     Mode,
     Sample,
-    Valve,
 )
 from instrument.rig.link import RawSample
+from instrument.settings import Settings
 from instrument.snapshot import Snapshot, snapshot_of
+from instrument.vented import VentedWatch
 
 log = logging.getLogger("pneuforce")
 
 LOST_S = 0.25
-VENTED_KPA = 0.3
-VENTED_S = 0.5
 FROZEN_FRAMES = 10
 CONTACT_GRACE_S = 5.0  #: how long a contact may put off the vent after a lease has run out
-OBEY_S = 1.0  #: how long the board may take to leave the vented state when told to hold
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Identity:
-    """Who this instrument is."""
-
-    serial_number: int = 0
-    calibration_date: int = 0
-    configuration_hash: int = 0
-    balloon_id: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
-    """What the core needs of the configuration."""
-
-    chain: ChainSettings = field(default_factory=ChainSettings)
-    limits: Limits = field(default_factory=Limits)
-    identity: Identity = field(default_factory=Identity)
-    force_limit_n: float = 5.0
-    vent_on_force_limit: bool = False
-    vent_after_s: float = 2.0
-    write_lock: bool = False
-    lease_demanded: bool = False
+ALARM_RISE_KPA = 6.0  #: a rise beyond any force worth measuring
 
 
 class Instrument:
@@ -82,17 +56,16 @@ class Instrument:
         self.operations = Operations(self)
         self.commands = CommandBlock(self.operations.table)
         self.can_down = False
-        self.vented = False
+        self.frozen = False
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id
         self.inflations = 0
         self._peak_n = math.nan
         self._finished_contacts = 0
-        self._low_s = 0.0
-        self._held_s = math.inf
+        self._obedience = Obedience()
+        self._vented = VentedWatch()
         self._vent_due_s: float | None = None
         self._held_setpoint_kpa = math.nan
-        self._board_time_us = 0
         self._told: object = None
 
     # ---- from the rig
@@ -108,40 +81,29 @@ class Instrument:
     def take(self, raw: RawSample, frozen_frames: int = 0) -> Measurement:
         """Use one sample: measure, look at the interlocks, follow the board."""
         message = raw.message
-        dt_s = min(((message.board_time_us - self._board_time_us) & 0xFFFF_FFFF) * 1e-6, LOST_S)
-        self._board_time_us = message.board_time_us
-        self.sample = message
+        self.frozen = frozen_frames >= FROZEN_FRAMES
+        m = self.chain.step(raw)
+        if self.frozen:
+            m = Measurement(t_s=raw.received_s, quality=Quality.SENSOR)
+        self.sample, self.measurement = message, m
         self.sample_counter += 1
-        m = self.measurement = self.chain.step(raw)
-        self._verify_vented(message, m, dt_s)
+        self._vented.step(message, m.pressure_kpa, self.chain.zero.taken)
         self._follow_board(message, raw.received_s)
-        fault = violated(message, m, self.settings.limits)
+        fault = HostFault.SENSOR_STUCK if self.frozen else violated(message, m, self.settings.limits)
         if fault is not None:
             self.trip(fault)
-        if frozen_frames >= FROZEN_FRAMES:
-            self.trip(HostFault.SENSOR_STUCK)
         if not self.chain.zero.taken and self.chain.zero.take():
             log.info("zero taken: the sensor reads %.3f kPa when vented", self.chain.zero.zero_kpa)
         self._follow_contact(m)
         return m
 
-    def _verify_vented(self, sample: Sample, m: Measurement, dt_s: float) -> None:
-        if not self.chain.zero.taken:
-            self.vented = sample.state == BoardState.VENTED
-            return
-        low = sample.valves == Valve.NONE and -VENTED_KPA <= m.pressure_kpa <= VENTED_KPA
-        self._low_s = self._low_s + dt_s if low else 0.0
-        self.vented = self._low_s >= VENTED_S
-
     def _follow_board(self, sample: Sample, now_s: float) -> None:
-        if not self.operations.clearing:
-            for code in codes_of(sample.faults):
+        for code in codes_of(sample.faults):
+            if code not in self.operations.clearing:
                 self.trip(code)
-        if sample.state in (BoardState.BOOT, BoardState.VENTED, BoardState.VENTING, BoardState.TRIPPED):
-            if self.arming is Arming.HOLDING and not now_s <= self._held_s + OBEY_S:
-                self.trip(HostFault.DISAGREEMENT)
-        elif self.arming is Arming.HOLDING:
-            self._held_s = now_s
+        obeyed = self._obedience.follow(sample.state, now_s)
+        if self.arming is Arming.HOLDING and not obeyed:
+            self.trip(HostFault.DISAGREEMENT)
 
     def _follow_contact(self, m: Measurement) -> None:
         if self.chain.tracker.finished != self._finished_contacts:
@@ -150,17 +112,33 @@ class Instrument:
         if m.in_contact and math.isfinite(m.force_n) and not m.force_n <= self._peak_n:
             self._peak_n = m.force_n
         if self.settings.vent_on_force_limit and self.force_limit_passed:
-            self._vent()
+            self.vent(m.t_s)
+
+    @property
+    def vented(self) -> bool:
+        """Whether the latest samples verify that the balloon is vented."""
+        return self._vented.vented
 
     @property
     def tripped(self) -> bool:
         """Whether a fault has stopped the rig; not yet while a vent waits for the contact to end."""
-        return self.arming is Arming.TRIPPED and self._vent_due_s is None
+        return self.arming is Arming.TRIPPED and not self.vent_pending
+
+    @property
+    def vent_pending(self) -> bool:
+        """Whether a lease has run out in contact and the vent waits for the contact to end."""
+        return self._vent_due_s is not None
+
+    @property
+    def holding(self) -> bool:
+        """Whether the balloon is meant to be inflated now."""
+        return self.arming is Arming.HOLDING or self.vent_pending
 
     @property
     def force_limit_passed(self) -> bool:
-        """Whether the force, or a rise beyond any force worth measuring, calls for an alarm."""
-        return self.measurement.force_n > self.wanted.force_limit_n or self.measurement.rise_kpa > 6.0
+        """Whether the force calls for an alarm, or the pressure as sampled, which does not lag behind."""
+        m = self.measurement
+        return m.force_n > self.wanted.force_limit_n or m.unfiltered_kpa - m.initial_kpa > ALARM_RISE_KPA
 
     # ---- time
 
@@ -168,17 +146,18 @@ class Instrument:
         """What happens by time alone: silence, leases, vents put off, answers that did not come."""
         if self.link_lost(now_s) and self.sample is not None:
             self.trip(HostFault.LINK_LOST)
-        if self.lease.ran_out(now_s):
-            if self.arming is Arming.HOLDING and self.measurement.in_contact:
-                self._vent_due_s = now_s + CONTACT_GRACE_S
-            self.trip(HostFault.LEASE_EXPIRED)
-        if self._vent_due_s is not None and not (
-            self.measurement.in_contact and now_s <= self._vent_due_s and len(self.faults) == 1
-        ):
+        self._watch_lease(now_s)
+        if self._vent_due_s is not None and not (self.measurement.in_contact and now_s <= self._vent_due_s):
             self._vent_due_s = None
         finished = self.operations.finished(now_s)
         if finished is not None:
             self.commands.finish(finished)
+
+    def _watch_lease(self, now_s: float) -> None:
+        if self.lease.ran_out(now_s):
+            pressed = self.arming is Arming.HOLDING and self.measurement.in_contact
+            self.trip(HostFault.LEASE_EXPIRED)
+            self._vent_due_s = now_s + CONTACT_GRACE_S if pressed else None
 
     def age_s(self, now_s: float) -> float:
         """Age of the latest sample [s], never negative."""
@@ -192,7 +171,7 @@ class Instrument:
 
     def command(self) -> Command:
         """What the board should do now."""
-        hold = self.arming is Arming.HOLDING or self._vent_due_s is not None
+        hold = self.holding and not self._obedience.vent_owed
         zero = self.chain.zero
         flags = CommandFlag.IN_CONTACT if self.measurement.in_contact else CommandFlag.NONE
         if zero.taken:
@@ -208,10 +187,19 @@ class Instrument:
         )
 
     def trip(self, fault: int) -> None:
-        """Latch a fault and stop holding: the one way to stop."""
+        """Latch a fault and stop holding, at once: the one way to stop."""
         if self.faults.set(fault):
             log.warning("tripped: fault %d", fault)
+        self.operations.clearing.discard(fault)
+        self._vent_due_s = None
         self.step(Step.TRIP)
+
+    def vent(self, now_s: float) -> None:
+        """Vent: carried out whatever the state, and told to the board even if "hold" follows at once."""
+        if self.holding:
+            self._obedience.ask_vent(now_s)
+        self._vent_due_s = None
+        self.step(Step.VENT)
 
     def step(self, step: Step) -> None:
         """Go one step of the arming table."""
@@ -228,12 +216,13 @@ class Instrument:
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> Refusal:
         """Carry out one request, all or nothing; only a vent is carried out whatever else is refused."""
+        self._watch_lease(now_s)
         memory = self.peers.of(peer)
         refusal = verdict(peer, values, memory, self.wanted, self.lease, self._situation(now_s))
         if refusal is Refusal.NONE:
             self._carry_out(peer, values, now_s)
         elif values.get("mode") == "vent":
-            self._vent()
+            self.vent(now_s)
         memory.refusal = refusal
         if "mode" in values:
             memory.mode = values["mode"]
@@ -253,10 +242,11 @@ class Instrument:
             arming=self.arming,
             link_lost=self.link_lost(now_s),
             zeroed=self.chain.zero.taken,
-            vented=self.vented,
+            vented=self.vented and not self.link_lost(now_s),
             in_contact=self.measurement.in_contact,
             write_lock=self.settings.write_lock,
             lease_demanded=self.settings.lease_demanded,
+            answer_due=self.commands.sequence if self.commands.answer_state == "busy" else None,
         )
 
     def _carry_out(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> None:
@@ -269,17 +259,13 @@ class Instrument:
             self.lease.take(peer, values["lease_s"], now_s)
         self.lease.renew(peer, now_s)
         if values.get("mode") == "vent":
-            self._vent()
+            self.vent(now_s)
         elif values.get("mode") == "hold":
             if self.arming is not Arming.HOLDING:
                 self.inflations += 1
-                self._held_s = now_s
+                self._obedience.ask_hold(now_s)
             self.step(Step.HOLD)
         if self.arming is Arming.HOLDING:
             self._held_setpoint_kpa = wanted.setpoint_kpa
         if any(name.startswith("command_") for name in values):
             self.commands.write(values, now_s)
-
-    def _vent(self) -> None:
-        self._vent_due_s = None
-        self.step(Step.VENT)

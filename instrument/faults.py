@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from enum import IntEnum
 
 from instrument.rig.frames import Fault
@@ -63,9 +63,13 @@ class Latch:
         self._codes[code] = None
         return True
 
-    def clear(self) -> None:
-        """Forget all of them."""
-        self._codes.clear()
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._codes)
+
+    def clear(self, codes: Iterable[int]) -> None:
+        """Forget these."""
+        for code in list(codes):
+            self._codes.pop(code, None)
 
     @property
     def first(self) -> int:

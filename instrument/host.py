@@ -9,10 +9,9 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from instrument.arming import Step
 from instrument.core import Instrument
 from instrument.errors import ProtocolMismatch, RigError, RigSilent
-from instrument.rig.frames import Valve
+from instrument.rig.frames import BoardState, Valve
 from instrument.rig.link import Link, Phase, RawSample
 from instrument.rig.port import RigLink, SerialPort
 
@@ -163,6 +162,7 @@ class Host:
         except OSError as error:
             self._detach(str(error))
             return
+        self._log_events()
         if self.link.board_restarts != self._restarts_seen:
             self._restarts_seen = self.link.board_restarts
             self.instrument.board_restarted()
@@ -173,6 +173,12 @@ class Host:
         for sample in samples:
             _guarded(self._use, sample)
 
+    def _log_events(self) -> None:
+        for event in self.link.events:
+            was, state = (BoardState(code).name.lower() for code in (event.was, event.state))
+            log.info("board: %s to %s, fault %d", was, state, event.fault)
+        self.link.events.clear()
+
     def _use(self, sample: RawSample) -> None:
         self.instrument.take(sample, self.link.frozen_frames)
         for face in self.faces:
@@ -182,7 +188,7 @@ class Host:
 
     async def _vent_and_close(self) -> None:
         """Vent, wait until the board says that its valves are SAFE, and give the port back."""
-        self.instrument.step(Step.VENT)
+        self.instrument.vent(self._clock())
         self.link.vent()
         now_s = self._clock()
         self._send(self.link.tick(self.instrument.command(), now_s))

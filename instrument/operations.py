@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,8 @@ from instrument.arming import Arming, Step
 from instrument.commands import Run
 from instrument.interlocks import violated
 from instrument.refusal import Refusal
+
+log = logging.getLogger("pneuforce")
 
 if TYPE_CHECKING:
     from instrument.core import Instrument
@@ -23,6 +26,8 @@ class Operations:
     def __init__(self, instrument: Instrument) -> None:
         self._instrument = instrument
         self.clear_count = 0  #: what the board is told: a new value clears its faults
+        #: Faults being cleared: the board may still report them. One that comes again is none of these.
+        self.clearing: set[int] = set()
         self._clearing_since_s: float | None = None
         self.table: Mapping[str, Run] = {
             "zero_pressure": self._zero_pressure,
@@ -38,7 +43,10 @@ class Operations:
             return Refusal.IN_CONTACT
         if own.link_lost(now_s):
             return Refusal.LINK_LOST
-        return Refusal.NONE if own.chain.zero.take() else Refusal.STATE
+        if not own.chain.zero.take():
+            return Refusal.STATE
+        log.info("zero taken: the sensor reads %.3f kPa when vented", own.chain.zero.zero_kpa)
+        return Refusal.NONE
 
     def _undo_zero(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
         own = self._instrument
@@ -50,7 +58,7 @@ class Operations:
         own = self._instrument
         if own.link_lost(now_s) or own.sample is None:
             return Refusal.LINK_LOST
-        if violated(own.sample, own.measurement, own.settings.limits) is not None:
+        if own.frozen or violated(own.sample, own.measurement, own.settings.limits) is not None:
             return Refusal.CAUSE_PERSISTS
         return Refusal.NONE
 
@@ -63,17 +71,16 @@ class Operations:
 
     def _clear_faults(self, argument: int, now_s: float) -> Refusal | None:
         """Ask the board to clear; the answer comes with its samples. Never moves a valve."""
+        own = self._instrument
+        if own.vent_pending:
+            return Refusal.IN_CONTACT
         failed = self._self_test(argument, now_s)
         if failed is not Refusal.NONE:
             return failed
         self.clear_count += 1
+        self.clearing = set(own.faults)
         self._clearing_since_s = now_s
         return None
-
-    @property
-    def clearing(self) -> bool:
-        """Whether the board's answer to a clear is awaited."""
-        return self._clearing_since_s is not None
 
     def finished(self, now_s: float) -> Refusal | None:
         """Result of a clear that has just ended, None where there is none."""
@@ -81,13 +88,14 @@ class Operations:
         if self._clearing_since_s is None or own.sample is None:
             return None
         waited_s = now_s - self._clearing_since_s
-        if own.sample.faults == 0 and waited_s >= CLEAR_HEARD_S:
-            own.faults.clear()
-            own.step(Step.CLEAR)
-            result = Refusal.NONE
-        elif not waited_s <= CLEAR_ANSWER_S:
-            result = Refusal.CAUSE_PERSISTS
-        else:
+        heard = own.sample.faults == 0 and waited_s >= CLEAR_HEARD_S
+        if not heard and waited_s <= CLEAR_ANSWER_S:
             return None
+        if heard and self._self_test(0, now_s) is Refusal.NONE:
+            own.faults.clear(self.clearing)
+        self.clearing = set()
         self._clearing_since_s = None
-        return result
+        if own.faults:
+            return Refusal.CAUSE_PERSISTS
+        own.step(Step.CLEAR)
+        return Refusal.NONE

@@ -12,6 +12,7 @@ from instrument.lease import Lease, Peer
 from instrument.refusal import Refusal
 
 MOST_PEERS = 256
+SETPOINT_KPA = (2.0, 12.0)
 
 
 @dataclass(slots=True)
@@ -43,6 +44,7 @@ class Situation:
     in_contact: bool
     write_lock: bool
     lease_demanded: bool
+    answer_due: int | None  #: sequence of a command that is still busy
 
 
 @dataclass(slots=True)
@@ -70,16 +72,30 @@ def verdict(
         return Refusal.WRITE_LOCK
     if not lease.admits(peer):
         return Refusal.LEASE
+    refusal = _values_verdict(values, now)
+    if refusal is Refusal.NONE and values.get("mode") == "hold":
+        refusal = _hold_verdict(values, memory, wanted, now)
+    if refusal is Refusal.NONE and now.lease_demanded and _would_hold_unleased(values, lease, now):
+        refusal = Refusal.LEASE
+    return refusal
+
+
+def _values_verdict(values: Mapping[str, Any], now: Situation) -> Refusal:
+    if not SETPOINT_KPA[0] <= values.get("setpoint_requested_kpa", SETPOINT_KPA[0]) <= SETPOINT_KPA[1]:
+        return Refusal.STATE
     if "reference_pressure_kpa" in values and not now.vented:
         return Refusal.IN_CONTACT if now.in_contact else Refusal.STATE
-    if values.get("mode") == "hold":
-        return _hold_verdict(values, memory, wanted, lease, now)
+    if now.answer_due not in (None, values.get("command_sequence", now.answer_due)):
+        return Refusal.STATE
     return Refusal.NONE
 
 
-def _hold_verdict(
-    values: Mapping[str, Any], memory: PeerMemory, wanted: Wanted, lease: Lease, now: Situation
-) -> Refusal:
+def _would_hold_unleased(values: Mapping[str, Any], lease: Lease, now: Situation) -> bool:
+    mode = values.get("mode", "hold" if now.arming is Arming.HOLDING else "vent")
+    return mode == "hold" and not values.get("lease_s", lease.duration_s) > 0
+
+
+def _hold_verdict(values: Mapping[str, Any], memory: PeerMemory, wanted: Wanted, now: Situation) -> Refusal:
     """Why "hold" may not pass.
 
     Where the rig is not holding, a peer whose last mode was "hold" only repeats itself: it has to write
@@ -95,9 +111,4 @@ def _hold_verdict(
     if now.arming is Arming.READY and memory.mode == "hold":
         return Refusal.STATE
     setpoint_kpa = values.get("setpoint_requested_kpa", wanted.setpoint_kpa)
-    if not math.isfinite(setpoint_kpa):
-        return Refusal.STATE
-    leased = lease.holder is not None or values.get("lease_s", 0.0) > 0
-    if now.lease_demanded and not leased:
-        return Refusal.LEASE
-    return Refusal.NONE
+    return Refusal.NONE if math.isfinite(setpoint_kpa) else Refusal.STATE

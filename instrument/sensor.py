@@ -14,6 +14,7 @@ OFFSET = 0.04
 ZERO_SPAN_KPA = 1.3
 STEADY_KPA = 0.05
 STEADY_S = 0.5
+BRIDGED_S = 0.02  #: the most that one reading can vouch for: what went on in a longer gap is not known
 
 
 def nominal_pressure_kpa(adc_sum: int) -> float:
@@ -41,7 +42,8 @@ class Zero:
         """Follow the filtered reading; it is steady when it stays within 0.05 kPa for 0.5 s while vented."""
         low, high = min(self._low_kpa, nominal_kpa), max(self._high_kpa, nominal_kpa)
         if vented and high - low <= STEADY_KPA:
-            self._low_kpa, self._high_kpa, self._steady_s = low, high, self._steady_s + dt_s
+            self._low_kpa, self._high_kpa = low, high
+            self._steady_s += min(dt_s, BRIDGED_S)
         else:
             self._low_kpa = self._high_kpa = nominal_kpa
             self._steady_s = 0.0

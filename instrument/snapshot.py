@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from instrument.arming import Arming
+from instrument.commands import CommandBlock
 from instrument.lease import Peer
-from instrument.measurement import Measurement
+from instrument.measurement import Measurement, Quality
 from instrument.rig.frames import BoardState
 from instrument.status import status_of
 
@@ -78,68 +78,103 @@ class Snapshot:
 
 def snapshot_of(instrument: Instrument, peer: Peer, now_s: float) -> Snapshot:
     """What `peer` may see of the instrument at `now_s`. A stale measurement is shown as not available."""
-    age_s = instrument.age_s(now_s)
-    stale, lost = not age_s <= STALE_S, instrument.link_lost(now_s)
-    m = Measurement(t_s=instrument.measurement.t_s) if stale else instrument.measurement
-    chain, wanted, commands, lease = (
-        instrument.chain,
-        instrument.wanted,
-        instrument.commands,
-        instrument.lease,
-    )
-    holding = not stale and math.isfinite(m.rise_kpa)
-    in_effect = (
-        not stale
-        and instrument.arming is Arming.HOLDING
-        and instrument.sample
-        and instrument.sample.setpoint_pa
-    )
-    identity = instrument.settings.identity
+    stale, lost = not instrument.age_s(now_s) <= STALE_S, instrument.link_lost(now_s)
+    m = _shown(instrument, stale)
     return Snapshot(
-        force_n=m.force_n,
-        force_std_n=m.force_std_n,
-        force_uncompensated_n=m.force_n,
-        force_low_n=m.force_low_n,
-        peak_force_n=instrument.peak_force_n,
-        pressure_kpa=m.pressure_kpa,
-        initial_pressure_kpa=m.initial_kpa,
-        rise_kpa=m.rise_kpa,
-        radius_mm=m.radius_mm,
-        indentation_mm=m.indentation_mm,
-        contact_radius_mm=m.contact_radius_mm,
-        drift_kpa_per_s=chain.tracker.drift_kpa_per_s if holding else math.nan,
-        baseline_age_s=chain.tracker.baseline_age_s,
-        delay_s=chain.settings.delay_s if holding else math.nan,
-        age_s=min(age_s, AGE_LIMIT_S),
-        sample_counter=instrument.sample_counter,
-        contact_counter=chain.tracker.count,
         state=state_of(instrument, lost),
         status=status_of(instrument, m, stale, lost),
-        setpoint_kpa=in_effect / 1e3 if in_effect else math.nan,
-        first_fault=instrument.faults.first,
-        active_faults=len(instrument.faults),
-        setpoint_requested_kpa=wanted.setpoint_kpa,
-        force_limit_n=wanted.force_limit_n,
-        mode=wanted.mode,
-        reference_pressure_kpa=wanted.reference_kpa,
-        lease_s=lease.duration_s,
-        lease_left_s=lease.left_s(now_s),
-        lease_holder=lease.holder[0] if lease.holder else "none",
-        refusal=instrument.peers.of(peer).refusal,
-        command_key=commands.key,
-        command_code=commands.code,
-        command_argument=commands.argument,
-        command_sequence=commands.sequence,
-        answer_sequence=commands.answer_sequence,
-        answer_state=commands.answer_state,
-        answer_result=commands.answer_result,
-        method=chain.settings.method,
-        configuration_hash=identity.configuration_hash,
-        serial_number=identity.serial_number,
-        calibration_date=identity.calibration_date,
-        balloon_id=instrument.balloon_id,
-        inflations=instrument.inflations,
+        **_measured(instrument, m, now_s),
+        **_controlled(instrument, stale),
+        **_asked(instrument, peer, now_s),
+        **_answered(instrument.commands),
+        **_identity(instrument),
     )
+
+
+def _shown(instrument: Instrument, stale: bool) -> Measurement:
+    """The latest measurement, without what is not available: all of it when stale, the force when tripped."""
+    m = instrument.measurement
+    if stale:
+        return Measurement(t_s=m.t_s)
+    if instrument.tripped:
+        return Measurement(
+            t_s=m.t_s,
+            pressure_kpa=m.pressure_kpa,
+            unfiltered_kpa=m.unfiltered_kpa,
+            quality=m.quality | Quality.NOT_HOLDING,
+        )
+    return m
+
+
+def _measured(instrument: Instrument, m: Measurement, now_s: float) -> dict[str, Any]:
+    chain, age_s = instrument.chain, instrument.age_s(now_s)
+    locked = math.isfinite(m.rise_kpa)
+    return {
+        "force_n": m.force_n,
+        "force_std_n": m.force_std_n,
+        "force_uncompensated_n": m.force_n,
+        "force_low_n": m.force_low_n,
+        "peak_force_n": instrument.peak_force_n,
+        "pressure_kpa": m.pressure_kpa,
+        "initial_pressure_kpa": m.initial_kpa,
+        "rise_kpa": m.rise_kpa,
+        "radius_mm": m.radius_mm,
+        "indentation_mm": m.indentation_mm,
+        "contact_radius_mm": m.contact_radius_mm,
+        "drift_kpa_per_s": chain.tracker.drift_kpa_per_s if locked else math.nan,
+        "baseline_age_s": min(chain.tracker.baseline_age_s + age_s, AGE_LIMIT_S),
+        "delay_s": chain.settings.delay_s if locked else math.nan,
+        "age_s": min(age_s, AGE_LIMIT_S),
+        "sample_counter": instrument.sample_counter,
+        "contact_counter": chain.tracker.count,
+    }
+
+
+def _controlled(instrument: Instrument, stale: bool) -> dict[str, Any]:
+    in_effect = instrument.sample.setpoint_pa if instrument.sample and instrument.holding and not stale else 0
+    return {
+        "setpoint_kpa": in_effect / 1e3 if in_effect else math.nan,
+        "first_fault": instrument.faults.first,
+        "active_faults": len(instrument.faults),
+        "inflations": instrument.inflations,
+        "balloon_id": instrument.balloon_id,
+    }
+
+
+def _asked(instrument: Instrument, peer: Peer, now_s: float) -> dict[str, Any]:
+    wanted, lease = instrument.wanted, instrument.lease
+    return {
+        "setpoint_requested_kpa": wanted.setpoint_kpa,
+        "force_limit_n": wanted.force_limit_n,
+        "mode": wanted.mode,
+        "reference_pressure_kpa": wanted.reference_kpa,
+        "lease_s": lease.duration_s,
+        "lease_left_s": lease.left_s(now_s),
+        "lease_holder": lease.holder[0] if lease.holder else "none",
+        "refusal": instrument.peers.of(peer).refusal,
+    }
+
+
+def _answered(commands: CommandBlock) -> dict[str, Any]:
+    return {
+        "command_key": commands.key,
+        "command_code": commands.code,
+        "command_argument": commands.argument,
+        "command_sequence": commands.sequence,
+        "answer_sequence": commands.answer_sequence,
+        "answer_state": commands.answer_state,
+        "answer_result": commands.answer_result,
+    }
+
+
+def _identity(instrument: Instrument) -> dict[str, Any]:
+    identity = instrument.settings.identity
+    return {
+        "method": instrument.chain.settings.method,
+        "configuration_hash": identity.configuration_hash,
+        "serial_number": identity.serial_number,
+        "calibration_date": identity.calibration_date,
+    }
 
 
 def state_of(instrument: Instrument, lost: bool) -> str:

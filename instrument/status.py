@@ -35,7 +35,8 @@ def status_of(instrument: Instrument, m: Measurement, stale: bool, lost: bool) -
 def _conditions(
     instrument: Instrument, m: Measurement, stale: bool, lost: bool
 ) -> tuple[tuple[str, bool], ...]:
-    state = instrument.sample.state if instrument.sample and not stale else None
+    shown = instrument.sample is not None and not stale and not instrument.tripped
+    state = instrument.sample.state if instrument.sample and shown else None
     tracker = instrument.chain.tracker
     holding = state == BoardState.HOLDING
     unsuited = (

@@ -7,7 +7,9 @@ from enum import Enum, auto
 
 from instrument.errors import ProtocolMismatch
 from instrument.rig.frames import (
+    COUNTS_LIMIT,
     PROTOCOL_VERSION,
+    BoardState,
     Command,
     Decoder,
     Event,
@@ -25,6 +27,8 @@ KEEP_ALIVE_S = 0.05
 #: A board's uptime may lag behind ours by its clock's error and by this, without having restarted.
 CLOCK_TOLERANCE = 0.01
 RESTART_MS = 250
+UPTIME_WRAP_MS = 2**32
+_STATES = frozenset(BoardState)
 
 
 class Phase(Enum):
@@ -53,9 +57,10 @@ class Link:
     lost_frames: int = 0  #: gaps in the sequence
     repeated_frames: int = 0
     frozen_frames: int = 0  #: samples in a row whose board time stood still
+    implausible_frames: int = 0  #: samples with a value that no board can send
     heard_bytes: int = 0
     command_sequence: int = 0  #: sequence of the last command sent
-    events: list[Event] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)  #: not yet taken by the host
     decoder: Decoder = field(default_factory=Decoder.of_board)
     _last: Frame | None = None
     _greeted_s: float = 0.0
@@ -67,6 +72,7 @@ class Link:
         """Begin with a greeting again: the port was opened anew, or the board restarted."""
         self.phase = Phase.GREETING
         self._last = None
+        self.frozen_frames = 0
         self._sent_s = float("-inf")
         self._sent = None
         self.decoder = Decoder.of_board()
@@ -85,11 +91,14 @@ class Link:
                     samples.append(RawSample(frame.sequence, now_s, message))
             elif isinstance(message, Hello):
                 self._greet(message, frame.version, now_s)
-            elif isinstance(message, Event):
+            elif isinstance(message, Event) and {message.state, message.was} <= _STATES:
                 self.events.append(message)
         return samples
 
     def _is_new(self, frame: Frame, message: Sample) -> bool:
+        if message.state not in _STATES or message.adc_sum > COUNTS_LIMIT:
+            self.implausible_frames += 1
+            return False
         if self.hello is None:
             return False
         last, self._last = self._last, frame
@@ -110,28 +119,32 @@ class Link:
         if version != PROTOCOL_VERSION:
             raise ProtocolMismatch(version, PROTOCOL_VERSION)
         if self.hello is not None:
-            expected_ms = self.hello.uptime_ms + (now_s - self._greeted_s) * 1e3
-            if hello.uptime_ms < expected_ms * (1 - CLOCK_TOLERANCE) - RESTART_MS:
+            passed_ms = (now_s - self._greeted_s) * 1e3 * (1 - CLOCK_TOLERANCE)
+            least_ms = (self.hello.uptime_ms + passed_ms) % UPTIME_WRAP_MS - RESTART_MS
+            if hello.uptime_ms < least_ms:
                 self.board_restarts += 1
                 self.restart()
         self.hello, self._greeted_s = hello, now_s
 
     def vent(self) -> None:
-        """Ask for the vent message in front of the next command, once."""
+        """Ask for the vent message in front of whatever is sent next, once."""
         self._vent_asked = True
 
     def tick(self, wanted: Command, now_s: float) -> bytes:
-        """Bytes to send now: a greeting, or the command at every change and every 50 ms."""
-        if self.phase is Phase.GREETING:
-            if now_s - self._sent_s < IDENTIFY_EVERY_S:
-                return b""
-            self._sent_s = now_s
-            return self._encode(Identify())
-        if wanted == self._sent and now_s - self._sent_s < KEEP_ALIVE_S and not self._vent_asked:
-            return b""
-        self._sent, self._sent_s = wanted, now_s
+        """Bytes to send now: a greeting, or the command at every change and every 50 ms.
+
+        Of all that moves a valve, a board that has not yet answered is sent a vent only.
+        """
         urgent = self._encode(Vent()) if self._vent_asked else b""
         self._vent_asked = False
+        if self.phase is Phase.GREETING:
+            if now_s - self._sent_s < IDENTIFY_EVERY_S:
+                return urgent
+            self._sent_s = now_s
+            return urgent + self._encode(Identify())
+        if wanted == self._sent and now_s - self._sent_s < KEEP_ALIVE_S and not urgent:
+            return b""
+        self._sent, self._sent_s = wanted, now_s
         return urgent + self._encode(wanted)
 
     def _encode(self, message: Message) -> bytes:

@@ -1,0 +1,32 @@
+"""Settings: what the core needs of the configuration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from instrument.chain import ChainSettings
+from instrument.interlocks import Limits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identity:
+    """Who this instrument is."""
+
+    serial_number: int = 0
+    calibration_date: int = 0
+    configuration_hash: int = 0
+    balloon_id: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What the core needs of the configuration."""
+
+    chain: ChainSettings = field(default_factory=ChainSettings)
+    limits: Limits = field(default_factory=Limits)
+    identity: Identity = field(default_factory=Identity)
+    force_limit_n: float = 5.0
+    vent_on_force_limit: bool = False
+    vent_after_s: float = 2.0
+    write_lock: bool = False
+    lease_demanded: bool = False
