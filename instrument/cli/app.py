@@ -59,7 +59,8 @@ def demo(
     Starts the rig simulator, a CAN hub and the instrument as processes of their own, inflates the balloon and
     lets a simulated hand press it again and again. What the panel shows is read back over Modbus and CAN.
     """
-    from instrument.cli.demo import Ports, run_demo
+    from instrument.cli.demo import run_demo
+    from instrument.cli.panel import Ports
 
     raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), seed))
 
@@ -162,9 +163,12 @@ def watch(
 
     Example: pneuforce watch modbus --seconds 5
     """
-    from instrument.cli.watch import CanBusAt, watch_can, watch_modbus
+    from instrument.cli.observe import NodeAt
+    from instrument.cli.watch import watch_can, watch_modbus
+    from registers.can.bus import BusAt
 
     if bus is BusName.MODBUS:
         watch_modbus(host, port or 5020, seconds, as_json)
     else:
-        watch_can(CanBusAt(interface, channel, host, port or 29536, node_id), seconds, as_json)
+        at = BusAt(interface=interface, channel=channel, host=host, port=port or 29536)
+        watch_can(NodeAt(at, node_id), seconds, as_json)

@@ -9,7 +9,7 @@ import signal
 import sys
 from importlib.metadata import version
 
-from instrument.cli.can_face import CanFace, open_can
+from instrument.cli.can_face import CanFace
 from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.errors import FaceError
@@ -18,7 +18,7 @@ from registers.modbus.tcp import ModbusTcpServer, Options
 
 log = logging.getLogger("pneuforce")
 
-URL = "https://example.com/pneuforce"
+URL = "https://pneuforce.example"
 SWITCH_INTERVAL_S = 0.0005  #: how long a bus thread may hold up the loop
 
 
@@ -37,35 +37,36 @@ async def _serve(configuration: Configuration) -> None:
         loop.add_signal_handler(number, stop.set)
     instrument = Instrument(configuration.settings())
     host = Host(instrument, configuration.rig.port)
-    can = await open_can(configuration.can, instrument, stop)
     modbus = modbus_server(configuration, instrument)
+    can = CanFace(instrument, configuration.can) if configuration.can.enabled else None
     try:
-        await _start(host, modbus, can, configuration, stop)
+        if can is not None:
+            await can.open()  # python-can takes long to import: before the rig waits for its keep-alive
+        await host.connect()
+        log.info("rig on %s answered", host.url)
+        if can is not None:
+            host.faces.append(can)
+        await _work(host, modbus, configuration, stop)
     finally:
-        if modbus is not None:
-            modbus.close()
         if can is not None:
             can.close()
 
 
-async def _start(
-    host: Host,
-    modbus: ModbusTcpServer | None,
-    can: CanFace | None,
-    configuration: Configuration,
-    stop: asyncio.Event,
+async def _work(
+    host: Host, modbus: ModbusTcpServer | None, configuration: Configuration, stop: asyncio.Event
 ) -> None:
-    await host.connect()
-    log.info("rig on %s answered", host.url)
-    if modbus is not None:
-        await _listen(modbus, configuration)
-    if can is not None:
-        host.faces.append(can)
-        can.start()
-        log.info("CAN on %s, node %d", configuration.can.channel, configuration.can.node_id)
-    gc.freeze()
-    await host.run(stop)
-    log.info("vented; ended")
+    working = asyncio.create_task(host.run(stop))
+    try:
+        if modbus is not None:
+            await _listen(modbus, configuration)
+        gc.freeze()
+        await working
+        log.info("vented; ended")
+    finally:
+        stop.set()
+        await working
+        if modbus is not None:
+            modbus.close()
 
 
 def modbus_server(configuration: Configuration, instrument: Instrument) -> ModbusTcpServer | None:

@@ -1,0 +1,63 @@
+"""The CAN face: the node's frames go out, frames received come in on the loop's thread."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from functools import partial
+
+from instrument.config import Can
+from instrument.core import Instrument
+from instrument.errors import FaceError
+from registers.can.bus import BusAt
+from registers.can.live import CanBus
+from registers.can.node import CanNode
+from registers.can.options import Options
+from registers.can.wire import CanFrame
+
+
+class CanFace:
+    """A node on a live bus, told of samples and time by the host."""
+
+    def __init__(self, instrument: Instrument, own: Can) -> None:
+        """Set up the node. Raises FaceError: a bus load above 60 %."""
+        try:
+            options = Options(node_id=own.node_id, force_rate_hz=own.force_rate_hz, bit_rate=own.bit_rate)
+        except ValueError as error:
+            raise FaceError(str(error)) from None
+        self.node = CanNode(instrument, options)
+        at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
+        self.bus = CanBus(at, self._hand_over)
+        self._instrument = instrument
+        self._loop = asyncio.get_running_loop()
+
+    async def open(self) -> None:
+        """Open the bus and see that the node id is free: 1.2 s. Raises FaceError."""
+        try:
+            await asyncio.to_thread(self.bus.open, self.node.heartbeat_id)
+        except OSError as error:
+            raise FaceError(str(error)) from None
+
+    def on_sample(self, now_s: float) -> None:
+        """Send what is due at a new sample."""
+        self._send(self.node.on_sample(now_s))
+
+    def tick(self, now_s: float) -> None:
+        """Send what is due by time, and tell the instrument how the bus is."""
+        self._instrument.can_down = not self.bus.is_up
+        self._send(self.node.tick(now_s))
+
+    def close(self) -> None:
+        """Let the bus go."""
+        self.bus.close()
+
+    def _hand_over(self, frame: CanFrame) -> None:
+        if self.node.hears(frame):
+            self._loop.call_soon_threadsafe(partial(self._received, frame))
+
+    def _received(self, frame: CanFrame) -> None:
+        self._send(self.node.receive(frame, time.monotonic()))
+
+    def _send(self, frames: list[CanFrame]) -> None:
+        for frame in frames:
+            self.bus.send(frame)

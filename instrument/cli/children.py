@@ -1,0 +1,109 @@
+"""Child processes that end with their parent, whatever ends it."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Sequence
+from threading import Thread
+from typing import IO, Any, Self
+
+from instrument.errors import PneuforceError
+
+_PR_SET_PDEATHSIG = 1
+STOP_S = 0.6
+START_S = 20.0
+
+
+class ChildFailed(PneuforceError):
+    """A child process ended, or did not get ready."""
+
+
+class Child:
+    """A Python module run as a process; its stderr is kept for whoever asks why it ended."""
+
+    def __init__(self, name: str, arguments: Sequence[str]) -> None:
+        self.name = name
+        self.said: deque[str] = deque(maxlen=200)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,  # Ctrl-C reaches the parent alone, which ends its children in order
+            preexec_fn=_end_with_parent,
+        )
+        assert self._process.stderr is not None
+        self._reader = Thread(target=self._read, args=(self._process.stderr,), daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def _read(self, stream: IO[str]) -> None:
+        for line in stream:
+            self.said.append(line.rstrip())
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    def ready(self) -> dict[str, Any]:
+        """The JSON line with which it says that it is ready. Raises ChildFailed."""
+        assert self._process.stdout is not None
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._process.stdout, selectors.EVENT_READ)
+            heard = selector.select(START_S)
+        line = self._process.stdout.readline() if heard else ""
+        if not line:
+            raise self.failure()
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def failure(self) -> ChildFailed:
+        """Why it ended, in its own last words."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(1.0)
+        self._reader.join(1.0)
+        words = self.said[-1].removeprefix("pneuforce: ") if self.said else "it said nothing"
+        return ChildFailed(f"the {self.name} ended: {words}")
+
+    def stop(self) -> None:
+        """End it: asked first, killed where it does not within 0.6 s."""
+        if self.running:
+            self._process.send_signal(signal.SIGTERM)
+        try:
+            self._process.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for stream in (self._process.stdout, self._process.stderr):
+            if stream is not None:
+                self._reader.join(0.1)
+                stream.close()
+
+
+def _end_with_parent() -> None:
+    """Let Linux send SIGTERM when the parent dies, however that comes."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def wait_until(condition: Any, child: Child, deadline_s: float = START_S) -> None:
+    """Wait until `condition()` holds. Raises ChildFailed where `child` ends first or time runs out."""
+    until_s = time.monotonic() + deadline_s
+    while not condition():
+        if not child.running or time.monotonic() > until_s:
+            raise child.failure()
+        time.sleep(0.05)

@@ -1,0 +1,137 @@
+"""`pneuforce demo`: simulator, CAN hub and instrument as processes, watched as a PLC and a robot would."""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event
+from typing import Any
+
+from rich.live import Live
+
+from instrument.cli.children import Child, ChildFailed, wait_until
+from instrument.cli.observe import NodeAt, Observer, Seen, number
+from instrument.cli.panel import Ports, panel, plain_line
+from registers.can.bus import BusAt
+from registers.modbus.client import Plc, PlcError
+
+SETPOINT_KPA = 8.0
+PANEL_HZ = 5
+
+
+def run_demo(seconds: float | None, ports: Ports, seed: int) -> int:
+    """Run the demo until `seconds` have passed, Ctrl-C or SIGTERM; returns the exit code.
+
+    Raises ChildFailed where a part cannot start or ends by itself.
+    """
+    stop = Event()
+    for number_ in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number_, lambda *_: stop.set())
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
+        control_port, (sim, hub, host) = _start(stack, folder, ports, seed)
+        plc = _connected(host, ports, stop)
+        if plc is None:
+            return 0
+        observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), control_port)
+        observer.start()
+        stack.callback(plc.close)
+        stack.callback(observer.stop)
+        _show(observer, ports, seconds, stop, (host, sim, hub))
+    return 0
+
+
+def _start(stack: ExitStack, folder: Path, ports: Ports, seed: int) -> tuple[int, tuple[Child, Child, Child]]:
+    """Control port of the simulator, and the three processes.
+
+    They start in the order in which each needs the other, and end in the reverse one.
+    """
+    link = folder / "rig"
+    sim = stack.enter_context(
+        Child("simulator", ["instrument", "sim", "--link", str(link), "--seed", str(seed)])
+    )
+    hub = stack.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(ports.can)]))
+    control_port = sim.ready()["control"]
+    hub.ready()
+    file = folder / "instrument.toml"
+    file.write_text(
+        f'[rig]\nport = "{link}"\n[modbus]\nport = {ports.modbus}\n'
+        f'[can]\nenabled = true\ninterface = "socketcand"\nport = {ports.can}\n'
+    )
+    host = stack.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
+    return control_port, (sim, hub, host)
+
+
+def _connected(host: Child, ports: Ports, stop: Event) -> Plc | None:
+    """A Modbus connection as soon as the instrument answers; None where the demo was stopped before."""
+    found: list[Plc] = []
+
+    def answers() -> bool:
+        if stop.is_set():
+            return True
+        try:
+            found.append(Plc.connect(port=ports.modbus))
+        except PlcError:
+            return False
+        return host.running
+
+    wait_until(answers, host)
+    return found[0] if found else None
+
+
+class Script:
+    """The demo's own commands: vent, setpoint, hold, once; none where a client has asked for a pressure."""
+
+    def __init__(self, port: int) -> None:
+        self._port = port
+        self._done = False
+
+    def step(self, seen: dict[str, Any]) -> None:
+        """Inflate as soon as the sensor has its zero. Raises PlcError."""
+        if self._done or "not_zeroed" in seen.get("status", {"not_zeroed"}):
+            return
+        self._done = True
+        if math.isfinite(number(seen, "setpoint_requested")):
+            return
+        with Plc.connect(port=self._port) as plc:
+            plc.write("mode", "vent")
+            plc.write("setpoint_requested", SETPOINT_KPA)
+            plc.write("mode", "hold")
+
+
+def _show(
+    observer: Observer, ports: Ports, seconds: float | None, stop: Event, children: Sequence[Child]
+) -> None:
+    begun_s = time.monotonic()
+    script = Script(ports.modbus)
+    with _display(observer.seen, ports) as (update, period_s):
+        while not stop.wait(period_s):
+            elapsed_s = time.monotonic() - begun_s
+            if seconds is not None and elapsed_s > seconds:
+                return
+            for child in children:
+                if not child.running:
+                    raise child.failure()
+            if observer.failure is not None:
+                raise ChildFailed(str(observer.failure))
+            script.step(observer.seen.modbus)
+            update(elapsed_s)
+
+
+@contextmanager
+def _display(seen: Seen, ports: Ports) -> Iterator[tuple[Callable[[float], None], float]]:
+    """What to call with the time that has passed, and how often: a panel, or one line a second."""
+    if not sys.stdout.isatty():
+        yield lambda elapsed_s: print(plain_line(seen, elapsed_s, time.monotonic()), flush=True), 1.0
+        return
+    with Live(auto_refresh=False, screen=False) as live:
+        yield (
+            lambda elapsed_s: live.update(panel(seen, ports, elapsed_s, time.monotonic()), refresh=True),
+            1 / PANEL_HZ,
+        )

@@ -1,0 +1,63 @@
+"""The whole instrument as its users run it: simulator, CAN hub and host process, on free ports."""
+
+import json
+import socket
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import pytest
+
+from instrument.cli.children import Child, wait_until
+from registers.modbus.client import Plc, PlcError
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
+@dataclass
+class Stack:
+    """A running instrument and its simulated rig."""
+
+    modbus_port: int
+    can_port: int
+    host: Child
+    sim: Child
+    control: socket.socket
+
+    def plc(self):
+        return Plc.connect(port=self.modbus_port)
+
+    def order(self, **what):
+        """Command the simulated hand."""
+        self.control.sendall(json.dumps(what).encode() + b"\n")
+
+
+@pytest.fixture
+def stack(tmp_path):
+    with ExitStack() as children:
+        link, hub_port, modbus_port = tmp_path / "rig", free_port(), free_port()
+        sim = children.enter_context(
+            Child("simulator", ["instrument", "sim", "--link", str(link), "--no-hand"])
+        )
+        hub = children.enter_context(Child("hub", ["registers.can.hub", "--port", str(hub_port)]))
+        control_port = sim.ready()["control"]
+        hub.ready()
+        file = tmp_path / "instrument.toml"
+        file.write_text(
+            f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus_port}\n'
+            f'[can]\nenabled = true\ninterface = "socketcand"\nport = {hub_port}\n'
+        )
+        host = children.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
+        wait_until(lambda: answers(modbus_port), host)
+        control = children.enter_context(socket.create_connection(("127.0.0.1", control_port)))
+        yield Stack(modbus_port, hub_port, host, sim, control)
+
+
+def answers(port):
+    try:
+        Plc.connect(port=port).close()
+    except PlcError:
+        return False
+    return True

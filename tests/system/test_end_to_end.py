@@ -1,0 +1,130 @@
+"""The main job, with every part real: bytes on a pty, sockets, and clients that others wrote."""
+
+import math
+import os
+import shutil
+import subprocess
+import time
+
+import can
+import cantools
+import pytest
+
+from registers.modbus.client import PlcError
+from registers.views import VIEWS
+from tests.system.waiting import inflate, wait_for
+
+DBC = cantools.database.load_string(VIEWS["dbc"].render(), "dbc")
+FORCE_ID = 0x185
+
+needs_mbpoll = pytest.mark.skipif(
+    shutil.which("mbpoll") is None and not os.environ.get("CI"), reason="apt-get install mbpoll"
+)
+
+
+def can_forces(bus, count):
+    """Force [N] of the next frames, as a robot controller with the DBC reads them."""
+    forces = []
+    until_s = time.monotonic() + 5
+    while len(forces) < count and time.monotonic() < until_s:
+        frame = bus.recv(0.5)
+        if frame is not None and frame.arbitration_id == FORCE_ID:
+            forces.append(DBC.decode_message(FORCE_ID, frame.data)["force"] / 1e3)
+    return forces
+
+
+def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack):
+    with (
+        stack.plc() as plc,
+        can.Bus(
+            interface="socketcand", host="127.0.0.1", port=stack.can_port, channel="can0", tcp_tune=True
+        ) as bus,
+    ):
+        inflate(plc, 8.0)
+        for applied_n in (1.5, 2.5):
+            stack.order(press=applied_n)
+            wait_for(plc.read, lambda v: "in_contact" in v["status"])
+            wait_for(plc.read, lambda v, f=applied_n: abs(v["force"] - f) < 0.1)
+            time.sleep(1.0)
+            while bus.recv(0) is not None:
+                pass
+            values, (force_n, *_) = plc.read(), can_forces(bus, 1)
+            assert abs(values["force"] - applied_n) <= 2 * values["force_uncertainty"]
+            assert force_n == pytest.approx(values["force"], abs=0.006)
+            assert "force_valid" not in values["status"]  # a word of the condensed status only
+            assert "force_valid" in values["condensed_status"]
+        stack.order(release=True)
+        released = wait_for(plc.read, lambda v: "in_contact" not in v["status"])
+        assert released["force"] == 0.0
+        assert released["peak_force"] == pytest.approx(2.5, abs=0.1)
+        assert released["contact_counter"] == 1
+
+
+def mbpoll(stack, *arguments):
+    command = ["mbpoll", "-m", "tcp", "-p", str(stack.modbus_port), "-0", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+
+
+@needs_mbpoll
+def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack):
+    with stack.plc() as plc:
+        inflate(plc, 6.0)
+        done = mbpoll(stack, "-B", "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "8.0")
+        assert done.returncode == 0, done.stderr
+        wait_for(plc.read, lambda v: v["state"] == "holding" and v["setpoint"] == 8.0)
+        settled = wait_for(plc.read, lambda v: "holding" in v["status"])
+        assert settled["pressure"] == pytest.approx(8.0, abs=0.12)
+
+
+@needs_mbpoll
+@pytest.mark.parametrize("arguments", [("8.0",), ("-B", "12.5"), ("-B", "nan"), ("-B", "-1")])
+def test_swapped_words_and_values_out_of_span_are_refused_and_change_nothing(stack, arguments):
+    *order, value = arguments
+    with stack.plc() as plc:
+        plc.write("setpoint_requested", 5.5)
+        refused = mbpoll(stack, *order, "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "--", value)
+        assert "Illegal data value" in refused.stderr
+        assert plc.read()["setpoint_requested"] == 5.5
+
+
+def test_writing_hold_for_ever_does_not_inflate_a_tripped_rig(stack):
+    with stack.plc() as plc:
+        inflate(plc, 6.0)
+        plc.write("lease", 0.3)
+        wait_for(plc.read, lambda v: v["state"] == "tripped")
+        until_s = time.monotonic() + 3.0
+        while time.monotonic() < until_s:
+            with pytest.raises(PlcError, match="fault_latched"):
+                plc.write("mode", "hold")
+        values = plc.read()
+        assert values["state"] == "tripped"
+        assert values["pressure"] < 0.3
+        assert math.isnan(values["setpoint"])
+
+
+def test_after_a_trip_clear_vent_hold_in_this_order_inflates_again(stack):
+    with stack.plc() as plc:
+        inflate(plc, 6.0)
+        plc.write("lease", 0.2)
+        wait_for(plc.read, lambda v: v["state"] == "tripped")
+        plc.write("command_key", 0x5046)
+        plc.write("command_code", "clear_faults")
+        plc.write("command_sequence", 1)
+        cleared = wait_for(plc.read, lambda v: v["answer_state"] != "busy")
+        assert (cleared["answer_state"], cleared["answer_result"]) == ("done", "none")
+        with pytest.raises(PlcError, match="reason state"):
+            plc.write("mode", "hold")
+        plc.write("mode", "vent")
+        plc.write("mode", "hold")
+        wait_for(plc.read, lambda v: v["state"] == "holding")
+
+
+def test_a_host_that_is_killed_leaves_a_board_that_vents_by_itself(stack):
+    with stack.plc() as plc:
+        inflate(plc, 6.0)
+    stack.order(truth=1)
+    stack.host._process.kill()
+    truth = stack.control.makefile()
+    pressures = (abs(__import__("json").loads(line)["balloon_kpa"]) for line in truth)
+    until_s = time.monotonic() + 6.0
+    assert any(p < 0.3 for p in pressures if time.monotonic() < until_s)
