@@ -14,6 +14,8 @@ from registers.modbus.identity import Object
 from registers.modbus.tcp import ModbusTcpServer, Options
 from registers.source import Source
 
+FORCE = bytes.fromhex("04 0000 0002")
+FORCE_ANSWER = bytes.fromhex("04 04 3fa00000")
 IDENTITY = {Object.VENDOR: "pneuforce", Object.PRODUCT_CODE: "PF", Object.REVISION: "0.1", 0x80: "42"}
 
 
@@ -45,9 +47,13 @@ def asked(client: socket.socket, request: str) -> str:
     return received(client)
 
 
+def still_answers(client):
+    return asked(client, "0001 0000 0006 01 04 0000 0002") == "00 01 00 00 00 07 01 04 04 3f a0 00 00"
+
+
 def received(client: socket.socket) -> str:
-    head = _exactly(client, 6)
-    return (head + _exactly(client, int.from_bytes(head[4:6], "big"))).hex(" ") if head else ""
+    head = exactly(client, 6)
+    return (head + exactly(client, int.from_bytes(head[4:6], "big"))).hex(" ") if head else ""
 
 
 def everything(client: socket.socket) -> bytes:
@@ -58,14 +64,15 @@ def everything(client: socket.socket) -> bytes:
     return data
 
 
-def _exactly(client: socket.socket, count: int) -> bytes:
-    data = b""
+def exactly(client: socket.socket, count: int) -> bytes:
+    """`count` bytes; none where the server closed first."""
+    data = bytearray()
     while len(data) < count:
-        chunk = client.recv(count - len(data))
+        chunk = client.recv(min(count - len(data), 65536))
         if not chunk:
             return b""
         data += chunk
-    return data
+    return bytes(data)
 
 
 def eventually(fact: Callable[[], bool], within_s: float = 5.0) -> bool:

@@ -55,6 +55,7 @@ def test_what_is_no_header_breaks_the_connection(data, why):
     assert decoder.feed(frame(7, 1, b"\x03") + data) == [Request(7, 1, b"\x03")], "what came before counts"
     assert decoder.broken == why
     assert decoder.feed(frame(8, 1, b"\x03")) == [], "nothing behind it does"
+    assert not decoder.unfinished
 
 
 def test_the_longest_frame_is_taken():

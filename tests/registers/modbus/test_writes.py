@@ -1,0 +1,196 @@
+"""Writes in hex, and what reaches the source: all of a request, nothing, or a vent alone."""
+
+import pytest
+
+from tests.registers.modbus.asking import PLC, answer, spaced
+from tests.registers.modbus.memory import AT_REST, MemorySource
+
+WRITTEN = ("setpoint_requested_kpa", "force_limit_n", "mode", "lease_s", "reference_pressure_kpa")
+ACCEPTED_WRITES = [
+    ("06 0204 0001", "06 0204 0001", {"mode": "hold"}),
+    ("06 0220 1f40", "06 0220 1f40", {"setpoint_requested_kpa": 8.0}),
+    ("06 0221 07d0", "06 0221 07d0", {"force_limit_n": 2.0}),
+    ("10 0200 0002 04 41000000", "10 0200 0002", {"setpoint_requested_kpa": 8.0}),
+    ("10 0200 0005 0a 41000000 40000000 0001", "10 0200 0005",
+     {"setpoint_requested_kpa": 8.0, "force_limit_n": 2.0, "mode": "hold"}),
+    ("10 0208 0004 08 5046 0002 0000 0007", "10 0208 0004",
+     {"command_key": 0x5046, "command_code": "clear_faults", "command_argument": 0, "command_sequence": 7}),
+    ("16 0204 fffe 0001", "16 0204 fffe 0001", {"mode": "hold"}),
+    ("16 0220 00ff 1000", "16 0220 00ff 1000", {"setpoint_requested_kpa": 0x1088 / 1000}),  # 5000 is 1388h
+    ("17 0200 0002 0200 0002 04 41000000", "17 04 41000000", {"setpoint_requested_kpa": 8.0}),
+    ("17 0000 0002 0204 0001 02 0001", "17 04 3fa00000", {"mode": "hold"}),
+]  # fmt: skip
+
+REFUSED_WRITES = [
+    ("06 0200 4100", "86 03"),  # half of the setpoint
+    ("06 0201 0000", "86 03"),
+    ("06 0204 0002", "86 03"),  # no such mode
+    ("06 0220 07cf", "86 03"),  # 1999 Pa
+    ("06 0220 2ee1", "86 03"),  # 12001 Pa
+    ("06 0220 ffff", "86 03"),  # "not available"
+    ("06 0000 0000", "86 02"),  # read-only
+    ("06 0019 0000", "86 02"),
+    ("06 020f 0000", "86 02"),  # reserved
+    ("06 2710 0000", "86 02"),
+    ("06 ffff 0000", "86 02"),
+    ("06 0220", "86 03"),
+    ("06 0204 00", "86 03"),  # half a vent is none
+    ("06 0220 1f40 00", "86 03"),
+    ("10 0200 0002 04 00004100", "90 03"),  # words swapped
+    ("10 0200 0002 04 7fc00000", "90 03"),  # NaN
+    ("10 0200 0002 04 7f800000", "90 03"),  # infinity
+    ("10 0200 0002 04 ff800000", "90 03"),
+    ("10 0200 0002 04 bf800000", "90 03"),  # -1
+    ("10 0200 0002 04 414028f6", "90 03"),  # 12.01 kPa
+    ("10 0200 0002 04 00000000", "90 03"),
+    ("10 0200 0002 03 410000", "90 03"),  # byte count is not twice the quantity
+    ("10 0200 0002 06 41000000 0000", "90 03"),
+    ("10 0200 0002 04 4100", "90 03"),  # shorter than its count
+    ("10 0200 0002 04 41000000 00", "90 03"),
+    ("10 0200 0000 00", "90 03"),
+    ("10 0200 0080 00", "90 03"),
+    ("10 0200 007c f8 " + "0000" * 124, "90 03"),
+    ("10 0200", "90 03"),
+    ("10 0200 0003 06 41000000 4000", "90 03"),  # the last value half
+    ("10 0200 0004 08 41000000 7fc00000", "90 03"),  # the second bad: nothing of the first
+    ("10 01ff 0003 06 0000 41000000", "90 02"),
+    ("10 0220 0003 06 1f40 07d0 0000", "90 02"),
+    ("10 01ff 0003 06 0000 7fc00000", "90 02"),  # address before value
+    ("10 ffff 0002 04 00000000", "90 02"),
+    ("16 0200 0000 4100", "96 03"),  # half of a long value
+    ("16 0204 0000 0002", "96 03"),
+    ("16 0000 ffff 0000", "96 02"),
+    ("16 0018 ffff 0000", "96 02"),
+    ("16 020f ffff 0000", "96 02"),
+    ("16 2710 ffff 0000", "96 02"),
+    ("16 0204 ffff", "96 03"),
+    ("17 0000 0000 0200 0002 04 41000000", "97 03"),
+    ("17 0000 007e 0200 0002 04 41000000", "97 03"),
+    ("17 0000 0002 0200 0000 00", "97 03"),
+    ("17 0000 0002 0200 007a f4 " + "0000" * 122, "97 03"),
+    ("17 0000 0002 0200 0002 03 410000", "97 03"),
+    ("17 0000 0002 0200 0002 04 4100", "97 03"),
+    ("17 0080 0002 0200 0002 04 41000000", "97 02"),  # unreadable: not written either
+    ("17 ffff 0002 0200 0002 04 41000000", "97 02"),
+    ("17 0000 0002 0000 0002 04 41000000", "97 02"),
+    ("17 0000 0002 0200 0002 04 7fc00000", "97 03"),
+    ("17 0000 0002", "97 03"),
+    ("05 0000 ff00", "85 02"),  # no coils
+    ("05 0000 0000", "85 02"),
+    ("05 0000 0001", "85 03"),
+    ("05 0204 ffff", "85 03"),
+    ("05 0000", "85 03"),
+    ("0f 0000 000a 02 ffff", "8f 02"),
+    ("0f 0000 000a 01 ff", "8f 03"),
+    ("0f 0000 000a 02 ff", "8f 03"),
+    ("0f 0000 0000 00", "8f 03"),
+    ("0f 0000 07b1 f7 " + "00" * 247, "8f 03"),
+    ("0f 0000", "8f 03"),
+]
+
+VENTS = [
+    ("06 0204 0000", "06 0204 0000"),
+    ("10 0204 0001 02 0000", "10 0204 0001"),
+    ("16 0204 0000 0000", "16 0204 0000 0000"),
+    ("16 0204 fffe 0000", "16 0204 fffe 0000"),
+    ("17 0000 0002 0204 0001 02 0000", "17 04 3fa00000"),
+]
+
+VENTS_IN_BAD_COMPANY = [
+    ("10 0202 0003 06 7fc00000 0000", "90 03"),  # a broken force limit
+    ("10 0203 0002 04 0000 0000", "90 03"),  # half a force limit
+    ("10 0204 0002 04 0000 0001", "90 03"),  # a lease too short
+    ("10 01ff 0006 0c 0000 41000000 40000000 0000", "90 02"),
+    ("10 0204 0009 12 " + "0000" * 9, "90 02"),  # runs into what is read-only
+    ("17 0080 0001 0204 0001 02 0000", "97 02"),  # unreadable
+]
+
+
+def test_a_mask_keeps_and_puts_bits():
+    """The specification's own example: 12h, kept F2h, put 25h, is 17h."""
+    source = MemorySource()
+    source.values["command_argument"] = 0x12
+    assert answer("16 020a 00f2 0025", source) == "16 02 0a 00 f2 00 25"
+    assert source.asked == [{"command_argument": 0x17}]
+
+
+@pytest.mark.parametrize(("request_", "expected", "written"), ACCEPTED_WRITES)
+def test_a_write_is_one_request_to_the_source(request_, expected, written):
+    source = MemorySource()
+    assert answer(request_, source) == spaced(expected)
+    assert source.asked == [pytest.approx(written)]
+
+
+@pytest.mark.parametrize(("request_", "expected"), REFUSED_WRITES)
+def test_a_bad_write_changes_nothing(request_, expected):
+    source = MemorySource()
+    assert answer(request_, source) == spaced(expected)
+    assert source.asked == []
+    assert {name: source.values[name] for name in WRITTEN} == {name: AT_REST[name] for name in WRITTEN}
+
+
+@pytest.mark.parametrize(
+    "request_",
+    ["06 0204 0001", "10 0200 0002 04 41000000", "16 0204 0000 0001", "17 0000 0002 0204 0001 02 0001"],
+)
+def test_what_the_source_refuses_is_answered_with_06(request_):
+    source = MemorySource(refuse=lambda peer, values: "state")
+    assert answer(request_, source) == f"{int(request_[:2], 16) | 0x80:x} 06"
+    assert answer("03 001b 0001", source) == "03 02 00 01", "the refusal register says why"
+    assert source.values["mode"] == "vent"
+
+
+@pytest.mark.parametrize(("request_", "expected"), VENTS)
+@pytest.mark.parametrize("read_only", [False, True])
+def test_a_vent_is_never_refused(request_, expected, read_only):
+    source = MemorySource(refuse=lambda peer, values: "lease")
+    source.values["mode"] = "hold"
+    assert answer(request_, source, read_only) == spaced(expected)
+    assert source.asked == [{"mode": "vent"}]
+
+
+@pytest.mark.parametrize(("request_", "expected"), VENTS_IN_BAD_COMPANY)
+@pytest.mark.parametrize("read_only", [False, True])
+def test_a_vent_among_words_that_are_refused_is_carried_out(request_, expected, read_only):
+    source = MemorySource()
+    source.values["mode"] = "hold"
+    assert answer(request_, source, read_only) == (expected[:3] + "01" if read_only else expected)
+    assert source.asked == [{"mode": "vent"}]
+
+
+def test_a_read_only_instrument_vents_and_takes_nothing_else_of_the_request():
+    source = MemorySource()
+    assert answer("10 0204 0002 04 0000 00c8", source, read_only=True) == "90 01"
+    assert source.asked == [{"mode": "vent"}]
+
+
+def test_a_vent_reaches_the_source_with_the_rest_of_an_acceptable_request():
+    source = MemorySource(refuse=lambda peer, values: "lease")
+    source.values["mode"] = "hold"
+    assert answer("10 0200 0005 0a 41000000 40000000 0000", source) == "90 06"
+    assert source.asked == [{"setpoint_requested_kpa": 8.0, "force_limit_n": 2.0, "mode": "vent"}]
+    assert source.values["mode"] == "vent"
+
+
+@pytest.mark.parametrize("request_", [request for request, *_ in ACCEPTED_WRITES + REFUSED_WRITES])
+def test_a_read_only_instrument_has_no_write_functions(request_):
+    source = MemorySource()
+    assert answer(request_, source, read_only=True) == f"{int(request_[:2], 16) | 0x80:x} 01"
+    assert source.asked == []
+
+
+def test_a_vent_needs_nothing_that_can_be_measured():
+    class Blind(MemorySource):
+        def snapshot(self, peer, now_s):
+            raise ZeroDivisionError
+
+    source = Blind()
+    answer("17 0000 0002 0204 0001 02 0000", source)
+    assert source.asked == [{"mode": "vent"}]
+
+
+def test_the_peer_that_asks_reaches_the_source():
+    seen = []
+    source = MemorySource(refuse=lambda peer, values: seen.append(peer) or "none")
+    answer("06 0204 0001", source)
+    assert seen == [PLC]
