@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Any
 
 from registers.map import BY_NAME, REGISTERS
@@ -17,6 +18,9 @@ _READ = (range(36), range(64, 74), range(512, 546))
 _TEST = BY_NAME["test_float"]
 _REFUSAL = BY_NAME["refusal"]
 _NAMES = {code.value: code.name.lower().replace("_", " ") for code in Code}
+
+#: What pymodbus would print to a terminal is told by PlcError.
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 
 class PlcError(OSError):
@@ -111,7 +115,7 @@ class Plc:
         try:
             answer: ModbusPDU = function(address, device_id=self._unit, **arguments)
         except (ModbusException, OSError) as error:
-            raise PlcError(f"the instrument does not answer: {error}") from error
+            raise PlcError("the Modbus server does not answer, or has closed the connection") from error
         return answer
 
     def _why(self, answer: ModbusPDU) -> str:
