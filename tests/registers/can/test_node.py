@@ -1,0 +1,158 @@
+"""When frames leave: the node fed with samples and time, no bus in sight."""
+
+import itertools
+import math
+from collections import Counter
+
+import pytest
+
+from registers.can.frames import EMERGENCY, FORCE, STATUS_FRAME, decode, read
+from registers.can.node import CanNode
+from registers.can.options import Options
+from tests.registers.can.rig import Rig
+
+SAMPLE_S = 0.002
+STALE = frozenset({"stale", "stale_or_lost"})
+
+
+def run(node, seconds, *, samples=True, start_s=0.0):
+    """(time, name, values) of all frames; 500 samples and 100 ticks per second."""
+    sent = []
+    for step in range(round(seconds / SAMPLE_S)):
+        now_s = start_s + step * SAMPLE_S
+        frames = node.on_sample(now_s) if samples else []
+        frames += node.tick(now_s) if step % 5 == 0 else []
+        for frame in frames:
+            declared, values = read(frame, node.options.node_id)
+            sent.append((now_s, declared.name, values))
+    return sent
+
+
+def of(sent, name):
+    return [(now_s, values) for now_s, frame, values in sent if frame == name]
+
+
+@pytest.fixture
+def rig():
+    return Rig(force_n=1.0, setpoint_kpa=8.0)
+
+
+@pytest.mark.parametrize("rate_hz", [1, 7, 50, 100, 333, 500])
+def test_force_leaves_at_its_rate_counted_in_samples(rig, rate_hz):
+    sent = of(run(CanNode(rig, Options(force_rate_hz=rate_hz)), 2.0), "Force")
+    assert abs(len(sent) - 2 * rate_hz) <= 1
+    gaps = [round((b - a) / SAMPLE_S) for (a, _), (b, _) in itertools.pairwise(sent)]
+    assert max(gaps) - min(gaps) <= 1
+
+
+def test_the_first_sample_is_sent_and_the_counter_goes_up_by_one(rig):
+    sent = of(run(CanNode(rig, Options(force_rate_hz=500)), 1.2), "Force")
+    assert sent[0][0] == 0.0
+    counters = [values["counter"] for _, values in sent]
+    assert all((b - a) % 256 == 1 for a, b in itertools.pairwise(counters))
+
+
+def test_the_cyclic_frames_keep_their_rate(rig):
+    counts = Counter(name for _, name, _ in run(CanNode(rig, Options()), 10.0))
+    assert counts["State"] == pytest.approx(100, abs=1)
+    assert counts["Status"] == pytest.approx(100, abs=1)
+    assert counts["Heartbeat"] == 10
+
+
+def test_the_heartbeat_begins_with_a_boot_up_and_beats_without_samples(rig):
+    beats = of(run(CanNode(rig, Options()), 3.5, samples=False), "Heartbeat")
+    assert [values["node_state"] for _, values in beats] == ["boot_up"] + 3 * ["operational"]
+
+
+def test_force_not_available_leaves_at_once_when_samples_stop_then_at_10_hz(rig):
+    node = CanNode(rig, Options())
+    run(node, 1.0)
+    rig.set(force_n=math.nan, status=STALE)
+    sent = of(run(node, 1.0, samples=False, start_s=1.1), "Force")
+    assert sent[0][0] == 1.1
+    assert len(sent) == 10
+    assert all(math.isnan(values["force"]) for _, values in sent)
+    assert all("force_valid" not in values["condensed_status"] for _, values in sent)
+
+
+def test_the_first_sample_after_a_silence_is_sent_at_once(rig):
+    node = CanNode(rig, Options(force_rate_hz=1))
+    run(node, 0.1)
+    rig.set(status=STALE)
+    run(node, 1.0, samples=False, start_s=1.0)
+    rig.set(status=frozenset({"force_valid"}))
+    assert of(run(node, 0.01, start_s=2.0), "Force")[0][0] == 2.0
+
+
+CHANGES = [
+    ("Status", {"status": frozenset({"holding", "force_valid", "force_limit"})}),
+    ("Status", {"state": "venting"}),
+    ("Status", {"refusal": "lease"}),
+    ("State", {"setpoint_kpa": 9.0}),
+    ("State", {"setpoint_kpa": math.nan}),
+]
+
+
+@pytest.mark.parametrize(("name", "change"), CHANGES)
+def test_a_change_is_told_with_the_next_sample_not_with_the_next_cycle(rig, name, change):
+    node = CanNode(rig, Options())
+    run(node, 0.33)
+    rig.set(**change)
+    assert len(of(run(node, SAMPLE_S, start_s=0.33), name)) == 1
+    assert not of(run(node, 0.05, start_s=0.332), name)
+
+
+def test_a_finished_contact_is_told_at_once_and_a_begun_one_is_not_in_state(rig):
+    node = CanNode(rig, Options())
+    run(node, 0.33)
+    rig.set(status=rig.now.status | {"in_contact"})
+    assert not of(run(node, 0.01, start_s=0.33), "State")
+    rig.set(status=rig.now.status - {"in_contact"}, peak_force_n=2.0)
+    ((_, values),) = of(run(node, 0.01, start_s=0.34), "State")
+    assert values["peak_force"] == 2.0
+
+
+def test_a_setpoint_that_stays_not_available_is_no_change(rig):
+    rig.set(setpoint_kpa=math.nan)
+    assert len(of(run(CanNode(rig, Options()), 1.0), "State")) == 10
+
+
+def test_a_flickering_status_is_told_at_most_every_10_ms(rig):
+    node = CanNode(rig, Options())
+    sent_s = []
+    for step in range(500):
+        rig.set(status=frozenset({"holding"} if step % 2 else {"vented"}))
+        now_s = step * SAMPLE_S
+        sent_s += [now_s for frame in node.on_sample(now_s) if frame.id == STATUS_FRAME.base_id + 5]
+    gaps = [b - a for a, b in itertools.pairwise(sent_s)]
+    assert len(sent_s) > 80
+    assert min(gaps) >= 0.01 - 1e-9
+
+
+def emergencies(frames):
+    return [decode(EMERGENCY, frame.data) for frame in frames if frame.id == 0x085]
+
+
+FAULTS = [  # first fault, active faults, then error code, error register
+    (4, 1, 0xFF04, 0x81),
+    (4, 2, 0xFF04, 0x81),
+    (4, 1, 0x0000, 0x81),
+    (0, 0, 0x0000, 0x00),
+    (34, 1, 0xFF22, 0x81),
+]
+
+
+def test_each_faults_coming_and_going_is_told_once(rig):
+    node = CanNode(rig, Options())
+    assert not emergencies(node.tick(0.0))
+    for step, (first, active, code, register) in enumerate(FAULTS, start=1):
+        rig.set(first_fault=first, active_faults=active)
+        (told,) = emergencies(node.on_sample(step * 0.1) + node.tick(step * 0.1))
+        assert (told["error_code"], told["error_register"], told["active_faults"]) == (code, register, active)
+
+
+def test_another_node_id_moves_every_identifier(rig):
+    node = CanNode(rig, Options(node_id=127))
+    frames = node.on_sample(0.0) + node.tick(0.0)
+    assert {frame.id & 0x7F for frame in frames} == {127}
+    assert FORCE.base_id + 127 in {frame.id for frame in frames}

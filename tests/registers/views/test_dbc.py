@@ -1,0 +1,124 @@
+"""The DBC read by somebody else's reader, strictly, and held against the frames that the node sends."""
+
+import math
+from dataclasses import fields
+
+import cantools
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from instrument.snapshot import Snapshot
+from registers.can.frames import FRAMES, encode
+from registers.map import CONDENSED, REGISTERS, STATUS
+from registers.views import dbc
+
+DBC = cantools.database.load_string(dbc.render(), "dbc", strict=True)
+FIELDS = [(frame, field) for frame in FRAMES for field in frame.fields]
+ENUMERATED = {register.quantity: register.values for register in REGISTERS if register.values}
+CONDITIONS = sorted({bit.name for bits in (STATUS, CONDENSED) for bit in bits.bits})
+
+each_field = pytest.mark.parametrize(
+    ("frame", "field"), FIELDS, ids=[f"{frame.name}-{field.name}" for frame, field in FIELDS]
+)
+each_frame = pytest.mark.parametrize("frame", FRAMES, ids=lambda frame: frame.name)
+
+floats = st.floats(-40.0, 70.0) | st.just(math.nan) | st.sampled_from([math.inf, -math.inf, 1e9, -1e9])
+
+
+def _values_of(quantity):
+    if quantity.name in ENUMERATED:
+        return st.sampled_from(sorted(ENUMERATED[quantity.name].codes))
+    if quantity.name == "status":
+        return st.frozensets(st.sampled_from(CONDITIONS))
+    return floats if str(quantity.type) == "float" else st.integers(0, 2**33)
+
+
+snapshots = st.builds(Snapshot, **{quantity.name: _values_of(quantity) for quantity in fields(Snapshot)})
+
+
+@st.composite
+def own_values(draw, frame):
+    """Values of the fields that a frame does not take from a snapshot."""
+    return {
+        field.name: draw(
+            st.sampled_from(sorted(field.values.codes))
+            if field.values
+            else st.integers(field.low or 0, field.largest if field.high is None else field.high)
+        )
+        for field in frame.fields
+        if not field.quantity
+    }
+
+
+def _signals(frame):
+    return {signal.name: signal for signal in DBC.get_message_by_name(frame.name).signals}
+
+
+@each_frame
+@given(data=st.data())
+def test_every_frame_sent_decodes_to_the_snapshot_that_it_was_rendered_from(frame, data):
+    snapshot, own = data.draw(snapshots), data.draw(own_values(frame))
+    decoded = DBC.decode_message(frame.base_id + 5, encode(frame, snapshot, **own))
+    for field in frame.fields:
+        value = own[field.name] if field.name in own else getattr(snapshot, field.quantity)
+        if field.bits:
+            names = {bit.name for bit in field.bits.bits}
+            assert {name for name in names if decoded[name]} == value & names
+        elif field.values:
+            assert decoded[field.name] == value
+        elif not field.unit:
+            assert decoded[field.name] == value % (field.wire.highest + 1)
+        elif value != value and not frame.received:
+            assert decoded[field.name] == ("not_available" if field.not_available else field.largest / 1e3)
+        elif value == value:
+            lowest, greatest = field.wire.lowest / field.scale, field.largest / field.scale
+            assert float(decoded[field.name]) == pytest.approx(
+                min(max(value, lowest), greatest), abs=0.5001 / field.scale
+            )
+
+
+@each_field
+def test_a_span_leaves_out_the_code_of_no_value(frame, field):
+    if field.not_available is None:
+        return
+    signal = _signals(frame)[field.name]
+    assert signal.maximum < field.not_available / field.scale
+    assert signal.unit == {"mN": "N", "Pa": "kPa", "µm": "mm"}[field.unit]
+    if not frame.received:
+        assert signal.choices[int(field.not_available)] == "not_available"
+
+
+@each_field
+def test_each_value_has_its_name_and_each_signal_its_comment(frame, field):
+    signals = _signals(frame)
+    if field.values:
+        assert {code: str(name) for code, name in signals[field.name].choices.items()} == field.values.names
+    for name in [bit.name for bit in field.bits.bits] if field.bits else [field.name]:
+        assert signals[name].comment
+        assert signals[name].byte_order == "little_endian"
+
+
+@each_frame
+def test_a_message_has_identifier_length_sender_and_cycle_time(frame):
+    message = DBC.get_message_by_name(frame.name)
+    assert (message.frame_id, message.length) == (frame.base_id + 5, frame.length)
+    assert message.senders == (["Controller"] if frame.received else ["PneuForce"])
+    assert (message.cycle_time or 0) == frame.period_s * 1e3
+    assert message.comment
+
+
+def test_a_reader_encodes_a_command_in_si_units_and_is_held_to_its_span():
+    command = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 1.5, "reserved": 0}
+    assert DBC.encode_message("Command", command) == bytes.fromhex("401f0101dc050000")
+    with pytest.raises(cantools.database.EncodeError):
+        DBC.encode_message("Command", command | {"setpoint": 12.5})
+
+
+def test_another_node_id_moves_every_message():
+    other = cantools.database.load_string(dbc.render(node_id=9), "dbc", strict=True)
+    assert {m.frame_id - 9 for m in other.messages} == {frame.base_id for frame in FRAMES}
+
+
+def test_every_character_is_one_that_all_readers_agree_on():
+    assert dbc.render().isascii()

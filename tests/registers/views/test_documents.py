@@ -1,0 +1,84 @@
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from registers.can.frames import FRAMES
+from registers.map import CONDENSED, MAP_HASH, REGISTERS, STATUS
+from registers.views import VIEWS
+from registers.views.facts import ENUMERATIONS
+
+TOP = Path(__file__).parents[3]
+
+
+@pytest.mark.parametrize("form", VIEWS)
+def test_the_committed_copy_is_current(form):
+    view = VIEWS[form]
+    assert (TOP / view.path).read_text(encoding="utf-8") == view.render(), "run: python -m registers.views"
+
+
+@pytest.mark.parametrize("register", REGISTERS, ids=lambda r: r.name)
+def test_the_page_lists_each_register_with_its_three_numbers(register):
+    access = "RW" if register.writable else "R"
+    row = re.compile(
+        rf"\| {register.address} \| {register.address:04X}h \| {register.address + 1} \| `{register.name}` \|"
+        rf".*\| {access} \| {re.escape(register.doc)} \|"
+    )
+    assert row.search(VIEWS["md"].render())
+
+
+def test_every_row_of_the_page_has_as_many_cells_as_its_head():
+    head = 0
+    for line in VIEWS["md"].render().splitlines():
+        cells = line.count("|")
+        if line.startswith("|"):
+            assert not head or cells == head, line
+        head = cells if line.startswith("|") else 0
+
+
+def test_the_page_names_every_bit_value_and_frame():
+    page = VIEWS["md"].render()
+    names = [bit.name for bits in (STATUS, CONDENSED) for bit in bits.bits]
+    names += [name for values in ENUMERATIONS.values() for name in values.names.values()]
+    names += [f"{frame.name}: {frame.base_id:03X}h + N" for frame in FRAMES]
+    assert [name for name in names if name not in page] == []
+
+
+def test_the_page_says_which_bits_latch():
+    page = VIEWS["md"].render().split("## Status bits")[1].split("## ")[0]
+    latching = {
+        int(row.split("|")[1]) for row in page.splitlines() if "| latches | " in row and "bit |" not in row
+    }
+    assert (
+        latching == {bit.number for bit in STATUS.bits if bit.latches} == {7, *range(10, 15), 18, 20, 21, 22}
+    )
+
+
+def test_the_table_has_a_row_for_each_register_and_each_field():
+    rows = list(csv.DictReader(VIEWS["csv"].render().splitlines()))
+    modbus = [(int(r["address"]), r["name"], r["access"]) for r in rows if r["bus"] == "modbus"]
+    assert modbus == [(r.address, r.name, "RW" if r.writable else "R") for r in REGISTERS]
+    can = [(r["frame"], int(r["address"]), r["name"]) for r in rows if r["bus"] == "can"]
+    assert can == [(frame.name, at, field.name) for frame in FRAMES for at, field in frame.placed]
+
+
+def test_the_table_tells_unit_span_and_the_code_of_no_value():
+    rows = {(r["bus"], r["frame"], r["name"]): r for r in csv.DictReader(VIEWS["csv"].render().splitlines())}
+    setpoint = rows["can", "Command", "setpoint"]
+    assert [setpoint[key] for key in ("can_id", "unit", "low", "high", "access")] == [
+        "205", "Pa", "2000", "12000", "W"
+    ]  # fmt: skip
+    assert rows["can", "Force", "force"]["not_available"] == "7FFFh"
+    assert rows["modbus", "", "radius_um"]["not_available"] == "FFFFh"
+    assert rows["modbus", "", "force"]["not_available"] == "NaN"
+    assert rows["modbus", "", "lease"]["also"] == "0"
+
+
+def test_the_tree_is_the_map():
+    tree = json.loads(VIEWS["json"].render())
+    assert tree["map_hash"] == MAP_HASH
+    assert [(r["address"], r["name"]) for r in tree["registers"]] == [(r.address, r.name) for r in REGISTERS]
+    assert tree["enumerations"]["state"]["4"] == "holding"
+    assert {f["name"]: f["base_id"] for f in tree["can"]["frames"]} == {f.name: f.base_id for f in FRAMES}
