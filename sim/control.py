@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -15,8 +14,10 @@ from sim.rig import Truth
 
 MOST_CLIENTS = 16
 LONGEST_LINE_BYTES = 4096
+#: Taken from a client per sample, so that a talkative one does not delay the rig.
+READ_BYTES = 512
 #: A client that leaves more than this unread is dropped.
-MOST_UNREAD_BYTES = 65_536
+MOST_UNREAD_BYTES = 262_144
 HARDEST_N = 20.0
 RAREST_TRUTH = 100_000
 
@@ -79,11 +80,12 @@ class Control:
                 connection.close()
                 return
             connection.setblocking(False)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST_UNREAD_BYTES)
             self._clients[connection.fileno()] = Client(connection)
 
     def _read(self, client: Client) -> None:
         try:
-            data = client.connection.recv(LONGEST_LINE_BYTES)
+            data = client.connection.recv(READ_BYTES)
         except BlockingIOError:
             return
         except OSError:
@@ -150,15 +152,15 @@ class Refused(ValueError):
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 REQUESTS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "truth": (
-        lambda v: isinstance(v, int) and not isinstance(v, bool) and 0 <= v <= RAREST_TRUTH,
-        f"a whole number of samples, 0–{RAREST_TRUTH}",
+        lambda v: _is_number(v) and isinstance(v, int) and 0 <= v <= RAREST_TRUTH,
+        f"a whole number of samples from 0 to {RAREST_TRUTH}",
     ),
-    "press": (lambda v: _is_number(v) and 0 <= v <= HARDEST_N, f"a force in newtons, 0–{HARDEST_N:g}"),
+    "press": (lambda v: _is_number(v) and 0 <= v <= HARDEST_N, f"a force from 0 to {HARDEST_N:g} N"),
     "release": (lambda v: v is True, "true"),
     "hand": (lambda v: isinstance(v, bool), "true or false"),
 }

@@ -7,6 +7,7 @@ import select
 import signal
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,18 +39,10 @@ def serve(options: Options) -> None:
     ended = _ending()
     hand = Hand(options.hand)
     rig = Rig(PublishedPlant(), hand, options.seed)
-    control = Control(options.control_port, hand)
-    try:
-        cable = Cable(Path(options.link) if options.link else None)
-    except OSError:
-        control.close()
-        raise
-    try:
+    link = Path(options.link) if options.link else None
+    with closing(Control(options.control_port, hand)) as control, closing(Cable(link)) as cable:
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
         _run(rig, cable, control, ended)
-    finally:
-        cable.close()
-        control.close()
 
 
 def _ending() -> Callable[[], bool]:

@@ -39,7 +39,7 @@ class Board:
         self._obeyed = 0
         self._others = 0  # frames sent that are no samples
         self._time_us = 0
-        self._greeted_us = -HELLO_EVERY_US
+        self._greeted_us: int | None = None
 
     @property
     def valves(self) -> int:
@@ -53,10 +53,9 @@ class Board:
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
         """Bytes to send at `board_time_us` since boot, after bytes received and one sample taken."""
-        dt_s = (board_time_us - self._time_us) * 1e-6 or 1 / SAMPLES_PER_S
         self._time_us = board_time_us
         answers = b"".join(self._handle(frame) for frame in self._decoder.feed(received))
-        self._pressure.step(adc_sum, supply_mv, dt_s)
+        self._pressure.step(adc_sum, supply_mv, 1 / SAMPLES_PER_S)
         return answers + self._greeting() + self._events() + self._sample(adc_sum)
 
     def _handle(self, frame: Frame) -> bytes:
@@ -76,9 +75,8 @@ class Board:
 
     def _greeting(self) -> bytes:
         """Hello until a host has greeted."""
-        if self._identified or self._time_us - self._greeted_us < HELLO_EVERY_US:
-            return b""
-        return self._hello()
+        waited = self._greeted_us is None or self._time_us - self._greeted_us >= HELLO_EVERY_US
+        return self._hello() if waited and not self._identified else b""
 
     def _hello(self) -> bytes:
         self._greeted_us = self._time_us

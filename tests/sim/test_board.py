@@ -1,0 +1,340 @@
+"""What any board must do, real or simulated: these tests speak bytes to it and press its balloon."""
+
+import itertools
+import random
+
+import pytest
+from conftest import ZERO_PA, Bench, hold, vent
+
+from instrument.rig.frames import (
+    PROTOCOL_VERSION,
+    BoardState,
+    Command,
+    CommandFlag,
+    Event,
+    Fault,
+    Hello,
+    Identify,
+    Sample,
+    Valve,
+    Vent,
+)
+from sim.board import Board
+
+LOCKED = Valve.VENT_CLOSED
+FILL = Valve.VENT_CLOSED | Valve.INLET_OPEN
+S = BoardState
+
+
+# the greeting
+
+
+def test_a_board_greets_five_times_a_second_and_streams_nothing_until_a_host_has_greeted(bench):
+    bench.run(1.01)
+    assert len(bench.all(Hello)) == 6
+    assert len(bench.frames) == 6
+
+
+def test_a_greeting_is_answered_at_once_and_500_samples_a_second_follow(bench):
+    bench.run(0.05).greet()
+    assert isinstance(bench.frames[-2].message, Hello)
+    bench.run(1.0)
+    samples = [f for f in bench.frames if isinstance(f.message, Sample)]
+    assert [f.sequence for f in samples] == list(range(1, 502))
+    assert samples[-1].message.board_time_us - samples[0].message.board_time_us == 1_000_000
+
+
+def test_a_greeting_says_what_the_board_is_and_when_it_gives_up_on_a_host(bench):
+    hello = bench.greet().last(Hello)
+    assert (hello.host_silence_ms, hello.vent_after_ms) == (250, 2000)
+    assert hello.uptime_ms == 2
+
+
+def test_a_host_of_another_version_gets_a_greeting_and_moves_nothing(bench):
+    other = PROTOCOL_VERSION + 1
+    bench.run(0.01).to_send = bench.frame(Identify(), version=other)
+    bench.run(0.01)
+    assert len(bench.all(Hello)) == 2
+    for command in (vent(), hold()) * 20:
+        bench.to_send = bench.frame(command, version=other)
+        bench.run(0.05)
+        assert bench.board.valves == Valve.NONE
+    assert bench.all(Sample) == []
+
+
+def test_commands_before_the_greeting_are_not_obeyed(bench):
+    bench.tell(vent()).run(1.0).tell(hold()).run(2.0)
+    assert bench.board.valves == Valve.NONE
+    bench.greet().run(2.0)
+    assert not bench.moved_a_valve
+
+
+def test_a_sample_tells_which_command_was_obeyed_last(bench):
+    bench.vented()
+    bench.wanted = None
+    frame = bench.frame(vent())
+    bench.to_send = frame
+    bench.step()
+    assert bench.last().command == frame[4]
+
+
+def test_sequence_and_board_time_wrap_without_a_stumble():
+    bench = Bench(Board(), start_us=2**32 - 60_000_000).holding()
+    bench.run(132)
+    sequences = [f.sequence for f in bench.frames if isinstance(f.message, Sample)]
+    assert all((b - a) & 0xFFFF == 1 for a, b in itertools.pairwise(sequences))
+    assert min(s.board_time_us for s in bench.all(Sample)) < 4000
+    assert bench.state is S.HOLDING
+
+
+# nothing inflates by surprise
+
+
+def test_a_host_that_only_ever_says_hold_never_inflates_a_board_that_has_booted(bench):
+    bench.greet().tell(hold()).run(20)
+    assert not bench.moved_a_valve
+    assert bench.state is S.VENTED
+
+
+def test_vent_and_then_hold_inflates(bench):
+    bench.vented().tell(hold()).until_state(S.INFLATING, 0.1)
+    bench.until(lambda: bench.last().valves == FILL, 0.1)
+    assert bench.last().setpoint_pa == 8000
+
+
+def test_hold_while_still_venting_waits_for_a_verified_vent(bench):
+    bench.holding().tell(vent()).run(0.1).tell(hold())
+    bench.until_state(S.VENTED, 3)
+    assert bench.pressure_kpa < 0.3
+    bench.until_state(S.HOLDING, 8)
+
+
+@pytest.mark.parametrize("setpoint_pa", [0, 1, 1999, 12001, 65535])
+def test_a_setpoint_outside_its_span_never_inflates(bench, setpoint_pa):
+    bench.vented().tell(hold(setpoint_pa)).run(3)
+    assert not bench.moved_a_valve
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        hold(flags=0),
+        hold(flags=CommandFlag.IN_CONTACT),
+        hold(zero_pa=1301),
+        hold(zero_pa=-1301),
+        hold(mode=2),
+    ],
+)
+def test_nothing_inflates_without_a_zero_or_in_an_unknown_mode(bench, command):
+    bench.vented().tell(command).run(3)
+    assert not bench.moved_a_valve
+
+
+def test_a_host_that_says_hold_for_ever_never_inflates_a_tripped_board(bench):
+    bench.tripped().run(30)
+    assert bench.state is S.TRIPPED
+    assert bench.last().valves == Valve.NONE
+
+
+def test_after_a_trip_only_clear_then_vent_then_hold_inflates(bench):
+    bench.tripped()
+    bench.tell(vent()).run(1).tell(hold()).run(1)
+    assert bench.state is S.TRIPPED, "vent and hold without a clear"
+    bench.tell(hold(clear=1)).run(3)
+    assert bench.state is S.VENTED, "clear and hold without a vent"
+    bench.tell(vent(clear=1)).run(0.2).tell(hold(clear=1))
+    bench.until_state(S.HOLDING, 8)
+
+
+def test_the_first_clear_after_a_greeting_is_only_a_reference(bench):
+    bench.tripped().greet().tell(vent(clear=7)).run(1)
+    assert bench.state is S.TRIPPED
+    bench.tell(vent(clear=8)).until_state(S.VENTED, 3)
+
+
+def test_a_clear_while_the_cause_lasts_changes_nothing(bench):
+    bench.tripped()
+    bench.supply_mv = 4000
+    bench.tell(vent(clear=1)).run(0.5)
+    bench.supply_mv = 5000
+    bench.run(1)
+    assert bench.last().fault == Fault.SUPPLY_VOLTAGE
+    bench.tell(vent(clear=2)).until_state(S.VENTED, 3)
+    assert bench.last().faults == 0
+
+
+def test_a_clear_never_moves_a_valve(bench):
+    bench.holding().tell(hold(clear=1)).run(1)
+    assert bench.last().valves == LOCKED
+    assert bench.state is S.HOLDING
+
+
+@pytest.mark.parametrize("where", ["inflating", "holding"])
+def test_a_vent_message_vents_and_a_continued_hold_does_not_inflate_again(bench, where):
+    getattr(bench, where)()
+    bench.to_send = bench.frame(Vent())
+    bench.step()
+    assert bench.last().valves == Valve.NONE
+    bench.run(10)
+    assert bench.state is S.VENTED
+    bench.tell(vent()).run(0.1).tell(hold()).until_state(S.HOLDING, 8)
+
+
+def test_a_vent_message_needs_no_greeting_and_no_order(bench):
+    bench.to_send = bench.frame(Vent())
+    bench.run(1)
+    assert bench.board.valves == Valve.NONE
+
+
+def test_a_new_greeting_vents_an_unfinished_inflation(bench):
+    bench.inflating().greet()
+    assert bench.state is S.VENTING
+    bench.run(10)
+    assert bench.state is S.VENTED
+
+
+def test_a_new_greeting_leaves_a_held_balloon_locked_until_vent_was_said(bench):
+    bench.holding().greet().tell(hold(10_000)).run(3)
+    assert bench.state is S.HOLDING
+    assert bench.last().setpoint_pa == 8000
+
+
+def test_a_host_that_was_silent_while_the_rig_was_empty_must_say_vent_again(bench):
+    bench.vented().wanted = None
+    bench.run(0.4).tell(hold()).run(3)
+    assert not bench.moved_a_valve
+
+
+def test_no_bytes_on_the_line_open_the_inlet_of_an_empty_rig(bench):
+    noise = random.Random(3)
+    bench.greet()
+    for _ in range(2000):
+        bench.to_send = noise.randbytes(40)
+        bench.step()
+    assert not bench.moved_a_valve
+
+
+def test_whatever_a_host_says_the_limits_are_kept(bench):
+    """Minutes of contradictions; the inlet is open only in the two states that may, below the limit."""
+    talk = random.Random(5)
+    bench.greet()
+    for _ in range(400):
+        command = Command(
+            mode=talk.choice([0, 0, 1, 1, 1, 1, 9]),
+            flags=talk.choice([2, 2, 2, 3, 0, 255]),
+            setpoint_pa=talk.choice([0, 1999, 2000, 8000, 12000, 12001, 65535]),
+            zero_pa=talk.choice([ZERO_PA] * 6 + [-32768, 32767, 1300]),
+            contact_limit_pa=65535,
+            vent_after_ms=talk.choice([0, 2000, 65535]),
+            clear=talk.choice([0, 1, 2]),
+        )
+        bench.tell(command).run(talk.choice([0.02, 0.1, 0.1, 1.5]))
+    assert any(s.valves & Valve.INLET_OPEN for s in bench.all(Sample)), "the talk never got anywhere"
+    for sample in bench.all(Sample):
+        inlet_may_open = sample.state in (S.INFLATING, S.SETTLING)
+        assert inlet_may_open or not sample.valves & Valve.INLET_OPEN
+        assert sample.state in (S.INFLATING, S.SETTLING, S.HOLDING) or sample.valves == Valve.NONE
+        assert sample.setpoint_pa == 0 or 2000 <= sample.setpoint_pa <= 12000
+    assert max(s.adc_sum for s in bench.all(Sample)) <= 16384 * (0.018 * 14.2 + 0.04)
+
+
+# reaching the setpoint
+
+
+@pytest.mark.parametrize("setpoint_pa", [2000, 4950, 8000, 12000])
+@pytest.mark.parametrize("fill_kpa_per_s", [3.0, 5.0, 8.0])
+def test_a_setpoint_is_reached_within_100_pa_8_s_and_20_valve_actions_and_locked(
+    bench, setpoint_pa, fill_kpa_per_s
+):
+    bench.fill_kpa_per_s = fill_kpa_per_s
+    bench.vented().tell(hold(setpoint_pa)).until_state(S.HOLDING, 8)
+    assert bench.valve_actions <= 20
+    bench.run(5)
+    assert bench.pressure_kpa == pytest.approx(setpoint_pa / 1e3, abs=0.1)
+    assert bench.last().valves == LOCKED
+
+
+@pytest.mark.parametrize(
+    ("before_pa", "after_pa"), [(8000, 8300), (5000, 11000), (8000, 7700), (12000, 2000)]
+)
+def test_a_new_setpoint_is_settled_to_from_above_and_from_below(bench, before_pa, after_pa):
+    bench.holding(before_pa).valve_actions = 0
+    bench.tell(hold(after_pa)).until_state(S.SETTLING, 0.1)
+    bench.until_state(S.HOLDING, 8)
+    assert bench.pressure_kpa == pytest.approx(after_pa / 1e3, abs=0.1)
+    assert bench.valve_actions <= 20
+    assert bench.last().faults == 0
+
+
+def test_a_setpoint_lowered_in_mid_flight_is_settled_to(bench):
+    bench.inflating(10_000).until(lambda: bench.pressure_kpa > 7, 3)
+    bench.tell(hold(4000)).until_state(S.HOLDING, 8)
+    assert bench.pressure_kpa == pytest.approx(4, abs=0.1)
+
+
+def test_a_setpoint_received_in_contact_takes_effect_when_the_contact_has_ended(bench):
+    bench.holding()
+    bench.contact_kpa = 2.0
+    both = CommandFlag.ZEROED | CommandFlag.IN_CONTACT
+    bench.tell(hold(flags=both)).run(0.2).tell(hold(9000, flags=both)).run(3)
+    assert bench.last().valves == LOCKED
+    assert bench.last().setpoint_pa == 8000
+    bench.contact_kpa = 0.0
+    bench.run(0.5).tell(hold(9000)).run(0.1)
+    assert bench.last().setpoint_pa == 9000
+    bench.until_state(S.HOLDING, 8)
+    assert bench.pressure_kpa == pytest.approx(9, abs=0.1)
+
+
+def test_the_valves_stay_locked_through_contacts(bench):
+    bench.holding().valve_actions = 0
+    for _ in range(20):
+        bench.contact_kpa = 3.0
+        bench.run(0.5)
+        bench.contact_kpa = 0.0
+        bench.run(0.5)
+    assert bench.valve_actions == 0
+
+
+def test_every_change_of_state_is_told_as_an_event(bench):
+    bench.holding().tell(vent()).until_state(S.VENTED, 3)
+    path = [(e.was, e.state) for e in bench.all(Event)]
+    assert path == [
+        (S.BOOT, S.VENTED),
+        (S.VENTED, S.INFLATING),
+        (S.INFLATING, S.SETTLING),
+        (S.SETTLING, S.HOLDING),
+        (S.HOLDING, S.VENTING),
+        (S.VENTING, S.VENTED),
+    ]
+
+
+def test_vented_is_said_only_after_half_a_second_below_300_pa(bench):
+    bench.holding().tell(vent())
+    below = bench.until(lambda: bench.pressure_kpa < 0.3, 3)
+    verified = bench.until_state(S.VENTED, 3)
+    assert below > 0.1
+    assert verified >= 0.5
+
+
+def test_a_pressure_leaked_out_of_the_band_is_topped_up_three_times_and_then_is_a_leak(bench):
+    bench.leak_kpa_per_s = 0.02
+    bench.holding()
+    bench.until(lambda: bench.last().faults, 60)
+    assert bench.last().fault == Fault.LEAK
+    top_ups = [e for e in bench.all(Event) if (e.was, e.state) == (S.HOLDING, S.SETTLING)]
+    assert len(top_ups) == 3
+
+
+def test_nothing_is_topped_up_in_contact(bench):
+    bench.holding().tell(hold(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT))
+    bench.leak_kpa_per_s = 0.02
+    bench.run(30)
+    assert bench.state is S.HOLDING
+
+
+@pytest.mark.parametrize("where", ["inflating", "holding"])
+def test_a_vent_command_vents_at_once(bench, where):
+    getattr(bench, where)().tell(vent()).step()
+    assert bench.last().valves == Valve.NONE
+    assert bench.last().setpoint_pa == 0

@@ -1,0 +1,218 @@
+"""Which fault any board must see, how fast, and what it does then."""
+
+import pytest
+from conftest import hold, vent
+
+from instrument.rig.frames import BoardState, CommandFlag, Fault, Valve
+
+LOCKED = Valve.VENT_CLOSED
+S = BoardState
+
+
+def seconds_to_trip(bench, fault, within_s):
+    """Seconds until the board has tripped with this fault first, SAFE at the same sample."""
+    elapsed_s = bench.until(lambda: bench.state is S.TRIPPED, within_s)
+    assert Fault(bench.last().fault) is fault
+    assert bench.last().faults == 1 << fault
+    assert bench.last().valves == Valve.NONE
+    assert bench.last().setpoint_pa == 0
+    return elapsed_s
+
+
+# the host
+
+
+def test_a_silent_host_shuts_the_inlet_within_270_ms_and_the_rig_vents_2_s_after_it_was_last_heard(bench):
+    bench.inflating(12_000)
+    bench.until(lambda: bench.last().command == bench._sequence & 0xFF, 0.1)
+    bench.wanted = None
+    assert bench.until(lambda: bench.last().valves == LOCKED, 1) <= 0.27
+    assert 1.6 < seconds_to_trip(bench, Fault.HOST_SILENT, 3) < 1.8
+
+
+@pytest.mark.parametrize("flags", [CommandFlag.ZEROED, CommandFlag.ZEROED | CommandFlag.IN_CONTACT])
+@pytest.mark.parametrize("vent_after_ms", [250, 1000, 10_000])
+def test_a_silent_host_leaves_the_balloon_locked_for_the_time_it_asked_for(bench, flags, vent_after_ms):
+    bench.holding().tell(hold(flags=flags, vent_after_ms=vent_after_ms)).step()
+    bench.wanted = None
+    elapsed_s = seconds_to_trip(bench, Fault.HOST_SILENT, 11)
+    assert elapsed_s == pytest.approx(vent_after_ms / 1e3, abs=0.01)
+
+
+@pytest.mark.parametrize(("asked_ms", "given_s"), [(0, 0.25), (65535, 10.0)])
+def test_no_host_can_make_the_board_wait_longer_than_10_s(bench, asked_ms, given_s):
+    bench.holding().tell(hold(vent_after_ms=asked_ms)).step()
+    bench.wanted = None
+    assert seconds_to_trip(bench, Fault.HOST_SILENT, 11) == pytest.approx(given_s, abs=0.01)
+
+
+def test_a_host_that_comes_back_in_time_finds_the_balloon_locked_and_untripped(bench):
+    bench.holding().wanted = None
+    bench.run(1.5).tell(hold()).run(3)
+    assert bench.state is S.HOLDING
+
+
+def test_a_silent_host_is_forgiven_only_after_it_speaks_and_clears(bench):
+    bench.holding().wanted = None
+    seconds_to_trip(bench, Fault.HOST_SILENT, 3)
+    bench.run(2).tell(hold()).run(1)
+    assert bench.state is S.TRIPPED
+    bench.tell(hold(clear=1)).until_state(S.VENTED, 2)
+
+
+# the sensor
+
+
+@pytest.mark.parametrize("adc_sum", [0, 163, 16041, 16368])
+@pytest.mark.parametrize("where", ["vented", "inflating", "holding"])
+def test_a_sensor_open_or_short_vents_within_100_ms(bench, where, adc_sum):
+    getattr(bench, where)().adc_sum = adc_sum
+    assert seconds_to_trip(bench, Fault.SENSOR, 0.2) <= 0.1
+
+
+def test_a_sensor_that_is_lost_shuts_the_inlet_at_the_first_sample(bench):
+    bench.inflating().adc_sum = 0
+    bench.step()
+    assert bench.last().valves == LOCKED
+
+
+def test_a_sensor_fault_stays_until_the_sensor_is_back_and_it_was_cleared(bench):
+    bench.holding().adc_sum = 0
+    bench.run(1).tell(vent(clear=1)).run(1)
+    assert bench.last().fault == Fault.SENSOR
+    bench.adc_sum = None
+    bench.run(2)
+    assert bench.last().fault == Fault.SENSOR
+    bench.tell(vent(clear=2)).until_state(S.VENTED, 2)
+
+
+def test_an_adc_sum_that_stands_still_with_the_inlet_open_is_a_stuck_sensor(bench):
+    bench.inflating()
+    bench.adc_sum = bench.last().adc_sum
+    assert seconds_to_trip(bench, Fault.STUCK, 0.5) == pytest.approx(0.2, abs=0.02)
+
+
+def test_an_adc_sum_that_stands_still_in_a_locked_balloon_is_no_fault(bench):
+    bench.holding()
+    bench.adc_sum = bench.last().adc_sum
+    bench.run(5)
+    assert bench.state is S.HOLDING
+
+
+@pytest.mark.parametrize("supply_mv", [0, 4749, 5251, 65535])
+@pytest.mark.parametrize("where", ["vented", "inflating", "holding"])
+def test_a_supply_outside_its_span_vents(bench, where, supply_mv):
+    getattr(bench, where)().supply_mv = supply_mv
+    assert seconds_to_trip(bench, Fault.SUPPLY_VOLTAGE, 0.1) <= 0.01
+
+
+@pytest.mark.parametrize("supply_mv", [4750, 5250])
+def test_a_supply_at_the_edge_of_its_span_is_allowed(bench, supply_mv):
+    bench.supply_mv = supply_mv
+    bench.holding()
+
+
+# the pressure
+
+
+def test_while_inflating_500_pa_above_the_setpoint_vent(bench):
+    bench.inflating(4000)
+    bench.contact_kpa = 5.0
+    assert seconds_to_trip(bench, Fault.OVERPRESSURE, 0.2) <= 0.1
+
+
+def test_an_inlet_that_does_not_shut_ends_at_500_pa_above_the_setpoint(bench):
+    bench.inflating(4000).until_state(S.SETTLING, 2)
+    bench.leak_kpa_per_s = -5.0
+    seconds_to_trip(bench, Fault.OVERPRESSURE, 0.4)
+
+
+def test_the_locked_balloon_bears_contacts_up_to_the_limit_that_the_host_asks_for(bench):
+    bench.holding().tell(hold(contact_limit_pa=15_000)).run(0.1)
+    bench.contact_kpa = 6.5
+    bench.run(2)
+    assert bench.state is S.HOLDING
+    bench.contact_kpa = 7.5
+    assert seconds_to_trip(bench, Fault.OVERPRESSURE, 1) <= 0.3
+
+
+def test_no_host_can_raise_the_hard_limit_of_25_kpa(bench):
+    bench.holding().tell(hold(contact_limit_pa=65_535)).run(0.1)
+    bench.contact_kpa = 16.5
+    bench.run(1)
+    assert bench.state is S.HOLDING
+    bench.contact_kpa = 17.5
+    seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
+
+
+def test_overpressure_can_be_cleared_only_when_it_is_gone(bench):
+    bench.holding().vent_s = 0
+    bench.contact_kpa = 12.0
+    seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
+    bench.tell(vent(clear=1)).run(0.5)
+    assert bench.state is S.TRIPPED
+
+
+def test_an_inlet_that_brings_no_rise_is_shut_after_300_ms(bench):
+    bench.fill_kpa_per_s = 0.1
+    bench.vented().tell(hold()).until(lambda: bench.last().valves & Valve.INLET_OPEN, 0.1)
+    assert seconds_to_trip(bench, Fault.NO_RISE, 1) == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_supply_that_ends_on_the_way_is_seen_too(bench):
+    bench.inflating().fill_kpa_per_s = 0.0
+    assert seconds_to_trip(bench, Fault.NO_RISE, 1) <= 0.9
+
+
+def test_a_pressure_that_falls_with_the_inlet_open_is_the_limit_point(bench):
+    bench.inflating().fill_kpa_per_s = -2.0
+    assert seconds_to_trip(bench, Fault.LIMIT_POINT, 0.5) <= 0.3
+
+
+def test_a_burst_balloon_is_seen_within_150_ms(bench):
+    bench.holding().gas_kpa = 0.0
+    assert seconds_to_trip(bench, Fault.BURST, 0.3) <= 0.15
+
+
+def test_letting_go_of_a_hard_contact_is_no_burst(bench):
+    bench.holding(4000)
+    bench.contact_kpa = 12.0
+    bench.run(1)
+    bench.contact_kpa = 0.0
+    bench.run(1)
+    assert bench.state is S.HOLDING
+
+
+def test_a_vent_that_stays_shut_is_seen_after_3_s(bench):
+    bench.holding().vent_s = 0
+    bench.tell(vent()).step()
+    assert seconds_to_trip(bench, Fault.VENT_SHUT, 4) == pytest.approx(3.0, abs=0.2)
+
+
+def test_a_shut_vent_can_be_cleared_only_when_the_balloon_is_empty(bench):
+    bench.holding().vent_s = 0
+    bench.tell(vent()).until_state(S.TRIPPED, 4)
+    bench.tell(vent(clear=1)).run(1)
+    assert bench.state is S.TRIPPED
+    bench.vent_s = 0.3
+    bench.run(3).tell(vent(clear=2)).until_state(S.VENTED, 2)
+
+
+def test_a_pressure_that_comes_by_itself_into_a_vented_rig_is_an_open_inlet(bench):
+    bench.vented().vent_s = 0
+    bench.leak_kpa_per_s = -1.0
+    assert seconds_to_trip(bench, Fault.INLET_OPEN, 2) <= 1.0
+
+
+def test_a_setpoint_that_cannot_be_held_ends_in_a_time_out_and_not_in_endless_clicking(bench):
+    bench.vented().tell(hold()).until_state(S.SETTLING, 3)
+    bench.leak_kpa_per_s = 0.4
+    assert seconds_to_trip(bench, Fault.TIMEOUT, 16) <= 15
+    assert bench.valve_actions <= 25
+
+
+def test_a_second_fault_is_latched_beside_the_first(bench):
+    bench.tripped().adc_sum = 0
+    bench.run(0.1)
+    assert bench.last().fault == Fault.SUPPLY_VOLTAGE
+    assert bench.last().faults == 1 << Fault.SUPPLY_VOLTAGE | 1 << Fault.SENSOR

@@ -1,0 +1,255 @@
+"""The simulated rig as a process of its own, seen through its serial port and its control port."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+
+import pytest
+import serial
+
+from instrument.rig.frames import (
+    BAUD,
+    BoardState,
+    Command,
+    CommandFlag,
+    Decoder,
+    Hello,
+    Identify,
+    Mode,
+    Sample,
+    encode,
+)
+
+SERVE = "from sim.server import Options, serve; serve(Options(link={link!r}, hand={hand}))"
+
+
+@contextmanager
+def simulator(link, hand=True):
+    """The process and what it printed."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", SERVE.format(link=str(link), hand=hand)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        yield process, json.loads(process.stdout.readline())
+    finally:
+        process.terminate()
+        process.wait(5)
+        process.stdout.close()
+
+
+class Host:
+    """A host that knows nothing but the frames."""
+
+    def __init__(self, port):
+        self.port = serial.Serial(port, BAUD, timeout=0.01, exclusive=True)
+        self.decoder = Decoder.of_board()
+        self.frames = []
+        self.command = None
+        self._sequence = 0
+        self._sent_s = 0.0
+
+    def send(self, message):
+        self._sequence += 1
+        self.port.write(encode(message, self._sequence))
+
+    def run(self, seconds, until=lambda: False):
+        deadline_s = time.monotonic() + seconds
+        while time.monotonic() < deadline_s:
+            if self.command and time.monotonic() - self._sent_s > 0.05:
+                self._sent_s = time.monotonic()
+                self.send(self.command)
+            self.frames += self.decoder.feed(self.port.read(self.port.in_waiting or 1))
+            if until():
+                return True
+        return False
+
+    @property
+    def samples(self):
+        return [f for f in self.frames if isinstance(f.message, Sample)]
+
+    def in_state(self, state):
+        return bool(self.frames) and getattr(self.frames[-1].message, "state", None) == state
+
+
+class Control:
+    """A control client that reads whole lines."""
+
+    def __init__(self, port):
+        self.connection = socket.create_connection(("127.0.0.1", port), timeout=5)
+        self.lines = self.connection.makefile("r")
+
+    def ask(self, *requests):
+        for request in requests:
+            line = request if isinstance(request, bytes) else json.dumps(request).encode()
+            self.connection.sendall(line + b"\n")
+
+    def line(self):
+        return json.loads(self.lines.readline())
+
+    def close(self):
+        self.lines.close()
+        self.connection.close()
+
+
+def kpa(samples):
+    mean = sum(f.message.adc_sum for f in samples) / len(samples)
+    return ((mean + 8) / 16384 - 0.04) / 0.018
+
+
+def test_a_host_greets_zeroes_inflates_and_sees_contacts_whose_truth_has_their_sequence(tmp_path):
+    with simulator(tmp_path / "rig") as (_, told):
+        control = Control(told["control"])
+        control.ask({"truth": 5})
+        host = Host(told["link"])
+        host.send(Identify())
+        assert host.run(2, lambda: host.samples)
+        assert any(isinstance(f.message, Hello) for f in host.frames)
+
+        host.command = Command(Mode.VENT)
+        assert host.run(3, lambda: host.in_state(BoardState.VENTED))
+        zero_kpa = kpa(host.samples[-100:])
+        assert zero_kpa == pytest.approx(0.25, abs=0.02)
+
+        flags = CommandFlag.ZEROED
+        host.command = Command(Mode.HOLD, flags, 8000, round(zero_kpa * 1e3))
+        assert host.run(8, lambda: host.in_state(BoardState.HOLDING))
+        host.run(0.3)
+        held_kpa = kpa(host.samples[-100:])
+        assert held_kpa - zero_kpa == pytest.approx(8.0, abs=0.1)
+        assert host.run(5, lambda: kpa(host.samples[-50:]) > held_kpa + 0.5)
+
+        sequences = [f.sequence for f in host.samples]
+        assert sequences == list(range(sequences[0], sequences[0] + len(sequences)))
+        times_us = {f.sequence: f.message.board_time_us for f in host.samples}
+        compared, truth = 0, {"sample": 0}
+        while truth["sample"] < sequences[-1] - 5:
+            truth = control.line()
+            compared += 1
+            assert times_us[truth["sample"] & 0xFFFF] == pytest.approx(truth["t_s"] * 1e6)
+        assert compared > len(sequences) / 5 - 20
+        assert truth["force_n"] > 0.5
+        control.close()
+        host.port.close()
+
+
+def test_it_keeps_time_and_takes_little_of_a_core(tmp_path):
+    with simulator(tmp_path / "rig") as (process, told):
+        host = Host(told["port"])
+        host.send(Identify())
+        assert host.run(2, lambda: host.samples)
+        start_s, used_s, counted = time.monotonic(), cpu_s(process.pid), len(host.samples)
+        host.run(1)
+        elapsed_s = time.monotonic() - start_s
+        assert (len(host.samples) - counted) / elapsed_s == pytest.approx(500, rel=0.02)
+        assert (cpu_s(process.pid) - used_s) / elapsed_s < 0.25
+        host.port.close()
+
+
+def cpu_s(pid):
+    with open(f"/proc/{pid}/stat") as stat:
+        fields = stat.read().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_nobody_reading_the_port_does_not_stop_it_and_a_late_host_gets_on(tmp_path):
+    with simulator(tmp_path / "rig") as (_, told):
+        first = Host(told["port"])
+        first.send(Identify())
+        assert first.run(2, lambda: first.samples)
+        first.port.close()
+        time.sleep(0.7)  # more samples than the pty holds
+        late = Host(told["port"])
+        late.send(Identify())
+        assert late.run(2, lambda: any(isinstance(f.message, Hello) for f in late.frames))
+        assert late.run(1, lambda: len(late.samples) > 100)
+        assert late.samples[-1].sequence > 300
+        late.port.close()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_within_200_ms_and_takes_the_link_away(tmp_path, number):
+    link = tmp_path / "rig"
+    with simulator(link) as (process, told):
+        assert os.readlink(link) == told["port"]
+        start_s = time.monotonic()
+        process.send_signal(number)
+        assert process.wait(2) == 0
+        assert time.monotonic() - start_s < 0.2
+        assert not os.path.lexists(link)
+
+
+def test_an_old_link_is_replaced_and_anything_else_is_left_alone(tmp_path):
+    link = tmp_path / "rig"
+    link.symlink_to("/dev/null")
+    with simulator(link) as (_, told):
+        assert os.readlink(link) == told["port"]
+    link.write_text("precious")
+    refused = subprocess.run(
+        [sys.executable, "-c", SERVE.format(link=str(link), hand=True)], capture_output=True, text=True
+    )
+    assert refused.returncode != 0
+    assert "is not a symlink" in refused.stderr
+    assert link.read_text() == "precious"
+
+
+def test_the_hand_obeys_and_nonsense_is_answered_with_a_sentence(tmp_path):
+    with simulator(tmp_path / "rig", hand=False) as (_, told):
+        host = Host(told["port"])
+        host.send(Identify())
+        assert host.run(2, lambda: host.samples)
+        control = Control(told["control"])
+        nonsense = [
+            b"hello", b"[]", b"{}", b"\xff\xfe", b'{"press": NaN}', b'{"press": Infinity}', b"[" * 3000,
+            b'{"press": 1' + b"0" * 400 + b"}", {"press": -1}, {"press": 20.1}, {"press": True},
+            {"press": "1"}, {"truth": -1}, {"truth": 1.5}, {"hand": 1}, {"release": False}, {"vent": True},
+            {"press": 1, "hand": True},
+        ]  # fmt: skip
+        control.ask(*nonsense)
+        for _ in nonsense:
+            assert set(control.line()) == {"error"}
+        control.ask({"press": 2.5}, {"truth": 10})
+        assert host.run(2, lambda: control.line()["force_n"] == 2.5)
+        control.ask({"release": True})
+        assert host.run(2, lambda: control.line()["force_n"] == 0)
+        control.close()
+        host.port.close()
+
+
+def test_a_control_client_that_never_reads_is_dropped_and_the_others_do_not_notice(tmp_path):
+    with simulator(tmp_path / "rig") as (_, told):
+        host = Host(told["port"])
+        host.send(Identify())
+        assert host.run(2, lambda: host.samples)
+        deaf = socket.socket()
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        deaf.connect(("127.0.0.1", told["control"]))
+        deaf.settimeout(5)
+        deaf.sendall(b"x\n" * 40_000)
+        listener = Control(told["control"])
+        listener.ask({"truth": 1})
+        first = listener.line()["sample"]
+        assert [listener.line()["sample"] for _ in range(500)] == list(range(first + 1, first + 501))
+        host.run(0.1)
+        sequences = [f.sequence for f in host.samples[-50:]]
+        assert sequences[-1] - sequences[0] == 49
+        with suppress(ConnectionResetError):
+            while deaf.recv(65536):
+                pass
+        listener.close()
+        deaf.close()
+        host.port.close()
+
+
+def test_descriptors_stay_flat_over_many_connections(tmp_path):
+    with simulator(tmp_path / "rig") as (process, told):
+        for _ in range(100):
+            socket.create_connection(("127.0.0.1", told["control"])).close()
+        deadline_s = time.monotonic() + 3
+        while len(os.listdir(f"/proc/{process.pid}/fd")) > 12 and time.monotonic() < deadline_s:
+            time.sleep(0.02)
+        assert len(os.listdir(f"/proc/{process.pid}/fd")) <= 12
