@@ -31,6 +31,7 @@ class Zero:
     previous_kpa: float = math.nan
     _low_kpa: float = field(default=math.inf)
     _high_kpa: float = field(default=-math.inf)
+    _latest_kpa: float = math.nan
     _steady_s: float = 0.0
 
     @property
@@ -40,6 +41,7 @@ class Zero:
 
     def observe(self, nominal_kpa: float, vented: bool, dt_s: float) -> None:
         """Follow the filtered reading; it is steady when it stays within 0.05 kPa for 0.5 s while vented."""
+        self._latest_kpa = nominal_kpa
         low, high = min(self._low_kpa, nominal_kpa), max(self._high_kpa, nominal_kpa)
         if vented and high - low <= STEADY_KPA:
             self._low_kpa, self._high_kpa = low, high
@@ -51,14 +53,13 @@ class Zero:
     @property
     def possible(self) -> bool:
         """Whether a zero may be taken now."""
-        middle = 0.5 * (self._low_kpa + self._high_kpa)
-        return self._steady_s >= STEADY_S and -ZERO_SPAN_KPA <= middle <= ZERO_SPAN_KPA
+        return self._steady_s >= STEADY_S and -ZERO_SPAN_KPA <= self._latest_kpa <= ZERO_SPAN_KPA
 
     def take(self) -> bool:
         """Take the zero from the steady reading; False where that is not possible now."""
         if not self.possible:
             return False
-        self.previous_kpa, self.zero_kpa = self.zero_kpa, 0.5 * (self._low_kpa + self._high_kpa)
+        self.previous_kpa, self.zero_kpa = self.zero_kpa, self._latest_kpa
         return True
 
     def undo(self) -> bool:

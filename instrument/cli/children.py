@@ -72,6 +72,12 @@ class Child:
         answer: dict[str, Any] = json.loads(line)
         return answer
 
+    def last_words(self) -> Any:
+        """End it and return the JSON line that it prints last."""
+        self._process.send_signal(signal.SIGTERM)
+        assert self._process.stdout is not None
+        return json.loads(self._process.stdout.readlines()[-1])
+
     def failure(self) -> ChildFailed:
         """Why it ended, in its own last words."""
         with contextlib.suppress(subprocess.TimeoutExpired):

@@ -113,7 +113,7 @@ def _state_style(m: dict[str, object]) -> str:
 
 def _traffic(seen: Seen, now_s: float) -> RenderableType:
     grid = Table.grid(padding=(0, 2))
-    force, can = number(seen.modbus, "force"), number(seen.can, "force_mn")
+    force, can = number(seen.modbus, "force"), number(seen.can, "force")
     grid.add_row(
         "Modbus",
         f"{seen.polls.per_s(now_s):4d} polls/s",

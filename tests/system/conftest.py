@@ -9,11 +9,7 @@ import pytest
 
 from instrument.cli.children import Child, wait_until
 from registers.modbus.client import Plc, PlcError
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
+from tests.ports import free_port
 
 
 @dataclass

@@ -29,7 +29,7 @@ def can_forces(bus, count):
     while len(forces) < count and time.monotonic() < until_s:
         frame = bus.recv(0.5)
         if frame is not None and frame.arbitration_id == FORCE_ID:
-            forces.append(DBC.decode_message(FORCE_ID, frame.data)["force"] / 1e3)
+            forces.append(DBC.decode_message(FORCE_ID, frame.data)["force"])
     return forces
 
 

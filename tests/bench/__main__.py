@@ -1,0 +1,94 @@
+"""`make bench`: the figures that the instrument promises, in one run."""
+
+import json
+import statistics
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from instrument.cli.children import Child, wait_until
+from registers.modbus.client import Plc, PlcError
+from tests.ports import free_port
+
+CLIENTS, POLL_HZ, SECONDS = 8, 50, 20
+
+
+def percentile(values, share):
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+
+
+def seconds_of(command):
+    begun_s = time.perf_counter()
+    subprocess.run(command, check=True, capture_output=True)
+    return time.perf_counter() - begun_s
+
+
+def bench_estimate():
+    """A new process that answers `pneuforce estimate`, beside one that only starts."""
+    command = [sys.executable, "-m", "instrument", "estimate", "--dpi", "8", "--dpf", "9"]
+    mine = [seconds_of(command) for _ in range(10)]
+    bare = [seconds_of([sys.executable, "-c", "pass"]) for _ in range(10)]
+    print(
+        f"estimate, a new process: median {statistics.median(mine):.3f} s, worst {max(mine):.3f} s "
+        f"(target 0.5 s); an empty Python process {statistics.median(bare):.3f} s"
+    )
+
+
+def bench_latency(force_hz=500):
+    """Rig frame read → CAN frame sent, while Modbus clients poll."""
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        link, modbus, hub_port = Path(folder) / "rig", free_port(), free_port()
+        sim = stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)]))
+        hub = stack.enter_context(Child("hub", ["registers.can.hub", "--port", str(hub_port)]))
+        sim.ready()
+        hub.ready()
+        file = Path(folder) / "instrument.toml"
+        file.write_text(
+            f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus}\n[can]\nenabled = true\n'
+            f'interface = "socketcand"\nport = {hub_port}\nforce_rate_hz = {force_hz}\n'
+        )
+        host = stack.enter_context(Child("host", ["tests.bench.probe", str(file)]))
+        wait_until(lambda: _inflated(modbus), host)
+        polls = subprocess.run(
+            [sys.executable, "-m", "tests.bench.pollers", *map(str, (modbus, CLIENTS, POLL_HZ, SECONDS))],
+            check=True,
+            capture_output=True,
+        )
+        report = host.last_words()
+    _print_latency(report, json.loads(polls.stdout))
+
+
+def _inflated(port):
+    try:
+        with Plc.connect(port=port) as plc:
+            if "not_zeroed" in plc.read()["status"]:
+                return False
+            plc.write("mode", "vent")
+            plc.write("setpoint_requested", 8.0)
+            plc.write("mode", "hold")
+    except PlcError:
+        return False
+    return True
+
+
+def _print_latency(report, polls_ms):
+    ms = report["latencies_ms"]
+    print(
+        f"rig frame read → CAN frame sent, 500 samples/s, {CLIENTS} Modbus clients at {POLL_HZ} Hz, "
+        f"{len(ms)} frames: p50 {percentile(ms, 0.5):.3f} ms (target 1), p99 {percentile(ms, 0.99):.3f} ms "
+        f"(target 5), worst {max(ms):.2f} ms"
+    )
+    print(f"samples used {report['samples']}, lost {report['lost']} (target 0)")
+    print(
+        f"Modbus round trip of those clients, {len(polls_ms)} polls: p50 {percentile(polls_ms, 0.5):.3f} ms, "
+        f"p99 {percentile(polls_ms, 0.99):.3f} ms, worst {max(polls_ms):.2f} ms"
+    )
+    print(f"host process: {report['cpu_s'] / (report['samples'] / 500):.0%} of one core")
+
+
+if __name__ == "__main__":
+    bench_estimate()
+    bench_latency()
