@@ -10,7 +10,7 @@ from instrument.settings import Settings
 
 DT_S = 0.002
 PLC, ROBOT, PAGE = ("modbus_tcp", "10.0.0.1"), ("can", ""), ("page", "")
-SETPOINT = {"setpoint_requested_kpa": 8.0}
+SETPOINT, FORCE_LIMIT = {"setpoint_requested_kpa": 8.0}, {"force_limit_n": 5.0}
 VENT, HOLD = {"mode": "vent"}, {"mode": "hold"}
 HOLD_8 = HOLD | SETPOINT
 KEY = {"command_key": 0x5046}
@@ -39,6 +39,7 @@ class Drive:
     board_time_us: int = 0
     holding_pa: int = 0
     pressure_kpa: float = 0.0  #: of the balloon without a hand
+    settled_s: float = 0.0
     clear: int | None = None
     sent: list = field(default_factory=list)  #: modes commanded, in order
     orders: itertools.count = field(default_factory=lambda: itertools.count(1))
@@ -63,7 +64,14 @@ class Drive:
     def holding(cls, peer=PLC, request=None, **settings):
         drive = cls.ready(**settings)
         drive.must(HOLD_8 | (request or {}), peer)
-        return drive.run(1.0)
+        return drive.renew(1.0, peer)
+
+    def renew(self, seconds, peer=PLC, request=FORCE_LIMIT):
+        """Run, and write again and again as the holder of a lease must."""
+        for _ in range(round(seconds / 0.1)):
+            self.run(0.1)
+            self.must(request, peer)
+        return self
 
     # ---- the board
 
@@ -79,8 +87,14 @@ class Drive:
             self.state = BoardState.TRIPPED if self.latched else BoardState.VENTED
             self.holding_pa, self.pressure_kpa = 0, 0.0
         elif self.obeys:
-            self.state, self.holding_pa = BoardState.HOLDING, command.setpoint_pa
-            self.pressure_kpa = self.holding_pa / 1e3
+            self.fill(command.setpoint_pa)
+
+    def fill(self, setpoint_pa):
+        if self.holding_pa != setpoint_pa:
+            self.state, self.settled_s = BoardState.SETTLING, self.now_s + 0.6
+        self.holding_pa, self.pressure_kpa = setpoint_pa, setpoint_pa / 1e3
+        if self.now_s >= self.settled_s:
+            self.state = BoardState.HOLDING
 
     @property
     def reading(self):

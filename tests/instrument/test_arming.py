@@ -42,7 +42,7 @@ def may_hold(steps):
 def test_in_every_order_of_four_steps_only_the_whole_way_leads_to_an_inflated_balloon(first):
     zeroed = Drive.zeroed()
     for rest in itertools.product(STEPPED, repeat=3):
-        drive = Drive(zeroed.instrument.__class__(zeroed.instrument.settings)).run(0.7)
+        drive = copy.deepcopy(zeroed)
         for step in (first, *rest):
             STEPPED[step](drive)
         drive.run(0.1)
