@@ -73,7 +73,7 @@ class CanNode:
         self._ids = {frame.base_id + options.node_id for frame in FRAMES}
         self._counter = 0
         self._credit = RIG_RATE_HZ - options.force_rate_hz  #: the first sample is sent
-        self._silence: Cycle | None = None
+        self._silence = Cycle(SILENCE_PERIOD_S)
         self._state = Cycle(STATE.period_s)
         self._status = Cycle(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
         self._heartbeat = Cycle(HEARTBEAT.period_s)
@@ -88,7 +88,6 @@ class CanNode:
         """Frames due at a new sample: Force at its rate, counted in samples, and what has changed."""
         snapshot = self._source.snapshot(CAN, now_s)
         frames = []
-        self._silence = None
         self._credit += self.options.force_rate_hz
         if self._credit >= RIG_RATE_HZ:
             self._credit -= RIG_RATE_HZ
@@ -112,8 +111,6 @@ class CanNode:
     def _silent(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         """Force not available: at once when samples stop, then at 10 Hz; the next sample is sent at once."""
         self._credit = RIG_RATE_HZ - self.options.force_rate_hz
-        if self._silence is None:
-            self._silence = Cycle(SILENCE_PERIOD_S)
         return [self._force(snapshot)] if self._silence.due(now_s) else []
 
     def _changes(self, snapshot: Any, now_s: float) -> list[CanFrame]:

@@ -146,6 +146,17 @@ def test_a_late_joiner_hears_what_is_sent_from_its_last_ok_on(join):
     assert late.frames(1) == ["< frame 101 >"]
 
 
+def test_no_frame_comes_glued_to_the_last_ok(join, hub_port):
+    first, late = join(), Client(hub_port)
+    assert late.ask("< open can0 >") == "< ok >"
+    late.send("< rawmode >")
+    time.sleep(0.02)
+    first.send("< send 101 0 >")
+    time.sleep(0.02)
+    assert late.link.recv(256) == b"< ok >"
+    assert late.frames(1) == ["< frame 101 >"]
+
+
 def test_python_can_joins_a_busy_bus_again_and_again(hub_port, join):
     busy = join()
     for number in range(8):
