@@ -1,0 +1,271 @@
+"""The host's end of the rig link: greeting, keep-alive, sequence, restarts, in virtual time."""
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from instrument.errors import ProtocolMismatch
+from instrument.rig.frames import (
+    COUNTS_LIMIT,
+    PROTOCOL_VERSION,
+    BoardKind,
+    BoardState,
+    Command,
+    Decoder,
+    Event,
+    Hello,
+    Identify,
+    Mode,
+    Sample,
+    Vent,
+    encode,
+)
+from instrument.rig.link import Link, Phase
+
+HOLD = Command(mode=Mode.HOLD, setpoint_pa=8000)
+
+
+def hello(uptime_ms=1000, version=PROTOCOL_VERSION):
+    return encode(Hello(BoardKind.REAL, 0x100, uptime_ms, 7, 250, 2000), 0, version)
+
+
+def sample(sequence, time_us=None, **changes):
+    values = {"adc_sum": 700, "supply_mv": 5000, "valves": 0, "state": BoardState.VENTED} | changes
+    time_us = 2000 * sequence if time_us is None else time_us
+    message = Sample(board_time_us=time_us, fault=0, faults=0, command=0, setpoint_pa=0, **values)
+    return encode(message, sequence)
+
+
+def sent(link, command, now_s):
+    return [frame.message for frame in Decoder.of_host().feed(link.tick(command, now_s))]
+
+
+def ready(now_s=0.0):
+    link = Link()
+    link.feed(hello() + sample(0), now_s)
+    assert link.phase is Phase.READY
+    return link
+
+
+def times_of(link, command, until_s, step_s=0.01):
+    """When something was sent, and what."""
+    log = []
+    for step in range(round(until_s / step_s)):
+        log += [(round(step * step_s, 3), message) for message in sent(link, command, step * step_s)]
+    return log
+
+
+def gaps(log):
+    return [round(b - a, 3) for (a, _), (b, _) in itertools.pairwise(log)]
+
+
+class TestGreeting:
+    """Before any valve may move."""
+
+    def test_identify_is_sent_every_200_ms_and_nothing_else(self):
+        log = times_of(Link(), HOLD, 1.0)
+        assert [message for _, message in log] == [Identify()] * 5
+        assert all(0.2 <= gap <= 0.211 for gap in gaps(log))
+
+    def test_it_goes_on_after_the_hello_until_samples_come(self):
+        link = Link()
+        link.feed(hello(), 0.0)
+        assert {type(message) for _, message in times_of(link, HOLD, 0.5)} == {Identify}
+        link.feed(sample(0), 0.5)
+        assert sent(link, HOLD, 0.51) == [HOLD]
+
+    def test_samples_of_a_board_that_has_not_said_who_it_is_are_not_used(self):
+        link = Link()
+        assert link.feed(sample(0) + sample(1), 0.0) == []
+        assert link.phase is Phase.GREETING
+
+    def test_hello_and_samples_may_come_in_one_read(self):
+        samples = Link().feed(hello() + sample(5) + sample(6), 3.0)
+        assert [(s.sequence, s.received_s) for s in samples] == [(5, 3.0), (6, 3.0)]
+
+    def test_a_boot_banner_and_half_a_line_are_skipped(self):
+        link = Link()
+        samples = link.feed(
+            b"pneuforce 1.0\r\nboot\xa5\xa5" + hello() + sample(0)[7:] + sample(1) + sample(2), 0.0
+        )
+        assert [s.sequence for s in samples] == [1, 2]
+        assert link.lost_frames == 0
+
+    @pytest.mark.parametrize("version", [0, 2, 255])
+    def test_another_version_is_refused_in_a_sentence_with_both_numbers(self, version):
+        link = Link()
+        with pytest.raises(
+            ProtocolMismatch, match=f"version {version}.*version {PROTOCOL_VERSION}.*no valve"
+        ):
+            link.feed(hello(version=version), 0.0)
+        assert {type(message) for _, message in times_of(link, HOLD, 0.5)} == {Identify}
+
+    def test_a_restart_begins_with_a_greeting_again(self):
+        link = ready()
+        link.restart()
+        assert sent(link, HOLD, 0.0) == [Identify()]
+
+
+class TestSequence:
+    """Gaps and repetitions."""
+
+    def test_a_gap_is_counted(self):
+        link = ready()
+        assert [s.sequence for s in link.feed(sample(1) + sample(4) + sample(5), 0.01)] == [1, 4, 5]
+        assert (link.lost_frames, link.repeated_frames) == (2, 0)
+
+    def test_a_repeated_frame_is_not_a_new_sample(self):
+        link = ready()
+        assert len(link.feed(sample(1) + sample(1) + sample(1) + sample(2), 0.01)) == 2
+        assert (link.lost_frames, link.repeated_frames) == (0, 2)
+
+    def test_65535_is_followed_by_0(self):
+        link = Link()
+        stream = b"".join(sample(n & 0xFFFF, 2000 * n) for n in range(65_530, 65_542))
+        samples = link.feed(hello() + stream, 0.0)
+        assert [s.sequence for s in samples] == [*range(65_530, 65_536), *range(6)]
+        assert (link.lost_frames, link.repeated_frames) == (0, 0)
+
+    def test_a_gap_across_the_wrap_is_counted_right(self):
+        link = Link()
+        link.feed(hello() + sample(65_534) + sample(2, 1), 0.0)
+        assert link.lost_frames == 3
+
+    def test_other_frames_have_no_part_in_it(self):
+        link = ready()
+        link.feed(
+            encode(Event(0, BoardState.INFLATING, BoardState.VENTED, 0), 900) + hello(1002) + sample(1), 0.01
+        )
+        assert (link.lost_frames, link.repeated_frames) == (0, 0)
+        assert [event.state for event in link.events] == [BoardState.INFLATING]
+
+    def test_our_own_sequence_wraps(self):
+        link = ready()
+        link.command_sequence = 65_534
+        sequences = [frame.sequence for t in range(4) for frame in Decoder.of_host().feed(link.tick(HOLD, t))]
+        assert sequences == [65_535, 0, 1, 2]
+
+
+class TestRestart:
+    """A board that comes back with less uptime than it must have."""
+
+    def test_it_is_seen_by_its_uptime_and_greeted_again(self):
+        link = ready()
+        for n in range(1, 100):
+            link.feed(sample(n), n * 0.1)
+        link.feed(hello(30), 10.0)
+        assert (link.board_restarts, link.phase) == (1, Phase.GREETING)
+        assert sent(link, HOLD, 10.0) == [Identify()]
+        link.feed(hello(50) + sample(0), 10.02)
+        assert (link.board_restarts, link.phase) == (1, Phase.READY)
+
+    @pytest.mark.parametrize("late_s", [0.0, 0.05, 0.2])
+    def test_a_late_second_hello_is_not_one(self, late_s):
+        link = ready()
+        samples = link.feed(hello(1200) + sample(1), 0.2 + late_s)
+        assert (link.board_restarts, len(samples)) == (0, 1)
+
+    @pytest.mark.parametrize("clock_error", [-0.005, 0.005])
+    def test_a_clock_that_is_half_a_percent_off_is_not_one_even_after_a_day(self, clock_error):
+        link = ready()
+        link.feed(hello(1000 + round(86_400_000 * (1 + clock_error))), 86_400.0)
+        assert link.board_restarts == 0
+
+    def test_it_is_seen_even_when_the_new_uptime_is_above_the_first_one(self):
+        link = ready()
+        link.feed(hello(5000), 3600.0)
+        assert link.board_restarts == 1
+
+    def test_an_uptime_that_wraps_after_49_days_is_not_one(self):
+        link = Link()
+        link.feed(hello(2**32 - 5_000) + sample(0), 0.0)
+        link.feed(hello(5_000) + sample(1), 10.0)
+        assert link.board_restarts == 0
+
+    def test_samples_are_used_again_without_a_false_gap(self):
+        link = ready()
+        link.feed(b"".join(sample(n) for n in range(1, 1000)), 2.0)
+        link.feed(hello(10) + sample(0) + sample(1), 5.0)
+        assert link.lost_frames == 0
+
+
+class TestKeepAlive:
+    """The command goes out every 50 ms and at each change."""
+
+    def test_every_50_ms(self):
+        log = times_of(ready(), HOLD, 1.0)
+        assert {message for _, message in log} == {HOLD}
+        assert all(0.05 <= gap <= 0.061 for gap in gaps(log))
+        assert len(log) >= 17
+
+    def test_at_each_change_at_once(self):
+        link = ready()
+        assert sent(link, HOLD, 0.0) == [HOLD]
+        assert sent(link, HOLD, 0.001) == []
+        other = Command(mode=Mode.HOLD, setpoint_pa=7000)
+        assert sent(link, other, 0.002) == [other]
+        assert sent(link, Command(), 0.003) == [Command()]
+
+    @given(st.lists(st.floats(0.001, 0.03), min_size=30, max_size=60))
+    def test_no_gap_exceeds_80_ms_when_the_loop_comes_by_every_30_ms(self, steps):
+        link, now_s, last_s = ready(), 0.0, 0.0
+        for step_s in steps:
+            now_s += step_s
+            if link.tick(HOLD, now_s):
+                assert now_s - last_s <= 0.08
+                last_s = now_s
+        assert now_s - last_s <= 0.08
+
+    def test_a_vent_goes_in_front_of_the_command_once(self):
+        link = ready()
+        sent(link, HOLD, 0.0)
+        link.vent()
+        assert sent(link, Command(), 0.001) == [Vent(), Command()]
+        assert sent(link, Command(), 0.06) == [Command()]
+
+    def test_a_vent_goes_out_even_while_the_board_has_not_answered(self):
+        link = Link()
+        link.tick(Command(), 0.0)
+        link.vent()
+        assert sent(link, Command(), 0.01) == [Vent()]
+        assert sent(link, Command(), 0.02) == []
+
+
+class TestFrozen:
+    """A board whose clock stands still."""
+
+    def test_the_samples_in_a_row_with_the_same_time_are_counted(self):
+        link = ready()
+        link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
+        assert link.frozen_frames == 10
+        link.feed(sample(12, 6), 0.2)
+        assert link.frozen_frames == 0
+
+    def test_it_is_forgotten_when_the_board_is_greeted_again(self):
+        link = ready()
+        link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
+        link.restart()
+        link.feed(sample(12, 6), 0.2)
+        assert link.frozen_frames == 0
+
+
+@pytest.mark.parametrize("wrong", [{"state": 7}, {"state": 255}, {"adc_sum": COUNTS_LIMIT + 1}])
+def test_a_sample_that_no_board_can_send_is_not_used(wrong):
+    link = ready()
+    assert link.feed(sample(1, **wrong), 0.1) == []
+    assert link.implausible_frames == 1
+
+
+def test_an_event_that_no_board_can_send_is_not_kept():
+    link = ready()
+    link.feed(encode(Event(0, 9, 0, 0), 1) + encode(Event(0, 1, 200, 0), 2), 0.1)
+    assert link.events == []
+
+
+@given(st.binary(max_size=300))
+def test_no_bytes_raise(noise):
+    link = ready()
+    link.feed(noise, 1.0)
+    assert link.heard_bytes >= len(noise)
