@@ -160,7 +160,7 @@ class Pressure:
 
     @property
     def _retargeted(self) -> bool:
-        return self._wanted_kpa != self.now.setpoint_kpa and not self.now.in_contact
+        return self._wanted_kpa != self.now.setpoint_kpa
 
     def _aim(self) -> None:
         self.now.setpoint_kpa = self._wanted_kpa

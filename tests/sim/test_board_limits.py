@@ -145,6 +145,11 @@ def test_no_host_can_raise_the_hard_limit_of_25_kpa(bench):
     seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
 
 
+def test_the_hard_limit_holds_in_a_vented_rig_too(bench):
+    bench.vented().contact_kpa = 40.0
+    assert seconds_to_trip(bench, Fault.OVERPRESSURE, 1) <= 0.07
+
+
 def test_overpressure_can_be_cleared_only_when_it_is_gone(bench):
     bench.holding().vent_s = 0
     bench.contact_kpa = 12.0

@@ -1,0 +1,114 @@
+"""How any board brings the balloon to a setpoint, keeps it there, and empties it."""
+
+import pytest
+from conftest import hold, vent
+
+from instrument.rig.frames import BoardState, CommandFlag, Event, Fault, Valve
+
+LOCKED = Valve.VENT_CLOSED
+S = BoardState
+
+
+@pytest.mark.parametrize("setpoint_pa", [2000, 4950, 8000, 12000])
+@pytest.mark.parametrize("fill_kpa_per_s", [3.0, 5.0, 8.0])
+def test_a_setpoint_is_reached_within_100_pa_8_s_and_20_valve_actions_and_locked(
+    bench, setpoint_pa, fill_kpa_per_s
+):
+    bench.fill_kpa_per_s = fill_kpa_per_s
+    bench.vented().tell(hold(setpoint_pa)).until_state(S.HOLDING, 8)
+    assert bench.valve_actions <= 20
+    bench.run(5)
+    assert bench.pressure_kpa == pytest.approx(setpoint_pa / 1e3, abs=0.1)
+    assert bench.last().valves == LOCKED
+
+
+@pytest.mark.parametrize(
+    ("before_pa", "after_pa"), [(8000, 8300), (5000, 11000), (8000, 7700), (12000, 2000)]
+)
+def test_a_new_setpoint_is_settled_to_from_above_and_from_below(bench, before_pa, after_pa):
+    bench.holding(before_pa).valve_actions = 0
+    bench.tell(hold(after_pa)).until_state(S.SETTLING, 0.1)
+    bench.until_state(S.HOLDING, 8)
+    assert bench.pressure_kpa == pytest.approx(after_pa / 1e3, abs=0.1)
+    assert bench.valve_actions <= 20
+    assert bench.last().faults == 0
+
+
+def test_a_setpoint_lowered_in_mid_flight_is_settled_to(bench):
+    bench.inflating(10_000).until(lambda: bench.pressure_kpa > 7, 3)
+    bench.tell(hold(4000)).until_state(S.HOLDING, 8)
+    assert bench.pressure_kpa == pytest.approx(4, abs=0.1)
+
+
+def test_a_setpoint_received_in_contact_takes_effect_when_the_contact_has_ended(bench):
+    bench.holding()
+    bench.contact_kpa = 2.0
+    both = CommandFlag.ZEROED | CommandFlag.IN_CONTACT
+    bench.tell(hold(flags=both)).run(0.2).tell(hold(9000, flags=both)).run(3)
+    assert bench.last().valves == LOCKED
+    assert bench.last().setpoint_pa == 8000
+    bench.contact_kpa = 0.0
+    bench.run(0.5).tell(hold(9000)).run(0.1)
+    assert bench.last().setpoint_pa == 9000
+    bench.until_state(S.HOLDING, 8)
+    assert bench.pressure_kpa == pytest.approx(9, abs=0.1)
+
+
+def test_the_valves_stay_locked_through_contacts(bench):
+    bench.holding().valve_actions = 0
+    for _ in range(20):
+        bench.contact_kpa = 3.0
+        bench.run(0.5)
+        bench.contact_kpa = 0.0
+        bench.run(0.5)
+    assert bench.valve_actions == 0
+
+
+def test_every_change_of_state_is_told_as_an_event(bench):
+    bench.holding().tell(vent()).until_state(S.VENTED, 3)
+    path = [(e.was, e.state) for e in bench.all(Event)]
+    assert path == [
+        (S.BOOT, S.VENTED),
+        (S.VENTED, S.INFLATING),
+        (S.INFLATING, S.SETTLING),
+        (S.SETTLING, S.HOLDING),
+        (S.HOLDING, S.VENTING),
+        (S.VENTING, S.VENTED),
+    ]
+
+
+def test_vented_is_said_only_after_half_a_second_below_300_pa(bench):
+    bench.holding().tell(vent())
+    below = bench.until(lambda: bench.pressure_kpa < 0.3, 3)
+    verified = bench.until_state(S.VENTED, 3)
+    assert below > 0.1
+    assert verified >= 0.5
+
+
+def test_without_a_zero_a_pressure_that_still_falls_is_not_vented(bench):
+    bench.gas_kpa, bench.vent_s = 1.2, 3.0
+    bench.greet().until_state(S.VENTED, 10)
+    assert bench.pressure_kpa < 0.35
+
+
+def test_a_pressure_leaked_out_of_the_band_is_topped_up_three_times_and_then_is_a_leak(bench):
+    bench.leak_kpa_per_s = 0.02
+    bench.holding()
+    bench.until(lambda: bench.last().faults, 60)
+    assert bench.last().fault == Fault.LEAK
+    top_ups = [e for e in bench.all(Event) if (e.was, e.state) == (S.HOLDING, S.SETTLING)]
+    assert len(top_ups) == 3
+
+
+def test_nothing_is_topped_up_in_contact(bench):
+    bench.holding().tell(hold(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT))
+    bench.leak_kpa_per_s = 0.02
+    bench.run(30)
+    assert bench.state is S.HOLDING
+
+
+@pytest.mark.parametrize("where", ["inflating", "holding"])
+def test_a_vent_command_vents_at_once(bench, where):
+    getattr(bench, where)().tell(vent()).step()
+    assert bench.last().valves == Valve.NONE
+    assert bench.last().setpoint_pa == 0
