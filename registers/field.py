@@ -22,6 +22,12 @@ UNITS: Mapping[str, tuple[str, float]] = {
 }
 
 
+def plain_unit(unit: str) -> str:
+    """The unit of the quantity that a wire unit carries: N for mN; "" for none."""
+    suffix = UNITS[unit][0] if unit else None
+    return next((plain for plain, carried in UNITS.items() if carried == (suffix, 1.0)), "")
+
+
 class Wire(Enum):
     """How a value lies in memory: its `struct` code, its size and the largest code it has."""
 
@@ -138,7 +144,7 @@ class Field:
         assert self.wire.lowest is not None
         assert self.wire.highest is not None
         if not self.unit:
-            return int(number) & self.wire.highest  # counters wrap
+            return int(number) & self.wire.highest if self.wire.lowest == 0 else int(number)  # counters wrap
         if number != number:
             return self.wire.highest if self.not_available is None else int(self.not_available)
         return round(min(max(number, self.wire.lowest), self.largest))

@@ -14,7 +14,7 @@ from threading import Event, Thread
 from typing import Any
 
 from registers.can.bus import BusAt, listen
-from registers.can.frames import decode, frame_of
+from registers.can.frames import read
 from registers.modbus.client import Plc, PlcError
 
 POLL_S = 0.05
@@ -63,9 +63,10 @@ class Seen:
 def can_frames(node: NodeAt, stop: Event) -> Iterator[tuple[float, str, dict[str, Any]]]:
     """Time, name and values of each frame of the instrument on the bus."""
     for t_s, frame in listen(node.at, stop):
-        declared = frame_of(frame.id, node.node_id)
-        if declared is not None and not frame.kind:
-            yield t_s, declared.name, decode(declared, frame.data)
+        heard = read(frame, node.node_id)
+        if heard is not None:
+            declared, values = heard
+            yield t_s, declared.name, values
 
 
 class Observer:

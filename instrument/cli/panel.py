@@ -54,7 +54,7 @@ def plain_line(seen: Seen, elapsed_s: float, now_s: float) -> str:
     m = seen.modbus
     return (
         f"{elapsed_s:5.0f} s  {m.get('state', '…'):<9}  force {force_text(seen):<17}"
-        f"  CAN {shown(number(seen.can, 'force_mn'), '.3f', 'N')}"
+        f"  CAN {shown(number(seen.can, 'force'), '.3f', 'N')}"
         f"  applied {shown(number(seen.truth, 'force_n'), '.3f', 'N')}"
         f"  pressure {shown(number(m, 'pressure'), '.3f', 'kPa')}"
         f"  R_i {shown(number(m, 'radius'), '.3f', 'mm')}"

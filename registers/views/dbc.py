@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from registers.can.frames import DEFAULT_NODE_ID, FRAMES, Frame
-from registers.field import UNITS, Field
+from registers.field import Field, plain_unit
 from registers.views.facts import number, span
 
 INSTRUMENT = "PneuForce"
@@ -35,7 +35,6 @@ BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 """
 _ASCII = str.maketrans({"Δ": "D", "µ": "u", "–": "-", "−": "-", "…": "...", "²": "2", "×": "x", '"': "'"})
-_BASE_UNITS = {suffix: unit for unit, (suffix, scale) in UNITS.items() if scale == 1.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +99,7 @@ def _number(declared: Field, start: int, may_be_absent: bool) -> _Signal:
         scale=scale,
         low=low / scale,
         high=high / scale,
-        unit=_BASE_UNITS[UNITS[declared.unit][0]] if declared.unit else "",
+        unit=plain_unit(declared.unit),
         doc=declared.doc,
         values=values,
     )

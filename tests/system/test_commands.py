@@ -1,0 +1,146 @@
+"""The commands as typed: their answers, exit codes and sentences."""
+
+import json
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+from registers.views import VIEWS
+
+
+def pneuforce(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "instrument", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+
+
+def estimate(*arguments):
+    answered = pneuforce("estimate", *arguments, "--json")
+    assert answered.returncode == 0, answered.stderr
+    return json.loads(answered.stdout)
+
+
+def test_estimate_gives_the_force_and_the_shape_of_a_contact():
+    answer = estimate("--dpi", "8.0", "--dpf", "9.2")
+    assert answer["force_n"] == pytest.approx(1.5203, abs=1e-3)
+    assert answer["indentation_mm"] == pytest.approx(3.2327, abs=1e-3)
+    assert answer["radius_mm"] == pytest.approx(8.2423, abs=1e-4)
+    assert answer["radius_final_mm"] == pytest.approx(8.8146, abs=1e-3)
+    assert answer["contact_radius_mm"] == pytest.approx(7.2527, abs=1e-3)
+    assert (answer["method"], answer["valid"], answer["reasons"]) == ("energetic", True, [])
+
+
+def test_the_older_methods_are_there_for_comparison():
+    forces = [
+        estimate("--dpi", "10", "--dpf", "11.5", "--method", m)["force_n"]
+        for m in ("shanahan", "energetic", "lulevich")
+    ]
+    assert forces == sorted(forces)
+
+
+def test_outside_the_validated_pressures_the_answer_is_not_valid_and_says_why():
+    answer = estimate("--dpi", "3", "--dpf", "4")
+    assert answer["valid"] is False
+    assert "outside the validated" in answer["reasons"][0]
+
+
+def test_below_half_a_kilopascal_the_answer_is_interpolated_and_says_so():
+    low, end = estimate("--dpi", "8", "--dpf", "8.25"), estimate("--dpi", "8", "--dpf", "8.5")
+    assert low["force_n"] == pytest.approx(end["force_n"] / 2)
+    assert "interpolated" in low["reasons"][0]
+    assert end["reasons"] == []
+
+
+def test_what_does_not_exist_is_null():
+    answer = estimate("--dpi", "8", "--dpf", "49")
+    assert answer["valid"] is False
+    assert answer["force_n"] is answer["indentation_mm"] is answer["force_std_n"] is None
+    assert answer["radius_mm"] > 8
+
+
+@pytest.mark.parametrize(
+    ("dpi", "dpf"),
+    [
+        ("nan", "9"),
+        ("8", "inf"),
+        ("0", "1"),
+        ("-1", "1"),
+        ("8", "8"),
+        ("8", "7"),
+        ("8", "50.1"),
+        ("eight", "9"),
+    ],
+)
+def test_pressures_that_make_no_contact_are_refused_in_one_sentence(dpi, dpf):
+    refused = pneuforce("estimate", "--dpi", dpi, "--dpf", dpf)
+    assert refused.returncode == 2
+    assert refused.stdout == ""
+    assert "Traceback" not in refused.stderr
+    if dpi != "eight":
+        assert len(refused.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("form", VIEWS)
+def test_map_prints_the_committed_document(form):
+    assert pneuforce("map", "--format", form).stdout == VIEWS[form].render()
+
+
+def test_the_example_configuration_is_accepted(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text(pneuforce("config", "--example").stdout)
+    tomllib.loads(file.read_text())
+    assert pneuforce("config", "--check", str(file)).stdout == f"{file}: good\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[modbus]\nport = 70000\n", "modbus.port = 70000: input should be less than or equal to 65535"),
+        ("[modbus]\nprot = 1\n", "modbus.prot: unknown key"),
+        ("[can]\nnode_id = '5'\n", "can.node_id = '5'"),
+        ("[can\n", "not TOML"),
+    ],
+)
+@pytest.mark.parametrize("command", [("run", "--config"), ("config", "--check")])
+def test_a_wrong_configuration_is_refused_with_file_key_and_span(tmp_path, command, text, said):
+    file = tmp_path / "instrument.toml"
+    file.write_text(text)
+    refused = pneuforce(*command, str(file))
+    assert refused.returncode == 2
+    assert refused.stderr.startswith(f"pneuforce: {file}: ")
+    assert said in refused.stderr
+
+
+def test_run_without_a_rig_says_what_to_do(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text(f'[rig]\nport = "{tmp_path}/nothing"\n')
+    refused = pneuforce("run", "--config", str(file))
+    assert refused.returncode == 2
+    assert "there is no such port" in refused.stderr
+
+
+@pytest.mark.parametrize("bus", ["modbus", "can"])
+def test_watching_nothing_is_a_sentence(bus):
+    refused = pneuforce("watch", bus, "--port", "1", "--seconds", "1")
+    assert refused.returncode == 2
+    assert "is an instrument running there?" in refused.stderr
+    assert len(refused.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("bus", ["modbus", "can"])
+def test_watching_as_json_gives_a_line_for_each_look(stack, bus):
+    port = stack.modbus_port if bus == "modbus" else stack.can_port
+    seen = pneuforce("watch", bus, "--port", str(port), "--seconds", "0.7", "--json")
+    assert seen.returncode == 0, seen.stderr
+    lines = [json.loads(line) for line in seen.stdout.splitlines()]
+    if bus == "modbus":
+        assert lines[-1]["force"] is None
+        assert lines[-1]["state"] == "vented"
+    else:
+        assert {"Force", "State", "Status"} <= {line["frame"] for line in lines}

@@ -1,0 +1,99 @@
+"""`pneuforce demo` as a person or a script starts and ends it."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from registers.modbus.client import Plc
+from tests.ports import free_port
+from tests.system.conftest import answers
+from tests.system.waiting import wait_for
+
+
+class Demo:
+    def __init__(self, *arguments):
+        self.modbus_port, self.can_port = free_port(), free_port()
+        ports = ["--modbus-port", str(self.modbus_port), "--can-port", str(self.can_port)]
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "instrument", "demo", *ports, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def children(self):
+        listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text()
+        return [int(pid) for pid in listed.split()]
+
+    def until_holding(self):
+        wait_for(lambda: answers(self.modbus_port), bool)
+        with Plc.connect(port=self.modbus_port) as plc:
+            wait_for(plc.read, lambda v: v["state"] == "holding")
+
+
+@pytest.fixture
+def demo():
+    started = Demo()
+    yield started
+    if started.process.poll() is None:
+        started.process.kill()
+    started.process.communicate()
+
+
+def running(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number):
+    demo.until_holding()
+    children = demo.children()
+    assert len(children) == 3
+    asked_s = time.monotonic()
+    demo.process.send_signal(number)
+    _, said = demo.process.communicate(timeout=5)
+    assert time.monotonic() - asked_s < 1.0
+    assert demo.process.returncode == 0
+    assert "Traceback" not in said
+    assert not any(running(pid) for pid in children)
+
+
+def test_a_killed_demo_leaves_no_child_behind(demo):
+    demo.until_holding()
+    children = demo.children()
+    demo.process.kill()
+    wait_for(lambda: [pid for pid in children if running(pid)], lambda left: not left, deadline_s=3)
+
+
+def test_without_a_terminal_it_says_one_plain_line_a_second_and_ends_in_time():
+    begun_s = time.monotonic()
+    demo = Demo("--seconds", "7")
+    said, complaints = demo.process.communicate(timeout=30)
+    assert demo.process.returncode == 0
+    assert complaints == ""
+    assert time.monotonic() - begun_s < 15
+    lines = said.splitlines()
+    assert 5 <= len(lines) <= 8
+    assert all("\x1b" not in line for line in lines)
+    force = re.compile(r"holding\s+force\s+\d\.\d{3} ± \d\.\d{3} N  CAN \d\.\d{3} N  applied .* contacts 1")
+    assert any(force.search(line) for line in lines), said
+
+
+def test_a_taken_port_is_said_in_a_sentence(stack):
+    command = ["instrument", "demo", "--can-port", str(free_port()), "--modbus-port", str(stack.modbus_port)]
+    refused = subprocess.run(
+        [sys.executable, "-m", *command], capture_output=True, text=True, timeout=30, check=False
+    )
+    assert refused.returncode == 2
+    assert f"Modbus cannot listen on 127.0.0.1:{stack.modbus_port}" in refused.stderr
+    assert "Traceback" not in refused.stderr
