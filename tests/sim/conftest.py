@@ -59,6 +59,11 @@ class Bench:
         self._sequence = 0
         self._since_command_s = 1.0
 
+    def switched_on_at(self, pressure_kpa):
+        """With gas left in the balloon from before."""
+        self.gas_kpa = self._sensed_kpa = pressure_kpa
+        return self
+
     # what the host sees
     def last(self, kind=Sample):
         return next(f.message for f in reversed(self.frames) if isinstance(f.message, kind))

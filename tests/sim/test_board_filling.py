@@ -86,8 +86,8 @@ def test_vented_is_said_only_after_half_a_second_below_300_pa(bench):
 
 
 def test_without_a_zero_a_pressure_that_still_falls_is_not_vented(bench):
-    bench.gas_kpa, bench.vent_s = 1.2, 3.0
-    bench.greet().until_state(S.VENTED, 10)
+    bench.vent_s = 3.0
+    bench.switched_on_at(1.2).greet().until_state(S.VENTED, 10)
     assert bench.pressure_kpa < 0.35
 
 
