@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import tomllib
 import zlib
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from instrument.chain import ChainSettings
 from instrument.errors import ConfigurationError
 from instrument.interlocks import Limits
 from instrument.model import Balloon, Circuit
 from instrument.settings import Identity, Settings
+
+
+def _date(code: int) -> int:
+    if code:
+        date.fromisoformat(f"{code:08d}")
+    return code
+
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 
@@ -125,7 +133,9 @@ class IdentitySection(Section):
     """What the instrument says of itself."""
 
     serial_number: int = Field(0, ge=0, le=0xFFFF_FFFF, description="serial number")
-    calibration_date: int = Field(0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never calibrated")
+    calibration_date: Annotated[int, AfterValidator(_date)] = Field(
+        0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never calibrated"
+    )
     application: str = Field(
         "", max_length=64, description="user application name, read by Modbus function 43"
     )

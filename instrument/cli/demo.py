@@ -17,7 +17,7 @@ from rich.live import Live
 
 from instrument.cli.children import Child, ChildFailed, wait_until
 from instrument.cli.observe import NodeAt, Observer, Seen, number
-from instrument.cli.panel import Ports, panel, plain_line
+from instrument.cli.panel import EVENTS, Ports, panel, plain_line
 from registers.can.bus import BusAt
 from registers.modbus.client import Plc, PlcError
 
@@ -110,7 +110,7 @@ def _show(
 ) -> None:
     begun_s = time.monotonic()
     script = Script(ports.modbus)
-    with _display(observer.seen, ports) as (update, period_s):
+    with _display(observer.seen, ports, children[0]) as (update, period_s):
         while not stop.wait(period_s):
             elapsed_s = time.monotonic() - begun_s
             if seconds is not None and elapsed_s > seconds:
@@ -125,13 +125,15 @@ def _show(
 
 
 @contextmanager
-def _display(seen: Seen, ports: Ports) -> Iterator[tuple[Callable[[float], None], float]]:
+def _display(seen: Seen, ports: Ports, host: Child) -> Iterator[tuple[Callable[[float], None], float]]:
     """What to call with the time that has passed, and how often: a panel, or one line a second."""
     if not sys.stdout.isatty():
         yield lambda elapsed_s: print(plain_line(seen, elapsed_s, time.monotonic()), flush=True), 1.0
         return
-    with Live(auto_refresh=False, screen=False) as live:
-        yield (
-            lambda elapsed_s: live.update(panel(seen, ports, elapsed_s, time.monotonic()), refresh=True),
-            1 / PANEL_HZ,
-        )
+    with Live(auto_refresh=False) as live:
+
+        def draw(elapsed_s: float) -> None:
+            events = list(host.said)[-EVENTS:]
+            live.update(panel(seen, ports, events, elapsed_s, time.monotonic()), refresh=True)
+
+        yield draw, 1 / PANEL_HZ

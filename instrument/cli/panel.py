@@ -13,8 +13,10 @@ from rich.text import Text
 
 from instrument.cli.observe import Seen, number
 
+Rows = tuple[tuple[str, RenderableType], ...]
 BLOCKS = " ▁▂▃▄▅▆▇█"
-SPARK_WIDTH = 60
+SPARK_WIDTH = 56
+EVENTS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,43 +66,48 @@ def plain_line(seen: Seen, elapsed_s: float, now_s: float) -> str:
     )
 
 
-def panel(seen: Seen, ports: Ports, elapsed_s: float, now_s: float) -> RenderableType:
-    """The whole panel."""
+def panel(seen: Seen, ports: Ports, events: Sequence[str], elapsed_s: float, now_s: float) -> RenderableType:
+    """The whole panel; it fits a terminal of 80 × 24."""
     return Group(
-        Panel(_measured(seen), title="pneuforce demo · simulated rig", subtitle=f"{elapsed_s:.0f} s"),
-        Panel(_traffic(seen, now_s), title="buses"),
+        Panel(
+            Group(_numbers(seen, now_s), Text(), _curves(seen)),
+            title="pneuforce demo · simulated rig",
+            subtitle=f"{elapsed_s:.0f} s",
+        ),
+        Panel(Text("\n".join(events), no_wrap=True, overflow="ellipsis"), title="events"),
         Panel(_second_terminal(ports), title="in a second terminal"),
     )
 
 
-def _measured(seen: Seen) -> RenderableType:
+def _numbers(seen: Seen, now_s: float) -> RenderableType:
     m = seen.modbus
-    grid = Table.grid(padding=(0, 3))
-    left, right = Table.grid(padding=(0, 2)), Table.grid(padding=(0, 2))
-    for name, value in (
+    left: Rows = (
         ("force", Text(force_text(seen), style="bold cyan")),
         ("applied (truth)", shown(number(seen.truth, "force_n"), "6.3f", "N")),
         ("pressure", shown(number(m, "pressure"), "6.3f", "kPa")),
         ("ΔP_i · rise", _pair(m, "initial_pressure", "rise")),
-    ):
-        left.add_row(name, value)
-    for name, value in (
+        ("force on CAN", shown(number(seen.can, "force"), "6.3f", "N")),
+    )
+    right: Rows = (
         ("state", Text(str(m.get("state", "…")), style=_state_style(m))),
         ("setpoint", shown(number(m, "setpoint"), ".3f", "kPa")),
         ("R_i", shown(number(m, "radius"), ".3f", "mm")),
-        (
-            "contacts",
-            f"{m.get('contact_counter', 0)}, last peak {shown(number(m, 'peak_force'), '.2f', 'N')}",
-        ),
-    ):
-        right.add_row(name, value)
-    grid.add_row(left, right)
+        ("contacts", f"{m.get('contact_counter', 0)}, peak {shown(number(m, 'peak_force'), '.2f', 'N')}"),
+        ("traffic", f"{seen.polls.per_s(now_s)} polls/s, {seen.frames.per_s(now_s)} CAN frames/s"),
+    )
+    grid = Table.grid(padding=(0, 2))
+    for (name, value), (other, other_value) in zip(left, right, strict=True):
+        grid.add_row(name, value, other, other_value)
+    return grid
+
+
+def _curves(seen: Seen) -> RenderableType:
+    curves = Table.grid(padding=(0, 1))
     forces = [force for _, force, _ in seen.history]
     pressures = [pressure for _, _, pressure in seen.history]
-    curves = Table.grid(padding=(0, 1))
-    curves.add_row("force   ", Text(spark(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
-    curves.add_row("pressure", Text(spark(pressures, 0.0, 14.0), style="green"), "0–14 kPa")
-    return Group(grid, Text(), curves)
+    curves.add_row("force", Text(spark(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
+    curves.add_row("pressure", Text(spark(pressures, 4.0, 14.0), style="green"), "4–14 kPa")
+    return curves
 
 
 def _pair(m: dict[str, object], first: str, second: str) -> str:
@@ -111,31 +118,13 @@ def _state_style(m: dict[str, object]) -> str:
     return {"holding": "bold green", "tripped": "bold red"}.get(str(m.get("state")), "bold yellow")
 
 
-def _traffic(seen: Seen, now_s: float) -> RenderableType:
-    grid = Table.grid(padding=(0, 2))
-    force, can = number(seen.modbus, "force"), number(seen.can, "force")
-    grid.add_row(
-        "Modbus",
-        f"{seen.polls.per_s(now_s):4d} polls/s",
-        f"{seen.polls.count:7d} in all",
-        shown(force, ".3f", "N"),
-    )
-    grid.add_row(
-        "CAN",
-        f"{seen.frames.per_s(now_s):4d} frames/s",
-        f"{seen.frames.count:7d} in all",
-        shown(can, ".3f", "N"),
-    )
-    return grid
-
-
 def _second_terminal(ports: Ports) -> Text:
     watch = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
     watch_can = "" if ports.can == 29536 else f" --port {ports.can}"
     return Text(
-        f"as a PLC      .venv/bin/pneuforce watch modbus{watch}\n"
-        f"as a robot    .venv/bin/pneuforce watch can{watch_can}\n"
-        f"set 8 kPa     mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 8.0\n"
-        f"vent          mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
-        "end           Ctrl-C here"
+        f"as a PLC    .venv/bin/pneuforce watch modbus{watch}\n"
+        f"as a robot  .venv/bin/pneuforce watch can{watch_can}\n"
+        f"go to 6.5   mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
+        f"vent        mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
+        "end         Ctrl-C here         (mbpoll: apt-get install mbpoll)"
     )

@@ -24,7 +24,9 @@ SWITCH_INTERVAL_S = 0.0005  #: how long a bus thread may hold up the loop
 
 def serve(configuration: Configuration) -> None:
     """Run until SIGTERM or Ctrl-C, then vent and end. Raises PneuforceError where it cannot start."""
-    logging.basicConfig(format="%(asctime)s %(levelname)s %(message)s", level=logging.INFO, stream=sys.stderr)
+    logging.basicConfig(
+        format="%(asctime)s %(message)s", datefmt="%H:%M:%S", level=logging.INFO, stream=sys.stderr
+    )
     logging.getLogger("can").setLevel(logging.ERROR)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     asyncio.run(_serve(configuration))
