@@ -91,9 +91,13 @@ def sim(
 
     Prints one JSON line that names both. Connect an instrument with [rig] port = the link.
     """
+    from instrument.errors import RigError
     from sim.server import Options, serve
 
-    serve(Options(link=str(link), control_port=control_port, seed=seed, hand=hand))
+    try:
+        serve(Options(link=str(link), control_port=control_port, seed=seed, hand=hand))
+    except OSError as error:
+        raise RigError(f"the simulator cannot start: {error}") from None
 
 
 @app.command()

@@ -1,0 +1,169 @@
+"""The house rules, held against the code: who imports whom, sizes, docstrings, names, lint and types."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("instrument", "registers", "sim")
+SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+MOST_LINES, MOST_FUNCTION_LINES = 300, 50
+FORBIDDEN_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "common", "misc"}
+
+#: What a part may import of ours; the longest prefix counts. A part that is not named may import itself only.
+MAY_IMPORT = {
+    "instrument": ("instrument",),
+    "instrument.model": ("instrument.model",),
+    "instrument.rig": ("instrument.rig", "instrument.errors"),
+    "instrument.cli": ("instrument", "registers", "sim"),
+    "registers": ("registers",),
+    "sim": ("sim", "instrument.rig"),
+    "sim.published": ("sim", "instrument.rig", "instrument.model"),
+}
+#: The one file for a library of others.
+ONE_FILE = {"pymodbus": "registers/modbus/client.py", "can": "registers/can/bus.py"}
+
+each_source = pytest.mark.parametrize("path", SOURCES, ids=[str(p.relative_to(ROOT)) for p in SOURCES])
+
+
+def module_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imports_of(path):
+    """Dotted names imported anywhere in a file, `from a import b` as a.b where that is a module."""
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports are absolute here"
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                file = ROOT / inner.replace(".", "/")
+                yield inner if file.is_dir() or file.with_suffix(".py").exists() else node.module
+
+
+def within(name, prefixes):
+    return any(name == prefix or name.startswith(prefix + ".") for prefix in prefixes)
+
+
+@each_source
+def test_each_part_imports_only_what_it_may(path):
+    module = module_of(path)
+    part = max((p for p in MAY_IMPORT if within(module, (p,))), key=len)
+    ours = [name for name in imports_of(path) if within(name, PACKAGES)]
+    assert [name for name in ours if not within(name, MAY_IMPORT[part])] == []
+
+
+@each_source
+def test_only_the_command_line_is_imported_by_nobody(path):
+    if not within(module_of(path), ("instrument.cli", "instrument.__main__")):
+        assert [name for name in imports_of(path) if within(name, ("instrument.cli",))] == []
+
+
+def test_the_import_table_is_read_from_real_imports():
+    assert "instrument.rig.frames" in set(imports_of(ROOT / "instrument/core.py"))
+    assert "instrument.model" in set(imports_of(ROOT / "sim/published.py"))
+
+
+def files_that_import(library):
+    return sorted(
+        str(path.relative_to(ROOT))
+        for path in SOURCES
+        if any(within(name, (library,)) for name in imports_of(path))
+    )
+
+
+@pytest.mark.parametrize("library", ONE_FILE)
+def test_a_library_that_changes_its_face_is_imported_in_one_file(library):
+    assert files_that_import(library) == [ONE_FILE[library]]
+
+
+def test_pyserial_is_imported_in_one_file_of_the_instrument():
+    assert [f for f in files_that_import("serial") if f.startswith("instrument")] == [
+        "instrument/rig/port.py"
+    ]
+
+
+def test_one_file_of_the_simulator_knows_the_instruments_model():
+    sim = [p for p in SOURCES if within(module_of(p), ("sim",))]
+    knowing = [p.name for p in sim if any(within(n, ("instrument.model",)) for n in imports_of(p))]
+    assert knowing == ["published.py"]
+
+
+@each_source
+def test_no_file_is_longer_than_a_few_screens(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
+
+
+def functions_of(path):
+    return [n for n in ast.walk(tree_of(path)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+
+
+@each_source
+def test_every_function_fits_a_screen(path):
+    long = {f.name: f.end_lineno - f.lineno + 1 for f in functions_of(path)}
+    assert {name: lines for name, lines in long.items() if lines > MOST_FUNCTION_LINES} == {}
+
+
+def public_members(node, prefix=""):
+    for child in node.body:
+        if isinstance(child, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            if child.name.startswith("_"):
+                continue
+            yield f"{prefix}{child.name}", child
+            if isinstance(child, ast.ClassDef):
+                yield from public_members(child, f"{child.name}.")
+
+
+@each_source
+def test_all_that_is_public_says_what_it_is(path):
+    tree = tree_of(path)
+    members = [("the module", tree), *public_members(tree)]
+    undocumented = [name for name, node in members if not ast.get_docstring(node)]
+    assert undocumented == [] or path.read_text() == ""
+
+
+@each_source
+def test_no_file_is_named_after_nothing(path):
+    parts = {part for piece in path.relative_to(ROOT).with_suffix("").parts for part in piece.split("_")}
+    assert not parts & FORBIDDEN_NAMES
+
+
+@each_source
+def test_units_of_parameters_and_attributes_are_spelt_in_one_way(path):
+    wrong = ("_seconds", "_sec", "_ms_", "_millis", "_bar", "_psi", "_newton", "_kPa", "_degrees")
+    names = {n.arg for n in ast.walk(tree_of(path)) if isinstance(n, ast.arg)}
+    names |= {
+        n.target.id
+        for n in ast.walk(tree_of(path))
+        if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
+    }
+    assert [name for name in names if name.endswith(wrong)] == []
+
+
+def clean(*command):
+    done = subprocess.run(
+        [sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_format_is_the_formatters():
+    clean("ruff", "format", "--check", ".")
+
+
+def test_the_linter_has_nothing_to_say():
+    clean("ruff", "check", ".")
+
+
+def test_the_types_are_right():
+    clean("mypy")
