@@ -208,7 +208,8 @@ def _sentence(location: tuple[int | str, ...], error: Any) -> str:
     if error["type"] == "model_type":
         return f"{key} = {error['input']!r}: must be a table, [{key}]"
     span = _span_at(location)
-    message = error["msg"][0].lower() + error["msg"][1:]
+    message = error["msg"].removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
     return f"{key} = {error['input']!r}: {message}" + (f"; allowed: {span}" if span else "")
 
 
