@@ -65,9 +65,17 @@ class Host:
     async def connect(self) -> None:
         """Open the port and greet the board.
 
-        Raises RigError: port busy or missing, no board of ours there, or one of another version.
+        Raises RigError: port busy or missing, no board of ours there, or one of another version. The port is
+        given back then.
         """
         self._attach(self._open_port(self.url))
+        try:
+            await self._greet()
+        except BaseException:
+            self._close()
+            raise
+
+    async def _greet(self) -> None:
         deadline_s = self._clock() + GREETING_S
         while self.link.phase is Phase.GREETING:
             self._beat()
@@ -125,7 +133,12 @@ class Host:
     def _detach(self, why: str) -> None:
         log.warning("rig link down: %s", why)
         self._release()
+        self._wait_longer()
+
+    def _wait_longer(self) -> None:
+        """Put off the next try, twice as long each time until samples come."""
         self._try_again_s = self._clock() + self._back_off_s
+        self._back_off_s = min(2 * self._back_off_s, BACK_OFF_S[1])
 
     def _release(self) -> None:
         port, self._port = self._port, None
@@ -143,8 +156,7 @@ class Host:
             port = await asyncio.to_thread(self._open_port, self.url)
         except RigError as error:
             log.info("rig link still down: %s", error)
-            self._back_off_s = min(2 * self._back_off_s, BACK_OFF_S[1])
-            self._try_again_s = self._clock() + self._back_off_s
+            self._wait_longer()
             return
         self.reconnects += 1
         log.warning("rig port open again")
@@ -182,7 +194,7 @@ class Host:
     def _use(self, sample: RawSample) -> None:
         self.instrument.take(sample, self.link.frozen_frames)
         for face in self.faces:
-            face.on_sample(sample.received_s)
+            _guarded(face.on_sample, sample.received_s)
 
     # ---- the end
 
@@ -197,6 +209,9 @@ class Host:
             if sample is not None and sample.valves == Valve.NONE and self._clock() > now_s + TICK_S:
                 break
             await asyncio.sleep(TICK_S / 2)
+        self._close()
+
+    def _close(self) -> None:
         if self._reopening is not None:
             self._reopening.cancel()
         self._release()

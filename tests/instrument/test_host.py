@@ -1,0 +1,459 @@
+"""The host on a real pty: a small board in a thread at the other end, a symlink for the cable."""
+
+import asyncio
+import contextlib
+import itertools
+import logging
+import os
+import select
+import threading
+import time
+import tty
+
+import pytest
+
+from instrument.core import Instrument
+from instrument.errors import PortBusy, PortUnavailable, ProtocolMismatch, RigSilent
+from instrument.faults import HostFault
+from instrument.host import BACK_OFF_S, Host
+from instrument.rig.frames import (
+    PROTOCOL_VERSION,
+    BoardKind,
+    BoardState,
+    Command,
+    Decoder,
+    Event,
+    Hello,
+    Identify,
+    Mode,
+    Sample,
+    Valve,
+    Vent,
+    encode,
+)
+from instrument.rig.port import SerialPort
+from instrument.settings import Settings
+from tests.instrument.driving import HOLD_8, PLC, VENT, adc_sum_of
+
+PATIENCE_S = 5.0
+
+
+class Board(threading.Thread):
+    """Obeys at once and streams 500 samples a second; its log is what it heard, and when."""
+
+    def __init__(self, uptime_ms=1000, version=PROTOCOL_VERSION):
+        super().__init__(daemon=True)
+        self.far, self._near = os.openpty()
+        tty.setraw(self._near)
+        self.path = os.ttyname(self._near)
+        self.heard = []
+        self.state = BoardState.VENTED
+        self.mute = False
+        self.uptime_ms, self.version = uptime_ms, version
+        self.noise = b""
+        self._identified = False
+        self._started_s = time.monotonic()
+        self._samples = 0
+        self._decoder = Decoder.of_host()
+        self._ended = threading.Event()
+
+    def run(self):
+        due_s = time.monotonic()
+        with contextlib.suppress(OSError):
+            while not self._ended.is_set():
+                due_s = max(due_s + 0.002, time.monotonic() - 0.02)
+                while select.select([self.far], [], [], max(0.0, due_s - time.monotonic()))[0]:
+                    self._listen(os.read(self.far, 4096))
+                self._speak()
+
+    def _listen(self, data):
+        for frame in self._decoder.feed(data):
+            message = frame.message
+            self.heard.append((time.monotonic(), message))
+            if isinstance(message, Identify):
+                self._identified = self.version == PROTOCOL_VERSION
+                self._send(Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, 250, 2000))
+            elif isinstance(message, Vent):
+                self.state = BoardState.VENTED
+            elif isinstance(message, Command):
+                self.state = BoardState.HOLDING if message.mode == Mode.HOLD else BoardState.VENTED
+
+    def _age_ms(self):
+        return self.uptime_ms + round((time.monotonic() - self._started_s) * 1e3)
+
+    def _speak(self):
+        if self.noise:
+            os.write(self.far, self.noise)
+        if self._identified and not self.mute:
+            held = self.state is BoardState.HOLDING
+            pressure_kpa, valves, setpoint_pa = (8.0, Valve.VENT_CLOSED, 8000) if held else (0.0, 0, 0)
+            adc_sum, time_us = adc_sum_of(pressure_kpa + 0.2), self._samples * 2000
+            self._send(Sample(time_us, adc_sum, 5000, valves, self.state, 0, 0, 0, setpoint_pa))
+
+    def _send(self, message):
+        os.write(self.far, encode(message, self._samples, self.version))
+        self._samples += isinstance(message, Sample)
+
+    def restart(self):
+        """Like a brown-out: vented, forgotten, and a greeting of its own."""
+        self.state, self._identified, self._samples = BoardState.VENTED, False, 0
+        self.uptime_ms, self._started_s = 0, time.monotonic()
+        self._send(Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, 250, 2000))
+
+    def messages(self, kind):
+        return [(t_s, message) for t_s, message in list(self.heard) if isinstance(message, kind)]
+
+    def end(self):
+        self._ended.set()
+        if self.is_alive():
+            self.join(PATIENCE_S)
+        for descriptor in (self.far, self._near):
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
+
+
+class Cable:
+    """A symlink that stands for the port's name, and the boards that were at its end."""
+
+    def __init__(self, path):
+        self.path, self.boards = path, []
+
+    def plug(self, **board):
+        self.boards.append(Board(**board))
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(self.boards[-1].path)
+        self.boards[-1].start()
+        return self.boards[-1]
+
+    def pull(self):
+        self.path.unlink()
+        self.boards[-1].end()
+
+
+@pytest.fixture
+def cable(tmp_path):
+    cable = Cable(tmp_path / "rig")
+    yield cable
+    for board in cable.boards:
+        board.end()
+
+
+@contextlib.asynccontextmanager
+async def running(cable):
+    """A host that is connected and runs; vented and ended on the way out."""
+    host, stop = Host(Instrument(Settings()), str(cable.path)), asyncio.Event()
+    await host.connect()
+    task = asyncio.create_task(host.run(stop))
+    try:
+        yield host
+    finally:
+        stop.set()
+        await asyncio.wait_for(task, PATIENCE_S)
+
+
+async def until(condition, patience_s=PATIENCE_S):
+    deadline_s = time.monotonic() + patience_s
+    while not condition():
+        assert time.monotonic() < deadline_s, "what was waited for did not come"
+        await asyncio.sleep(0.005)
+
+
+def see(host):
+    return host.instrument.snapshot(PLC, time.monotonic())
+
+
+async def inflate(host):
+    await until(lambda: host.instrument.chain.zero.taken)
+    for request in (VENT, HOLD_8):
+        assert host.instrument.write(PLC, request, time.monotonic()) == "none"
+    await until(lambda: see(host).state == "holding")
+
+
+def test_it_greets_measures_and_inflates(cable):
+    async def story():
+        board = cable.plug()
+        async with running(cable) as host:
+            await inflate(host)
+            assert see(host).setpoint_kpa == 8.0
+            assert {"simulated", "holding"} <= see(host).status
+            assert host.link.lost_frames == 0
+        kinds = [type(message) for _, message in board.heard]
+        assert kinds[0] is Identify
+        assert Identify not in kinds[kinds.index(Command) :]
+
+    asyncio.run(story())
+
+
+def test_the_board_is_kept_alive_and_heard_of_every_change_at_once(cable):
+    async def story():
+        board = cable.plug()
+        async with running(cable) as host:
+            await inflate(host)
+            board.heard.clear()
+            await asyncio.sleep(0.5)
+            changed_s = time.monotonic()
+            host.instrument.write(PLC, {"setpoint_requested_kpa": 6.0}, changed_s)
+            await until(lambda: board.messages(Command)[-1][1].setpoint_pa == 6000)
+            assert board.messages(Command)[-1][0] - changed_s < 0.05
+        times_s = [t_s for t_s, _ in board.messages(Command)]
+        assert max(b - a for a, b in itertools.pairwise(times_s)) < 0.1
+
+    asyncio.run(story())
+
+
+def test_it_ends_venting_within_a_second_and_gives_the_port_back(cable):
+    async def story():
+        board = cable.plug()
+        async with running(cable) as host:
+            await inflate(host)
+            start_s = time.monotonic()
+        assert time.monotonic() - start_s < 1.0
+        assert board.state is BoardState.VENTED
+        assert [type(m) for _, m in board.heard[-2:]] == [Vent, Command]
+        assert board.heard[-1][1].mode == Mode.VENT
+        SerialPort(str(cable.path)).close()
+
+    asyncio.run(story())
+
+
+def test_it_ends_venting_even_when_a_vent_was_being_put_off(cable):
+    async def story():
+        board = cable.plug()
+        async with running(cable) as host:
+            await inflate(host)
+            host.instrument.trip(HostFault.LEASE_EXPIRED)
+            host.instrument._vent_due_s = time.monotonic() + 5.0
+        assert {m.mode for t, m in board.messages(Command)[-1:]} == {Mode.VENT}
+        assert board.state is BoardState.VENTED
+
+    asyncio.run(story())
+
+
+def test_whatever_ends_it_vents(cable):
+    async def story():
+        board = cable.plug()
+        host = Host(Instrument(Settings()), str(cable.path))
+        await host.connect()
+        task = asyncio.create_task(host.run(asyncio.Event()))
+        await inflate(host)
+        host.instrument.tick = None  # our own mistake, in the loop itself
+        with pytest.raises(TypeError):
+            await asyncio.wait_for(task, PATIENCE_S)
+        assert board.state is BoardState.VENTED
+
+    asyncio.run(story())
+
+
+class TestNoBoard:
+    """What is refused before anything moves."""
+
+    def connect(self, url):
+        host = Host(Instrument(Settings()), str(url))
+        asyncio.run(host.connect())
+
+    def test_another_device_on_the_port_is_told_by_the_bytes_it_sends(self, cable, monkeypatch):
+        monkeypatch.setattr("instrument.host.GREETING_S", 0.5)
+        board = cable.plug(version=9)
+        board._listen = lambda data: None
+        board.noise = b"$GPGGA,123519,4807.038,N\r\n\xa5\x5a\x33\x01"
+        with pytest.raises(RigSilent, match=r"no greeting .* [0-9]+ bytes came, none .* another device"):
+            self.connect(cable.path)
+
+    def test_a_silent_port_is_told(self, cable, monkeypatch):
+        monkeypatch.setattr("instrument.host.GREETING_S", 0.5)
+        board = cable.plug()
+        board._listen = lambda data: None
+        with pytest.raises(RigSilent, match="nothing came at all"):
+            self.connect(cable.path)
+
+    def test_another_version_is_refused_and_hears_no_command(self, cable):
+        board = cable.plug(version=9)
+        with pytest.raises(ProtocolMismatch, match=r"version 9 .* version 1: .*no valve was moved"):
+            self.connect(cable.path)
+        assert {type(message) for _, message in board.heard} == {Identify}
+
+    def test_a_port_in_use_is_busy(self, cable):
+        cable.plug()
+        with contextlib.closing(SerialPort(str(cable.path))), pytest.raises(PortBusy, match="in use"):
+            self.connect(cable.path)
+
+    def test_a_missing_port_is_named(self, tmp_path):
+        with pytest.raises(PortUnavailable, match="no such port"):
+            self.connect(tmp_path / "absent")
+
+    @pytest.mark.parametrize("version", [1, 9])
+    def test_after_a_refusal_the_port_is_free_again(self, cable, monkeypatch, version):
+        monkeypatch.setattr("instrument.host.GREETING_S", 0.3)
+        board = cable.plug(version=version)
+        board.mute = True
+        with pytest.raises((RigSilent, ProtocolMismatch)):
+            self.connect(cable.path)
+        SerialPort(str(cable.path)).close()
+
+
+class TestCable:
+    """The cable is pulled, and put back under another name."""
+
+    def test_it_reconnects_and_does_not_inflate_by_itself(self, cable):
+        async def story():
+            cable.plug()
+            async with running(cable) as host:
+                await inflate(host)
+                cable.pull()
+                await until(lambda: see(host).state == "tripped", 0.35)
+                await asyncio.sleep(0.3)
+                board = cable.plug()
+                await until(lambda: "link_lost" not in see(host).status, 3.0)
+                await asyncio.sleep(0.2)
+                assert host.reconnects == 1
+                assert see(host).state == "tripped"
+                assert see(host).first_fault == HostFault.LINK_LOST
+                assert {m.mode for _, m in board.messages(Command)} == {Mode.VENT}
+
+        asyncio.run(story())
+
+    def test_while_it_is_out_the_host_neither_spins_nor_gives_up(self, cable, caplog):
+        async def story():
+            cable.plug()
+            async with running(cable) as host:
+                await until(lambda: see(host).sample_counter > 10)
+                cable.pull()
+                caplog.set_level(logging.INFO)
+                before_s = time.process_time()
+                await asyncio.sleep(2.0)
+                used_s = time.process_time() - before_s
+                tries = [r for r in caplog.records if "still down" in r.message]
+                assert 3 <= len(tries) <= 8  # 0.1, 0.3, 0.7, 1.5 s …
+                assert used_s < 0.6
+                assert see(host).age_s > 1.9
+
+        asyncio.run(story())
+
+    def test_a_port_that_opens_and_breaks_at_once_is_not_tried_ever_faster(self, cable):
+        async def story():
+            cable.plug()
+            opened = []
+            async with running(cable) as host:
+                await until(lambda: see(host).sample_counter > 10)
+
+                def broken(url):
+                    opened.append(time.monotonic())
+                    dead = Board()
+                    port = SerialPort(dead.path)
+                    dead.end()
+                    return port
+
+                host._open_port = broken
+                cable.pull()
+                await asyncio.sleep(2.0)
+            gaps = [b - a for a, b in itertools.pairwise(opened)]
+            assert 2 <= len(opened) <= 8
+            assert gaps[-1] > 2 * BACK_OFF_S[0]
+
+        asyncio.run(story())
+
+    def test_a_board_that_falls_silent_is_greeted_again(self, cable):
+        async def story():
+            board = cable.plug()
+            async with running(cable) as host:
+                await inflate(host)
+                board.mute = True
+                await until(lambda: "link_lost" in see(host).status)
+                board.heard.clear()
+                await until(lambda: board.messages(Identify))
+                board.mute = False
+                await until(lambda: "link_lost" not in see(host).status)
+                assert host.reconnects == 0
+                assert see(host).state == "tripped"
+
+        asyncio.run(story())
+
+
+def test_a_restarted_board_trips_and_its_setpoint_is_not_restored(cable):
+    async def story():
+        board = cable.plug(uptime_ms=60_000)
+        async with running(cable) as host:
+            await inflate(host)
+            board.restart()
+            await until(lambda: "board_reset" in see(host).status)
+            board.heard.clear()
+            await until(lambda: len(board.messages(Command)) > 5)
+            assert {m.mode for _, m in board.messages(Command)} == {Mode.VENT}
+            assert see(host).state == "tripped"
+
+    asyncio.run(story())
+
+
+def test_the_boards_events_are_logged_and_not_piled_up(cable, caplog):
+    async def story():
+        board = cable.plug()
+        async with running(cable) as host:
+            await until(lambda: see(host).sample_counter > 10)
+            caplog.set_level(logging.INFO)
+            for _ in range(20):
+                board._send(Event(0, BoardState.TRIPPED, BoardState.HOLDING, 5))
+            await until(lambda: sum("holding to tripped, fault 5" in r.message for r in caplog.records) == 20)
+            assert host.link.events == []
+
+    asyncio.run(story())
+
+
+class TestFaces:
+    """The buses that are told of each sample."""
+
+    def test_each_sample_is_told_once_and_time_goes_on_without_samples(self, cable):
+        class Face:
+            samples, ticks = 0, 0
+
+            def on_sample(self, now_s):
+                self.samples += 1
+
+            def tick(self, now_s):
+                self.ticks += 1
+
+        async def story():
+            board, face = cable.plug(), Face()
+            async with running(cable) as host:
+                host.faces.append(face)
+                before = host.instrument.sample_counter
+                await until(lambda: face.samples > 200)
+                assert host.instrument.sample_counter - before == face.samples
+                board.mute = True
+                await asyncio.sleep(0.05)
+                samples, ticks = face.samples, face.ticks
+                await asyncio.sleep(0.3)
+                assert face.samples == samples
+                assert 15 <= face.ticks - ticks <= 35
+
+        asyncio.run(story())
+
+    def test_a_face_that_fails_costs_no_sample_and_no_tick_of_the_others(self, cable):
+        class Broken:
+            def on_sample(self, now_s):
+                raise RuntimeError("a bus is down")
+
+            tick = on_sample
+
+        class Good:
+            samples = ticks = 0
+
+            def on_sample(self, now_s):
+                self.samples += 1
+
+            def tick(self, now_s):
+                self.ticks += 1
+
+        async def story():
+            cable.plug()
+            good = Good()
+            async with running(cable) as host:
+                host.faces += [Broken(), good]
+                await until(lambda: good.samples > 50)
+                assert good.ticks > 0
+                assert see(host).age_s < 0.1
+
+        logging.disable(logging.ERROR)
+        try:
+            asyncio.run(story())
+        finally:
+            logging.disable(logging.NOTSET)
