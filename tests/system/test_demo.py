@@ -85,7 +85,7 @@ def test_without_a_terminal_it_says_one_plain_line_a_second_and_ends_in_time():
     lines = said.splitlines()
     assert 8 <= len(lines) <= 11
     assert all("\x1b" not in line for line in lines)
-    force = re.compile(r"holding\s+force\s+\d\.\d{3} ± \d\.\d{3} N  CAN \d\.\d{3} N  applied .* contacts 1")
+    force = re.compile(r"holding\s+force\s+\d\.\d{3} ± \d\.\d{3} N\s+CAN \d\.\d{3} N  applied .* contacts 1")
     assert any(force.search(line) for line in lines), said
 
 
