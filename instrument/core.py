@@ -101,9 +101,8 @@ class Instrument:
         for code in codes_of(sample.faults):
             if code not in self.operations.clearing:
                 self.trip(code)
-        obeyed = self._obedience.follow(sample.state, now_s)
-        if self.arming is Arming.HOLDING and not obeyed:
-            self.trip(HostFault.DISAGREEMENT)
+        if not self._obedience.follow(sample.state, self.holding, now_s):
+            self.trip(HostFault.DISAGREEMENT if self.holding else HostFault.NOT_VENTED)
 
     def _follow_contact(self, m: Measurement) -> None:
         if self.chain.tracker.finished != self._finished_contacts:
@@ -263,7 +262,7 @@ class Instrument:
         elif values.get("mode") == "hold":
             if self.arming is not Arming.HOLDING:
                 self.inflations += 1
-                self._obedience.ask_hold(now_s)
+                self._obedience.ask_hold()
             self.step(Step.HOLD)
         if self.arming is Arming.HOLDING:
             self._held_setpoint_kpa = wanted.setpoint_kpa

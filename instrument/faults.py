@@ -18,6 +18,7 @@ class HostFault(IntEnum):
     SENSOR_LIMIT = 36  #: the host's own look at sensor and supply
     SENSOR_STUCK = 37  #: the board's clock stands still
     DISAGREEMENT = 38  #: the board does not hold though it was told to
+    NOT_VENTED = 39  #: the board does not vent though it was told to
 
 
 #: Status bit of each fault; a fault without one shows in state, first fault and "failure".
@@ -41,6 +42,7 @@ STATUS_OF: Mapping[int, str] = {
     HostFault.SENSOR_LIMIT: "sensor_fault",
     HostFault.SENSOR_STUCK: "sensor_fault",
     HostFault.DISAGREEMENT: "board_reset",
+    HostFault.NOT_VENTED: "vent_fault",
 }
 
 

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from instrument.arming import Arming, Step
+from instrument.arming import Step
 from instrument.commands import Run
 from instrument.interlocks import violated
 from instrument.refusal import Refusal
@@ -50,7 +50,7 @@ class Operations:
 
     def _undo_zero(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
         own = self._instrument
-        if own.arming is Arming.HOLDING:
+        if own.holding:
             return Refusal.STATE
         return Refusal.NONE if own.chain.zero.undo() else Refusal.STATE
 
@@ -62,8 +62,10 @@ class Operations:
             return Refusal.CAUSE_PERSISTS
         return Refusal.NONE
 
-    def _new_balloon(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
+    def _new_balloon(self, argument: int, now_s: float) -> Refusal:
         own = self._instrument
+        if own.link_lost(now_s):
+            return Refusal.LINK_LOST
         if not own.vented:
             return Refusal.STATE
         own.balloon_id, own.inflations = argument, 0

@@ -196,6 +196,29 @@ def test_a_board_that_vents_without_being_asked_trips_the_host():
     assert drive.see().first_fault == HostFault.DISAGREEMENT
 
 
+def test_a_board_that_does_not_vent_is_told_apart_and_cannot_be_cleared():
+    drive = Drive.holding()
+    drive.must(VENT)
+    for _ in range(490):
+        drive.feed()  # it goes on holding
+    assert drive.see().first_fault == 0
+    for _ in range(20):
+        drive.feed()
+    seen = drive.see()
+    assert (seen.state, seen.first_fault) == ("tripped", HostFault.NOT_VENTED)
+    assert "vent_fault" in seen.status
+    drive.obey = lambda: None
+    assert drive.order("clear_faults") == ("failed", "cause_persists")
+
+
+def test_a_board_that_heard_nothing_for_a_while_is_not_blamed_for_it():
+    drive = Drive.holding()
+    drive.silence(1.5)
+    drive.feed()  # still locked: the vent is yet to reach it
+    drive.run(0.5)
+    assert list(drive.instrument.faults) == [HostFault.LINK_LOST]
+
+
 class AnyTraffic(RuleBasedStateMachine):
     """Whatever is asked, trips or falls silent: the rig holds only where the rules were followed."""
 

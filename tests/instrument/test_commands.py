@@ -203,6 +203,23 @@ def test_a_new_balloon_starts_its_count_of_inflations_only_when_vented():
     assert drive.see().inflations == 1
 
 
+def test_a_new_balloon_is_not_noted_while_nobody_knows_whether_the_rig_is_vented():
+    assert Drive.zeroed().silence(0.3).order("new_balloon", 12) == ("failed", "link_lost")
+
+
+def test_the_zero_is_not_undone_while_a_pressed_balloon_waits_for_its_vent():
+    drive = Drive.zeroed()
+    assert drive.order("zero_pressure") == ("done", "none")
+    drive.must(VENT)
+    drive.must(HOLD_8 | {"lease_s": 0.5})
+    drive.renew(1.0)
+    drive.push_kpa = 1.0
+    drive.renew(0.5)
+    drive.run(0.6)
+    assert drive.instrument.vent_pending
+    assert drive.order("undo_zero") == ("failed", "state")
+
+
 def test_a_self_test_says_whether_all_is_in_span():
     drive = Drive.zeroed()
     assert drive.order("self_test") == ("done", "none")

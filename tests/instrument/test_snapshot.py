@@ -226,6 +226,40 @@ def test_it_says_who_it_is():
     assert seen.method == "energetic"
 
 
+def failing():
+    drive = Drive.holding()
+    drive.instrument.trip(HostFault.BOARD_RESET)
+    return drive
+
+
+def with_can_down():
+    drive = Drive.holding()
+    drive.instrument.can_down = True
+    return drive
+
+
+def out_of_range():
+    return Drive.holding(request={"setpoint_requested_kpa": 11.8})
+
+
+@pytest.mark.parametrize(
+    ("situation", "expected"),
+    [
+        (Drive.holding, set()),
+        (Drive.ready, {"function_check"}),
+        (failing, {"failure"}),
+        (Drive.new, {"failure"}),
+        (out_of_range, {"out_of_specification"}),
+        (with_can_down, {"maintenance"}),
+    ],
+)
+def test_the_signals_of_ne_107_say_whether_the_force_may_be_used(situation, expected):
+    signals = {"maintenance", "out_of_specification", "function_check", "failure"}
+    seen = situation().see()
+    assert seen.status & signals == expected
+    assert ("any_failure" in seen.status) == ("failure" in expected)
+
+
 def test_looking_changes_nothing():
     drive = pressed()
     before = drive.see(), drive.instrument.command()
