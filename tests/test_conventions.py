@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -34,11 +35,17 @@ def module_of(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@cache
 def tree_of(path):
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
 def imports_of(path):
+    return tuple(_imports_of(path))
+
+
+def _imports_of(path):
     """Dotted names imported anywhere in a file, `from a import b` as a.b where that is a module."""
     for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Import):
