@@ -5,7 +5,9 @@ import math
 import pytest
 
 from instrument.faults import HostFault
+from instrument.requests import SETPOINT_KPA
 from instrument.rig.frames import BoardState, CommandFlag
+from registers.map import BY_NAME
 from tests.instrument.driving import HOLD_8, KEY, PAGE, PLC, ROBOT, SETPOINT, VENT, Drive
 
 LEASED = {"lease_s": 60.0}
@@ -116,6 +118,11 @@ def test_no_broken_setpoint_reaches_the_board_even_where_a_bus_let_it_pass(value
         assert drive.write({"setpoint_requested_kpa": value}) != "none"
         assert drive.write(HOLD_8 | {"setpoint_requested_kpa": value}) != "none"
         assert drive.instrument.command() == before
+
+
+def test_the_core_and_the_map_agree_on_the_span_of_the_setpoint():
+    register = BY_NAME["setpoint_requested"]
+    assert (register.low, register.high) == SETPOINT_KPA
 
 
 class TestReferencePressure:
