@@ -120,6 +120,13 @@ def test_the_grace_in_contact_cannot_be_lengthened():
     assert not drive.inflates
 
 
+def test_a_setpoint_written_in_the_grace_is_stored_and_not_acted_on():
+    drive = pressed_and_run_out()
+    drive.must({"setpoint_requested_kpa": 11.0})
+    assert drive.instrument.command().setpoint_pa == 8000
+    assert drive.see().setpoint_requested_kpa == 11.0
+
+
 def test_a_vent_ends_the_grace_at_once():
     drive = pressed_and_run_out()
     drive.must(VENT, PAGE)
