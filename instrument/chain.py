@@ -9,15 +9,11 @@ from instrument.contact import ONSET_KPA, ContactTracker
 from instrument.measurement import Measurement, Quality
 from instrument.model import Balloon, Circuit, Estimate, contact, on_the_line
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.model.uncertainty import InputErrors, force_std_n
-from instrument.rig.frames import COUNTS_LIMIT, SAMPLES_PER_S, BoardState
+from instrument.model.uncertainty import InputErrors, LowEnd, sensitivities
+from instrument.rig.frames import BoardState
+from instrument.rig.limits import alive, nominal_pressure_kpa
 from instrument.rig.link import RawSample
-from instrument.sensor import Zero, nominal_pressure_kpa
-
-#: ADC span of a living sensor: 0.05–4.9 V at 5 V.
-ALIVE = (0.01, 0.98)
-#: A gap in the samples is bridged, but never by more than this [s].
-LONGEST_STEP_S = 0.5
+from instrument.sensor import Zero
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,15 +42,14 @@ class Chain:
     tracker: ContactTracker = field(default_factory=ContactTracker)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient
     _filtered_kpa: float = math.nan  # before the zero
-    _board_time_us: int | None = None
-    _lowest: tuple[tuple[float, float], Estimate] | None = None
+    _low_end: tuple[tuple[float, float], LowEnd] | None = None
 
     def step(self, sample: RawSample) -> Measurement:
         """The measurement of one sample. Never raises on what a sensor may read: NaN and `quality` say it."""
-        message = sample.message
-        dt_s = self._elapsed_s(message.board_time_us)
-        if not ALIVE[0] <= message.adc_sum / COUNTS_LIMIT <= ALIVE[1]:
+        message, dt_s = sample.message, sample.elapsed_s
+        if sample.frozen or not alive(message.adc_sum):
             self._filtered_kpa = math.nan
+            self.zero.observe(math.nan, False, dt_s)
             self.tracker.step(math.nan, False, dt_s)
             return Measurement(t_s=sample.received_s, quality=Quality.SENSOR)
         nominal_kpa = nominal_pressure_kpa(message.adc_sum)
@@ -65,14 +60,6 @@ class Chain:
         locked = message.state == BoardState.HOLDING and self.zero.taken
         self.tracker.step(pressure_kpa, locked, dt_s)
         return self._measure(sample.received_s, pressure_kpa, nominal_kpa - zero_kpa, locked)
-
-    def _elapsed_s(self, board_time_us: int) -> float:
-        if self._board_time_us is None:
-            dt_s = 1 / SAMPLES_PER_S
-        else:
-            dt_s = ((board_time_us - self._board_time_us) & 0xFFFF_FFFF) * 1e-6
-        self._board_time_us = board_time_us
-        return min(dt_s, LONGEST_STEP_S)
 
     def _filter(self, nominal_kpa: float, dt_s: float) -> None:
         if not math.isfinite(self._filtered_kpa):
@@ -113,36 +100,35 @@ class Chain:
     def _free(self, initial_kpa: float) -> tuple[Estimate, float, float, Quality]:
         """Zeros; the uncertainty is the detection limit, the force at the onset threshold."""
         radius_mm = self.settings.balloon.radius_mm(initial_kpa)
-        low_n = self._lowest_at(round(initial_kpa, 2)).force_n
+        low_n = self._low_end_at(round(initial_kpa, 2)).estimate.force_n
         nothing = Estimate(0.0, 0.0, 0.0, radius_mm, radius_mm)
         return nothing, low_n * ONSET_KPA / LOWEST_RISE_KPA, low_n, Quality.GOOD
 
     def _pressed(self, initial_kpa: float, final_kpa: float) -> tuple[Estimate, float, float, Quality]:
-        own = self.settings
-        lowest = self._lowest_at(initial_kpa)
+        own, circuit = self.settings, self._circuit
+        low_end = self._low_end_at(initial_kpa)
+        low_n = low_end.estimate.force_n
         if not VALID_LOW_KPA <= initial_kpa <= VALID_HIGH_KPA:
             radius_mm = own.balloon.radius_mm(initial_kpa)
             nothing = Estimate(math.nan, math.nan, math.nan, radius_mm, math.nan)
-            return nothing, math.nan, lowest.force_n, Quality.OUT_OF_RANGE
+            return nothing, math.nan, low_n, Quality.OUT_OF_RANGE
         rise_kpa = final_kpa - initial_kpa
         if rise_kpa < LOWEST_RISE_KPA:
-            solved, quality = on_the_line(lowest, rise_kpa, final_kpa), Quality.INTERPOLATED
+            solved, by_input = on_the_line(low_end.estimate, rise_kpa, final_kpa), low_end.at(rise_kpa)
+            quality = Quality.INTERPOLATED
         else:
-            solved = contact(initial_kpa, final_kpa, own.balloon, self._circuit, own.method)
+            solved = contact(initial_kpa, final_kpa, own.balloon, circuit, own.method)
+            d = solved.indentation_mm
+            by_input = sensitivities(initial_kpa, final_kpa, d, own.balloon, circuit, own.method)
             quality = Quality.GOOD
         if not math.isfinite(solved.force_n):
-            return solved, math.nan, lowest.force_n, Quality.NO_SOLUTION
-        std_n = force_std_n(
-            initial_kpa, final_kpa, lowest, solved, own.balloon, self._circuit, own.errors, own.method
-        )
-        return solved, std_n, lowest.force_n, quality
+            return solved, math.nan, low_n, Quality.NO_SOLUTION
+        return solved, by_input.std_n(initial_kpa, final_kpa, own.errors), low_n, quality
 
-    def _lowest_at(self, initial_kpa: float) -> Estimate:
-        """The contact at a rise of 0.5 kPa, solved once for each ΔP_i."""
+    def _low_end_at(self, initial_kpa: float) -> LowEnd:
+        """Where the line to zero ends, solved once for each ΔP_i."""
         key = (initial_kpa, self.reference_kpa)
-        if self._lowest is None or self._lowest[0] != key:
+        if self._low_end is None or self._low_end[0] != key:
             own = self.settings
-            final_kpa = initial_kpa + LOWEST_RISE_KPA
-            solved = contact(initial_kpa, final_kpa, own.balloon, self._circuit, own.method)
-            self._lowest = (key, solved)
-        return self._lowest[1]
+            self._low_end = (key, LowEnd.of(initial_kpa, own.balloon, self._circuit, own.method))
+        return self._low_end[1]

@@ -12,7 +12,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from instrument.chain import ChainSettings
 from instrument.errors import ConfigurationError
-from instrument.interlocks import Limits
 from instrument.model import Balloon, Circuit
 from instrument.settings import Identity, Settings
 
@@ -136,6 +135,7 @@ class IdentitySection(Section):
     calibration_date: Annotated[int, AfterValidator(_date)] = Field(
         0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never calibrated"
     )
+    url: str = Field("", max_length=128, description="where its maker is found, read by Modbus function 43")
     application: str = Field(
         "", max_length=64, description="user application name, read by Modbus function 43"
     )
@@ -166,14 +166,13 @@ class Configuration(Section):
                 circuit=Circuit(**self.circuit.model_dump()),
                 **self.measurement.model_dump(),
             ),
-            limits=Limits(contact_kpa=self.safety.contact_limit_kpa),
             identity=Identity(
                 serial_number=self.identity.serial_number,
                 calibration_date=self.identity.calibration_date,
                 configuration_hash=self.hash,
                 balloon_id=self.balloon.id,
             ),
-            **self.safety.model_dump(exclude={"contact_limit_kpa"}),
+            **self.safety.model_dump(),
         )
 
 

@@ -10,14 +10,14 @@ from typing import Any
 from instrument.arming import STEPS, Arming, Step
 from instrument.chain import Chain
 from instrument.commands import CommandBlock
-from instrument.faults import HostFault, Latch, codes_of
-from instrument.interlocks import violated
+from instrument.faults import HostFault, Latch, codes_of, name_of
+from instrument.interlocks import InterlockWatch
 from instrument.lease import Lease, Peer
-from instrument.measurement import Measurement, Quality
+from instrument.measurement import Measurement
 from instrument.obedience import Obedience
 from instrument.operations import Operations
 from instrument.refusal import Refusal
-from instrument.requests import Peers, Situation, Wanted, verdict
+from instrument.requests import PeerMemory, Peers, Situation, Wanted, verdict
 from instrument.rig.frames import (
     Command,
     CommandFlag,
@@ -25,6 +25,7 @@ from instrument.rig.frames import (
     Mode,
     Sample,
 )
+from instrument.rig.limits import HOST_SILENCE_S
 from instrument.rig.link import RawSample
 from instrument.settings import Settings
 from instrument.snapshot import Snapshot, snapshot_of
@@ -32,8 +33,6 @@ from instrument.vented import VentedWatch
 
 log = logging.getLogger("pneuforce")
 
-LOST_S = 0.25
-FROZEN_FRAMES = 10
 CONTACT_GRACE_S = 5.0  #: how long a contact may put off the vent after a lease has run out
 ALARM_RISE_KPA = 6.0  #: a rise beyond any force worth measuring
 
@@ -45,7 +44,7 @@ class Instrument:
         self.settings = settings
         self.chain = Chain(settings.chain)
         self.measurement = Measurement(t_s=-math.inf)
-        self.sample: Sample | None = None
+        self.raw: RawSample | None = None
         self.hello: Hello | None = None
         self.sample_counter = 0
         self.arming = Arming.CLEARED
@@ -56,7 +55,6 @@ class Instrument:
         self.operations = Operations(self)
         self.commands = CommandBlock(self.operations.table)
         self.can_down = False
-        self.frozen = False
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id
         self.inflations = 0
@@ -64,32 +62,37 @@ class Instrument:
         self._finished_contacts = 0
         self._obedience = Obedience()
         self._vented = VentedWatch()
+        self._interlocks = InterlockWatch()
         self._vent_due_s: float | None = None
         self._held_setpoint_kpa = math.nan
-        self._told: object = None
 
     # ---- from the rig
 
     def greeted(self, hello: Hello) -> None:
-        """A board of our protocol version answered."""
+        """A board of our protocol version answered; another one than before has another sensor."""
+        if self.hello is not None and hello.serial != self.hello.serial:
+            self.chain.zero.forget()
+            self.trip(HostFault.BOARD_RESET)
         self.hello = hello
 
     def board_restarted(self) -> None:
         """The board came back with less uptime than it must have: SAFE, and nothing is restored."""
         self.trip(HostFault.BOARD_RESET)
 
-    def take(self, raw: RawSample, frozen_frames: int = 0) -> Measurement:
+    @property
+    def sample(self) -> Sample | None:
+        """The board's latest message."""
+        return self.raw.message if self.raw else None
+
+    def take(self, raw: RawSample) -> Measurement:
         """Use one sample: measure, look at the interlocks, follow the board."""
         message = raw.message
-        self.frozen = frozen_frames >= FROZEN_FRAMES
         m = self.chain.step(raw)
-        if self.frozen:
-            m = Measurement(t_s=raw.received_s, quality=Quality.SENSOR)
-        self.sample, self.measurement = message, m
+        self.raw, self.measurement = raw, m
         self.sample_counter += 1
-        self._vented.step(message, m.pressure_kpa, self.chain.zero.taken)
+        self._vented.step(raw, m.pressure_kpa, self.chain.zero.taken)
         self._follow_board(message, raw.received_s)
-        fault = HostFault.SENSOR_STUCK if self.frozen else violated(message, m, self.settings.limits)
+        fault = self._interlocks.step(raw, m, self.settings.contact_limit_kpa)
         if fault is not None:
             self.trip(fault)
         if not self.chain.zero.taken and self.chain.zero.take():
@@ -110,13 +113,12 @@ class Instrument:
             self.peak_force_n, self._peak_n = self._peak_n, math.nan
         if m.in_contact and math.isfinite(m.force_n) and not m.force_n <= self._peak_n:
             self._peak_n = m.force_n
-        if self.settings.vent_on_force_limit and self.force_limit_passed:
-            self.vent(m.t_s)
+        if self.settings.vent_on_force_limit and self.holding and self.force_limit_passed:
+            self.trip(HostFault.FORCE_LIMIT)
 
-    @property
-    def vented(self) -> bool:
-        """Whether the latest samples verify that the balloon is vented."""
-        return self._vented.vented
+    def vented(self, now_s: float) -> bool:
+        """Whether samples verify that the balloon is vented, and go on doing so."""
+        return self._vented.vented and not self.link_lost(now_s)
 
     @property
     def tripped(self) -> bool:
@@ -164,7 +166,7 @@ class Instrument:
 
     def link_lost(self, now_s: float) -> bool:
         """Whether no frame has come for more than 250 ms."""
-        return not self.age_s(now_s) <= LOST_S
+        return not self.age_s(now_s) <= HOST_SILENCE_S
 
     # ---- to the rig
 
@@ -180,7 +182,7 @@ class Instrument:
             flags=flags,
             setpoint_pa=round(self._held_setpoint_kpa * 1e3) if hold else 0,
             zero_pa=round(zero.zero_kpa * 1e3) if zero.taken else 0,
-            contact_limit_pa=round(self.settings.limits.contact_kpa * 1e3),
+            contact_limit_pa=round(self.settings.contact_limit_kpa * 1e3),
             vent_after_ms=round(self.settings.vent_after_s * 1e3),
             clear=self.operations.clear_count & 0xFF,
         )
@@ -188,19 +190,19 @@ class Instrument:
     def trip(self, fault: int) -> None:
         """Latch a fault and stop holding, at once: the one way to stop."""
         if self.faults.set(fault):
-            log.warning("tripped: fault %d", fault)
+            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
         self.operations.clearing.discard(fault)
         self._vent_due_s = None
-        self.step(Step.TRIP)
+        self.advance(Step.TRIP)
 
     def vent(self, now_s: float) -> None:
         """Vent: carried out whatever the state, and told to the board even if "hold" follows at once."""
         if self.holding:
             self._obedience.ask_vent(now_s)
         self._vent_due_s = None
-        self.step(Step.VENT)
+        self.advance(Step.VENT)
 
-    def step(self, step: Step) -> None:
+    def advance(self, step: Step) -> None:
         """Go one step of the arming table."""
         self.arming = STEPS[self.arming][step]
         self.wanted.mode = "hold" if self.arming is Arming.HOLDING else "vent"
@@ -225,23 +227,15 @@ class Instrument:
         memory.refusal = refusal
         if "mode" in values:
             memory.mode = values["mode"]
-        self._tell(peer, values, refusal)
+        _tell(peer, values, refusal, memory)
         return refusal
-
-    def _tell(self, peer: Peer, values: Mapping[str, Any], refusal: Refusal) -> None:
-        """Log a write, but not its repetitions: a PLC may write the same every cycle."""
-        told = (peer, dict(values), refusal)
-        if told != self._told:
-            self._told = told
-            verdict_text = "done" if refusal is Refusal.NONE else f"refused, {refusal}"
-            log.info("%s %s wrote %s: %s", *peer, dict(values), verdict_text)
 
     def _situation(self, now_s: float) -> Situation:
         return Situation(
             arming=self.arming,
             link_lost=self.link_lost(now_s),
             zeroed=self.chain.zero.taken,
-            vented=self.vented and not self.link_lost(now_s),
+            vented=self.vented(now_s),
             in_contact=self.measurement.in_contact,
             write_lock=self.settings.write_lock,
             lease_demanded=self.settings.lease_demanded,
@@ -263,8 +257,17 @@ class Instrument:
             if self.arming is not Arming.HOLDING:
                 self.inflations += 1
                 self._obedience.ask_hold()
-            self.step(Step.HOLD)
+            self.advance(Step.HOLD)
         if self.arming is Arming.HOLDING:
             self._held_setpoint_kpa = wanted.setpoint_kpa
         if any(name.startswith("command_") for name in values):
             self.commands.write(values, now_s)
+
+
+def _tell(peer: Peer, values: Mapping[str, Any], refusal: Refusal, memory: PeerMemory) -> None:
+    """Log a write, but not its repetitions: a PLC may write the same every cycle."""
+    wrote = ", ".join(f"{name} {value}" for name, value in values.items())
+    told = f"{wrote}: {'done' if refusal is Refusal.NONE else f'refused, {refusal}'}"
+    if told != memory.told:
+        memory.told = told
+        log.info("%s wrote %s", " ".join(peer).strip(), told)

@@ -19,6 +19,7 @@ class HostFault(IntEnum):
     SENSOR_STUCK = 37  #: the board's clock stands still
     DISAGREEMENT = 38  #: the board does not hold though it was told to
     NOT_VENTED = 39  #: the board does not vent though it was told to
+    FORCE_LIMIT = 40  #: the force limit was passed, and the configuration says to vent then
 
 
 #: Status bit of each fault; a fault without one shows in state, first fault and "failure".
@@ -82,6 +83,12 @@ class Latch:
     def status(self) -> frozenset[str]:
         """Names of the status bits."""
         return frozenset(STATUS_OF[code] for code in self._codes if code in STATUS_OF)
+
+
+def name_of(code: int) -> str:
+    """Name of a fault, for people."""
+    known: type[IntEnum] = HostFault if code >= HostFault.LEASE_EXPIRED else Fault
+    return known(code).name.lower().replace("_", " ")
 
 
 def codes_of(mask: int) -> Iterable[int]:

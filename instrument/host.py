@@ -11,6 +11,7 @@ from typing import Protocol
 
 from instrument.core import Instrument
 from instrument.errors import ProtocolMismatch, RigError, RigSilent
+from instrument.faults import name_of
 from instrument.rig.frames import BoardState, Valve
 from instrument.rig.link import Link, Phase, RawSample
 from instrument.rig.port import RigLink, SerialPort
@@ -61,23 +62,24 @@ class Host:
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
         self._restarts_seen = 0
+        self._complaint = ""
 
-    async def connect(self) -> None:
-        """Open the port and greet the board.
+    async def connect(self, stop: asyncio.Event) -> None:
+        """Open the port and greet the board; or come back without, when `stop` is set.
 
         Raises RigError: port busy or missing, no board of ours there, or one of another version. The port is
         given back then.
         """
         self._attach(self._open_port(self.url))
         try:
-            await self._greet()
+            await self._greet(stop)
         except BaseException:
             self._close()
             raise
 
-    async def _greet(self) -> None:
+    async def _greet(self, stop: asyncio.Event) -> None:
         deadline_s = self._clock() + GREETING_S
-        while self.link.phase is Phase.GREETING:
+        while self.link.phase is Phase.GREETING and not stop.is_set():
             self._beat()
             if self._failure is not None:
                 raise self._failure
@@ -100,7 +102,7 @@ class Host:
         self.instrument.tick(now_s)
         self._keep_alive(now_s)
         for face in self.faces:
-            _guarded(face.tick, now_s)
+            self._guarded(face.tick, now_s)
 
     def _keep_alive(self, now_s: float) -> None:
         if self._port is None:
@@ -154,7 +156,7 @@ class Host:
     async def _reopen(self) -> None:
         try:
             port = await asyncio.to_thread(self._open_port, self.url)
-        except RigError as error:
+        except Exception as error:
             log.info("rig link still down: %s", error)
             self._wait_longer()
             return
@@ -183,18 +185,28 @@ class Host:
             if self.link.hello is not None:
                 self.instrument.greeted(self.link.hello)
         for sample in samples:
-            _guarded(self._use, sample)
+            self._guarded(self._use, sample)
 
     def _log_events(self) -> None:
         for event in self.link.events:
             was, state = (BoardState(code).name.lower() for code in (event.was, event.state))
-            log.info("board: %s to %s, fault %d", was, state, event.fault)
+            why = f" ({name_of(event.fault)})" if event.fault else ""
+            log.info("board: %s to %s%s", was, state, why)
         self.link.events.clear()
 
     def _use(self, sample: RawSample) -> None:
-        self.instrument.take(sample, self.link.frozen_frames)
+        self.instrument.take(sample)
         for face in self.faces:
-            _guarded(face.on_sample, sample.received_s)
+            self._guarded(face.on_sample, sample.received_s)
+
+    def _guarded(self, handle: Callable[..., object], *arguments: object) -> None:
+        """One frame, one beat: what goes wrong in it costs no more than it, and is logged once."""
+        try:
+            handle(*arguments)
+        except Exception as error:
+            if repr(error) != self._complaint:
+                self._complaint = repr(error)
+                log.exception("dropped after an error of ours")
 
     # ---- the end
 
@@ -215,11 +227,3 @@ class Host:
         if self._reopening is not None:
             self._reopening.cancel()
         self._release()
-
-
-def _guarded(handle: Callable[..., None], *arguments: object) -> None:
-    """One frame, one beat: what goes wrong in it is logged and costs no more than it."""
-    try:
-        handle(*arguments)
-    except Exception:
-        log.exception("dropped after an error of ours")

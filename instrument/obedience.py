@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 from instrument.rig.frames import BoardState
+from instrument.rig.limits import PRESSURISED
+from instrument.rig.link import BRIDGED_S
 
-FILLED = frozenset({BoardState.INFLATING, BoardState.SETTLING, BoardState.HOLDING})
 OBEY_S = 1.0  #: how long the board may take to begin to fill, or to empty, when told to
-BRIDGED_S = 0.02  #: the most that one sample adds: in a longer gap the board may have heard nothing
 HEARD_S = 0.05  #: a command is sent, heard and seen in the samples within this time
 
 
@@ -36,7 +36,7 @@ class Obedience:
 
         Emptying first takes as long as it takes; a balloon that was filled has no reason to empty.
         """
-        filled = state in FILLED
+        filled = state in PRESSURISED
         self.vent_owed = self.vent_owed and (filled or not now_s >= self._vent_asked_s + HEARD_S)
         hold = hold and not self.vent_owed
         emptying_first = hold and state == BoardState.VENTING and not self._filled

@@ -50,15 +50,13 @@ class Operations:
 
     def _undo_zero(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
         own = self._instrument
-        if own.holding:
-            return Refusal.STATE
-        return Refusal.NONE if own.chain.zero.undo() else Refusal.STATE
+        return Refusal.NONE if own.vented(now_s) and own.chain.zero.undo() else Refusal.STATE
 
     def _self_test(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
         own = self._instrument
-        if own.link_lost(now_s) or own.sample is None:
+        if own.link_lost(now_s) or own.raw is None:
             return Refusal.LINK_LOST
-        if own.frozen or violated(own.sample, own.measurement, own.settings.limits) is not None:
+        if violated(own.raw, own.measurement, own.settings.contact_limit_kpa) is not None:
             return Refusal.CAUSE_PERSISTS
         return Refusal.NONE
 
@@ -66,7 +64,7 @@ class Operations:
         own = self._instrument
         if own.link_lost(now_s):
             return Refusal.LINK_LOST
-        if not own.vented:
+        if not own.vented(now_s):
             return Refusal.STATE
         own.balloon_id, own.inflations = argument, 0
         return Refusal.NONE
@@ -99,5 +97,5 @@ class Operations:
         self._clearing_since_s = None
         if own.faults:
             return Refusal.CAUSE_PERSISTS
-        own.step(Step.CLEAR)
+        own.advance(Step.CLEAR)
         return Refusal.NONE

@@ -10,9 +10,10 @@ from typing import Any
 from instrument.arming import HOLD_REFUSALS, STEPS, Arming, Step
 from instrument.lease import Lease, Peer
 from instrument.refusal import Refusal
+from instrument.rig.limits import SETPOINT_PA
 
 MOST_PEERS = 256
-SETPOINT_KPA = (2.0, 12.0)
+SETPOINT_KPA = tuple(pa / 1e3 for pa in SETPOINT_PA)
 
 
 @dataclass(slots=True)
@@ -21,6 +22,7 @@ class PeerMemory:
 
     refusal: Refusal = Refusal.NONE
     mode: str = "vent"  #: the mode that it wrote last
+    told: str = ""  #: its last write as it was logged
 
 
 @dataclass(slots=True)

@@ -1,26 +1,15 @@
-"""From ADC counts to pressure: the MPXV5050DP, ratiometric to its supply, and its zero."""
+"""The zero of the pressure sensor: what it reads at no pressure."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-from instrument.rig.frames import ADC_FULL_SCALE, OVERSAMPLING
+from instrument.rig.limits import ZERO_SPAN_KPA
+from instrument.rig.link import BRIDGED_S
 
-#: V_out = V_s (0.018 P + 0.04), Freescale MPXV5050 data sheet, P in kPa.
-SENSITIVITY_PER_KPA = 0.018
-OFFSET = 0.04
-#: What the data sheet allows the zero to be off [kPa]: a zero beyond it is a broken sensor.
-ZERO_SPAN_KPA = 1.3
 STEADY_KPA = 0.05
 STEADY_S = 0.5
-BRIDGED_S = 0.02  #: the most that one reading can vouch for: what went on in a longer gap is not known
-
-
-def nominal_pressure_kpa(adc_sum: int) -> float:
-    """Gauge pressure [kPa] of a sum of 16 conversions, before the zero. Half a count undoes truncation."""
-    ratio = (adc_sum + 0.5 * OVERSAMPLING) / ADC_FULL_SCALE
-    return (ratio - OFFSET) / SENSITIVITY_PER_KPA
 
 
 @dataclass(slots=True)
@@ -61,6 +50,10 @@ class Zero:
             return False
         self.previous_kpa, self.zero_kpa = self.zero_kpa, self._latest_kpa
         return True
+
+    def forget(self) -> None:
+        """There is another sensor now: no zero, and none to go back to."""
+        self.zero_kpa = self.previous_kpa = math.nan
 
     def undo(self) -> bool:
         """Go back to the zero before this one; False where there was none."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from instrument.chain import ChainSettings
-from instrument.interlocks import Limits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +22,7 @@ class Settings:
     """What the core needs of the configuration."""
 
     chain: ChainSettings = field(default_factory=ChainSettings)
-    limits: Limits = field(default_factory=Limits)
+    contact_limit_kpa: float = 18.0  #: pressure of the locked balloon above which it is vented
     identity: Identity = field(default_factory=Identity)
     force_limit_n: float = 5.0
     vent_on_force_limit: bool = False

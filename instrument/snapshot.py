@@ -10,12 +10,11 @@ from instrument.commands import CommandBlock
 from instrument.lease import Peer
 from instrument.measurement import Measurement, Quality
 from instrument.rig.frames import BoardState
-from instrument.status import status_of
+from instrument.status import STALE_S, status_of
 
 if TYPE_CHECKING:
     from instrument.core import Instrument
 
-STALE_S = 0.1
 AGE_LIMIT_S = 1e6
 
 
@@ -78,11 +77,11 @@ class Snapshot:
 
 def snapshot_of(instrument: Instrument, peer: Peer, now_s: float) -> Snapshot:
     """What `peer` may see of the instrument at `now_s`. A stale measurement is shown as not available."""
-    stale, lost = not instrument.age_s(now_s) <= STALE_S, instrument.link_lost(now_s)
+    stale = not instrument.age_s(now_s) <= STALE_S
     m = _shown(instrument, stale)
     return Snapshot(
-        state=state_of(instrument, lost),
-        status=status_of(instrument, m, stale, lost),
+        state=state_of(instrument, instrument.link_lost(now_s)),
+        status=status_of(instrument, m, now_s),
         **_measured(instrument, m, now_s),
         **_controlled(instrument, stale),
         **_asked(instrument, peer, now_s),

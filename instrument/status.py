@@ -12,16 +12,16 @@ from instrument.rig.frames import BoardKind, BoardState
 if TYPE_CHECKING:
     from instrument.core import Instrument
 
+STALE_S = 0.1
 OLD_BASELINE_S = 60.0
 DRIFTING_KPA_PER_S = 0.02
 
 
-def status_of(instrument: Instrument, m: Measurement, stale: bool, lost: bool) -> frozenset[str]:
+def status_of(instrument: Instrument, m: Measurement, now_s: float) -> frozenset[str]:
     """Names of the conditions that hold; `m` is the measurement as shown, empty where it is stale."""
-    faults = instrument.faults
-    names = {name for name, holds in _conditions(instrument, m, stale, lost) if holds}
-    names |= faults.status
-    if faults or stale or lost:
+    names = {name for name, holds in _conditions(instrument, m, now_s) if holds}
+    names |= instrument.faults.status
+    if instrument.faults or "stale_or_lost" in names:
         names |= {"failure", "any_failure"}
     if "out_of_range" in names:
         names.add("out_of_specification")
@@ -32,9 +32,8 @@ def status_of(instrument: Instrument, m: Measurement, stale: bool, lost: bool) -
     return frozenset(names)
 
 
-def _conditions(
-    instrument: Instrument, m: Measurement, stale: bool, lost: bool
-) -> tuple[tuple[str, bool], ...]:
+def _conditions(instrument: Instrument, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:
+    stale, lost = not instrument.age_s(now_s) <= STALE_S, instrument.link_lost(now_s)
     shown = instrument.sample is not None and not stale and not instrument.tripped
     state = instrument.sample.state if instrument.sample and shown else None
     tracker = instrument.chain.tracker
@@ -47,7 +46,7 @@ def _conditions(
         ("in_contact", m.in_contact),
         ("inflating", state in (BoardState.INFLATING, BoardState.SETTLING)),
         ("holding", holding),
-        ("vented", instrument.vented and not stale),
+        ("vented", instrument.vented(now_s) and not stale),
         ("interpolated", Quality.INTERPOLATED in m.quality),
         ("out_of_range", unsuited or Quality.NO_SOLUTION in m.quality),
         ("force_limit", instrument.force_limit_passed and not stale),

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from instrument.rig.frames import BoardState, Sample, Valve
-
-VENTED_KPA = 0.3
-VENTED_S = 0.5
-BRIDGED_S = 0.02  #: the most that one sample can vouch for: what went on in a longer gap is not known
+from instrument.rig.frames import BoardState, Valve
+from instrument.rig.limits import VENTED_KPA, VENTED_S
+from instrument.rig.link import BRIDGED_S, RawSample
 
 
 @dataclass(slots=True)
@@ -17,12 +15,9 @@ class VentedWatch:
 
     vented: bool = False
     _low_s: float = 0.0
-    _board_time_us: int = 0
 
-    def step(self, sample: Sample, pressure_kpa: float, zeroed: bool) -> None:
+    def step(self, raw: RawSample, pressure_kpa: float, zeroed: bool) -> None:
         """One sample later. Without a zero there is only the board's own word."""
-        dt_s = ((sample.board_time_us - self._board_time_us) & 0xFFFF_FFFF) * 1e-6
-        self._board_time_us = sample.board_time_us
-        low = sample.valves == Valve.NONE and -VENTED_KPA <= pressure_kpa <= VENTED_KPA
-        self._low_s = self._low_s + min(dt_s, BRIDGED_S) if low else 0.0
-        self.vented = self._low_s >= VENTED_S if zeroed else sample.state == BoardState.VENTED
+        low = raw.message.valves == Valve.NONE and -VENTED_KPA <= pressure_kpa <= VENTED_KPA
+        self._low_s = self._low_s + min(raw.elapsed_s, BRIDGED_S) if low else 0.0
+        self.vented = self._low_s >= VENTED_S if zeroed else raw.message.state == BoardState.VENTED

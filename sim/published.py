@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from instrument.model import Balloon, Circuit, estimate_array
+from instrument.model import Balloon, Circuit, estimate
 from instrument.model.balloon import LOWEST_RISE_KPA, sphere_volume
 from sim.plant import BalloonState
 
@@ -31,7 +31,7 @@ class _Sheet:
     def __init__(self, low_kpa: float, high_kpa: float, balloon: Balloon, circuit: Circuit) -> None:
         count = math.ceil((high_kpa - low_kpa) / INITIAL_STEP_KPA) + 1
         initial = np.linspace(low_kpa, high_kpa, count)
-        law = estimate_array(initial[:, None], initial[:, None] + np.array(RISES_KPA), balloon, circuit)
+        law = estimate(initial[:, None], initial[:, None] + np.array(RISES_KPA), balloon, circuit)
         self.low_kpa, self.step_kpa = low_kpa, float(initial[1] - initial[0])
         self.forces_n = [_solved(row) for row in law.force_n]
         self.indentations_mm = law.indentation_mm.tolist()

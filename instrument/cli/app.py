@@ -50,8 +50,10 @@ Seconds = Annotated[
 @app.command()
 def demo(
     seconds: Seconds = None,
-    modbus_port: Annotated[int, typer.Option(help="TCP port of the Modbus server.")] = 5020,
-    can_port: Annotated[int, typer.Option(help="TCP port of the CAN hub (socketcand protocol).")] = 29536,
+    modbus_port: Annotated[int, typer.Option(help="TCP port of the Modbus server.", min=1, max=65535)] = 5020,
+    can_port: Annotated[
+        int, typer.Option(help="TCP port of the CAN hub (socketcand protocol).", min=1, max=65535)
+    ] = 29536,
     seed: Annotated[int, typer.Option(help="Seed of the simulated rig's noise.")] = 1,
 ) -> None:
     """The whole instrument on a simulated rig: contacts, live panel, Modbus and CAN to try out.
@@ -102,8 +104,8 @@ def sim(
 
 @app.command()
 def estimate(
-    dpi: Annotated[float, typer.Option("--dpi", help="Gauge pressure before contact ΔP_i [kPa].")],
-    dpf: Annotated[float, typer.Option("--dpf", help="Gauge pressure in contact ΔP_f [kPa].")],
+    dpi: Annotated[float, typer.Option("--dpi", help="Gauge pressure before contact ΔP_i, in kPa.")],
+    dpf: Annotated[float, typer.Option("--dpf", help="Gauge pressure in contact ΔP_f, in kPa.")],
     method: Annotated[MethodName, typer.Option(help="Force model.")] = MethodName.ENERGETIC,
     as_json: Json = False,
 ) -> None:

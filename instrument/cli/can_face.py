@@ -31,10 +31,16 @@ class CanFace:
         self._instrument = instrument
         self._loop = asyncio.get_running_loop()
 
-    async def open(self) -> None:
-        """Open the bus and see that the node id is free: 1.2 s. Raises FaceError."""
+    async def open(self, stop: asyncio.Event) -> None:
+        """Open the bus and see that the node id is free: 1.2 s, or until `stop` is set. Raises FaceError."""
+        opening = asyncio.ensure_future(asyncio.to_thread(self.bus.open, self.node.heartbeat_id))
+        stopping = asyncio.ensure_future(stop.wait())
+        await asyncio.wait({opening, stopping}, return_when=asyncio.FIRST_COMPLETED)
+        stopping.cancel()
+        if stop.is_set():
+            self.bus.close()
         try:
-            await asyncio.to_thread(self.bus.open, self.node.heartbeat_id)
+            await opening
         except OSError as error:
             raise FaceError(str(error)) from None
 

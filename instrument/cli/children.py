@@ -12,7 +12,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Sequence
-from threading import Thread
+from threading import Event, Thread
 from typing import IO, Any, Self
 
 from instrument.errors import PneuforceError
@@ -24,6 +24,10 @@ START_S = 20.0
 
 class ChildFailed(PneuforceError):
     """A child process ended, or did not get ready."""
+
+
+class Stopped(Exception):
+    """Whoever waited for a child was asked to end."""
 
 
 class Child:
@@ -60,13 +64,19 @@ class Child:
         """Whether it has not ended."""
         return self._process.poll() is None
 
-    def ready(self) -> dict[str, Any]:
-        """The JSON line with which it says that it is ready. Raises ChildFailed."""
+    def ready(self, stop: Event | None = None) -> dict[str, Any]:
+        """The JSON line with which it says that it is ready.
+
+        Raises ChildFailed, or Stopped where `stop` is set first.
+        """
         assert self._process.stdout is not None
+        until_s = time.monotonic() + START_S
         with selectors.DefaultSelector() as selector:
             selector.register(self._process.stdout, selectors.EVENT_READ)
-            heard = selector.select(START_S)
-        line = self._process.stdout.readline() if heard else ""
+            while not selector.select(0.05) and time.monotonic() < until_s:
+                if stop is not None and stop.is_set():
+                    raise Stopped
+        line = self._process.stdout.readline() if time.monotonic() < until_s else ""
         if not line:
             raise self.failure()
         answer: dict[str, Any] = json.loads(line)
@@ -104,12 +114,3 @@ class Child:
 def _end_with_parent() -> None:
     """Let Linux send SIGTERM when the parent dies, however that comes."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-
-
-def wait_until(condition: Any, child: Child, deadline_s: float = START_S) -> None:
-    """Wait until `condition()` holds. Raises ChildFailed where `child` ends first or time runs out."""
-    until_s = time.monotonic() + deadline_s
-    while not condition():
-        if not child.running or time.monotonic() > until_s:
-            raise child.failure()
-        time.sleep(0.05)

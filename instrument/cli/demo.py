@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event
@@ -15,7 +15,7 @@ from typing import Any
 
 from rich.live import Live
 
-from instrument.cli.children import Child, ChildFailed, wait_until
+from instrument.cli.children import Child, ChildFailed, Stopped
 from instrument.cli.observe import NodeAt, Observer, Seen, number
 from instrument.cli.panel import EVENTS, Ports, panel, plain_line
 from registers.can.bus import BusAt
@@ -33,21 +33,20 @@ def run_demo(seconds: float | None, ports: Ports, seed: int) -> int:
     stop = Event()
     for number_ in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number_, lambda *_: stop.set())
-    with ExitStack() as stack:
+    with ExitStack() as stack, suppress(Stopped):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
-        control_port, (sim, hub, host) = _start(stack, folder, ports, seed)
-        plc = _connected(host, ports, stop)
-        if plc is None:
-            return 0
+        control_port, (sim, hub, host) = _start(stack, folder, ports, seed, stop)
+        plc = stack.enter_context(Plc.connect(port=ports.modbus))
         observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), control_port)
         observer.start()
-        stack.callback(plc.close)
         stack.callback(observer.stop)
         _show(observer, ports, seconds, stop, (host, sim, hub))
     return 0
 
 
-def _start(stack: ExitStack, folder: Path, ports: Ports, seed: int) -> tuple[int, tuple[Child, Child, Child]]:
+def _start(
+    stack: ExitStack, folder: Path, ports: Ports, seed: int, stop: Event
+) -> tuple[int, tuple[Child, Child, Child]]:
     """Control port of the simulator, and the three processes.
 
     They start in the order in which each needs the other, and end in the reverse one.
@@ -57,49 +56,33 @@ def _start(stack: ExitStack, folder: Path, ports: Ports, seed: int) -> tuple[int
         Child("simulator", ["instrument", "sim", "--link", str(link), "--seed", str(seed)])
     )
     hub = stack.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(ports.can)]))
-    control_port = sim.ready()["control"]
-    hub.ready()
+    control_port = sim.ready(stop)["control"]
+    hub.ready(stop)
     file = folder / "instrument.toml"
     file.write_text(
         f'[rig]\nport = "{link}"\n[modbus]\nport = {ports.modbus}\n'
         f'[can]\nenabled = true\ninterface = "socketcand"\nport = {ports.can}\n'
     )
     host = stack.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
+    host.ready(stop)  # not before: another instrument may answer on that port
     return control_port, (sim, hub, host)
 
 
-def _connected(host: Child, ports: Ports, stop: Event) -> Plc | None:
-    """A Modbus connection as soon as the instrument answers; None where the demo was stopped before."""
-    found: list[Plc] = []
-
-    def answers() -> bool:
-        if stop.is_set():
-            return True
-        try:
-            found.append(Plc.connect(port=ports.modbus))
-        except PlcError:
-            return False
-        return host.running
-
-    wait_until(answers, host)
-    return found[0] if found else None
-
-
 class Script:
-    """The demo's own commands: vent, setpoint, hold, once; none where a client has asked for a pressure."""
+    """The demo's own commands: vent, setpoint, hold, once; none where a client has commanded before."""
 
     def __init__(self, port: int) -> None:
         self._port = port
         self._done = False
 
     def step(self, seen: dict[str, Any]) -> None:
-        """Inflate as soon as the sensor has its zero. Raises PlcError."""
+        """Inflate as soon as the sensor has its zero; a refusal means that a client has taken over."""
         if self._done or "not_zeroed" in seen.get("status", {"not_zeroed"}):
             return
         self._done = True
-        if math.isfinite(number(seen, "setpoint_requested")):
+        if math.isfinite(number(seen, "setpoint_requested")) or seen["lease_holder"] != "none":
             return
-        with Plc.connect(port=self._port) as plc:
+        with suppress(PlcError), Plc.connect(port=self._port) as plc:
             plc.write("mode", "vent")
             plc.write("setpoint_requested", SETPOINT_KPA)
             plc.write("mode", "hold")

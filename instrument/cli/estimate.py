@@ -6,9 +6,9 @@ import json
 import math
 
 from instrument.errors import ConfigurationError
-from instrument.model import Balloon, Circuit, contact, estimate
+from instrument.model import Balloon, Circuit, estimate
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.model.uncertainty import InputErrors, force_std_n
+from instrument.model.uncertainty import InputErrors, LowEnd, sensitivities
 
 MOST_KPA = 50.0  #: the sensor's full scale
 
@@ -39,10 +39,14 @@ def answer_of(initial_kpa: float, final_kpa: float, method: str) -> dict[str, ob
     """Everything known of one contact, by the names of the JSON answer; None for what does not exist."""
     balloon, circuit, errors = Balloon(), Circuit(), InputErrors()
     solved = estimate(initial_kpa, final_kpa, balloon, circuit, method)
-    lowest = contact(initial_kpa, initial_kpa + LOWEST_RISE_KPA, balloon, circuit, method)
-    std_n = math.nan
+    rise_kpa, std_n = final_kpa - initial_kpa, math.nan
     if math.isfinite(solved.force_n):
-        std_n = force_std_n(initial_kpa, final_kpa, lowest, solved, balloon, circuit, errors, method)
+        by_input = (
+            LowEnd.of(initial_kpa, balloon, circuit, method).at(rise_kpa)
+            if rise_kpa < LOWEST_RISE_KPA
+            else sensitivities(initial_kpa, final_kpa, solved.indentation_mm, balloon, circuit, method)
+        )
+        std_n = by_input.std_n(initial_kpa, final_kpa, errors)
     in_range = VALID_LOW_KPA <= initial_kpa <= VALID_HIGH_KPA
     reasons = []
     if not in_range:
@@ -51,7 +55,7 @@ def answer_of(initial_kpa: float, final_kpa: float, method: str) -> dict[str, ob
         )
     if not math.isfinite(solved.force_n):
         reasons.append("the model has no physical solution for these pressures")
-    elif final_kpa - initial_kpa < LOWEST_RISE_KPA:
+    elif rise_kpa < LOWEST_RISE_KPA:
         reasons.append(f"rise below {LOWEST_RISE_KPA} kPa: interpolated to zero force at no rise")
     return {
         "force_n": _known(solved.force_n),

@@ -107,18 +107,25 @@ class Observer:
             self.seen.history.append((now_s, values["force"], values["pressure"]))
 
     def _listen(self, node: NodeAt) -> None:
-        for _, _, values in can_frames(node, self._stop):
-            self.seen.can.update(values)
-            self.seen.frames.note(time.monotonic())
+        with contextlib.suppress(OSError):  # the hub's own end is told by its process
+            for _, _, values in can_frames(node, self._stop):
+                self.seen.can.update(values)
+                self.seen.frames.note(time.monotonic())
+        self.seen.can = {}
 
     def _follow_truth(self, port: int) -> None:
-        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 2.0) as control:
-            control.sendall(b'{"truth": 10}\n')
-            control.settimeout(0.5)
-            for line in control.makefile():
-                if self._stop.is_set():
-                    return
-                self.seen.truth = json.loads(line)
+        while not self._stop.wait(POLL_S):
+            with (
+                contextlib.suppress(OSError, ValueError),
+                socket.create_connection(("127.0.0.1", port), 2.0) as control,
+            ):
+                control.sendall(b'{"truth": 10}\n')
+                control.settimeout(0.5)
+                for line in control.makefile():
+                    self.seen.truth = json.loads(line)
+                    if self._stop.is_set():
+                        return
+            self.seen.truth = {}
 
 
 def number(values: dict[str, Any], name: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import json
 import logging
 import signal
 import sys
@@ -14,16 +15,19 @@ from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.errors import FaceError
 from instrument.host import Host
+from registers.modbus.identity import Object
 from registers.modbus.tcp import ModbusTcpServer, Options
 
 log = logging.getLogger("pneuforce")
 
-URL = "https://pneuforce.example"
 SWITCH_INTERVAL_S = 0.0005  #: how long a bus thread may hold up the loop
 
 
 def serve(configuration: Configuration) -> None:
-    """Run until SIGTERM or Ctrl-C, then vent and end. Raises PneuforceError where it cannot start."""
+    """Run until SIGTERM or Ctrl-C, then vent and end. Prints one JSON line when it serves its buses.
+
+    Raises PneuforceError where it cannot start.
+    """
     logging.basicConfig(
         format="%(asctime)s %(message)s", datefmt="%H:%M:%S", level=logging.INFO, stream=sys.stderr
     )
@@ -43,11 +47,11 @@ async def _serve(configuration: Configuration) -> None:
     can = CanFace(instrument, configuration.can) if configuration.can.enabled else None
     try:
         if can is not None:
-            await can.open()  # python-can takes long to import: before the rig waits for its keep-alive
-        await host.connect()
-        log.info("rig on %s answered", host.url)
-        if can is not None:
+            await can.open(stop)  # python-can imports slowly: before the rig waits for its keep-alive
             host.faces.append(can)
+        await host.connect(stop)
+        if not stop.is_set():
+            log.info("rig on %s answered", host.url)
         await _work(host, modbus, configuration, stop)
     finally:
         if can is not None:
@@ -59,16 +63,17 @@ async def _work(
 ) -> None:
     working = asyncio.create_task(host.run(stop))
     try:
-        if modbus is not None:
+        if modbus is not None and not stop.is_set():
             await _listen(modbus, configuration)
+        print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
         gc.freeze()
         await working
         log.info("vented; ended")
     finally:
-        stop.set()
-        await working
         if modbus is not None:
             modbus.close()
+        stop.set()
+        await working
 
 
 def modbus_server(configuration: Configuration, instrument: Instrument) -> ModbusTcpServer | None:
@@ -103,15 +108,16 @@ async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None
 
 def identity(configuration: Configuration) -> dict[int, str]:
     """Objects of Modbus function 43/14."""
-    date = f"{configuration.identity.calibration_date:08d}"
+    own = configuration.identity
+    date = f"{own.calibration_date:08d}"
     return {
-        0x00: "pneuforce",
-        0x01: "PF-1",
-        0x02: version("pneuforce"),
-        0x03: URL,
-        0x04: "Pneumatic force sensor",
-        0x05: "PF-1 field instrument",
-        0x06: configuration.identity.application,
-        0x80: str(configuration.identity.serial_number),
-        0x81: f"{date[:4]}-{date[4:6]}-{date[6:]}" if configuration.identity.calibration_date else "",
+        Object.VENDOR: "pneuforce",
+        Object.PRODUCT_CODE: "PF-1",
+        Object.REVISION: version("pneuforce"),
+        Object.URL: own.url,
+        Object.PRODUCT_NAME: "Pneumatic force sensor",
+        Object.MODEL: "PF-1 field instrument",
+        Object.USER_APPLICATION: own.application,
+        Object.SERIAL_NUMBER: str(own.serial_number),
+        Object.CALIBRATION_DATE: f"{date[:4]}-{date[4:6]}-{date[6:]}" if own.calibration_date else "",
     }

@@ -5,7 +5,7 @@ Gaudeni & Prattichizzo, "A Mathematical Model of the Pneumatic Force Sensor for 
 """
 
 from instrument.model.balloon import Balloon, Circuit
-from instrument.model.force import Estimate, contact, estimate, estimate_array, on_the_line
+from instrument.model.force import Estimate, contact, estimate, on_the_line
 from instrument.model.methods import METHODS, Method
 
 __all__ = [
@@ -16,6 +16,5 @@ __all__ = [
     "Method",
     "contact",
     "estimate",
-    "estimate_array",
     "on_the_line",
 ]

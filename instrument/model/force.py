@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from instrument.model.balloon import LOWEST_RISE_KPA, Balloon, Circuit, Number
 from instrument.model.methods import METHODS, Method
@@ -58,7 +58,7 @@ def _solve(pressed: Pressed, method: Method) -> Estimate:
 
 
 def estimate(
-    initial_kpa: float, final_kpa: float, balloon: Balloon, circuit: Circuit, method: str = "energetic"
+    initial_kpa: Number, final_kpa: Number, balloon: Balloon, circuit: Circuit, method: str = "energetic"
 ) -> Estimate:
     """Like `contact`, with the paper's interpolation to zero below a rise of 0.5 kPa (Section V-C).
 
@@ -66,11 +66,18 @@ def estimate(
     contact radius follows from (1).
     """
     rise_kpa = final_kpa - initial_kpa
-    if not rise_kpa < LOWEST_RISE_KPA:
-        return contact(initial_kpa, final_kpa, balloon, circuit, method)
-    return on_the_line(
-        contact(initial_kpa, initial_kpa + LOWEST_RISE_KPA, balloon, circuit, method), rise_kpa, final_kpa
-    )
+    if isinstance(rise_kpa, float):
+        if not rise_kpa < LOWEST_RISE_KPA:
+            return contact(initial_kpa, final_kpa, balloon, circuit, method)
+        lowest = contact(initial_kpa, initial_kpa + LOWEST_RISE_KPA, balloon, circuit, method)
+        return on_the_line(lowest, rise_kpa, final_kpa)
+
+    import numpy as np
+
+    law = contact(initial_kpa, np.maximum(final_kpa, initial_kpa + LOWEST_RISE_KPA), balloon, circuit, method)
+    line = on_the_line(law, rise_kpa, final_kpa)
+    below = rise_kpa < LOWEST_RISE_KPA
+    return Estimate(*(np.where(below, low, high) for low, high in zip(line, law, strict=True)))
 
 
 def on_the_line(lowest: Estimate, rise_kpa: Number, final_kpa: Number) -> Estimate:
@@ -80,18 +87,3 @@ def on_the_line(lowest: Estimate, rise_kpa: Number, final_kpa: Number) -> Estima
     a = (abs(force) * 1e3 / (math.pi * final_kpa)) ** 0.5
     gap = lowest.radius_mm - d
     return Estimate(force, d, a, lowest.radius_mm, (a * a + gap * gap) ** 0.5)
-
-
-def estimate_array(
-    initial_kpa: Any, final_kpa: Any, balloon: Balloon, circuit: Circuit, method: str = "energetic"
-) -> Estimate:
-    """`estimate` on arrays; shapes broadcast."""
-    import numpy as np
-
-    initial, final = np.broadcast_arrays(np.asarray(initial_kpa, float), np.asarray(final_kpa, float))
-    rise = final - initial
-    law = contact(initial, np.maximum(final, initial + LOWEST_RISE_KPA), balloon, circuit, method)
-    line = on_the_line(law, rise, final)
-    return Estimate(
-        *(np.where(rise < LOWEST_RISE_KPA, low, high) for low, high in zip(line, law, strict=True))
-    )

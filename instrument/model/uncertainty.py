@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from instrument.model.balloon import LOWEST_RISE_KPA, Balloon, Circuit, Number
-from instrument.model.force import Estimate
+from instrument.model.force import Estimate, contact
 from instrument.model.methods import METHODS
 from instrument.model.pressed import Pressed
 
@@ -79,28 +80,22 @@ def sensitivities(
     return Sensitivities(*(force - by_d[1] * balance / by_d[0] for balance, force in by_inputs))
 
 
-def force_std_n(
-    initial_kpa: float,
-    final_kpa: float,
-    lowest: Estimate,
-    solved: Estimate,
-    balloon: Balloon,
-    circuit: Circuit,
-    errors: InputErrors,
-    method: str = "energetic",
-) -> float:
-    """Standard uncertainty [N] of the force `solved` between two pressures.
+class LowEnd(NamedTuple):
+    """The contact at a rise of 0.5 kPa, where the line to zero ends, and its sensitivities."""
 
-    On the line below 0.5 kPa, F = F_low(ΔP_i) (ΔP_f − ΔP_i) / 0.5 kPa, `lowest` is the contact at its end.
-    """
-    rise_kpa = final_kpa - initial_kpa
-    if not rise_kpa < LOWEST_RISE_KPA:
-        law = sensitivities(initial_kpa, final_kpa, solved.indentation_mm, balloon, circuit, method)
-        return law.std_n(initial_kpa, final_kpa, errors)
-    end_kpa = initial_kpa + LOWEST_RISE_KPA
-    end = sensitivities(initial_kpa, end_kpa, lowest.indentation_mm, balloon, circuit, method)
-    share, slope = rise_kpa / LOWEST_RISE_KPA, lowest.force_n / LOWEST_RISE_KPA
-    line = Sensitivities(
-        share * (end.initial_n_per_kpa + end.final_n_per_kpa) - slope, slope, share * end.radius_n_per_mm
-    )
-    return line.std_n(initial_kpa, final_kpa, errors)
+    estimate: Estimate
+    end: Sensitivities
+
+    @classmethod
+    def of(cls, initial_kpa: float, balloon: Balloon, circuit: Circuit, method: str = "energetic") -> LowEnd:
+        """The low end at ΔP_i."""
+        final_kpa = initial_kpa + LOWEST_RISE_KPA
+        solved = contact(initial_kpa, final_kpa, balloon, circuit, method)
+        d = solved.indentation_mm
+        return cls(solved, sensitivities(initial_kpa, final_kpa, d, balloon, circuit, method))
+
+    def at(self, rise_kpa: float) -> Sensitivities:
+        """Sensitivities on the line F = F_low(ΔP_i) (ΔP_f − ΔP_i) / 0.5 kPa."""
+        share, slope = rise_kpa / LOWEST_RISE_KPA, self.estimate.force_n / LOWEST_RISE_KPA
+        by_both = share * (self.end.initial_n_per_kpa + self.end.final_n_per_kpa)
+        return Sensitivities(by_both - slope, slope, share * self.end.radius_n_per_mm)

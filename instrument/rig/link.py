@@ -9,6 +9,7 @@ from instrument.errors import ProtocolMismatch
 from instrument.rig.frames import (
     COUNTS_LIMIT,
     PROTOCOL_VERSION,
+    SAMPLES_PER_S,
     BoardState,
     Command,
     Decoder,
@@ -28,6 +29,10 @@ KEEP_ALIVE_S = 0.05
 CLOCK_TOLERANCE = 0.01
 RESTART_MS = 250
 UPTIME_WRAP_MS = 2**32
+#: A gap in the samples is bridged, but never by more than this [s].
+LONGEST_STEP_S = 0.5
+BRIDGED_S = 0.02  #: the most that one sample can vouch for: what went on in a longer gap is not known
+FROZEN_FRAMES = 10
 _STATES = frozenset(BoardState)
 
 
@@ -45,6 +50,8 @@ class RawSample:
     sequence: int
     received_s: float
     message: Sample
+    elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the sample before, at most 0.5 s
+    frozen: bool = False  #: the board's clock has stood still for 10 samples
 
 
 @dataclass(slots=True)
@@ -56,13 +63,14 @@ class Link:
     board_restarts: int = 0  #: times that a board greeted with less uptime than it must have
     lost_frames: int = 0  #: gaps in the sequence
     repeated_frames: int = 0
-    frozen_frames: int = 0  #: samples in a row whose board time stood still
+    other_boards: int = 0  #: times that a board with another serial number greeted
     implausible_frames: int = 0  #: samples with a value that no board can send
     heard_bytes: int = 0
     command_sequence: int = 0  #: sequence of the last command sent
     events: list[Event] = field(default_factory=list)  #: not yet taken by the host
     decoder: Decoder = field(default_factory=Decoder.of_board)
-    _last: Frame | None = None
+    _last: tuple[int, Sample] | None = None
+    _still_frames: int = 0
     _greeted_s: float = 0.0
     _sent_s: float = float("-inf")
     _sent: Command | None = None
@@ -72,7 +80,7 @@ class Link:
         """Begin with a greeting again: the port was opened anew, or the board restarted."""
         self.phase = Phase.GREETING
         self._last = None
-        self.frozen_frames = 0
+        self._still_frames = 0
         self._sent_s = float("-inf")
         self._sent = None
         self.decoder = Decoder.of_board()
@@ -87,8 +95,9 @@ class Link:
         for frame in self.decoder.feed(data):
             message = frame.message
             if isinstance(message, Sample):
+                before_us = self._board_time_us
                 if self._is_new(frame, message):
-                    samples.append(RawSample(frame.sequence, now_s, message))
+                    samples.append(self._raw(frame.sequence, message, before_us, now_s))
             elif isinstance(message, Hello):
                 self._greet(message, frame.version, now_s)
             elif isinstance(message, Event) and {message.state, message.was} <= _STATES:
@@ -101,19 +110,29 @@ class Link:
             return False
         if self.hello is None:
             return False
-        last, self._last = self._last, frame
+        last, self._last = self._last, (frame.sequence, message)
         if self.phase is Phase.GREETING or last is None:
             self.phase = Phase.READY
             return True
-        step = (frame.sequence - last.sequence) & 0xFFFF
+        step = (frame.sequence - last[0]) & 0xFFFF
         if step == 0:
             self.repeated_frames += 1
             return False
         self.lost_frames += step - 1
-        assert isinstance(last.message, Sample)
-        frozen = message.board_time_us == last.message.board_time_us
-        self.frozen_frames = self.frozen_frames + 1 if frozen else 0
         return True
+
+    @property
+    def _board_time_us(self) -> int | None:
+        """Board time of the last sample, None before the first."""
+        return self._last[1].board_time_us if self._last else None
+
+    def _raw(self, sequence: int, message: Sample, before_us: int | None, now_s: float) -> RawSample:
+        if before_us is None:
+            return RawSample(sequence, now_s, message)
+        passed_us = (message.board_time_us - before_us) & 0xFFFF_FFFF
+        self._still_frames = 0 if passed_us else self._still_frames + 1
+        elapsed_s = min(passed_us * 1e-6, LONGEST_STEP_S)
+        return RawSample(sequence, now_s, message, elapsed_s, self._still_frames >= FROZEN_FRAMES)
 
     def _greet(self, hello: Hello, version: int, now_s: float) -> None:
         if version != PROTOCOL_VERSION:
@@ -121,7 +140,9 @@ class Link:
         if self.hello is not None:
             passed_ms = (now_s - self._greeted_s) * 1e3 * (1 - CLOCK_TOLERANCE)
             least_ms = (self.hello.uptime_ms + passed_ms) % UPTIME_WRAP_MS - RESTART_MS
-            if hello.uptime_ms < least_ms:
+            if hello.serial != self.hello.serial:
+                self.other_boards += 1
+            if hello.uptime_ms < least_ms or hello.serial != self.hello.serial:
                 self.board_restarts += 1
                 self.restart()
         self.hello, self._greeted_s = hello, now_s

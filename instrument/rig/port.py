@@ -12,6 +12,7 @@ from instrument.errors import PortBusy, PortUnavailable
 from instrument.rig.frames import BAUD
 
 READ_BYTES = 4096
+WRITE_S = 0.02  #: a board that takes no bytes for longer is gone; the loop waits no longer for it
 
 
 class RigLink(Protocol):
@@ -41,8 +42,8 @@ class SerialPort:
         """Open `url`. Raises PortBusy or PortUnavailable."""
         self.url = url
         try:
-            options = {} if "://" in url else {"exclusive": True}
-            self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, write_timeout=0.5, **options)
+            own: dict[str, bool] = {} if "://" in url else {"exclusive": True}
+            self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, write_timeout=WRITE_S, **own)
         except (serial.SerialException, OSError, ValueError) as error:
             raise _sentence(url, error) from None
 

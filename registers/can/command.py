@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from registers.can.frames import COMMAND, REFUSED, RESULTS, decode
+from registers.can.frames import COMMAND, COMMAND_MODES, REFUSED, RESULTS, decode
 from registers.map import COMMAND_KEY, REFUSALS
 from registers.source import Peer, Source
 
@@ -99,11 +99,13 @@ class CommandDesk:
 
 def _in_span(data: bytes) -> bool:
     codes = COMMAND.codes(data)
-    return all(field.accepts(codes[field.name]) for field in COMMAND.fields)
+    aimless = codes["mode"] == COMMAND_MODES.codes["hold"] and not codes["setpoint"]
+    return not aimless and all(field.accepts(codes[field.name]) for field in COMMAND.fields)
 
 
 def _setpoint_and_lease(values: dict[str, Any]) -> dict[str, Any]:
-    return {"setpoint_requested_kpa": values["setpoint"], "lease_s": values["lease"]}
+    setpoint = {"setpoint_requested_kpa": values["setpoint"]} if values["setpoint"] else {}
+    return setpoint | {"lease_s": values["lease"]}
 
 
 def _result(refusal: str, accepted: str = "accepted") -> str:

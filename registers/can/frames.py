@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -155,7 +155,12 @@ COMMAND = Frame(
     received=True,
     most_per_s=20,
     fields=(
-        BY_NAME["setpoint_requested"].on_wire(U16, "Pa", "setpoint"),
+        replace(
+            BY_NAME["setpoint_requested"].on_wire(U16, "Pa", "setpoint"),
+            also=(0,),
+            always=True,
+            doc="Inflation pressure requested; 0 where the mode is not hold.",
+        ),
         _own("mode", "vent, hold (inflate to the setpoint, then lock), or an order.", COMMAND_MODES),
         _own("sequence", "New for each new Command; a repeated Command only renews its lease."),
         BY_NAME["lease"],

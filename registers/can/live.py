@@ -51,7 +51,7 @@ class CanBus:
         Raises OSError, in a sentence: no such interface, or another node sends `heartbeat_id`.
         """
         bus = Bus(self.at)
-        if heartbeat_id is not None and _heard(bus, heartbeat_id):
+        if heartbeat_id is not None and self._heard(bus, heartbeat_id):
             bus.close()
             raise OSError(
                 f"CAN node id {heartbeat_id & 0x7F} is taken on {self.at}: another node sends "
@@ -60,6 +60,15 @@ class CanBus:
         self._bus = bus
         for thread in self._threads:
             thread.start()
+
+    def _heard(self, bus: Bus, heartbeat_id: int) -> bool:
+        """Whether a heartbeat comes within 1.2 s, or until `close`. Raises OSError: the bus is gone."""
+        until_s = time.monotonic() + LISTEN_S
+        while time.monotonic() < until_s and not self._closing.is_set():
+            heard = bus.receive()
+            if heard is not None and heard[1].id == heartbeat_id and not heard[1].kind:
+                return True
+        return False
 
     @property
     def is_up(self) -> bool:
@@ -156,13 +165,3 @@ class CanBus:
         bus, self._bus, self._broken = self._bus, None, None
         if bus is not None:
             bus.close()
-
-
-def _heard(bus: Bus, heartbeat_id: int) -> bool:
-    """Whether a heartbeat comes within 1.2 s. Raises OSError: the bus is gone."""
-    until_s = time.monotonic() + LISTEN_S
-    while time.monotonic() < until_s:
-        heard = bus.receive()
-        if heard is not None and heard[1].id == heartbeat_id and not heard[1].kind:
-            return True
-    return False

@@ -78,9 +78,7 @@ class CanNode:
         self._status = Cycle(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
         self._heartbeat = Cycle(HEARTBEAT.period_s)
         self._booted = False
-        self._in_contact = False
-        self._contacts_finished = 0
-        self._active_faults = 0
+        self._faults = (0, 0)  # how many are active, and the first one
 
     # ---- to the bus
 
@@ -115,23 +113,22 @@ class CanNode:
 
     def _changes(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         frames = self._emergency(snapshot)
-        in_contact = "in_contact" in snapshot.status
-        self._contacts_finished += self._in_contact and not in_contact
-        self._in_contact = in_contact
+        finished = snapshot.contact_counter - ("in_contact" in snapshot.status)
         if self._status.due(now_s, (snapshot.status, snapshot.state, snapshot.refusal)):
             frames.append(self._frame(STATUS_FRAME, snapshot))
         setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)  # a code: NaN is not equal to itself
-        if self._state.due(now_s, (setpoint, self._contacts_finished)):
+        if self._state.due(now_s, (setpoint, finished)):
             frames.append(self._frame(STATE, snapshot))
         return frames
 
     def _emergency(self, snapshot: Any) -> list[CanFrame]:
-        before, self._active_faults = self._active_faults, snapshot.active_faults
-        if self._active_faults == before:
+        before, self._faults = self._faults, (snapshot.active_faults, snapshot.first_fault)
+        if self._faults == before:
             return []
-        came = self._active_faults > before
-        code = RIG_ERROR + min(snapshot.first_fault, 0xFF) if came else NO_ERROR
-        register = GENERIC_ERROR if self._active_faults else 0
+        active, first = self._faults
+        came = active > before[0] or (active == before[0] and first != before[1])
+        code = RIG_ERROR + min(first, 0xFF) if came else NO_ERROR
+        register = GENERIC_ERROR if active else 0
         return [self._frame(EMERGENCY, snapshot, error_code=code, error_register=register)]
 
     def _alive(self, now_s: float) -> list[CanFrame]:

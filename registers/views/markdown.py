@@ -19,8 +19,22 @@ declaration that the instrument itself runs on: `pneuforce map --format md`.
 
 One address space, 0-based, read by functions 03 and 04 alike; written (RW only) by 06, 16, 22 and 23. Many
 programs count registers from 1: that number stands beside the address. 32-bit values have their high word
-first (ABCD). A read must lie within one of the blocks {", ".join(f"{a}–{b}" for a, b in BLOCKS)};
-what is not listed there reads 0. *n/a* is the code of a value that is not available; the status says why.
+first (ABCD; the configuration can turn it to CDAB). A read must lie within one of the blocks
+{", ".join(f"{a}–{b}" for a, b in BLOCKS)}; what is not listed there reads 0. *n/a* is the code of a
+value that is not available; the status says why.
+
+TCP port 5020 and unit id 1 unless configured otherwise; unit ids 0 and 255 mean this instrument too, any
+other is answered with exception 0Bh. Function 02 reads the status bits as discrete inputs 0–31; function
+43/14 reads who it is (objects 0–6, serial number 80h, calibration date 81h).
+
+| exception | when |
+| --- | --- |
+| 01 | a function that is not served, or a write in read-only mode |
+| 02 | an address outside the blocks, a read across two of them, a write to what is not RW |
+| 03 | a wrong quantity, a value out of its span, NaN, half of a 32-bit value written |
+| 06 | refused for now; register 27 says why. Libraries call it *busy*: do not let them retry it blindly |
+
+Nothing changes in any of these; only a vent (516 := 0) within a refused request is carried out all the same.
 """
 _STATUS = """\
 ## Status bits
@@ -36,8 +50,8 @@ Classic CAN, 11-bit identifiers, little-endian, node id N (default {node_id}). T
 """
 _COMMAND = """\
 A Command is judged in the order length, span, sequence. The same sequence with the same content renews the
-lease and is not carried out again; the same sequence with other content is refused. A vent is carried out
-whatever its other fields and its sequence are.
+lease and is not carried out again; the same sequence with other content is refused. A vent of full length is
+carried out whatever its other fields and its sequence are.
 """
 
 

@@ -20,8 +20,8 @@ from instrument.rig.frames import (
     Vent,
     encode,
 )
+from instrument.rig.limits import HOST_SILENCE_S
 from sim.board.pressure import Pressure
-from sim.board.situation import HOST_SILENCE_S
 
 FIRMWARE = 0x0100
 HELLO_EVERY_US = 200_000

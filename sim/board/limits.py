@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Set
 from typing import NamedTuple
 
 from instrument.rig.frames import BoardState, Fault, Valve
-from sim.board.situation import HARD_LIMIT_KPA, Situation
-from sim.board.states import EMPTYING, EVERY, FILLING, PRESSURISED, SAFE
+from instrument.rig.limits import HARD_LIMIT_KPA, PRESSURISED, SUPPLY_MV
+from sim.board.situation import Situation
+from sim.board.states import EMPTYING, EVERY, FILLING, SAFE
 from sim.board.watches import vented_kpa
 
-SUPPLY_MV = (4750, 5250)
 OVERSHOOT_KPA = 0.5
 FILLING_LIMIT_KPA = 12.5
 STUCK_S = 0.2

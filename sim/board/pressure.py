@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from instrument.rig.frames import BoardState, Command, CommandFlag, Fault, Mode
+from instrument.rig.limits import HARD_LIMIT_KPA, PRESSURISED, SETPOINT_PA
 from sim.board.limits import GONE, LIMITS
-from sim.board.situation import HARD_LIMIT_KPA, Situation
-from sim.board.states import FILLING, LOCKED, PRESSURISED, SAFE, TRANSITIONS, Happening
+from sim.board.situation import Situation
+from sim.board.states import FILLING, LOCKED, SAFE, TRANSITIONS, Happening
 
-SETPOINT_PA = (2_000, 12_000)
 VENT_AFTER_MS = (250, 10_000)
 
 

@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
-from instrument.rig.frames import ADC_FULL_SCALE, COUNTS_LIMIT, OVERSAMPLING, SAMPLES_PER_S
+from instrument.rig.frames import SAMPLES_PER_S
+from instrument.rig.limits import ZERO_SPAN_KPA, alive, nominal_pressure_kpa
 
-#: V_out = V_s (0.018 P + 0.04), Freescale MPXV5050 data sheet, P in kPa.
-SENSITIVITY_PER_KPA = 0.018
-OFFSET = 0.04
-#: A sensor reads within this part of the ADC's span, else it is open or short.
-ALIVE = (0.01 * COUNTS_LIMIT, 0.98 * COUNTS_LIMIT)
-#: What the data sheet allows the zero to be off [kPa].
-ZERO_SPAN_KPA = 1.3
 #: Gains of the tracking filter: noise is damped threefold, a ramp is followed without lag.
 POSITION_GAIN = 0.2
 RATE_GAIN = 0.022
@@ -43,10 +37,9 @@ class Reading:
         """One sample later."""
         self.unmoved_s = self.unmoved_s + dt_s if adc_sum == self._adc_sum else 0.0
         self._adc_sum = adc_sum
-        self.alive = ALIVE[0] <= adc_sum <= ALIVE[1]
+        self.alive = alive(adc_sum)
         if self.alive:
-            ratio = (adc_sum + 0.5 * OVERSAMPLING) / ADC_FULL_SCALE
-            self._follow((ratio - OFFSET) / SENSITIVITY_PER_KPA - self.zero_kpa, dt_s)
+            self._follow(nominal_pressure_kpa(adc_sum) - self.zero_kpa, dt_s)
 
     def _follow(self, pressure_kpa: float, dt_s: float) -> None:
         if not self._past:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from instrument.rig.frames import BoardState, Fault, Valve
+from instrument.rig.limits import HOST_SILENCE_S
 from sim.board.filling import Filling
 from sim.board.reading import Reading
 from sim.board.states import SAFE
 from sim.board.watches import InletWatch, TopUps, VentWatch
-
-HOST_SILENCE_S = 0.25
-HARD_LIMIT_KPA = 25.0
 
 
 @dataclass(slots=True)

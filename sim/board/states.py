@@ -52,6 +52,5 @@ FILL = Valve.VENT_CLOSED | Valve.INLET_OPEN
 
 #: States with a setpoint in effect. In every other one the valves are SAFE.
 FILLING = frozenset({B.INFLATING, B.SETTLING})
-PRESSURISED = FILLING | {B.HOLDING}
 EVERY = frozenset(BoardState)
 EMPTYING = frozenset({B.BOOT, B.VENTING, B.TRIPPED})

@@ -6,13 +6,12 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
+from instrument.rig.limits import VENTED_KPA, VENTED_S, ZERO_SPAN_KPA
 from sim.board.reading import Reading
 
-VENTED_KPA = 0.3
-#: Before there is a zero: the sensor's zero span and the above.
-VENTED_NOMINAL_KPA = 1.6
+#: Before there is a zero.
+VENTED_NOMINAL_KPA = ZERO_SPAN_KPA + VENTED_KPA
 STEADY_KPA = 0.05
-VERIFIED_S = 0.5
 #: A fall by this much shows that a vent is open.
 FALL_KPA = 0.2
 RISE_KPA = 0.2
@@ -74,7 +73,7 @@ class VentWatch:
             self._restart()
             return
         self._steady(reading, dt_s)
-        self.verified = self._steady_s >= VERIFIED_S
+        self.verified = self._steady_s >= VENTED_S
         if self.verified or reading.smooth_kpa <= self._mark_kpa - FALL_KPA:
             self._mark_kpa, self.unmoved_s = reading.smooth_kpa, 0.0
         else:

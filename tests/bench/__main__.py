@@ -9,9 +9,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from instrument.cli.children import Child, wait_until
-from registers.modbus.client import Plc, PlcError
+from instrument.cli.children import Child
+from registers.modbus.client import Plc
 from tests.ports import free_port
+from tests.system.waiting import inflate
 
 CLIENTS, POLL_HZ, SECONDS = 8, 50, 20
 
@@ -51,7 +52,9 @@ def bench_latency(force_hz=500):
             f'interface = "socketcand"\nport = {hub_port}\nforce_rate_hz = {force_hz}\n'
         )
         host = stack.enter_context(Child("host", ["tests.bench.probe", str(file)]))
-        wait_until(lambda: _inflated(modbus), host)
+        host.ready()
+        with Plc.connect(port=modbus) as plc:
+            inflate(plc, 8.0)
         polls = subprocess.run(
             [sys.executable, "-m", "tests.bench.pollers", *map(str, (modbus, CLIENTS, POLL_HZ, SECONDS))],
             check=True,
@@ -59,19 +62,6 @@ def bench_latency(force_hz=500):
         )
         report = host.last_words()
     _print_latency(report, json.loads(polls.stdout))
-
-
-def _inflated(port):
-    try:
-        with Plc.connect(port=port) as plc:
-            if "not_zeroed" in plc.read()["status"]:
-                return False
-            plc.write("mode", "vent")
-            plc.write("setpoint_requested", 8.0)
-            plc.write("mode", "hold")
-    except PlcError:
-        return False
-    return True
 
 
 def _print_latency(report, polls_ms):

@@ -35,7 +35,7 @@ class Drive:
     causes: set = field(default_factory=set)  #: faults whose cause lasts
     latched: set = field(default_factory=set)
     obeys: bool = True
-    frozen_frames: int = 0
+    frozen: bool = False
     board_time_us: int = 0
     holding_pa: int = 0
     pressure_kpa: float = 0.0  #: of the balloon without a hand
@@ -121,7 +121,7 @@ class Drive:
         """One sample by hand, 2 ms later; the board does nothing."""
         self.now_s += DT_S
         self.board_time_us = (self.board_time_us + 2000) & 0xFFFF_FFFF
-        return self.instrument.take(RawSample(0, self.now_s, self.sample(**changes)), self.frozen_frames)
+        return self.instrument.take(RawSample(0, self.now_s, self.sample(**changes), frozen=self.frozen))
 
     def run(self, seconds, until=None):
         """Samples and ticks for a time, or until something is so."""

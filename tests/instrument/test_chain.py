@@ -11,8 +11,9 @@ from instrument.chain import Chain, ChainSettings
 from instrument.measurement import Quality
 from instrument.model import METHODS, estimate
 from instrument.rig.frames import COUNTS_LIMIT, BoardState, Sample
+from instrument.rig.limits import nominal_pressure_kpa
 from instrument.rig.link import RawSample
-from instrument.sensor import Zero, nominal_pressure_kpa
+from instrument.sensor import Zero
 from tests.instrument.driving import adc_sum_of
 
 DT_US = 2000

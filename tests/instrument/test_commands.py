@@ -96,7 +96,7 @@ def low_supply(drive):
 
 
 def frozen_board(drive):
-    drive.frozen_frames = 10
+    drive.frozen = True
 
 
 @pytest.mark.parametrize("break_it", [broken_sensor, low_supply, frozen_board])

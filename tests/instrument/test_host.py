@@ -142,7 +142,7 @@ def cable(tmp_path):
 async def running(cable):
     """A host that is connected and runs; vented and ended on the way out."""
     host, stop = Host(Instrument(Settings()), str(cable.path)), asyncio.Event()
-    await host.connect()
+    await host.connect(asyncio.Event())
     task = asyncio.create_task(host.run(stop))
     try:
         yield host
@@ -233,7 +233,7 @@ def test_whatever_ends_it_vents(cable):
     async def story():
         board = cable.plug()
         host = Host(Instrument(Settings()), str(cable.path))
-        await host.connect()
+        await host.connect(asyncio.Event())
         task = asyncio.create_task(host.run(asyncio.Event()))
         await inflate(host)
         host.instrument.tick = None  # our own mistake, in the loop itself
@@ -249,7 +249,7 @@ class TestNoBoard:
 
     def connect(self, url):
         host = Host(Instrument(Settings()), str(url))
-        asyncio.run(host.connect())
+        asyncio.run(host.connect(asyncio.Event()))
 
     def test_another_device_on_the_port_is_told_by_the_bytes_it_sends(self, cable, monkeypatch):
         monkeypatch.setattr("instrument.host.GREETING_S", 0.5)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from instrument.cli.children import Child, wait_until
+from instrument.cli.children import Child
 from registers.modbus.client import Plc, PlcError
 from tests.ports import free_port
 
@@ -46,7 +46,7 @@ def stack(tmp_path):
             f'[can]\nenabled = true\ninterface = "socketcand"\nport = {hub_port}\n'
         )
         host = children.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
-        wait_until(lambda: answers(modbus_port), host)
+        host.ready()
         control = children.enter_context(socket.create_connection(("127.0.0.1", control_port)))
         yield Stack(modbus_port, hub_port, host, sim, control)
 

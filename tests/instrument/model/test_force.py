@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from instrument.model import METHODS, Balloon, Circuit, contact, estimate, estimate_array
+from instrument.model import METHODS, Balloon, Circuit, contact, estimate
 from instrument.model.methods import bending_force, stretching_force
 from instrument.model.pressed import Pressed, shape
 
@@ -170,7 +170,7 @@ def test_below_half_a_kilopascal_the_force_is_a_straight_line_to_zero(initial_kp
 
 def test_the_line_on_arrays_is_the_line_on_floats():
     rises = np.array([0.1, 0.49, 0.5, 2.0])
-    arrays = estimate_array(8.0, 8.0 + rises, BALLOON, CIRCUIT)
+    arrays = estimate(8.0, 8.0 + rises, BALLOON, CIRCUIT)
     for j, rise in enumerate(rises):
         floats = estimate(8.0, 8.0 + float(rise), BALLOON, CIRCUIT)
         assert floats == pytest.approx([values[j] for values in arrays])

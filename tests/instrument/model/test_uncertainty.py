@@ -7,8 +7,7 @@ import statistics
 import pytest
 
 from instrument.model import METHODS, Balloon, Circuit, contact, estimate
-from instrument.model.balloon import LOWEST_RISE_KPA
-from instrument.model.uncertainty import InputErrors, force_std_n, sensitivities
+from instrument.model.uncertainty import InputErrors, LowEnd, sensitivities
 
 BALLOON, CIRCUIT, ERRORS = Balloon(), Circuit(), InputErrors()
 
@@ -30,9 +29,8 @@ def test_the_derivatives_are_those_of_the_solved_force(method, initial_kpa, fina
 
 
 def std_of(initial_kpa, final_kpa):
-    lowest = contact(initial_kpa, initial_kpa + LOWEST_RISE_KPA, BALLOON, CIRCUIT)
-    solved = contact(initial_kpa, final_kpa, BALLOON, CIRCUIT)
-    return force_std_n(initial_kpa, final_kpa, lowest, solved, BALLOON, CIRCUIT, ERRORS)
+    by_input = LowEnd.of(initial_kpa, BALLOON, CIRCUIT).at(final_kpa - initial_kpa)
+    return by_input.std_n(initial_kpa, final_kpa, ERRORS)
 
 
 def test_drawn_input_errors_spread_the_force_as_stated():

@@ -236,19 +236,21 @@ class TestKeepAlive:
 class TestFrozen:
     """A board whose clock stands still."""
 
-    def test_the_samples_in_a_row_with_the_same_time_are_counted(self):
+    def test_ten_samples_in_a_row_without_a_tick_are_frozen(self):
         link = ready()
-        link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
-        assert link.frozen_frames == 10
-        link.feed(sample(12, 6), 0.2)
-        assert link.frozen_frames == 0
+        samples = link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
+        assert [s.frozen for s in samples] == 10 * [False] + [True]
+        (moved,) = link.feed(sample(12, 6), 0.2)
+        assert not moved.frozen
 
     def test_it_is_forgotten_when_the_board_is_greeted_again(self):
         link = ready()
         link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
         link.restart()
-        link.feed(sample(12, 6), 0.2)
-        assert link.frozen_frames == 0
+        (first,) = link.feed(sample(12, 6), 0.2)
+        (second,) = link.feed(sample(13, 6), 0.2)
+        assert not first.frozen
+        assert not second.frozen
 
 
 @pytest.mark.parametrize("wrong", [{"state": 7}, {"state": 255}, {"adc_sum": COUNTS_LIMIT + 1}])
