@@ -16,6 +16,7 @@ from instrument.cli.observe import Seen, number
 Rows = tuple[tuple[str, RenderableType], ...]
 BLOCKS = " ▁▂▃▄▅▆▇█"
 SPARK_WIDTH = 56
+COLUMNS = (15, 22, 8, 25)  #: of the numbers: with their gaps they fill 80
 EVENTS = 3
 
 
@@ -28,14 +29,15 @@ class Ports:
 
 
 def shown(value: float, form: str, unit: str) -> str:
-    """A number with its unit, or a dash where it is not available."""
-    return f"{value:{form}} {unit}" if math.isfinite(value) else f"– {unit}"
+    """A number with its unit, or a dash as wide where it is not available."""
+    number_text = f"{value:{form}}" if math.isfinite(value) else "–".rjust(len(f"{0.0:{form}}"))
+    return f"{number_text} {unit}"
 
 
 def spark(values: Sequence[float], low: float, high: float, width: int = SPARK_WIDTH) -> str:
-    """A line of blocks; a gap where a value is not available."""
+    """A line of blocks, the latest at its right end; a gap where a value is not available."""
     picked = values[-width * (len(values) // width or 1) :: len(values) // width or 1][-width:]
-    return "".join(_block(value, low, high) for value in picked)
+    return "".join(_block(value, low, high) for value in picked).rjust(width)
 
 
 def _block(value: float, low: float, high: float) -> str:
@@ -93,9 +95,11 @@ def _numbers(seen: Seen, now_s: float) -> RenderableType:
         ("setpoint", shown(number(m, "setpoint"), ".3f", "kPa")),
         ("R_i", shown(number(m, "radius"), ".3f", "mm")),
         ("contacts", f"{m.get('contact_counter', 0)}, peak {shown(number(m, 'peak_force'), '.2f', 'N')}"),
-        ("traffic", f"{seen.polls.per_s(now_s)} polls/s, {seen.frames.per_s(now_s)} CAN frames/s"),
+        ("traffic", f"{seen.polls.per_s(now_s)} polls/s, {seen.frames.per_s(now_s)} CAN/s"),
     )
     grid = Table.grid(padding=(0, 2))
+    for width in COLUMNS:
+        grid.add_column(width=width, no_wrap=True)
     for (name, value), (other, other_value) in zip(left, right, strict=True):
         grid.add_row(name, value, other, other_value)
     return grid
@@ -103,6 +107,8 @@ def _numbers(seen: Seen, now_s: float) -> RenderableType:
 
 def _curves(seen: Seen) -> RenderableType:
     curves = Table.grid(padding=(0, 1))
+    for width in (8, SPARK_WIDTH, 8):
+        curves.add_column(width=width, no_wrap=True)
     forces = [force for _, force, _ in seen.history]
     pressures = [pressure for _, _, pressure in seen.history]
     curves.add_row("force", Text(spark(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
@@ -111,7 +117,7 @@ def _curves(seen: Seen) -> RenderableType:
 
 
 def _pair(m: dict[str, object], first: str, second: str) -> str:
-    return f"{shown(number(m, first), '6.3f', 'kPa')} · {shown(number(m, second), '.3f', 'kPa')}"
+    return f"{shown(number(m, first), '6.3f', 'kPa')} · {shown(number(m, second), '.2f', 'kPa')}"
 
 
 def _state_style(m: dict[str, object]) -> str:

@@ -24,12 +24,13 @@ from instrument.cli.observe import NodeAt, Rate, can_frames
 from instrument.errors import FaceError
 from registers.can.frames import FRAMES
 from registers.field import Field, plain_unit
-from registers.map import BY_NAME
+from registers.map import BY_NAME, Register
 from registers.modbus.client import Plc, PlcError
 
 POLL_S = 0.5
 REDRAW_S = 0.2
 HINT = "is an instrument running there? (pneuforce demo starts one)"
+SIDES = (range(36), range(512, 544))  #: what is measured, what is asked; without the scaled mirrors
 FIELDS = {frame.name: {field.name: field for field in frame.fields} for frame in FRAMES}
 
 
@@ -50,7 +51,11 @@ def _lines_of_registers() -> Callable[[dict[str, Any]], str]:
     shown: dict[str, str] = {}
 
     def line(values: dict[str, Any]) -> str:
-        texts = {name: _with_unit(BY_NAME[name], value) for name, value in values.items()}
+        texts = {
+            name: _on_the_wire(BY_NAME[name], value)
+            for name, value in values.items()
+            if any(BY_NAME[name].address in side for side in SIDES)
+        }
         changed = [f"{name} {text}" for name, text in texts.items() if text != shown.get(name)]
         shown.update(texts)
         return f"{time.strftime('%H:%M:%S')}  " + "  ".join(changed)
@@ -59,9 +64,9 @@ def _lines_of_registers() -> Callable[[dict[str, Any]], str]:
 
 
 def _register_table(values: dict[str, Any]) -> Table:
-    """What is measured on the left, what is asked on the right; without the scaled mirror of both."""
+    """What is measured on the left, what is asked on the right."""
     sides = Table.grid(padding=(0, 2))
-    sides.add_row(_side(values, range(36)), _side(values, range(512, 544)))
+    sides.add_row(*(_side(values, side) for side in SIDES))
     return sides
 
 
@@ -70,7 +75,7 @@ def _side(values: dict[str, Any], addresses: range) -> Table:
     for name, value in values.items():
         register = BY_NAME[name]
         if register.address in addresses:
-            table.add_row(str(register.address), name, _with_unit(register, value))
+            table.add_row(str(register.address), name, _on_the_wire(register, value))
     return table
 
 
@@ -166,12 +171,20 @@ def _plain(value: Any) -> Any:
 
 
 def _with_unit(declared: Field, value: Any) -> str:
-    """A value for a person."""
+    """A value for a person, in the unit of its quantity, as the DBC gives it."""
     if isinstance(value, frozenset):
         return ", ".join(sorted(value)) or "none"
     if not isinstance(value, float):
         return str(value)
     return f"{value:.3f} {plain_unit(declared.unit)}" if math.isfinite(value) else "not available"
+
+
+def _on_the_wire(register: Register, value: Any) -> str:
+    """A value for a person, in the unit of its register, as a PLC sees it."""
+    if not register.unit or not math.isfinite(value):
+        return _with_unit(register, value)
+    code = register.encode(value)
+    return f"{code} {register.unit}" if isinstance(code, int) else f"{code:.3f} {register.unit}"
 
 
 def _print(line: str) -> None:
