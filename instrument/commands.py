@@ -39,13 +39,14 @@ class CommandBlock:
         self.sequence = self.answer_sequence = sequence
         run = self.runs.get(self.code) if self.key else None
         self.key = 0
+        self.answer_state, self.answer_result = "busy", Refusal.NONE
         result = run(self.argument, now_s) if run else Refusal.STATE
-        if result is None:
-            self.answer_state, self.answer_result = "busy", Refusal.NONE
-        else:
+        if result is not None:
             self.finish(result)
 
     def finish(self, result: Refusal) -> None:
-        """Give the answer."""
+        """Give the answer to what is busy."""
+        if self.answer_state != "busy":
+            return
         self.answer_state = "done" if result is Refusal.NONE else "failed"
         self.answer_result = result

@@ -53,7 +53,7 @@ class Instrument:
         self.peers = Peers()
         self.wanted = Wanted(force_limit_n=settings.force_limit_n)
         self.operations = Operations(self)
-        self.commands = CommandBlock(self.operations.table)
+        self._blocks: dict[str, CommandBlock] = {}
         self.can_down = False
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id
@@ -78,6 +78,11 @@ class Instrument:
     def board_restarted(self) -> None:
         """The board came back with less uptime than it must have: SAFE, and nothing is restored."""
         self.trip(HostFault.BOARD_RESET)
+
+    def disconnected(self) -> None:
+        """The port is gone: what was held is held no longer, though samples may be back within a moment."""
+        if self.raw is not None:
+            self.trip(HostFault.LINK_LOST)
 
     @property
     def sample(self) -> Sample | None:
@@ -152,7 +157,8 @@ class Instrument:
             self._vent_due_s = None
         finished = self.operations.finished(now_s)
         if finished is not None:
-            self.commands.finish(finished)
+            for block in self._blocks.values():
+                block.finish(finished)
 
     def _watch_lease(self, now_s: float) -> None:
         if self.lease.ran_out(now_s):
@@ -209,6 +215,10 @@ class Instrument:
 
     # ---- to whoever asks
 
+    def commands(self, peer: Peer) -> CommandBlock:
+        """The command block of the peer's channel: each bus counts its own sequence numbers."""
+        return self._blocks.setdefault(peer[0], CommandBlock(self.operations.table))
+
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         """Every quantity at one instant, as `peer` sees it."""
         return snapshot_of(self, peer, now_s)
@@ -219,7 +229,7 @@ class Instrument:
         """Carry out one request, all or nothing; only a vent is carried out whatever else is refused."""
         self._watch_lease(now_s)
         memory = self.peers.of(peer)
-        refusal = verdict(peer, values, memory, self.wanted, self.lease, self._situation(now_s))
+        refusal = verdict(peer, values, memory, self.wanted, self.lease, self._situation(peer, now_s))
         if refusal is Refusal.NONE:
             self._carry_out(peer, values, now_s)
         elif values.get("mode") == "vent":
@@ -230,7 +240,8 @@ class Instrument:
         _tell(peer, values, refusal, memory)
         return refusal
 
-    def _situation(self, now_s: float) -> Situation:
+    def _situation(self, peer: Peer, now_s: float) -> Situation:
+        commands = self.commands(peer)
         return Situation(
             arming=self.arming,
             link_lost=self.link_lost(now_s),
@@ -239,7 +250,8 @@ class Instrument:
             in_contact=self.measurement.in_contact,
             write_lock=self.settings.write_lock,
             lease_demanded=self.settings.lease_demanded,
-            answer_due=self.commands.sequence if self.commands.answer_state == "busy" else None,
+            busy=self.operations.busy,
+            answer_due=commands.sequence if commands.answer_state == "busy" else None,
         )
 
     def _carry_out(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> None:
@@ -261,7 +273,7 @@ class Instrument:
         if self.arming is Arming.HOLDING:
             self._held_setpoint_kpa = wanted.setpoint_kpa
         if any(name.startswith("command_") for name in values):
-            self.commands.write(values, now_s)
+            self.commands(peer).write(values, now_s)
 
 
 def _tell(peer: Peer, values: Mapping[str, Any], refusal: Refusal, memory: PeerMemory) -> None:

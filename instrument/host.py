@@ -24,6 +24,7 @@ SILENT_S = 1.0  #: then the board is greeted anew
 REOPEN_S = 3.0  #: then the port is opened anew
 BACK_OFF_S = (0.1, 2.0)
 VENT_ANSWER_S = 0.3
+STALL_S = 0.1  #: a beat that comes later than this: the process was stopped, or starved
 
 
 class Face(Protocol):
@@ -63,6 +64,7 @@ class Host:
         self._failure: RigError | None = None
         self._restarts_seen = 0
         self._complaint = ""
+        self._beat_s = clock()
 
     async def connect(self, stop: asyncio.Event) -> None:
         """Open the port and greet the board; or come back without, when `stop` is set.
@@ -98,7 +100,7 @@ class Host:
             await self._vent_and_close()
 
     def _beat(self) -> None:
-        now_s = self._clock()
+        now_s = self._beat_s = self._clock()
         self.instrument.tick(now_s)
         self._keep_alive(now_s)
         for face in self.faces:
@@ -134,6 +136,7 @@ class Host:
 
     def _detach(self, why: str) -> None:
         log.warning("rig link down: %s", why)
+        self.instrument.disconnected()
         self._release()
         self._wait_longer()
 
@@ -168,9 +171,14 @@ class Host:
         assert self._port is not None
         try:
             data = self._port.read()
-            samples = self.link.feed(data, self._clock())
+            now_s = self._clock()
+            if now_s > self._beat_s + STALL_S:
+                self._skip_backlog(data)
+                return
+            samples = self.link.feed(data, now_s)
         except ProtocolMismatch as error:
             self._failure = error
+            self.link.forget()
             self._detach(str(error))
             return
         except OSError as error:
@@ -186,6 +194,12 @@ class Host:
                 self.instrument.greeted(self.link.hello)
         for sample in samples:
             self._guarded(self._use, sample)
+
+    def _skip_backlog(self, data: bytes) -> None:
+        """Forget what came while our process was stopped: it is old, and would look fresh."""
+        while data and self._port is not None:
+            data = self._port.read()
+        self.link.skip()
 
     def _log_events(self) -> None:
         for event in self.link.events:

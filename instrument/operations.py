@@ -82,6 +82,11 @@ class Operations:
         self._clearing_since_s = now_s
         return None
 
+    @property
+    def busy(self) -> bool:
+        """Whether the board's answer to a clear is awaited."""
+        return self._clearing_since_s is not None
+
     def finished(self, now_s: float) -> Refusal | None:
         """Result of a clear that has just ended, None where there is none."""
         own = self._instrument

@@ -46,7 +46,8 @@ class Situation:
     in_contact: bool
     write_lock: bool
     lease_demanded: bool
-    answer_due: int | None  #: sequence of a command that is still busy
+    busy: bool  #: a command is under way
+    answer_due: int | None  #: its sequence, where this peer's channel gave it
 
 
 @dataclass(slots=True)
@@ -56,12 +57,17 @@ class Peers:
     _memories: dict[Peer, PeerMemory] = field(default_factory=dict)
 
     def of(self, peer: Peer) -> PeerMemory:
-        """Memory of one peer."""
+        """Memory of one peer that writes."""
         memory = self._memories.pop(peer, None) or PeerMemory()
         self._memories[peer] = memory
         if len(self._memories) > MOST_PEERS:
             del self._memories[next(iter(self._memories))]
         return memory
+
+    def refusal_of(self, peer: Peer) -> Refusal:
+        """Its last refusal; who only reads is not remembered."""
+        memory = self._memories.get(peer)
+        return memory.refusal if memory else Refusal.NONE
 
 
 def verdict(
@@ -87,7 +93,7 @@ def _values_verdict(values: Mapping[str, Any], now: Situation) -> Refusal:
         return Refusal.STATE
     if "reference_pressure_kpa" in values and not now.vented:
         return Refusal.IN_CONTACT if now.in_contact else Refusal.STATE
-    if now.answer_due not in (None, values.get("command_sequence", now.answer_due)):
+    if now.busy and values.get("command_sequence", now.answer_due) != now.answer_due:
         return Refusal.STATE
     return Refusal.NONE
 

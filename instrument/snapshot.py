@@ -49,6 +49,7 @@ class Snapshot:
     setpoint_kpa: float
     first_fault: int
     active_faults: int
+    faults: tuple[int, ...]  # codes, in the order of their coming
     # what was asked
     setpoint_requested_kpa: float
     force_limit_n: float
@@ -85,7 +86,7 @@ def snapshot_of(instrument: Instrument, peer: Peer, now_s: float) -> Snapshot:
         **_measured(instrument, m, now_s),
         **_controlled(instrument, stale),
         **_asked(instrument, peer, now_s),
-        **_answered(instrument.commands),
+        **_answered(instrument.commands(peer)),
         **_identity(instrument),
     )
 
@@ -135,6 +136,7 @@ def _controlled(instrument: Instrument, stale: bool) -> dict[str, Any]:
         "setpoint_kpa": in_effect / 1e3 if in_effect else math.nan,
         "first_fault": instrument.faults.first,
         "active_faults": len(instrument.faults),
+        "faults": tuple(instrument.faults),
         "inflations": instrument.inflations,
         "balloon_id": instrument.balloon_id,
     }
@@ -150,7 +152,7 @@ def _asked(instrument: Instrument, peer: Peer, now_s: float) -> dict[str, Any]:
         "lease_s": lease.duration_s,
         "lease_left_s": lease.left_s(now_s),
         "lease_holder": lease.holder[0] if lease.holder else "none",
-        "refusal": instrument.peers.of(peer).refusal,
+        "refusal": instrument.peers.refusal_of(peer),
     }
 
 

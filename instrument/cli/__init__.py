@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 
@@ -11,10 +12,21 @@ def main() -> None:
     from instrument.errors import PneuforceError
 
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except PneuforceError as error:
-        print(f"pneuforce: {error}", file=sys.stderr)
-        sys.exit(2)
+        _end(f"pneuforce: {error}", 2)
     except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)
+        _end("", 0)
+    except OSError as error:
+        _end(f"pneuforce: the output cannot be written: {error.strerror or error}", 2)
+
+
+def _end(sentence: str, code: int) -> None:
+    """Say a sentence and end, though stdout may take no more."""
+    if sentence:
+        print(sentence, file=sys.stderr)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    sys.exit(code)

@@ -148,7 +148,9 @@ def config(
     from instrument.config import load
 
     if check is not None:
-        load(check)
+        from instrument.cli.can_face import options_of
+
+        options_of(load(check).can)
         typer.echo(f"{check}: good")
     if example or check is None:
         typer.echo(example_text(), nl=False)

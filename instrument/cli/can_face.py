@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from functools import partial
+from queue import SimpleQueue
 
 from instrument.config import Can
 from instrument.core import Instrument
@@ -15,19 +15,26 @@ from registers.can.node import CanNode
 from registers.can.options import Options
 from registers.can.wire import CanFrame
 
+MOST_WAITING = 32  #: frames received and not yet looked at; more are dropped
+
+
+def options_of(own: Can) -> Options:
+    """The node's options. Raises FaceError: a bus load above 60 %."""
+    try:
+        return Options(node_id=own.node_id, force_rate_hz=own.force_rate_hz, bit_rate=own.bit_rate)
+    except ValueError as error:
+        raise FaceError(str(error)) from None
+
 
 class CanFace:
     """A node on a live bus, told of samples and time by the host."""
 
     def __init__(self, instrument: Instrument, own: Can) -> None:
         """Set up the node. Raises FaceError: a bus load above 60 %."""
-        try:
-            options = Options(node_id=own.node_id, force_rate_hz=own.force_rate_hz, bit_rate=own.bit_rate)
-        except ValueError as error:
-            raise FaceError(str(error)) from None
-        self.node = CanNode(instrument, options)
+        self.node = CanNode(instrument, options_of(own))
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)
+        self._waiting: SimpleQueue[CanFrame] = SimpleQueue()
         self._instrument = instrument
         self._loop = asyncio.get_running_loop()
 
@@ -58,11 +65,13 @@ class CanFace:
         self.bus.close()
 
     def _hand_over(self, frame: CanFrame) -> None:
-        if self.node.hears(frame):
-            self._loop.call_soon_threadsafe(partial(self._received, frame))
+        """Called in the bus's thread; a flood is cut, so that it never holds up a sample."""
+        if self.node.hears(frame) and self._waiting.qsize() < MOST_WAITING:
+            self._waiting.put(frame)
+            self._loop.call_soon_threadsafe(self._take_one)
 
-    def _received(self, frame: CanFrame) -> None:
-        self._send(self.node.receive(frame, time.monotonic()))
+    def _take_one(self) -> None:
+        self._send(self.node.receive(self._waiting.get(), time.monotonic()))
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:

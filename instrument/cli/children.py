@@ -82,6 +82,10 @@ class Child:
         answer: dict[str, Any] = json.loads(line)
         return answer
 
+    def send(self, number: signal.Signals) -> None:
+        """Send it a signal."""
+        self._process.send_signal(number)
+
     def last_words(self) -> Any:
         """End it and return the JSON line that it prints last."""
         self._process.send_signal(signal.SIGTERM)

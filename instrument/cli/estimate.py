@@ -51,7 +51,7 @@ def answer_of(initial_kpa: float, final_kpa: float, method: str) -> dict[str, ob
     reasons = []
     if not in_range:
         reasons.append(
-            f"ΔP_i = {initial_kpa:g} kPa is outside the validated {VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa"
+            f"ΔP_i = {initial_kpa!r} kPa is outside the validated {VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa"
         )
     if not math.isfinite(solved.force_n):
         reasons.append("the model has no physical solution for these pressures")

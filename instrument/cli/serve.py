@@ -11,6 +11,7 @@ import sys
 from importlib.metadata import version
 
 from instrument.cli.can_face import CanFace
+from instrument.cli.logs import log_to_stderr
 from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.errors import FaceError
@@ -28,19 +29,17 @@ def serve(configuration: Configuration) -> None:
 
     Raises PneuforceError where it cannot start.
     """
-    logging.basicConfig(
-        format="%(asctime)s %(message)s", datefmt="%H:%M:%S", level=logging.INFO, stream=sys.stderr
-    )
-    logging.getLogger("can").setLevel(logging.ERROR)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
-    asyncio.run(_serve(configuration))
+    with log_to_stderr():
+        asyncio.run(_serve(configuration))
 
 
 async def _serve(configuration: Configuration) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, stop.set)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's wish
+            loop.add_signal_handler(number, stop.set)
     instrument = Instrument(configuration.settings())
     host = Host(instrument, configuration.rig.port)
     modbus = modbus_server(configuration, instrument)

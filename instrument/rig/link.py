@@ -33,6 +33,7 @@ UPTIME_WRAP_MS = 2**32
 LONGEST_STEP_S = 0.5
 BRIDGED_S = 0.02  #: the most that one sample can vouch for: what went on in a longer gap is not known
 FROZEN_FRAMES = 10
+OLD_STEP = 0x8000  #: a sequence this far ahead is one from behind: a frame that comes again
 _STATES = frozenset(BoardState)
 
 
@@ -85,6 +86,14 @@ class Link:
         self._sent = None
         self.decoder = Decoder.of_board()
 
+    def skip(self) -> None:
+        """Bytes were lost on purpose: begin with the next whole frame."""
+        self.decoder = Decoder.of_board()
+
+    def forget(self) -> None:
+        """The board is none of ours: whoever comes next has to greet."""
+        self.hello = None
+
     def feed(self, data: bytes, now_s: float) -> list[RawSample]:
         """Samples completed by `data`.
 
@@ -110,14 +119,13 @@ class Link:
             return False
         if self.hello is None:
             return False
-        last, self._last = self._last, (frame.sequence, message)
-        if self.phase is Phase.GREETING or last is None:
-            self.phase = Phase.READY
-            return True
-        step = (frame.sequence - last[0]) & 0xFFFF
-        if step == 0:
+        last = self._last
+        step = (frame.sequence - last[0]) & 0xFFFF if last else 1
+        if step == 0 or step >= OLD_STEP:
             self.repeated_frames += 1
             return False
+        self._last = (frame.sequence, message)
+        self.phase = Phase.READY
         self.lost_frames += step - 1
         return True
 

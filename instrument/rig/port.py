@@ -44,6 +44,7 @@ class SerialPort:
         try:
             own: dict[str, bool] = {} if "://" in url else {"exclusive": True}
             self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, write_timeout=WRITE_S, **own)
+            self._serial.fileno()
         except (serial.SerialException, OSError, ValueError) as error:
             raise _sentence(url, error) from None
 

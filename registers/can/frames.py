@@ -173,7 +173,7 @@ EMERGENCY = Frame(
     doc="At each fault's coming and going (CiA 301).",
     most_per_s=10,
     fields=(
-        _own("error_code", "FF00h + code of the first fault; 0000h at a fault's going.", wire=U16),
+        _own("error_code", "FF00h + code of the fault that came; 0000h where faults went.", wire=U16),
         _own("error_register", "CiA 301 object 1001h: 81h while any fault is active, else 0."),
         BY_NAME["active_faults"].on_wire(U8),
         BY_NAME["status"],

@@ -78,7 +78,7 @@ class CanNode:
         self._status = Cycle(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
         self._heartbeat = Cycle(HEARTBEAT.period_s)
         self._booted = False
-        self._faults = (0, 0)  # how many are active, and the first one
+        self._faults: tuple[int, ...] = ()
 
     # ---- to the bus
 
@@ -122,14 +122,15 @@ class CanNode:
         return frames
 
     def _emergency(self, snapshot: Any) -> list[CanFrame]:
-        before, self._faults = self._faults, (snapshot.active_faults, snapshot.first_fault)
+        """One frame for each fault that has come, one for those that have gone."""
+        before, self._faults = self._faults, snapshot.faults
         if self._faults == before:
             return []
-        active, first = self._faults
-        came = active > before[0] or (active == before[0] and first != before[1])
-        code = RIG_ERROR + min(first, 0xFF) if came else NO_ERROR
-        register = GENERIC_ERROR if active else 0
-        return [self._frame(EMERGENCY, snapshot, error_code=code, error_register=register)]
+        codes = [RIG_ERROR + fault for fault in self._faults if fault not in before]
+        if not set(before) <= set(self._faults):
+            codes.insert(0, NO_ERROR)
+        register = GENERIC_ERROR if self._faults else 0
+        return [self._frame(EMERGENCY, snapshot, error_code=c, error_register=register) for c in codes]
 
     def _alive(self, now_s: float) -> list[CanFrame]:
         if not self._heartbeat.due(now_s):

@@ -159,8 +159,8 @@ class Drive:
         refusal = self.write(KEY | request, peer)
         if refusal != "none":
             return "refused", refusal
-        self.run(1.0, lambda: self.see().answer_state != "busy")
-        return self.see().answer_state, str(self.see().answer_result)
+        self.run(1.0, lambda: self.see(peer).answer_state != "busy")
+        return self.see(peer).answer_state, str(self.see(peer).answer_result)
 
     @property
     def inflates(self):

@@ -99,6 +99,23 @@ def frozen_board(drive):
     drive.frozen = True
 
 
+def test_each_bus_counts_its_own_sequence_numbers():
+    drive = Drive.zeroed()
+    assert drive.write(KEY | {"command_code": "self_test", "command_sequence": 1}) == "none"
+    assert drive.write(KEY | {"command_code": "self_test", "command_sequence": 2}, ROBOT) == "none"
+    order = {"command_code": "new_balloon", "command_argument": 77, "command_sequence": 2}
+    assert drive.write(KEY | order) == "none"
+    assert drive.see().balloon_id == 77
+    assert drive.see(ROBOT).answer_sequence == 2
+
+
+def test_no_zero_is_taken_from_a_sensor_that_has_died():
+    drive = Drive.zeroed()
+    drive.adc_sum = 0
+    drive.run(0.1)
+    assert drive.order("zero_pressure") == ("failed", "state")
+
+
 @pytest.mark.parametrize("break_it", [broken_sensor, low_supply, frozen_board])
 def test_a_clear_while_the_hosts_cause_lasts_fails_and_the_fault_stays(break_it):
     drive = Drive.zeroed()

@@ -392,7 +392,7 @@ def test_the_boards_events_are_logged_and_not_piled_up(cable, caplog):
             caplog.set_level(logging.INFO)
             for _ in range(20):
                 board._send(Event(0, BoardState.TRIPPED, BoardState.HOLDING, 5))
-            await until(lambda: sum("holding to tripped, fault 5" in r.message for r in caplog.records) == 20)
+            await until(lambda: sum("holding to tripped (burst)" in r.message for r in caplog.records) == 20)
             assert host.link.events == []
 
     asyncio.run(story())

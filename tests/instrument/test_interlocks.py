@@ -8,7 +8,7 @@ import pytest
 from instrument.faults import STATUS_OF, HostFault, Latch, codes_of
 from instrument.interlocks import INTERLOCKS, violated
 from instrument.measurement import Measurement, Quality
-from instrument.rig.frames import COUNTS_LIMIT, BoardState, Fault
+from instrument.rig.frames import COUNTS_LIMIT, BoardKind, BoardState, Fault, Hello
 from instrument.rig.limits import PRESSURISED
 from instrument.rig.link import RawSample
 from registers.map import STATUS
@@ -95,7 +95,7 @@ def test_a_hard_push_raises_the_force_alarm_within_one_sample():
 
 
 #: Shown by state, first fault and "failure"; bit 9 itself follows the silence and does not latch.
-WITHOUT_A_BIT = {Fault.NONE, Fault.HOST_SILENT, HostFault.LINK_LOST}
+WITHOUT_A_BIT = {Fault.NONE, Fault.HOST_SILENT, HostFault.LINK_LOST, HostFault.FORCE_LIMIT}
 
 
 class TestFaults:
@@ -264,3 +264,24 @@ class TestVented:
         drive = Drive.zeroed()
         drive.now_s += 0.11
         assert "vented" not in drive.see().status
+
+
+class TestAnotherBoard:
+    """A board with another serial number has another sensor."""
+
+    def test_the_zero_of_the_old_one_is_void_and_the_rig_is_tripped(self):
+        drive = Drive.holding()
+        drive.state = BoardState.VENTING
+        drive.instrument.greeted(Hello(BoardKind.SIMULATED, 0x100, 1000, 2, 250, 2000))
+        seen = drive.see()
+        assert {"not_zeroed", "board_reset"} <= seen.status
+        assert not drive.inflates
+
+
+def test_the_force_limit_trips_where_it_is_configured_to_vent():
+    drive = Drive.holding(vent_on_force_limit=True)
+    drive.push_kpa = 3.0
+    drive.must({"force_limit_n": 1.0})
+    drive.run(0.5)
+    assert not drive.inflates
+    assert drive.see().first_fault == HostFault.FORCE_LIMIT

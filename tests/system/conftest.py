@@ -21,9 +21,21 @@ class Stack:
     host: Child
     sim: Child
     control: socket.socket
+    children: ExitStack
+    sim_arguments: list[str]
 
     def plc(self):
         return Plc.connect(port=self.modbus_port)
+
+    def truths(self):
+        """What the simulator says of each sample from now on."""
+        self.order(truth=1)
+        return map(json.loads, self.control.makefile())
+
+    def plug_in_again(self):
+        """A simulated rig at the end of the same cable."""
+        self.sim = self.children.enter_context(Child("simulator", self.sim_arguments))
+        self.sim.ready()
 
     def order(self, **what):
         """Command the simulated hand."""
@@ -34,9 +46,8 @@ class Stack:
 def stack(tmp_path):
     with ExitStack() as children:
         link, hub_port, modbus_port = tmp_path / "rig", free_port(), free_port()
-        sim = children.enter_context(
-            Child("simulator", ["instrument", "sim", "--link", str(link), "--no-hand"])
-        )
+        arguments = ["instrument", "sim", "--link", str(link), "--no-hand"]
+        sim = children.enter_context(Child("simulator", arguments))
         hub = children.enter_context(Child("hub", ["registers.can.hub", "--port", str(hub_port)]))
         control_port = sim.ready()["control"]
         hub.ready()
@@ -48,7 +59,7 @@ def stack(tmp_path):
         host = children.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
         host.ready()
         control = children.enter_context(socket.create_connection(("127.0.0.1", control_port)))
-        yield Stack(modbus_port, hub_port, host, sim, control)
+        yield Stack(modbus_port, hub_port, host, sim, control, children, arguments)
 
 
 def answers(port):

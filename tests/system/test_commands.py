@@ -1,6 +1,7 @@
 """The commands as typed: their answers, exit codes and sentences."""
 
 import json
+import os
 import subprocess
 import sys
 import tomllib
@@ -144,3 +145,62 @@ def test_watching_as_json_gives_a_line_for_each_look(stack, bus):
         assert lines[-1]["state"] == "vented"
     else:
         assert {"Force", "State", "Status"} <= {line["frame"] for line in lines}
+
+
+def test_sigterm_ends_a_host_that_still_greets_a_silent_port(tmp_path):
+    board, port = os.openpty()
+    file = tmp_path / "instrument.toml"
+    file.write_text(f'[rig]\nport = "{os.ttyname(port)}"\n[modbus]\nenabled = false\n')
+    host = subprocess.Popen(
+        [sys.executable, "-m", "instrument", "run", "--config", str(file)], stderr=subprocess.PIPE, text=True
+    )
+    assert len(os.read(board, 24)) == 24  # it has greeted
+    host.terminate()
+    _, said = host.communicate(timeout=3)
+    assert (host.returncode, "Traceback" in said) == (0, False)
+
+
+def test_no_room_for_the_answer_is_a_sentence():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "instrument", "estimate", "--dpi", "8", "--dpf", "9"],
+            stdout=full, stderr=subprocess.PIPE, text=True, timeout=30, check=False,
+        )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr == "pneuforce: the output cannot be written: No space left on device\n"
+
+
+def test_a_log_that_nobody_reads_holds_up_nothing():
+    unread, stderr = os.pipe()
+    talk = (
+        "import logging, os, sys; os.set_blocking(2, True)\n"
+        "from instrument.cli.logs import log_to_stderr\n"
+        "import instrument.cli.logs as logs\n"
+        "logs.MOST_PER_S = 10**9\n"
+        "with log_to_stderr():\n"
+        "    for n in range(20_000): logging.info('line %d %s', n, 'x' * 80)\n"
+        "    print('done', flush=True)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", talk], stdout=subprocess.PIPE, stderr=stderr, text=True
+    ) as said:
+        assert said.stdout.read() == "done\n"
+        assert said.wait(5) == 0
+    os.close(unread)
+    os.close(stderr)
+
+
+def test_a_flood_of_log_lines_is_cut_and_counted():
+    talk = (
+        "import logging, time\n"
+        "from instrument.cli.logs import log_to_stderr\n"
+        "with log_to_stderr():\n"
+        "    for n in range(1000): logging.info('line %d', n)\n"
+        "    time.sleep(1.1)\n"
+        "    logging.info('last')\n"
+    )
+    said = subprocess.run([sys.executable, "-c", talk], capture_output=True, text=True, check=True).stderr
+    lines = said.splitlines()
+    assert 20 <= len(lines) <= 41
+    assert "last (" in lines[-1]
+    assert "lines held back before" in lines[-1]

@@ -1,25 +1,37 @@
-"""Every command that the README tells a newcomer to type, typed."""
+"""Every command and program that the README and the rules tell a newcomer to type, typed."""
 
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from threading import Timer
 
 import pytest
 
 from tests.system.test_demo import Demo
+from tests.system.waiting import wait_for
 
 TOP = Path(__file__).parents[2]
-README = (TOP / "README.md").read_text()
-COMMANDS = [
-    line.split("  #")[0].strip()
-    for block in re.findall(r"```sh\n(.*?)```", README, re.S)
-    for line in block.splitlines()
-]
-PNEUFORCE = [line for line in COMMANDS if "pneuforce " in line]
-MBPOLL = [line for line in COMMANDS if line.startswith("mbpoll")]
+README, RULES = ((TOP / name).read_text() for name in ("README.md", "docs/rules.md"))
+
+
+def commands(text):
+    """Command and comment of each line in the shell blocks of a document."""
+    lines = [line for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines()]
+    return [tuple(part.strip() for part in (line + "  #").split("  #")[:2]) for line in lines]
+
+
+def mbpoll_lines(text):
+    return [(line, comment) for line, comment in commands(text) if line.startswith("mbpoll")]
+
+
+PNEUFORCE = [line for line, _ in commands(README) if "pneuforce " in line]
 REFUSED = re.compile(r"\b12\.5$")
+#: "until [25] is 6" in a comment: the line is typed again and again until mbpoll prints that.
+UNTIL = re.compile(r"\[(\d+)\] is (\d+)")
+READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
+FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N\n")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +58,8 @@ def typed(line, demo, folder):
 
 def test_the_readme_has_commands():
     assert len(PNEUFORCE) >= 8
-    assert len(MBPOLL) >= 3
+    assert len(mbpoll_lines(README)) >= 10
+    assert len(mbpoll_lines(RULES)) >= 6
 
 
 def test_every_pneuforce_command_runs(demo, tmp_path):
@@ -74,9 +87,35 @@ def test_every_pneuforce_command_runs(demo, tmp_path):
         sim.terminate()
 
 
-def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path):
-    for line in MBPOLL:
-        done = subprocess.run(
-            typed(line, demo, tmp_path), shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=30
+def test_the_python_program_prints_forces(demo, tmp_path):
+    [program] = re.findall(r"```python\n(.*?)```", README, re.S)
+    assert "port=29536" in program
+    file = tmp_path / "force.py"
+    file.write_text(program.replace("port=29536", f"port={demo.can_port}"))
+    with (
+        open(tmp_path / "said", "w") as complaints,
+        subprocess.Popen(
+            [sys.executable, "-u", str(file)], cwd=TOP, stdout=subprocess.PIPE, stderr=complaints, text=True
+        ) as running,
+    ):
+        deadline = Timer(10, running.kill)
+        deadline.start()
+        lines = [running.stdout.readline() for _ in range(20)]
+        deadline.cancel()
+        running.kill()
+    assert all(FORCE.fullmatch(line) for line in lines), (lines, (tmp_path / "said").read_text())
+
+
+@pytest.mark.parametrize("text", [README, RULES], ids=["README", "rules"])
+def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, text):
+    for line, comment in mbpoll_lines(text):
+        command = shlex.split(typed(line, demo, tmp_path))
+        done = wait_for(
+            lambda command=command: subprocess.run(command, capture_output=True, text=True, timeout=30),
+            lambda done, comment=comment: set(UNTIL.findall(comment)) <= set(READ.findall(done.stdout)),
         )
         assert (done.returncode == 0) == (not REFUSED.search(line)), (line, done.stderr)
+
+
+def test_the_recipes_end_with_the_balloon_held(demo):
+    demo.until_holding()

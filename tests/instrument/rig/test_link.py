@@ -233,6 +233,22 @@ class TestKeepAlive:
         assert sent(link, Command(), 0.02) == []
 
 
+def test_frames_that_come_again_are_no_samples():
+    link = ready()
+    stream = [sample(n, n) for n in range(1, 50)]
+    assert len(link.feed(b"".join(stream), 0.1)) == 49
+    assert link.feed(b"".join(stream[-20:]), 0.2) == []
+    assert link.repeated_frames == 20
+    assert len(link.feed(sample(50, 50), 0.3)) == 1
+    assert link.lost_frames == 0
+
+
+def test_another_board_on_the_cable_is_noticed_by_its_serial_number():
+    link = ready()
+    link.feed(encode(Hello(2, 0x100, 60_000, 99, 250, 2000), 1), 1.0)
+    assert (link.other_boards, link.board_restarts, link.phase) == (1, 1, Phase.GREETING)
+
+
 class TestFrozen:
     """A board whose clock stands still."""
 

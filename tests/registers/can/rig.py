@@ -15,6 +15,7 @@ _TEXT = {
     "answer_result": "none",
     "method": "energetic",
     "status": frozenset({"holding", "force_valid"}),
+    "faults": (),
 }
 _NUMBERS = {"float": math.nan, "int": 0}
 

@@ -105,11 +105,19 @@ def test_a_change_is_told_with_the_next_sample_not_with_the_next_cycle(rig, name
 def test_a_finished_contact_is_told_at_once_and_a_begun_one_is_not_in_state(rig):
     node = CanNode(rig, Options())
     run(node, 0.33)
-    rig.set(status=rig.now.status | {"in_contact"})
+    rig.set(status=rig.now.status | {"in_contact"}, contact_counter=1)
     assert not of(run(node, 0.01, start_s=0.33), "State")
     rig.set(status=rig.now.status - {"in_contact"}, peak_force_n=2.0)
     ((_, values),) = of(run(node, 0.01, start_s=0.34), "State")
     assert values["peak_force"] == 2.0
+
+
+def test_a_contact_that_ends_as_the_next_begins_is_told_too(rig):
+    rig.set(status=rig.now.status | {"in_contact"}, contact_counter=1)
+    node = CanNode(rig, Options())
+    run(node, 0.33)
+    rig.set(contact_counter=2, peak_force_n=2.0)
+    assert len(of(run(node, 0.01, start_s=0.33), "State")) == 1
 
 
 def test_a_setpoint_that_stays_not_available_is_no_change(rig):
@@ -133,22 +141,25 @@ def emergencies(frames):
     return [decode(EMERGENCY, frame.data) for frame in frames if frame.id == 0x085]
 
 
-FAULTS = [  # first fault, active faults, then error code, error register
-    (4, 1, 0xFF04, 0x81),
-    (4, 2, 0xFF04, 0x81),
-    (4, 1, 0x0000, 0x81),
-    (0, 0, 0x0000, 0x00),
-    (34, 1, 0xFF22, 0x81),
+FAULTS = [  # latched faults, then error codes told
+    ((4,), [0xFF04]),
+    ((4, 13), [0xFF0D]),
+    ((4,), [0x0000]),
+    ((32,), [0x0000, 0xFF20]),
+    ((32, 34, 9), [0xFF22, 0xFF09]),
+    ((), [0x0000]),
 ]
 
 
-def test_each_faults_coming_and_going_is_told_once(rig):
+def test_each_faults_coming_and_going_is_told_once_with_its_own_code(rig):
     node = CanNode(rig, Options())
     assert not emergencies(node.tick(0.0))
-    for step, (first, active, code, register) in enumerate(FAULTS, start=1):
-        rig.set(first_fault=first, active_faults=active)
-        (told,) = emergencies(node.on_sample(step * 0.1) + node.tick(step * 0.1))
-        assert (told["error_code"], told["error_register"], told["active_faults"]) == (code, register, active)
+    for step, (faults, codes) in enumerate(FAULTS, start=1):
+        rig.set(faults=faults, active_faults=len(faults))
+        told = emergencies(node.on_sample(step * 0.1) + node.tick(step * 0.1))
+        assert [frame["error_code"] for frame in told] == codes
+        assert {frame["error_register"] for frame in told} == {0x81 if faults else 0}
+        assert {frame["active_faults"] for frame in told} == {len(faults)}
 
 
 def test_another_node_id_moves_every_identifier(rig):

@@ -25,6 +25,7 @@ AT_REST: dict[str, Any] = {
     "setpoint_kpa": float("nan"),
     "first_fault": 0,
     "active_faults": 0,
+    "faults": (),
     "setpoint_requested_kpa": 5.0,
     "force_limit_n": 5.0,
     "mode": "vent",

@@ -31,6 +31,8 @@ def _values_of(quantity):
         return st.sampled_from(sorted(ENUMERATED[quantity.name].codes))
     if quantity.name == "status":
         return st.frozensets(st.sampled_from(CONDITIONS))
+    if quantity.name == "faults":
+        return st.lists(st.integers(1, 40), max_size=3, unique=True).map(tuple)
     return floats if str(quantity.type) == "float" else st.integers(0, 2**33)
 
 
