@@ -6,6 +6,7 @@ import asyncio
 import logging
 import math
 import time
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -13,11 +14,12 @@ from registers.modbus.bank import Bank
 from registers.modbus.codes import Code, exception
 from registers.modbus.identity import Identity
 from registers.modbus.log import SparingLog
-from registers.modbus.mbap import Decoder, frame
+from registers.modbus.mbap import Decoder, Request, frame
 from registers.modbus.pdu import Responder
+from registers.modbus.turns import Turns
 from registers.source import Peer, Source
 
-#: Read from one client before the next has its turn: some 40 requests, so that others wait little in a flood.
+#: Read from one client at a time: some 40 requests, which are answered before it is read on.
 _CHUNK_BYTES = 512
 #: Unit identifiers by which a TCP master may mean "whoever is at this address".
 _ANY_UNIT = frozenset((0, 255))
@@ -32,7 +34,7 @@ class Options:
     unit: int = 1
     word_swap: bool = False  #: low word of a 32-bit value first
     read_only: bool = False
-    most_connections: int = 64  #: the next one is closed at once; the established ones stay
+    most_connections: int = 64  #: the next one is accepted, and another closed: see ModbusTcpServer
     idle_s: float = 60.0  #: without a byte from the client
     frame_s: float = 5.0  #: for a frame to be completed, and for a client to read its answers
     write_buffer_bytes: int = 65536  #: unread answers at which a client's requests are no longer read
@@ -44,7 +46,7 @@ class Counters:
 
     clients: int = 0  #: connected now
     connections: int = 0  #: accepted
-    turned_away: int = 0  #: closed at once, over the connection limit
+    evicted: int = 0  #: closed to make room for a newcomer, over the connection limit
     requests: int = 0
     exceptions: int = 0  #: requests answered with an exception code
     refused_frames: int = 0  #: headers or functions that no request has; each closed its connection
@@ -52,7 +54,12 @@ class Counters:
 
 
 class ModbusTcpServer:
-    """One source on one TCP port."""
+    """One source on one TCP port.
+
+    Whoever connects is accepted, for it may want to vent. Where that is over the connection limit, the
+    address with most connections (the newcomer counted with its own) loses the one that was silent for
+    longest, never the newcomer: a flood from one address evicts nobody but itself.
+    """
 
     def __init__(
         self,
@@ -68,6 +75,7 @@ class ModbusTcpServer:
         self.log = SparingLog(logging.getLogger(__name__))
         bank = Bank(word_swap=options.word_swap)
         self.responder = Responder(bank, source, Identity(identity), read_only=options.read_only)
+        self.turns = Turns(clock)
         self.connections: set[_Connection] = set()
         self._server: asyncio.Server | None = None
         self._sweep: asyncio.TimerHandle | None = None
@@ -96,6 +104,22 @@ class ModbusTcpServer:
         for connection in list(self.connections):
             connection.close()
 
+    def admit(self, newcomer: _Connection) -> None:
+        """Count a connection in; over the limit, close another one."""
+        if len(self.connections) >= self.options.most_connections:
+            held = Counter(c.address for c in (*self.connections, newcomer))
+            self.counters.evicted += 1
+            max(self.connections, key=lambda c: (held[c.address], -c.heard_s)).evict(newcomer.address)
+        self.connections.add(newcomer)
+        self.counters.connections += 1
+        self.counters.clients += 1
+
+    def count_out(self, connection: _Connection) -> None:
+        """Forget a connection that is gone; once is enough."""
+        if connection in self.connections:
+            self.connections.remove(connection)
+            self.counters.clients -= 1
+
     def _sweep_every(self, period_s: float) -> None:
         """Close the connections whose time is up, now and every `period_s`."""
         now_s = self.clock()
@@ -112,7 +136,11 @@ class _Connection(asyncio.BufferedProtocol):
         self._options = server.options
         self._decoder = Decoder()
         self._buffer = memoryview(bytearray(_CHUNK_BYTES))
-        self._heard_s = server.clock()
+        self._requests: deque[Request] = deque()  #: received; whole ones are carried out whatever happens
+        self._answers: list[bytes] = []  #: of this pass of the loop
+        self._wrong = ""  #: why to close, behind the last answer
+        self._ended = False  #: the client sends no more
+        self.heard_s = server.clock()
         self._frame_begun_s = math.inf
         self._unread_s = math.inf  #: since when answers wait for a client that does not read
 
@@ -120,41 +148,72 @@ class _Connection(asyncio.BufferedProtocol):
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self._peer = Peer("modbus_tcp", str((transport.get_extra_info("peername") or ("",))[0]))
-        server = self._server
-        if len(server.connections) >= self._options.most_connections:
-            server.counters.turned_away += 1
-            self._say("turned away: %d clients are connected", len(server.connections))
-            transport.abort()
-            return
         transport.set_write_buffer_limits(high=self._options.write_buffer_bytes)
-        server.connections.add(self)
-        server.counters.connections += 1
-        server.counters.clients += 1
+        self._server.admit(self)
+
+    @property
+    def address(self) -> str:
+        """Whose it is."""
+        return self._peer.address
+
+    def evict(self, newcomer: str) -> None:
+        """Close at once, for a newcomer."""
+        self._say("evicted for one of %s: %d are connected", newcomer, len(self._server.connections))
+        self._server.count_out(self)
+        self._transport.abort()
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
         return self._buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Answer every request that the received bytes complete, in one write."""
-        now_s = self._heard_s = self._server.clock()
-        was_unfinished = self._decoder.unfinished
+        """Queue the requests that the received bytes complete."""
+        now_s = self.heard_s = self._server.clock()
+        was_unfinished, had_requests = self._decoder.unfinished, bool(self._requests)
         requests = self._decoder.feed(bytes(self._buffer[:nbytes]))
         if not self._decoder.unfinished:
             self._frame_begun_s = math.inf
         elif requests or not was_unfinished:
             self._frame_begun_s = now_s
-        answers = []
-        for transaction, unit, pdu in requests:
-            answer = self._answer(unit, pdu, now_s)
-            if answer is None:
-                break
-            answers.append(frame(transaction, unit, answer))
+        self._wrong = self._decoder.broken
+        self._requests += requests
+        if not self._requests:
+            self._go_on()
+        elif not had_requests:
+            self._server.turns.join(self)
+
+    def take_turn(self, now_s: float) -> bool:
+        """Answer the next request; whether more are waiting."""
+        transaction, unit, pdu = self._requests.popleft()
+        answer = self._answer(unit, pdu, now_s)
+        if answer is None:
+            self._wrong = f"function {pdu[0]:02X}h"
+            self._requests.clear()
+        else:
+            self._answers.append(frame(transaction, unit, answer))
+        return bool(self._requests)
+
+    def end_pass(self) -> None:
+        """Send the answers of this pass in one write."""
+        answers, self._answers = self._answers, []
+        if self._transport.is_closing():
+            return
         if answers:
             self._transport.write(b"".join(answers))
-        if len(answers) < len(requests):
-            self._refuse(f"function {requests[len(answers)].pdu[0]:02X}h")
-        elif self._decoder.broken:
-            self._refuse(self._decoder.broken)
+        if not self._requests:
+            self._go_on()
+
+    def hold(self) -> None:
+        """Read nothing more until every request has been answered."""
+        self._transport.pause_reading()
+
+    def _go_on(self) -> None:
+        """No request is left: close where there can be no other, else read on."""
+        if self._wrong:
+            self._refuse(self._wrong)
+        elif self._ended:
+            self.close()
+        elif self._unread_s == math.inf:
+            self._transport.resume_reading()
 
     def _answer(self, unit: int, pdu: bytes, now_s: float) -> bytes | None:
         if unit in self._server.units:
@@ -173,8 +232,11 @@ class _Connection(asyncio.BufferedProtocol):
         self.close()
 
     def eof_received(self) -> bool:
-        self.close()
-        return False
+        """Whether to keep the connection: until the last request has been answered."""
+        self._ended = True
+        if not self._requests:
+            self._go_on()
+        return True
 
     def pause_writing(self) -> None:
         """The client does not read its answers: its requests wait in its own buffers from now on."""
@@ -184,12 +246,11 @@ class _Connection(asyncio.BufferedProtocol):
     def resume_writing(self) -> None:
         if not self._transport.is_closing():
             self._unread_s = math.inf
-            self._transport.resume_reading()
+            if not self._requests:
+                self._transport.resume_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        if self in self._server.connections:
-            self._server.connections.remove(self)
-            self._server.counters.clients -= 1
+        self._server.count_out(self)
 
     def close(self) -> None:
         """Send what is left, then FIN; a client that does not read has `frame_s` for it."""
@@ -205,7 +266,7 @@ class _Connection(asyncio.BufferedProtocol):
             return
         elif now_s - self._frame_begun_s > self._options.frame_s:
             self._time_out("a frame is left unfinished")
-        elif now_s - self._heard_s > self._options.idle_s:
+        elif now_s - self.heard_s > self._options.idle_s:
             self._time_out("idle")
 
     def _time_out(self, why: str) -> None:

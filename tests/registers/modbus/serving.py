@@ -37,8 +37,9 @@ def serving(source: Source, **options: Any) -> Iterator[ModbusTcpServer]:
         loop.close()
 
 
-def connected(server: ModbusTcpServer) -> socket.socket:
-    return socket.create_connection(("127.0.0.1", server.port), timeout=5)
+def connected(server: ModbusTcpServer, address: str = "127.0.0.1") -> socket.socket:
+    """A client at an address of the loopback."""
+    return socket.create_connection(("127.0.0.1", server.port), timeout=10, source_address=(address, 0))
 
 
 def asked(client: socket.socket, request: str) -> str:
@@ -75,7 +76,7 @@ def exactly(client: socket.socket, count: int) -> bytes:
     return bytes(data)
 
 
-def eventually(fact: Callable[[], bool], within_s: float = 5.0) -> bool:
+def eventually(fact: Callable[[], bool], within_s: float = 15.0) -> bool:
     deadline = time.monotonic() + within_s
     while not fact():
         if time.monotonic() > deadline:

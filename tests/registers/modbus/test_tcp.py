@@ -109,16 +109,18 @@ def test_what_is_not_modbus_is_answered_by_closing(server, client, hello):
     assert server.counters.refused_frames == before + 1
 
 
-def test_each_connection_is_answered_at_once(server, client):
-    """No answer waits for another segment's acknowledgement (40 ms and more)."""
-    begun = time.monotonic()
+def test_no_answer_waits_for_another_ones_acknowledgement(server, client):
+    """That would be 40 ms and more in each round; the quickest one tells, on a busy machine too."""
+    rounds_s = []
     for _ in range(50):
+        begun_s = time.monotonic()
         client.sendall(frame(1, 1, FORCE))
         time.sleep(0)
         client.sendall(frame(2, 1, FORCE))
         received(client)
         received(client)
-    assert time.monotonic() - begun < 1.0
+        rounds_s.append(time.monotonic() - begun_s)
+    assert min(rounds_s) < 0.03
 
 
 def test_the_counters_tell_what_was_seen():
