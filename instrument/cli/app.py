@@ -169,6 +169,9 @@ def watch(
 ) -> None:
     """Show what a PLC (modbus) or a robot controller (can) sees of a running instrument.
 
+    A PLC's registers are shown each in its own unit, CAN signals in the DBC's (N, kPa, mm, s).
+    With --json both are in N, kPa, mm, s, and null where not available.
+
     Example: pneuforce watch modbus --seconds 5
     """
     from instrument.cli.observe import NodeAt
