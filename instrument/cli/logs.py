@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-import sys
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -14,6 +14,7 @@ from threading import Thread
 MOST_WAITING = 1000
 MOST_PER_S = 20
 FLUSH_S = 0.2
+STDERR = 2
 
 
 class Postbox(QueueHandler):
@@ -44,15 +45,18 @@ class Postbox(QueueHandler):
 
 @contextmanager
 def log_to_stderr() -> Iterator[None]:
-    """Send the log of this process to stderr, from a thread of its own."""
-    logging.raiseExceptions = False
-    box, writer = Postbox(), logging.StreamHandler(sys.stderr)
-    writer.setFormatter(logging.Formatter("%(asctime)s %(message)s", datefmt="%H:%M:%S"))
+    """Send the log of this process to stderr, from a thread of its own.
+
+    The thread writes to the descriptor itself: a lock of `logging` or `sys.stderr` held by a write that
+    blocks would keep the process from ending.
+    """
+    box, form = Postbox(), logging.Formatter("%(asctime)s %(message)s", datefmt="%H:%M:%S")
     logging.basicConfig(level=logging.INFO, handlers=[box])
 
     def write() -> None:
         while (record := box.queue.get()) is not None:
-            writer.handle(record)
+            with suppress(OSError):
+                os.write(STDERR, f"{form.format(record)}\n".encode())
 
     thread = Thread(target=write, name="log", daemon=True)
     thread.start()

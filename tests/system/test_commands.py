@@ -184,8 +184,11 @@ def test_a_log_that_nobody_reads_holds_up_nothing():
     with subprocess.Popen(
         [sys.executable, "-c", talk], stdout=subprocess.PIPE, stderr=stderr, text=True
     ) as said:
+        try:
+            assert said.wait(10) == 0
+        finally:
+            said.kill()
         assert said.stdout.read() == "done\n"
-        assert said.wait(5) == 0
     os.close(unread)
     os.close(stderr)
 
