@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import logging
 import socket
+import struct
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 WAIT_S = 0.1
 _GREETING_S = 1.0
+_SEND_BYTES = 2048  #: what the kernel may keep for a socketcand server that does not read
+_SEND_WAIT = struct.pack("ll", 0, 100_000)  #: [s, us]; python-can lets a send wait for ever
 _BUS_OFF = 0x40  #: in an error frame of SocketCAN (linux/can/error.h, CAN_ERR_BUSOFF)
 
 
@@ -54,8 +57,9 @@ class Bus:
         logging.getLogger("can").setLevel(logging.CRITICAL)  # it logs what it raises, and each split frame
         try:
             self._bus = _opened(at)
+            self._link = _link(self._bus)
         except (can.CanError, OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
+            reason = getattr(error, "strerror", None) or _sentence(error)
             raise OSError(f"CAN on {at} cannot be opened: {reason}") from None
 
     def send(self, frame: CanFrame) -> None:
@@ -68,9 +72,12 @@ class Bus:
         )
         try:
             self._bus.send(message)
+        except BlockingIOError:
+            self._forget_unsent()
+            raise OSError("the server does not read") from None
         except self._can.CanError as error:
             full = error.error_code == errno.ENOBUFS or "buffer full" in str(error)
-            raise (BusFull if full else OSError)(str(error)) from None
+            raise (BusFull if full else OSError)(_sentence(error)) from None
 
     def receive(self) -> tuple[float, CanFrame] | None:
         """Time [s since 1970] and frame of the next message; None after 0.1 s of silence.
@@ -80,7 +87,7 @@ class Bus:
         try:
             message = self._bus.recv(WAIT_S)
         except self._can.CanError as error:
-            raise OSError(str(error)) from None
+            raise OSError(_sentence(error)) from None
         if message is None:
             if self._hung_up():
                 raise ConnectionResetError("the server closed the connection")
@@ -91,13 +98,17 @@ class Bus:
 
     def _hung_up(self) -> bool:
         """Whether the server of a socketcand bus has gone: python-can takes that for silence, and spins."""
-        link: socket.socket | None = getattr(self._bus, "_SocketCanDaemonBus__socket", None)
-        if link is None:
+        if self._link is None:
             return False
         try:
-            return link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
+            return self._link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
         except BlockingIOError:
             return False
+
+    def _forget_unsent(self) -> None:
+        """Have the kernel throw away, on closing, what it could not send: it would arrive late."""
+        if self._link is not None:
+            self._link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
     def close(self) -> None:
         """Let the interface go."""
@@ -130,6 +141,15 @@ def _opened(at: BusAt) -> can.BusABC:
     return can.Bus(interface=at.interface, channel=at.channel, ignore_config=True, **options)
 
 
+def _link(bus: can.BusABC) -> socket.socket | None:
+    """The connection of a socketcand bus, set to fail rather than to keep frames for a server that stands."""
+    link: socket.socket | None = getattr(bus, "_SocketCanDaemonBus__socket", None)
+    if link is not None:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_WAIT)
+    return link
+
+
 def _await_greeting(at: BusAt) -> None:
     """See that a socketcand server is there: python-can hammers a closed port for 10 s, and waits for ever.
 
@@ -139,6 +159,11 @@ def _await_greeting(at: BusAt) -> None:
         heard = probe.recv(len(GREETING))
         if heard != GREETING:
             raise OSError(f"no socketcand server answers there (heard {heard!r})")
+
+
+def _sentence(error: Exception) -> str:
+    """What python-can says, without the traceback that it appends."""
+    return str(error).partition("Traceback (most recent call last)")[0].strip()
 
 
 def _kind(message: can.Message) -> Kind:

@@ -9,6 +9,7 @@ import argparse
 import asyncio
 import json
 import signal
+import socket
 import sys
 import time
 from collections.abc import Callable
@@ -21,6 +22,11 @@ PORT = 29536
 CHANNEL = "can0"
 #: python-can's handshake takes a frame that comes glued to the last "ok" for a failure.
 JOIN_AFTER_S = 0.1
+#: What the kernel may keep: the less, the sooner a client notices that this hub stands, and the less is old.
+KERNEL_UNREAD_BYTES, KERNEL_UNSENT_BYTES = 1024, 1 << 16
+#: After standing for longer than the first, frames are dropped until the second is over: they are old.
+STOOD_S, SETTLE_S = 0.25, 0.1
+BEAT_S = 0.02
 #: Unread bytes, some 20 000 frames, at which a client is taken for dead.
 MOST_UNREAD_BYTES = 1 << 20
 
@@ -33,6 +39,7 @@ class Counters:
     frames: int = 0  #: passed on
     garbage: int = 0  #: pieces of text that were no message, or none at that moment
     given_up: int = 0  #: clients closed because they did not read
+    late: int = 0  #: frames dropped because this process had stood still
 
 
 class Hub:
@@ -44,11 +51,19 @@ class Hub:
         self.members: set[_Client] = set()
         self._clients: set[_Client] = set()
         self._server: asyncio.Server | None = None
+        self._beat_s = 0.0
+        self._fresh_from_s = 0.0
+        self._next_beat: asyncio.TimerHandle | None = None
 
     async def start(self, port: int = PORT) -> int:
         """Listen on loopback; the port, which differs from `port` where that is 0. Raises OSError."""
         loop = asyncio.get_running_loop()
-        self._server = await loop.create_server(lambda: _Client(self), HOST, port)
+        listener = socket.create_server((HOST, port))
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_UNREAD_BYTES)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_UNSENT_BYTES)
+        self._server = await loop.create_server(lambda: _Client(self), sock=listener)
+        self._beat_s = loop.time()
+        self._beat()
         bound: int = self._server.sockets[0].getsockname()[1]
         return bound
 
@@ -56,8 +71,20 @@ class Hub:
         """Stop listening and let all clients go."""
         if self._server is not None:
             self._server.close()
+        if self._next_beat is not None:
+            self._next_beat.cancel()
         for client in list(self._clients):
             client.abort()
+
+    def _beat(self) -> None:
+        loop = asyncio.get_running_loop()
+        if self._has_stood():
+            self._fresh_from_s = loop.time() + SETTLE_S
+        self._beat_s = loop.time()
+        self._next_beat = loop.call_later(BEAT_S, self._beat)
+
+    def _has_stood(self) -> bool:
+        return asyncio.get_running_loop().time() - self._beat_s > STOOD_S
 
     def came(self, client: _Client) -> None:
         """A client has connected."""
@@ -70,7 +97,10 @@ class Hub:
         self.members.discard(client)
 
     def pass_on(self, frames: list[bytes], sender: _Client) -> None:
-        """Give frames to all members but their sender."""
+        """Give frames to all members but their sender; drop them where they waited for this process."""
+        if self._has_stood() or asyncio.get_running_loop().time() < self._fresh_from_s:
+            self.counters.late += len(frames)
+            return
         self.counters.frames += len(frames)
         data = b"".join(frames)
         for member in list(self.members):
@@ -85,7 +115,7 @@ class _Client(asyncio.Protocol):
         self._hub = hub
         self._decoder = Decoder()
         self._opened = False
-        self._held: list[bytes] | None = []  #: what the others sent until this client has joined
+        self._held: bytearray | None = bytearray()  #: what the others sent until this client has joined
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -117,11 +147,11 @@ class _Client(asyncio.Protocol):
     def _shake_hands(self, words: list[str]) -> None:
         if words == ["open", CHANNEL]:
             self._opened = True
-            self._transport.write(OK)
+            self._write(OK)
         elif words[:1] == ["open"]:
-            self._transport.write(NO_SUCH_BUS)
+            self._write(NO_SUCH_BUS)
         elif words == ["rawmode"] and self._opened:
-            self._transport.write(OK)
+            self._write(OK)
             self._hub.members.add(self)
             asyncio.get_running_loop().call_later(JOIN_AFTER_S, self._join)
         else:
@@ -130,16 +160,25 @@ class _Client(asyncio.Protocol):
     def _join(self) -> None:
         """Hand over what was held back, and from now on everything at once."""
         held, self._held = self._held, None
-        if held and not self._transport.is_closing():
-            self._transport.write(b"".join(held))
+        if held:
+            self._write(bytes(held))
 
     def give(self, data: bytes) -> None:
-        """Send to this client, unless it has stopped reading: then it is given up."""
+        """Send frames to this client, once it has joined."""
         if self._held is not None:
-            self._held.append(data)
-            return
-        self._transport.write(data)
-        if self._transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
+            self._held += data
+            self._give_up_beyond(len(self._held))
+        else:
+            self._write(data)
+
+    def _write(self, data: bytes) -> None:
+        if not self._transport.is_closing():
+            self._transport.write(data)
+            self._give_up_beyond(self._transport.get_write_buffer_size())
+
+    def _give_up_beyond(self, unread_bytes: int) -> None:
+        """Close where the client has stopped reading."""
+        if unread_bytes > MOST_UNREAD_BYTES:
             self._hub.counters.given_up += 1
             self._hub.members.discard(self)
             self.abort()

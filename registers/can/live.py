@@ -138,7 +138,7 @@ class CanBus:
                 raise self._broken
             heard = bus.receive()
         except Exception as error:
-            log.warning("CAN is down: %s: %s", self.at, error)
+            log.warning("CAN is down: %s: %s", self.at, str(error).partition("\n")[0])
             self._let_go()
             return
         if heard is not None:

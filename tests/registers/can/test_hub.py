@@ -1,6 +1,7 @@
 """The hub as a process, spoken to byte by byte and by python-can."""
 
 import contextlib
+import signal
 import socket
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import time
 import can
 import pytest
 
+from registers.can.hub import STOOD_S
 from registers.can.socketcand import Decoder, frame_of_send
 from tests.registers.can.conftest import hub_process, wait_for
 
@@ -150,9 +152,10 @@ def test_no_frame_comes_glued_to_the_last_ok(join, hub_port):
     first, late = join(), Client(hub_port)
     assert late.ask("< open can0 >") == "< ok >"
     late.send("< rawmode >")
-    time.sleep(0.02)
+    while late.link.recv(256, socket.MSG_PEEK) != b"< ok >":
+        pass
     first.send("< send 101 0 >")
-    time.sleep(0.02)
+    time.sleep(0.02)  # a hub that did not wait would have sent it by now, mostly
     assert late.link.recv(256) == b"< ok >"
     assert late.frames(1) == ["< frame 101 >"]
 
@@ -187,15 +190,44 @@ def test_a_client_that_never_reads_is_given_up_and_the_others_miss_nothing():
         for client in (speaker, listener, deaf):
             client.send("< send 7FF 0 >")  # who speaks has joined
         time.sleep(0.1)
-        chunk, heard = 500 * "< send 185 8 0 1 2 3 4 5 6 7 >", 0
-        for _ in range(400):
+        chunk, heard = 500 * "< send 185 8 0 1 2 3 4 5 6 7 >", b""
+        for _ in range(60):
             speaker.send(chunk)
-            wanted = heard + 500
-            while heard < wanted:
-                data = listener.link.recv(65536)
-                heard += data.count(b"frame 185")
-        assert heard == 200_000
+            wanted = heard.count(b">") + 500
+            while heard.count(b">") < wanted:
+                heard += listener.link.recv(65536)
+        assert heard.count(b"frame 185 ") == 30_000
         wait_for(lambda: _is_closed(deaf.link))
+
+
+def test_a_client_that_asks_for_ever_and_never_reads_is_given_up():
+    with hub_process() as (port, _), pytest.raises(ConnectionError):
+        _ask_for_megabytes(Client(port, 4096))
+
+
+def _ask_for_megabytes(client):
+    for _ in range(500):
+        client.send(5000 * "< open can0 >")
+
+
+def test_what_came_while_the_hub_stood_still_is_dropped_and_the_next_frame_passes():
+    with hub_process() as (port, hub):
+        first, second = Client(port).join(), Client(port).join()
+        for client in (first, second):
+            client.send("< send 7FF 0 >")  # who speaks has joined
+        hub.send_signal(signal.SIGSTOP)
+        first.send("< send 100 0 >")
+        time.sleep(2 * STOOD_S)
+        hub.send_signal(signal.SIGCONT)
+        until_s = time.monotonic() + 10
+        second.link.settimeout(0.05)
+        heard = b""
+        while b" 101 " not in heard and time.monotonic() < until_s:
+            first.send("< send 101 0 >")
+            with contextlib.suppress(TimeoutError):
+                heard += second.link.recv(4096)
+        assert b" 101 " in heard
+        assert b" 100 " not in heard
 
 
 def _is_closed(link):

@@ -33,6 +33,6 @@ def test_whoever_waits_for_a_frame_gets_it_and_ends_with_the_outbox():
     taker.start()
     outbox.put(CanFrame(1))
     outbox.close()
-    taker.join(1.0)
+    taker.join(10.0)
     assert taken == [CanFrame(1)]
     assert not taker.is_alive()

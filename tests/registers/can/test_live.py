@@ -1,0 +1,159 @@
+"""A live bus whose server or controller fails: frames are dropped, and it comes back by itself."""
+
+import contextlib
+import socket
+import threading
+import time
+from itertools import pairwise
+
+import pytest
+
+from registers.can.bus import BusAt, BusFull
+from registers.can.outbox import MOST_FRAMES
+from tests.registers.can.buses import heard, message, numbered, opened, peer_on
+from tests.registers.can.conftest import hub_process, wait_for
+
+pytestmark = pytest.mark.usefixtures("frames_stay_fresh")
+
+
+def test_the_bus_comes_back_by_itself_and_its_first_frame_is_fresh():
+    got = []
+    with contextlib.ExitStack() as first, contextlib.ExitStack() as second:
+        port, _ = first.enter_context(hub_process())
+        at = BusAt(interface="socketcand", port=port)
+        with opened(at, got.append) as bus:
+            first.close()
+            wait_for(lambda: not bus.is_up)
+            for number in range(10):
+                bus.send(numbered(number))
+            assert bus.dropped == 10
+            second.enter_context(hub_process(port))
+            with peer_on(at) as peer:
+                wait_for(lambda: bus.is_up)
+                bus.send(numbered(99))
+                assert [int.from_bytes(m.data, "little") for m in heard(peer, 1)] == [99]
+                peer.send(message(5))
+                wait_for(lambda: len(got) == 1)
+        assert bus.counters.reopened == 1
+
+
+class _Controller:
+    """A bus that answers each send as told: what only a controller in hardware would do by itself."""
+
+    def __init__(self, outcome):
+        self.outcome, self.closed = outcome, threading.Event()
+
+    def send(self, frame):
+        if self.outcome is not None:
+            raise self.outcome
+
+    def receive(self):
+        time.sleep(0.001)
+
+    def close(self):
+        self.closed.set()
+
+
+@pytest.mark.parametrize(
+    ("outcome", "stays_up"), [(BusFull("buffer full"), True), (OSError("network is down"), False)]
+)
+def test_a_full_controller_costs_the_frame_and_a_dead_one_is_opened_anew(monkeypatch, outcome, stays_up):
+    controllers = [_Controller(outcome), _Controller(None)]
+    opened_ones = iter(controllers)
+    monkeypatch.setattr("registers.can.live.Bus", lambda at: next(opened_ones))
+    with opened(BusAt()) as bus:
+        bus.send(numbered(1))
+        wait_for(lambda: bus.dropped == 1)
+        if stays_up:
+            assert bus.is_up
+        else:
+            wait_for(lambda: controllers[0].closed.is_set() and bus.is_up)
+        assert bus.counters.reopened == (not stays_up)
+
+
+def test_the_waits_between_attempts_grow(monkeypatch):
+    attempts_s = []
+
+    def refuse(at):
+        attempts_s.append(time.monotonic())
+        if len(attempts_s) == 1:
+            return _Controller(OSError("network is down"))
+        raise OSError("network is down")
+
+    monkeypatch.setattr("registers.can.live.Bus", refuse)
+    with opened(BusAt()) as bus:
+        bus.send(numbered(1))
+        wait_for(lambda: len(attempts_s) == 4)
+    waits_s = [b - a for a, b in pairwise(attempts_s)]
+    assert all(wait_s >= least_s for wait_s, least_s in zip(waits_s, (0.09, 0.19, 0.39), strict=True))
+
+
+def test_sending_never_waits_for_a_controller_that_stands(monkeypatch):
+    controller, go_on = _Controller(None), threading.Event()
+    controller.send = lambda frame: go_on.wait(30)
+    monkeypatch.setattr("registers.can.live.Bus", lambda at: controller)
+    with opened(BusAt()) as bus:
+        for number in range(3 * MOST_FRAMES):
+            bus.send(numbered(number))
+        assert bus.counters.sent == 0
+        assert bus.dropped >= 2 * MOST_FRAMES - 1
+        go_on.set()
+
+
+def shakes_hands(link):
+    """Whether the client wanted to; a probe only looks whether somebody answers."""
+    with contextlib.suppress(ConnectionError):
+        link.sendall(b"< hi >")
+        for _ in range(2):
+            if not link.recv(64):
+                return False
+            link.sendall(b"< ok >")
+        return True
+    return False
+
+
+@contextlib.contextmanager
+def server_that_reads_no_frame():
+    """A socketcand server that shakes hands and then stands, with little room in its kernel."""
+    with socket.create_server(("127.0.0.1", 0)) as listener, contextlib.ExitStack() as stack:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
+        links = []
+
+        def serve():
+            with contextlib.suppress(OSError):
+                while True:
+                    link = stack.enter_context(listener.accept()[0])
+                    if shakes_hands(link):
+                        links.append(link)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        try:
+            yield listener.getsockname()[1], links
+        finally:
+            listener.shutdown(socket.SHUT_RDWR)
+            thread.join(5)
+
+
+def test_a_server_that_stands_is_noticed_and_costs_frames_not_time(caplog):
+    with server_that_reads_no_frame() as (port, _links):
+        with opened(BusAt(interface="socketcand", port=port)) as bus:
+            wait_for(lambda: bus.send(numbered(1)) or bus.counters.reopened)
+            assert bus.dropped > 0
+            assert bus.counters.sent < 1000
+        assert "CAN is down: socketcand can0" in caplog.text
+        assert "the server does not read" in caplog.text
+
+
+def test_the_line_that_says_down_is_one_line(caplog):
+    with (
+        server_that_reads_no_frame() as (port, links),
+        opened(BusAt(interface="socketcand", port=port)) as bus,
+    ):
+        wait_for(lambda: len(links) == 1)
+        links[0].sendall(b"\xff\xfe >")  # python-can answers what is not ASCII with a traceback
+        wait_for(lambda: bus.counters.reopened)
+    (line,) = (r.getMessage() for r in caplog.records if "CAN is down" in r.getMessage())
+    assert "Failed to receive" in line
+    assert "Traceback" not in line
+    assert "\n" not in line
