@@ -4,6 +4,7 @@ import re
 import shlex
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Timer
 
@@ -56,6 +57,19 @@ def typed(line, demo, folder):
     return line
 
 
+@contextmanager
+def started(line, folder):
+    """A program that runs until it is killed: a test that fails must not wait for it."""
+    process = subprocess.Popen(
+        shlex.split(line), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
 def test_the_readme_has_commands():
     assert len(PNEUFORCE) >= 8
     assert len(mbpoll_lines(README)) >= 10
@@ -72,19 +86,15 @@ def test_every_pneuforce_command_runs(demo, tmp_path):
         )
         assert done.returncode == 0, (line, done.stderr)
     rig, host = sorted(endless, key=lambda line: " run " in line)
-    with subprocess.Popen(shlex.split(typed(rig, demo, tmp_path)), stdout=subprocess.PIPE, text=True) as sim:
+    with started(typed(rig, demo, tmp_path), tmp_path) as sim:
         sim.stdout.readline()
         file = tmp_path / "instrument.toml"
         file.write_text(f'[rig]\nport = "{tmp_path}/rig"\n[modbus]\nenabled = false\n')
-        running = subprocess.Popen(
-            shlex.split(typed(host, demo, tmp_path)), cwd=tmp_path, stderr=subprocess.PIPE, text=True
-        )
-        said = running.stderr.readline()
-        running.terminate()
-        assert "answered" in said, said
-        assert running.wait(3) == 0
-        running.stderr.close()
-        sim.terminate()
+        with started(typed(host, demo, tmp_path), tmp_path) as running:
+            said = running.stderr.readline()
+            running.terminate()
+            assert "answered" in said, said
+            assert running.wait(3) == 0
 
 
 def test_the_python_program_prints_forces(demo, tmp_path):
