@@ -22,6 +22,8 @@ def _date(code: int) -> int:
     return code
 
 
+_BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
+
 Port = Annotated[int, Field(ge=1, le=65535)]
 
 
@@ -44,13 +46,19 @@ class Rig(Section):
 class BalloonSection(Section):
     """The balloon: membrane and measured radius R_i = rest + linear ΔP + quadratic ΔP²."""
 
-    young_kpa: float = Field(2000.0, ge=100, le=20_000, description="Young's modulus E [kPa]")
-    poisson: float = Field(0.5, ge=0.3, le=0.5, description="Poisson's ratio ν")
-    rest_radius_mm: float = Field(7.503, ge=1, le=30, description="radius R_0 of the empty balloon [mm]")
-    rest_thickness_mm: float = Field(0.2, ge=0.01, le=1, description="membrane thickness h_0 [mm]")
-    radius_linear_mm_per_kpa: float = Field(44.652e-3, ge=0, le=1, description="linear term of the radius")
+    young_kpa: float = Field(_BALLOON.young_kpa, ge=100, le=20_000, description="Young's modulus E [kPa]")
+    poisson: float = Field(_BALLOON.poisson, ge=0.3, le=0.5, description="Poisson's ratio ν")
+    rest_radius_mm: float = Field(
+        _BALLOON.rest_radius_mm, ge=1, le=30, description="radius R_0 of the empty balloon [mm]"
+    )
+    rest_thickness_mm: float = Field(
+        _BALLOON.rest_thickness_mm, ge=0.01, le=1, description="membrane thickness h_0 [mm]"
+    )
+    radius_linear_mm_per_kpa: float = Field(
+        _BALLOON.radius_linear_mm_per_kpa, ge=0, le=1, description="linear term of the radius"
+    )
     radius_quadratic_mm_per_kpa2: float = Field(
-        5.9695e-3, ge=0, le=0.1, description="quadratic term of the radius"
+        _BALLOON.radius_quadratic_mm_per_kpa2, ge=0, le=0.1, description="quadratic term of the radius"
     )
     id: int = Field(0, ge=0, le=0xFFFF_FFFF, description="number of the balloon fitted")
 
@@ -58,17 +66,23 @@ class BalloonSection(Section):
 class CircuitSection(Section):
     """The gas around the balloon."""
 
-    volume_mm3: float = Field(12.68e3, ge=100, le=1e6, description="volume V_c of all pipes [mm³]")
-    ambient_kpa: float = Field(101.325, ge=60, le=110, description="ambient pressure P_0 [kPa absolute]")
+    volume_mm3: float = Field(
+        _CIRCUIT.volume_mm3, ge=100, le=1e6, description="volume V_c of all pipes [mm³]"
+    )
+    ambient_kpa: float = Field(
+        _CIRCUIT.ambient_kpa, ge=60, le=110, description="ambient pressure P_0 [kPa absolute]"
+    )
 
 
 class MeasurementSection(Section):
     """From pressure to force."""
 
     method: Literal["energetic", "lulevich", "shanahan"] = Field("energetic", description="force model")
-    filter_s: float = Field(0.06, ge=0.002, le=1, description="time constant of the pressure filter [s]")
+    filter_s: float = Field(
+        _CHAIN.filter_s, ge=0.002, le=1, description="time constant of the pressure filter [s]"
+    )
     tube_s: float = Field(
-        0.06, ge=0, le=1, description="lag between balloon and sensor [s], told as remaining delay"
+        _CHAIN.tube_s, ge=0, le=1, description="lag between balloon and sensor [s], told as remaining delay"
     )
 
 
@@ -76,12 +90,20 @@ class Safety(Section):
     """Limits and reactions. The board has hard limits of its own that nothing here can raise."""
 
     contact_limit_kpa: float = Field(
-        18.0, ge=2, le=25, description="pressure of the locked balloon above which it is vented [kPa]"
+        _SETTINGS.contact_limit_kpa,
+        ge=2,
+        le=25,
+        description="pressure of the locked balloon above which it is vented [kPa]",
     )
     vent_after_s: float = Field(
-        2.0, ge=0.25, le=10, description="silence of this host after which the board vents [s]"
+        _SETTINGS.vent_after_s,
+        ge=0.25,
+        le=10,
+        description="silence of this host after which the board vents [s]",
     )
-    force_limit_n: float = Field(5.0, ge=0.1, le=20, description="force alarm at start, register 514 [N]")
+    force_limit_n: float = Field(
+        _SETTINGS.force_limit_n, ge=0.1, le=20, description="force alarm at start, register 514 [N]"
+    )
     vent_on_force_limit: bool = Field(
         False, description="vent when the force limit is passed, not only alarm"
     )
