@@ -124,7 +124,12 @@ class Modbus(Section):
         "ABCD", description="order of 32-bit values: high or low word first"
     )
     read_only: bool = Field(False, description="answer every write but a vent with exception 01")
-    connections: int = Field(64, ge=1, le=1000, description="most connections at once")
+    connections: int = Field(
+        64,
+        ge=1,
+        le=1000,
+        description="most connections at once; one more evicts the idlest of the busiest address",
+    )
     idle_s: float = Field(
         60.0, ge=1, le=86_400, description="idle time after which a connection is closed [s]"
     )

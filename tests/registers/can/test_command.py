@@ -192,3 +192,19 @@ def test_the_real_instrument_takes_a_vent_and_refuses_to_inflate_without_a_rig()
     assert answers(node, command(mode="vent", sequence=2, lease=1.0)) == [(2, "accepted")]
     assert answers(node, command(mode="zero_pressure", sequence=3)) == [(3, "refused_link_lost")]
     assert instrument.snapshot(("can", ""), 0.0).lease_holder == "can"
+
+
+@pytest.mark.parametrize(
+    "state", [{"answer_state": "busy"}, {"answer_state": "failed", "answer_result": "cause_persists"}]
+)
+def test_a_hold_is_answered_at_once_whatever_became_of_somebody_elses_order(node, rig, state):
+    rig.set(**state)
+    assert answers(node, command()) == [(1, "accepted")]
+
+
+def test_a_refused_order_is_answered_at_once_though_another_one_is_busy(node, rig):
+    rig.set(answer_state="busy")
+    rig.refusal = "write_lock"
+    assert answers(node, command(mode="clear_faults")) == [(1, "refused_write_lock")]
+    rig.set(answer_state="done")
+    assert not [frame for frame in node.tick(0.01) if frame.id == 0x485]
