@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -164,6 +165,24 @@ def test_the_force_is_the_models_at_the_two_pressures(method, initial_kpa, rise_
     assert m.indentation_mm == pytest.approx(expected.indentation_mm)
     assert (m.in_contact, m.quality) == (True, Quality.GOOD)
     assert 0 < m.force_std_n < 0.5
+
+
+def test_under_insufflation_the_model_sees_the_pressures_above_the_reference_and_a_denser_gas():
+    feed = Feed.locked()
+    feed.chain.reference_kpa = 1.6
+    m, own = feed.press(10.0), feed.chain.settings
+    denser = replace(own.circuit, ambient_kpa=own.circuit.ambient_kpa + 1.6)
+    initial_kpa, final_kpa = m.initial_kpa - 1.6, m.pressure_kpa - 1.6
+    assert m.force_n == pytest.approx(estimate(initial_kpa, final_kpa, own.balloon, denser).force_n)
+    assert m.force_n != pytest.approx(estimate(initial_kpa, final_kpa, own.balloon, own.circuit).force_n)
+
+
+@pytest.mark.parametrize("initial_kpa", [7.4, 7.6])
+def test_the_lower_limit_of_a_free_balloon_follows_its_baseline(initial_kpa):
+    feed = Feed.locked(initial_kpa)
+    m, own = feed.last, feed.chain.settings
+    at_half_a_kpa = estimate(m.initial_kpa, m.initial_kpa + 0.5, own.balloon, own.circuit)
+    assert m.force_low_n == pytest.approx(at_half_a_kpa.force_n, rel=2e-3)
 
 
 @pytest.mark.parametrize("rise_kpa", [0.1, 0.3, 0.45])

@@ -127,6 +127,18 @@ def test_a_clear_while_the_hosts_cause_lasts_fails_and_the_fault_stays(break_it)
     assert fault_of(drive) == fault
 
 
+def test_a_cause_that_comes_back_just_before_the_clear_ends_keeps_the_fault():
+    drive = Drive.zeroed()
+    drive.instrument.trip(HostFault.BOARD_RESET)
+    drive.must(CLEAR | {"command_sequence": 1})
+    drive.run(0.09)
+    drive.supply_mv = 4000
+    drive.feed()  # too few to trip by themselves
+    drive.silence(0.03)
+    assert drive.see().answer_result == "cause_persists"
+    assert fault_of(drive) == HostFault.BOARD_RESET
+
+
 def test_a_clear_without_a_rig_fails():
     drive = Drive.zeroed().silence(0.3)
     assert drive.order("clear_faults") == ("failed", "link_lost")

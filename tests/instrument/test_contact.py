@@ -48,6 +48,14 @@ def test_a_press_is_one_contact_with_the_pressure_before_it(rise_s):
     assert (press.tracker.in_contact, press.tracker.count, press.tracker.finished) == (False, 1, 1)
 
 
+@pytest.mark.parametrize("end_kpa", [8.02, 7.0])
+def test_the_baseline_begins_anew_where_a_contact_ended(end_kpa):
+    tracker = Press().to(9.0, 0.1).to(end_kpa, 0.002).tracker
+    assert (tracker.in_contact, tracker.initial_kpa) == (False, end_kpa)
+    tracker.step(end_kpa, True, DT_S)
+    assert tracker.drift_kpa_per_s == pytest.approx(0.0, abs=1e-4)
+
+
 def test_the_initial_pressure_is_the_minimum_before_the_rise():
     press = Press().to(7.7, 0.2).to(9.0, 0.2)
     assert press.tracker.initial_kpa == pytest.approx(7.7, abs=0.01)
@@ -63,7 +71,7 @@ def test_it_is_measured_anew_for_each_contact_while_the_balloon_leaks():
     assert press.tracker.count == press.tracker.finished == 3
 
 
-@pytest.mark.parametrize("trough_kpa", [8.05, 8.1, 8.2])
+@pytest.mark.parametrize("trough_kpa", [8.05, 8.1, 8.2, 8.28])
 def test_a_contact_that_comes_before_the_pressure_has_recovered_is_a_new_one(trough_kpa):
     press = Press().to(9.0, 0.1).stay(0.3).to(trough_kpa, 0.1)
     assert press.tracker.count == 1
@@ -72,7 +80,7 @@ def test_a_contact_that_comes_before_the_pressure_has_recovered_is_a_new_one(tro
     assert press.tracker.initial_kpa == pytest.approx(trough_kpa, abs=0.005)
 
 
-@pytest.mark.parametrize("eased_kpa", [8.9, 8.6, 8.4])
+@pytest.mark.parametrize("eased_kpa", [8.9, 8.6, 8.4, 8.33])
 def test_an_easing_hand_is_not_a_new_contact(eased_kpa):
     press = Press()
     for _ in range(5):

@@ -87,6 +87,17 @@ def test_the_interlocks_look_at_the_pressure_as_sampled_not_as_filtered():
     assert "overpressure" in drive.see().status
 
 
+@pytest.mark.parametrize(("broken", "few"), [({"adc_sum": 0}, 4), ({"adc_sum": 16 * 600}, 2)])
+def test_disturbed_samples_with_good_ones_between_them_trip_nothing(broken, few):
+    drive = Drive.holding()
+    for _ in range(10):
+        for _ in range(few):
+            drive.feed(**broken)
+        drive.feed()
+    assert drive.inflates
+    assert drive.see().first_fault == 0
+
+
 def test_a_hard_push_raises_the_force_alarm_within_one_sample():
     drive = Drive.holding()
     drive.push_kpa = 6.2

@@ -103,6 +103,14 @@ def test_thousands_of_peers_are_not_remembered_for_ever_and_the_busy_one_is():
     assert len(drive.instrument.peers._memories) <= 256
 
 
+def test_a_refusal_is_kept_while_255_others_write():
+    drive = Drive.zeroed()
+    assert drive.write(HOLD_8, PLC) == "state"
+    for number in range(255):
+        drive.must(SETPOINT, ("modbus_tcp", str(number)))
+    assert drive.see(PLC).refusal == "state"
+
+
 def test_with_the_write_lock_only_a_vent_passes():
     drive = Drive.ready(write_lock=True)
     for request in (SETPOINT, HOLD_8, LEASED, KEY):

@@ -191,6 +191,23 @@ def test_the_peak_is_that_of_the_last_finished_contact():
     assert drive.see().contact_counter == 3
 
 
+def test_a_baseline_is_old_after_a_minute_of_contact():
+    drive = pressed()
+    drive.instrument.chain.tracker.baseline_age_s = 59.9
+    assert "baseline_old" not in drive.see().status
+    drive.run(0.2)
+    assert "baseline_old" in drive.see().status
+
+
+@pytest.mark.parametrize(("kpa_per_s", "drifts"), [(-0.018, False), (-0.03, True)])
+def test_a_baseline_that_moves_faster_than_0_02_kpa_per_s_is_no_good_one(kpa_per_s, drifts):
+    drive = Drive.holding()
+    for _ in range(75):
+        drive.push_kpa += 0.1 * kpa_per_s
+        drive.run(0.1)
+    assert ("baseline_old" in drive.see().status) is drifts
+
+
 def test_counters_wrap_on_the_wire():
     drive = Drive.zeroed()
     drive.instrument.sample_counter = 2**32 - 2

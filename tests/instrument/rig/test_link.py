@@ -133,6 +133,17 @@ class TestSequence:
         link.feed(hello() + sample(65_534) + sample(2, 1), 0.0)
         assert link.lost_frames == 3
 
+    @pytest.mark.parametrize(("step", "new"), [(0x7FFF, True), (0x8000, False), (0xFFFF, False)])
+    def test_what_is_half_the_numbers_ahead_comes_from_behind(self, step, new):
+        link = ready()
+        assert bool(link.feed(sample(step), 0.01)) is new
+        assert (link.lost_frames, link.repeated_frames) == (step - 1 if new else 0, int(not new))
+
+    @pytest.mark.parametrize(("gap_us", "elapsed_s"), [(499_000, 0.499), (10_000_000, 0.5)])
+    def test_no_sample_stands_for_more_than_half_a_second(self, gap_us, elapsed_s):
+        (late,) = ready().feed(sample(1, gap_us), 0.01)
+        assert late.elapsed_s == pytest.approx(elapsed_s)
+
     def test_other_frames_have_no_part_in_it(self):
         link = ready()
         link.feed(

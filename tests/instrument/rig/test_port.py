@@ -105,8 +105,8 @@ def test_what_comes_makes_it_readable_and_is_read(far, port):
 
 def test_reading_nothing_does_not_wait(far, port):
     start_s = time.monotonic()
-    assert port.read() == b""
-    assert time.monotonic() - start_s < 0.05
+    assert {port.read() for _ in range(100)} == {b""}
+    assert time.monotonic() - start_s < 1.0  # a wait of 10 ms in each would show, a busy machine does not
 
 
 def test_what_is_written_arrives_byte_for_byte(far, port):
