@@ -22,6 +22,7 @@ class Postbox(QueueHandler):
 
     def __init__(self) -> None:
         super().__init__(Queue(MOST_WAITING))
+        self.setFormatter(logging.Formatter("%(message)s"))
         self._second = 0
         self._in_second = 0
         self._held_back = 0

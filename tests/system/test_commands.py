@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -205,5 +206,6 @@ def test_a_flood_of_log_lines_is_cut_and_counted():
     said = subprocess.run([sys.executable, "-c", talk], capture_output=True, text=True, check=True).stderr
     lines = said.splitlines()
     assert 20 <= len(lines) <= 41
+    assert re.fullmatch(r"\d\d:\d\d:\d\d line 0", lines[0])
     assert "last (" in lines[-1]
     assert "lines held back before" in lines[-1]
