@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 
@@ -21,7 +22,8 @@ def main() -> None:
     except BrokenPipeError:
         _end("", 0)
     except OSError as error:
-        _end(f"pneuforce: the output cannot be written: {error.strerror or error}", 2)
+        full = error.errno == errno.ENOSPC
+        _end(f"pneuforce: {'the output cannot be written: ' if full else ''}{error.strerror or error}", 2)
 
 
 def _end(sentence: str, code: int) -> None:

@@ -62,9 +62,10 @@ async def _work(
 ) -> None:
     working = asyncio.create_task(host.run(stop))
     try:
-        if modbus is not None and not stop.is_set():
-            await _listen(modbus, configuration)
-        print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
+        if not stop.is_set():
+            if modbus is not None:
+                await _listen(modbus, configuration)
+            print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
         gc.freeze()
         await working
         log.info("vented; ended")

@@ -61,10 +61,9 @@ class Link:
 
     phase: Phase = Phase.GREETING
     hello: Hello | None = None
-    board_restarts: int = 0  #: times that a board greeted with less uptime than it must have
+    board_restarts: int = 0  #: greetings by another board, or with less uptime than it must have
     lost_frames: int = 0  #: gaps in the sequence
     repeated_frames: int = 0
-    other_boards: int = 0  #: times that a board with another serial number greeted
     implausible_frames: int = 0  #: samples with a value that no board can send
     heard_bytes: int = 0
     command_sequence: int = 0  #: sequence of the last command sent
@@ -148,8 +147,6 @@ class Link:
         if self.hello is not None:
             passed_ms = (now_s - self._greeted_s) * 1e3 * (1 - CLOCK_TOLERANCE)
             least_ms = (self.hello.uptime_ms + passed_ms) % UPTIME_WRAP_MS - RESTART_MS
-            if hello.serial != self.hello.serial:
-                self.other_boards += 1
             if hello.uptime_ms < least_ms or hello.serial != self.hello.serial:
                 self.board_restarts += 1
                 self.restart()

@@ -1,23 +1,14 @@
 """Debian's mbpoll, a client that others wrote, against our server."""
 
-import os
-import shutil
 import subprocess
 
 import pytest
 
 from tests.registers.modbus.memory import MemorySource
 from tests.registers.modbus.serving import serving
+from tests.tools import needs
 
-
-@pytest.fixture(autouse=True)
-def _installed():
-    if shutil.which("mbpoll"):
-        return
-    missing = "mbpoll is missing: apt-get install mbpoll"
-    if os.environ.get("CI"):
-        pytest.fail(missing)
-    pytest.skip(missing)
+pytestmark = needs("mbpoll")
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import socket
 from contextlib import ExitStack
 from dataclasses import dataclass
 
+import can
 import pytest
 
 from instrument.cli.children import Child
@@ -36,6 +37,10 @@ class Stack:
         """A simulated rig at the end of the same cable."""
         self.sim = self.children.enter_context(Child("simulator", self.sim_arguments))
         self.sim.ready()
+
+    def robot(self):
+        """The CAN bus as a robot controller opens it."""
+        return can.Bus("can0", "socketcand", host="127.0.0.1", port=self.can_port, tcp_tune=True)
 
     def order(self, **what):
         """Command the simulated hand."""

@@ -148,10 +148,11 @@ def test_watching_as_json_gives_a_line_for_each_look(stack, bus):
         assert {"Force", "State", "Status"} <= {line["frame"] for line in lines}
 
 
-def test_sigterm_ends_a_host_that_still_greets_a_silent_port(tmp_path):
+@pytest.mark.parametrize("modbus", ["enabled = false", "port = 5999"])
+def test_sigterm_ends_a_host_that_still_greets_a_silent_port(tmp_path, modbus):
     board, port = os.openpty()
     file = tmp_path / "instrument.toml"
-    file.write_text(f'[rig]\nport = "{os.ttyname(port)}"\n[modbus]\nenabled = false\n')
+    file.write_text(f'[rig]\nport = "{os.ttyname(port)}"\n[modbus]\n{modbus}\n')
     host = subprocess.Popen(
         [sys.executable, "-m", "instrument", "run", "--config", str(file)], stderr=subprocess.PIPE, text=True
     )
@@ -209,3 +210,10 @@ def test_a_flood_of_log_lines_is_cut_and_counted():
     assert re.fullmatch(r"\d\d:\d\d:\d\d line 0", lines[0])
     assert "last (" in lines[-1]
     assert "lines held back before" in lines[-1]
+
+
+def test_watching_modbus_shows_each_register_in_its_own_unit(stack):
+    seen = pneuforce("watch", "modbus", "--port", str(stack.modbus_port), "--seconds", "0.2").stdout
+    assert re.search(r"sample_age \d+ ms", seen)
+    assert re.search(r"lease 0 ms", seen)
+    assert re.search(r"pressure -?\d\.\d{3} kPa", seen)

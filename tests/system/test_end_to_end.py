@@ -1,26 +1,20 @@
 """The main job, with every part real: bytes on a pty, sockets, and clients that others wrote."""
 
 import math
-import os
-import shutil
 import signal
 import subprocess
 import time
 
-import can
 import cantools
 import pytest
 
 from registers.modbus.client import PlcError
 from registers.views import VIEWS
 from tests.system.waiting import inflate, wait_for
+from tests.tools import needs
 
 DBC = cantools.database.load_string(VIEWS["dbc"].render(), "dbc")
 FORCE_ID = 0x185
-
-needs_mbpoll = pytest.mark.skipif(
-    shutil.which("mbpoll") is None and not os.environ.get("CI"), reason="apt-get install mbpoll"
-)
 
 
 def can_forces(bus, count):
@@ -35,12 +29,7 @@ def can_forces(bus, count):
 
 
 def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack):
-    with (
-        stack.plc() as plc,
-        can.Bus(
-            interface="socketcand", host="127.0.0.1", port=stack.can_port, channel="can0", tcp_tune=True
-        ) as bus,
-    ):
+    with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
         for applied_n in (1.5, 2.5):
             stack.order(press=applied_n)
@@ -66,7 +55,7 @@ def mbpoll(stack, *arguments):
     return subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
 
 
-@needs_mbpoll
+@needs("mbpoll")
 def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack):
     with stack.plc() as plc:
         inflate(plc, 6.0)
@@ -77,7 +66,7 @@ def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack):
         assert settled["pressure"] == pytest.approx(8.0, abs=0.12)
 
 
-@needs_mbpoll
+@needs("mbpoll")
 @pytest.mark.parametrize("arguments", [("8.0",), ("-B", "12.5"), ("-B", "nan"), ("-B", "-1")])
 def test_swapped_words_and_values_out_of_span_are_refused_and_change_nothing(stack, arguments):
     *order, value = arguments
@@ -129,12 +118,7 @@ def test_a_host_that_is_killed_leaves_a_board_that_vents_by_itself(stack):
 
 
 def test_a_host_that_slept_shows_nothing_old_and_is_tripped(stack):
-    with (
-        stack.plc() as plc,
-        can.Bus(
-            interface="socketcand", host="127.0.0.1", port=stack.can_port, channel="can0", tcp_tune=True
-        ) as bus,
-    ):
+    with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
         stack.order(press=2.0)
         wait_for(plc.read, lambda v: abs(v["force"] - 2.0) < 0.05)

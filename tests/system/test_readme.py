@@ -12,6 +12,7 @@ import pytest
 
 from tests.system.test_demo import Demo
 from tests.system.waiting import wait_for
+from tests.tools import needs
 
 TOP = Path(__file__).parents[2]
 README, RULES = ((TOP / name).read_text() for name in ("README.md", "docs/rules.md"))
@@ -116,6 +117,7 @@ def test_the_python_program_prints_forces(demo, tmp_path):
     assert all(FORCE.fullmatch(line) for line in lines), (lines, (tmp_path / "said").read_text())
 
 
+@needs("mbpoll")
 @pytest.mark.parametrize("text", [README, RULES], ids=["README", "rules"])
 def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, text):
     for line, comment in mbpoll_lines(text):
@@ -127,5 +129,6 @@ def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, text):
         assert (done.returncode == 0) == (not REFUSED.search(line)), (line, done.stderr)
 
 
+@needs("mbpoll")
 def test_the_recipes_end_with_the_balloon_held(demo):
     demo.until_holding()
