@@ -2,26 +2,46 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
+
+#: Volume of the paper's pipes [mm³] (Section IV-B), and the pressure of a standard day [kPa].
+TUBES_MM3 = 12.68e3
+AMBIENT_KPA = 101.325
+
+
+class Gas(NamedTuple):
+    """The gas of the circuit, reckoned at the temperature that the gas in the balloon has."""
+
+    amount_kpa_mm3: float  #: p·V of all of it [kPa·mm³], p absolute
+    tubes_mm3: float = TUBES_MM3  #: volume outside the balloon [mm³]
+    outside_kpa: float = AMBIENT_KPA  #: absolute pressure around the balloon [kPa]
 
 
 class BalloonState(NamedTuple):
     """The balloon at one instant."""
 
-    pressure_kpa: float  #: gauge pressure in the balloon [kPa]
-    radius_mm: float  #: radius that the same gas would give it without contact [mm]
+    pressure_kpa: float  #: in the balloon, above the pressure around it [kPa]
     indentation_mm: float  #: how far it is pressed in [mm]
     contact_radius_mm: float  #: radius of the flat contact area [mm]
     volume_mm3: float  #: gas in the balloon, without the tubes [mm³]
 
 
 class Plant(Protocol):
-    """A balloon and its tubes, in equilibrium at every instant; gas is counted as p·V, isothermal."""
+    """A balloon in equilibrium at every instant: no time, no valves, no sensor."""
 
-    def gas_kpa_mm3(self, pressure_kpa: float) -> float:
-        """Gas [kPa·mm³] in balloon and tubes at a gauge pressure [kPa], without contact."""
+    def radius_mm(self, pressure_kpa: float) -> float:
+        """Radius [mm] of the free balloon at a pressure above that around it [kPa]."""
         ...
 
-    def settle(self, gas_kpa_mm3: float, force_n: float) -> BalloonState:
-        """The balloon that holds this gas [kPa·mm³] under this force [N]."""
+    def settle(self, gas: Gas, force_n: float) -> BalloonState:
+        """The balloon that holds this gas under this force [N]: (p + outside)·(tubes + volume) = amount."""
         ...
+
+
+def amount_kpa_mm3(
+    plant: Plant, pressure_kpa: float, tubes_mm3: float = TUBES_MM3, outside_kpa: float = AMBIENT_KPA
+) -> float:
+    """Gas [kPa·mm³] in tubes and free balloon at a pressure above that around it [kPa]."""
+    volume_mm3 = 4 / 3 * math.pi * plant.radius_mm(pressure_kpa) ** 3
+    return (outside_kpa + pressure_kpa) * (tubes_mm3 + volume_mm3)

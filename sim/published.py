@@ -14,9 +14,11 @@ import numpy as np
 
 from instrument.model import Balloon, Circuit, estimate
 from instrument.model.balloon import LOWEST_RISE_KPA, sphere_volume
-from sim.plant import BalloonState
+from sim.plant import BalloonState, Gas
 
-FREE_KPA: list[float] = np.arange(-5.0, 30.0, 0.05).tolist()
+LOWEST_FREE_KPA, HIGHEST_FREE_KPA = -3.7, 40.0  # where the quadratic of Fig. 4 rises
+MIDDLE_KPA = 6.0
+FINEST_STEP_KPA, MOST_STEPS = 1e-9, 50
 INITIAL_STEP_KPA = 0.1
 LOWEST_INITIAL_KPA = 0.5
 HIGHEST_INITIAL_KPA = 18.0
@@ -64,39 +66,51 @@ def _solved(forces_n: np.ndarray) -> list[float]:
 
 
 class PublishedPlant:
-    """The paper's balloon and tubes. Construction takes about 0.2 s, a step some microseconds."""
+    """The paper's balloon. Construction takes about 0.1 s, a step some microseconds.
+
+    The law is tabulated for the circuit's own volume and ambient pressure; other gas moves along it by the
+    pressure that it would have without contact.
+    """
 
     def __init__(self, balloon: Balloon | None = None, circuit: Circuit | None = None) -> None:
         self.balloon = balloon or Balloon()
         self.circuit = circuit or Circuit()
-        self._free_gas = [self.gas_kpa_mm3(pressure) for pressure in FREE_KPA]
         switch_kpa = self.balloon.switch_kpa
         above_kpa = math.nextafter(switch_kpa, math.inf)
         self._caps = _Sheet(LOWEST_INITIAL_KPA, switch_kpa, self.balloon, self.circuit)
         self._sphere = _Sheet(above_kpa, HIGHEST_INITIAL_KPA, self.balloon, self.circuit)
 
-    def gas_kpa_mm3(self, pressure_kpa: float) -> float:
-        """Gas [kPa·mm³] at a gauge pressure [kPa] without contact: P_abs·(V_c + 4/3 π R_i³)."""
-        volume: float = self.circuit.volume_mm3 + sphere_volume(self.balloon.radius_mm(pressure_kpa))
-        return (self.circuit.ambient_kpa + pressure_kpa) * volume
+    def radius_mm(self, pressure_kpa: float) -> float:
+        """Radius R_i [mm] of the free balloon, by the quadratic of Fig. 4."""
+        radius: float = self.balloon.radius_mm(pressure_kpa)
+        return radius
 
-    def settle(self, gas_kpa_mm3: float, force_n: float) -> BalloonState:
-        """The balloon that holds this gas [kPa·mm³] under this force [N]."""
-        initial_kpa = self._initial_kpa(gas_kpa_mm3)
-        radius_mm: float = self.balloon.radius_mm(initial_kpa)
+    def settle(self, gas: Gas, force_n: float) -> BalloonState:
+        """The balloon that holds this gas under this force [N]."""
+        initial_kpa = self._initial_kpa(gas)
         rise_kpa, indentation_mm, contact_radius_mm = 0.0, 0.0, 0.0
         if force_n > 0:
             rise_kpa, indentation_mm, carried_n = self._press(initial_kpa, force_n)
+            radius_mm = self.radius_mm(initial_kpa)
             contact_radius_mm = _contact_radius(carried_n, initial_kpa + rise_kpa, radius_mm)
         final_kpa = initial_kpa + rise_kpa
-        volume = gas_kpa_mm3 / (self.circuit.ambient_kpa + final_kpa) - self.circuit.volume_mm3
-        return BalloonState(final_kpa, radius_mm, indentation_mm, contact_radius_mm, volume)
+        volume = gas.amount_kpa_mm3 / (gas.outside_kpa + final_kpa) - gas.tubes_mm3
+        return BalloonState(final_kpa, indentation_mm, contact_radius_mm, volume)
 
-    def _initial_kpa(self, gas_kpa_mm3: float) -> float:
-        right = min(max(bisect_left(self._free_gas, gas_kpa_mm3), 1), len(self._free_gas) - 1)
-        g0, g1 = self._free_gas[right - 1], self._free_gas[right]
-        p0, p1 = FREE_KPA[right - 1], FREE_KPA[right]
-        return p0 + (p1 - p0) * (gas_kpa_mm3 - g0) / (g1 - g0)
+    def _initial_kpa(self, gas: Gas) -> float:
+        """Pressure [kPa] of this gas without contact, by Newton; p·V rises with p throughout."""
+        pressure = MIDDLE_KPA
+        for _ in range(MOST_STEPS):
+            radius, slope = self.radius_mm(pressure), self.balloon.radius_slope_mm_per_kpa(pressure)
+            volume = gas.tubes_mm3 + sphere_volume(radius)
+            absolute = gas.outside_kpa + pressure
+            step = (absolute * volume - gas.amount_kpa_mm3) / (
+                volume + absolute * 4 * math.pi * radius**2 * slope
+            )
+            pressure = min(max(pressure - step, LOWEST_FREE_KPA), HIGHEST_FREE_KPA)
+            if abs(step) < FINEST_STEP_KPA:
+                break
+        return pressure
 
     def _press(self, initial_kpa: float, force_n: float) -> tuple[float, float, float]:
         """Below the table's ΔP_i the rise fades out with the pressure: an empty balloon carries nothing."""

@@ -36,6 +36,10 @@ class Balloon:
             * pressure_kpa
         )
 
+    def radius_slope_mm_per_kpa(self, pressure_kpa: Number) -> Number:
+        """Slope dR_i/dΔP_i [mm/kPa] of that quadratic."""
+        return 2 * self.radius_quadratic_mm_per_kpa2 * pressure_kpa + self.radius_linear_mm_per_kpa
+
     def thickness_mm(self, radius_mm: Number) -> Number:
         """Membrane thickness h [mm] at radius R_i: the membrane's own volume is constant."""
         return self.rest_thickness_mm * (self.rest_radius_mm / radius_mm) ** 2

@@ -1,6 +1,7 @@
 import pytest
 
 from instrument.rig.frames import ADC_FULL_SCALE, Valve
+from sim.plant import Gas, amount_kpa_mm3
 from sim.pneumatics import Pneumatics, PneumaticSettings
 from sim.published import PublishedPlant
 from sim.sensor import Sensor, SensorSettings
@@ -12,14 +13,14 @@ DT_S = 0.002
 
 def circuit(start_kpa, **settings):
     return Pneumatics(
-        PneumaticSettings(**settings), PLANT.gas_kpa_mm3(start_kpa), start_kpa, valves=Valve.VENT_CLOSED
+        PneumaticSettings(**settings), amount_kpa_mm3(PLANT, start_kpa), start_kpa, valves=Valve.VENT_CLOSED
     )
 
 
 def pressure_after(seconds, circuit, valves):
     for _ in range(round(seconds / DT_S)):
-        circuit.step(PLANT.settle(circuit.gas_kpa_mm3, 0).pressure_kpa, valves, DT_S)
-    return PLANT.settle(circuit.gas_kpa_mm3, 0).pressure_kpa
+        circuit.step(PLANT.settle(Gas(circuit.gas_kpa_mm3), 0).pressure_kpa, valves, DT_S)
+    return PLANT.settle(Gas(circuit.gas_kpa_mm3), 0).pressure_kpa
 
 
 @pytest.mark.parametrize("start_kpa", [3.0, 5.0, 8.0])

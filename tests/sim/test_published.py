@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from instrument.model import estimate
+from sim.plant import Gas, amount_kpa_mm3
 from sim.published import PublishedPlant
 
 PLANT = PublishedPlant()
@@ -13,15 +14,16 @@ RISES = [0.05, 0.3, 0.49, 0.51, 0.6, 0.77, 1.03, 2.21, 4.4, 7.9, 11.3]
 
 
 def pressed(initial_kpa, force_n):
-    return PLANT.settle(PLANT.gas_kpa_mm3(initial_kpa), force_n)
+    return PLANT.settle(Gas(amount_kpa_mm3(PLANT, initial_kpa)), force_n)
 
 
 def test_the_free_balloon_has_the_pressure_and_the_radius_that_its_gas_gives_it():
     for initial_kpa in np.linspace(0, 15, 61):
         state = pressed(float(initial_kpa), 0.0)
         assert state.pressure_kpa == pytest.approx(initial_kpa, abs=1e-4)
-        assert state.radius_mm == pytest.approx(PLANT.balloon.radius_mm(initial_kpa), abs=1e-4)
-        assert state.volume_mm3 == pytest.approx(4 / 3 * math.pi * state.radius_mm**3, rel=1e-4)
+        assert state.volume_mm3 == pytest.approx(
+            4 / 3 * math.pi * PLANT.radius_mm(initial_kpa) ** 3, rel=1e-4
+        )
         assert state.indentation_mm == state.contact_radius_mm == 0
 
 
