@@ -1,109 +1,121 @@
-"""The simulated hand: strokes of force, from a table or by command."""
+"""The simulated hand: plays the contacts of a scenario while the balloon is held, or what it is ordered."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from itertools import cycle
-from typing import NamedTuple
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
 
-#: The hand waits until the balloon has been held for this long.
+from sim.contacts.contact import Contact, Phase
+from sim.contacts.course import Course, stay, stroke
+from sim.contacts.push import Push
+
+#: The hand waits until the balloon has been held for this long at the phase's setpoint.
 READY_S = 1.0
-STEEPEST_N_PER_S = 10.0
-
-
-class Press(NamedTuple):
-    """One contact. Release takes as long as the rise."""
-
-    force_n: float
-    rise_s: float
-    hold_s: float
-    pause_s: float
-
-
-PRESSES = (
-    Press(1.5, 0.40, 1.8, 1.5),  # plateaus
-    Press(2.2, 0.50, 2.0, 1.2),
-    Press(1.0, 0.25, 0.05, 0.8),  # taps
-    Press(1.6, 0.30, 0.05, 0.8),
-    Press(3.0, 0.80, 1.5, 1.5),
-    Press(2.0, 2.50, 0.3, 1.2),  # a slow press
-    Press(1.8, 0.30, 0.10, 0.04),  # fast contacts, the next before the pressure has recovered
-    Press(2.2, 0.36, 0.10, 0.04),
-    Press(1.5, 0.30, 0.10, 1.5),
-    Press(0.8, 0.30, 1.6, 1.2),
-)
-
-
-class Stroke(NamedTuple):
-    """The force on its way from one value to another; slope and force are smooth."""
-
-    from_n: float
-    to_n: float
-    lasts_s: float
-
-    def at(self, t_s: float) -> float:
-        """Force [N] at a time since its start: half a cosine."""
-        if t_s >= self.lasts_s:
-            return self.to_n
-        return self.from_n + (self.to_n - self.from_n) * 0.5 * (1 - math.cos(math.pi * t_s / self.lasts_s))
-
-
-def stroke(from_n: float, to_n: float) -> Stroke:
-    """The fastest stroke that stays within 10 N/s."""
-    return Stroke(from_n, to_n, max(0.02, math.pi / 2 * abs(to_n - from_n) / STEEPEST_N_PER_S))
-
-
-def strokes(presses: tuple[Press, ...] = PRESSES) -> Iterator[Stroke]:
-    """The table as strokes, for ever."""
-    for press in cycle(presses):
-        yield Stroke(0.0, press.force_n, press.rise_s)
-        yield Stroke(press.force_n, press.force_n, press.hold_s)
-        yield Stroke(press.force_n, 0.0, press.rise_s)
-        yield Stroke(0.0, 0.0, press.pause_s)
+REST = Contact(Course.of(stay(0.0, 1e-3)))
 
 
 class Hand:
-    """Presses the balloon again and again while it is held, unless told otherwise."""
+    """Plays phases in order, again and again or once. A contact that is broken off comes again."""
 
-    def __init__(self, works: bool) -> None:
-        self.works = works  #: whether it goes through its table
-        self.force_n = 0.0
-        self._table = strokes()
-        self._stroke = Stroke(0.0, 0.0, 0.0)
-        self._since_s = 0.0
-        self._commanded = False  # a press by command overrides the table
+    def __init__(self, works: bool, phases: Sequence[Phase] | None = None, again: bool = True) -> None:
+        """Without phases it plays those of the scenario `demo`."""
+        self.works = works  #: whether it goes through its phases
+        self.push: Push
+        self._contact: Contact
+        self._since_s: float
+        self._pusher: Callable[[float], Push]
+        self._value: float  # force [N] or travel [mm]
+        self._turns = [
+            (phase.setpoint_kpa, contact) for phase in _or_demo(phases) for contact in phase.contacts
+        ]
+        self._turn = 0
+        self._again = again
+        self._plays = False  # a contact of the phases, not an ordered one
+        self._stays = False  # until released
+        self._orders: deque[Contact] = deque()
         self._held_s = 0.0
+        self._begin(REST)
+
+    @property
+    def setpoint_kpa(self) -> float:
+        """What the scenario wants the balloon to be held at now."""
+        return self._turns[min(self._turn, len(self._turns) - 1)][0]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all phases have been played, once."""
+        return self._turn == len(self._turns)
 
     def press(self, force_n: float) -> None:
         """Press with `force_n` and stay there until released."""
-        self._commanded = True
-        self._begin(stroke(self.force_n, force_n))
+        now_n = self.push.last_n
+        self._order([])
+        self._stays = True
+        self._begin(Contact(Course.of(stroke(now_n, force_n))))
 
     def release(self) -> None:
-        """Let go, and then go on with the table if the hand works."""
-        self._commanded = False
-        self._let_go()
+        """Let go, and then go on with the phases if the hand works."""
+        self._order([])
 
-    def step(self, held: bool, dt_s: float) -> float:
-        """Force [N], `dt_s` later; `held` says whether the board holds the balloon now."""
+    def play(self, contacts: Iterable[Contact]) -> None:
+        """Let go, play these once, and then go on with the phases if the hand works."""
+        self._order(contacts)
+
+    def step(self, held: bool, dt_s: float) -> Push:
+        """The push `dt_s` later; `held` says whether the board holds the balloon now."""
         self._held_s = self._held_s + dt_s if held else 0.0
         self._since_s += dt_s
-        if not self._commanded:
-            self._follow_table()
-        self.force_n = self._stroke.at(self._since_s)
-        return self.force_n
+        if self._plays and not self._ready:
+            self._let_go()
+        elif self._since_s >= self._contact.course.lasts_s:
+            self._go_on()
+        self._value = self._contact.course.at(self._since_s)
+        self.push = self._pusher(self._value)
+        return self.push
 
-    def _follow_table(self) -> None:
-        if not (self.works and self._held_s > READY_S):
-            if self._stroke.to_n > 0:
-                self._let_go()
-        elif self._since_s >= self._stroke.lasts_s:
-            self._begin(next(self._table))
+    @property
+    def _ready(self) -> bool:
+        return self.works and self._held_s > READY_S
+
+    def _go_on(self) -> None:
+        if self._plays:
+            self._plays = False
+            self._next_turn()
+        if self._orders:
+            self._begin(self._orders.popleft())
+        elif self._ready and not self._stays and not self.finished:
+            self._plays = True
+            self._begin(self._turns[self._turn][1])
+
+    def _next_turn(self) -> None:
+        """Another setpoint takes its time: whoever commands the board has to follow."""
+        before_kpa = self.setpoint_kpa
+        self._turn += 1
+        if self._again and self.finished:
+            self._turn = 0
+        if self.setpoint_kpa != before_kpa:
+            self._held_s = 0.0
+
+    def _order(self, contacts: Iterable[Contact]) -> None:
+        self._orders = deque(contacts)
+        self._stays = False
+        self._let_go()
 
     def _let_go(self) -> None:
-        self._begin(stroke(self.force_n, 0.0))
-        self._table = strokes()
+        self._plays = False
+        self._contact = self._contact._replace(course=Course.of(stroke(self._value, 0.0)))
+        self._since_s = 0.0
 
-    def _begin(self, stroke: Stroke) -> None:
-        self._stroke, self._since_s = stroke, 0.0
+    def _begin(self, contact: Contact) -> None:
+        self._contact, self._since_s = contact, 0.0
+        self._pusher = contact.pusher()
+        self._value = contact.course.at(0.0)
+        self.push = self._pusher(self._value)
+
+
+def _or_demo(phases: Sequence[Phase] | None) -> Sequence[Phase]:
+    if phases is not None:
+        return phases
+    from sim.scenario import load
+
+    return load("demo").phases

@@ -21,7 +21,8 @@ class Truth(NamedTuple):
 
     sample: int  #: samples sent since boot; its low 16 bits are the frame's sequence
     t_s: float  #: time since the board booted
-    force_n: float
+    force_n: float  #: that the balloon carries, along its axis
+    applied_n: float  #: all of it, oblique parts included
     initial_kpa: float  #: pressure that the same gas would have without contact
     radius_mm: float  #: radius that the same gas would give without contact
     indentation_mm: float
@@ -47,13 +48,14 @@ class Rig:
         self._pneumatics = Pneumatics(pneumatics or PneumaticSettings(), amount_kpa_mm3(plant, 0.0))
         self._sensor = Sensor(sensor or SensorSettings(), seed)
         self._steps = 0
+        self._force_n = 0.0
         self._balloon = plant.settle(self._gas, 0.0)
 
     def step(self, received: bytes = b"") -> bytes:
         """What the board sends 2 ms later, having received these bytes."""
         self._steps += 1
-        force_n = self.hand.step(self.board.holds, STEP_S)
-        self._balloon = self._plant.settle(self._gas, force_n)
+        self._force_n = self.hand.step(self.board.holds, STEP_S).force_n(self._indentation_mm)
+        self._balloon = self._plant.settle(self._gas, self._force_n)
         self._pneumatics.step(self._balloon.pressure_kpa, self.board.valves, STEP_S)
         adc_sum = self._sensor.adc_sum(self._pneumatics.sensor_kpa, STEP_S)
         return self.board.step(self._steps * STEP_US, adc_sum, SUPPLY_MV, received)
@@ -61,6 +63,9 @@ class Rig:
     @property
     def _gas(self) -> Gas:
         return Gas(self._pneumatics.gas_kpa_mm3)
+
+    def _indentation_mm(self, force_n: float) -> float:
+        return self._plant.settle(self._gas, force_n).indentation_mm
 
     @property
     def truth(self) -> Truth:
@@ -70,7 +75,8 @@ class Rig:
         return Truth(
             self.board.samples,
             self._steps * STEP_S,
-            self.hand.force_n,
+            self._force_n,
+            self._force_n / self.hand.push.cosine,
             initial_kpa,
             self._plant.radius_mm(initial_kpa),
             balloon.indentation_mm,

@@ -1,0 +1,56 @@
+"""Recorded courses of force: a CSV with the columns t_s and force_n."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from sim.contacts.course import Recorded
+from sim.contacts.tissue import HARDEST_N
+
+HEADER = ["t_s", "force_n"]
+
+
+def recorded(path: Path) -> Recorded:
+    """The course in a file, its time counted from the first row.
+
+    Raises ValueError with the file and the row where a number is missing, time does not go on, or a force
+    is outside 0 to 20 N.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            points = list(_points(path, file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path}: cannot be read: {error}") from None
+    if len(points) < 2:
+        raise ValueError(f"{path}: two rows at least make a course")
+    begin_s = points[0][0]
+    return Recorded(tuple(t_s - begin_s for t_s, _ in points), tuple(force_n for _, force_n in points))
+
+
+def _points(path: Path, file: Iterator[str]) -> Iterator[tuple[float, float]]:
+    rows = csv.reader(file)
+    if [name.strip() for name in next(rows, [])] != HEADER:
+        raise ValueError(f"{path}, row 1: the header must be {','.join(HEADER)}")
+    before_s = -math.inf
+    for number, row in enumerate(rows, 2):
+        if row:
+            t_s, force_n = _point(f"{path}, row {number}", row)
+            if not t_s > before_s:
+                raise ValueError(f"{path}, row {number}: time must rise, from {before_s:g} s to {t_s:g} s")
+            before_s = t_s
+            yield t_s, force_n
+
+
+def _point(place: str, row: list[str]) -> tuple[float, float]:
+    try:
+        t_s, force_n = (float(cell) for cell in row)
+    except ValueError:
+        raise ValueError(f"{place}: two numbers are expected, not {','.join(row)!r}") from None
+    if not math.isfinite(t_s):
+        raise ValueError(f"{place}: {t_s} is not a time")
+    if not 0 <= force_n <= HARDEST_N:
+        raise ValueError(f"{place}: {force_n:g} N is outside 0 to {HARDEST_N:g} N")
+    return t_s, force_n
