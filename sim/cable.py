@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tty
+from contextlib import suppress
 from pathlib import Path
 
 READ_BYTES = 4096
@@ -17,13 +18,26 @@ class Cable:
 
         Raises FileExistsError where `link` is something else than a symlink, or OSError.
         """
+        self._link = link
+        self.plug()
+
+    def plug(self) -> None:
+        """Plug in: the port may have another name than before, the link points to it."""
         self._board_end, self._host_end = os.openpty()
         tty.setraw(self._host_end)
         os.set_blocking(self._board_end, False)
         self.port = os.ttyname(self._host_end)
-        self._link = link
-        if link:
-            _point(link, self.port)
+        self.plugged = True
+        if self._link:
+            _point(self._link, self.port)
+
+    def pull(self) -> None:
+        """Unplug: the host's port is gone, and the link if it still is ours."""
+        self.plugged = False
+        if self._link and self._link.is_symlink() and os.readlink(self._link) == self.port:
+            self._link.unlink()
+        os.close(self._board_end)
+        os.close(self._host_end)
 
     def fileno(self) -> int:
         """Descriptor that becomes readable when the host has written."""
@@ -31,24 +45,24 @@ class Cable:
 
     def read(self) -> bytes:
         """Bytes that the host has written, without waiting."""
+        if not self.plugged:
+            return b""
         try:
             return os.read(self._board_end, READ_BYTES)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes) -> None:
-        """Send to the host; what does not fit is dropped."""
-        try:
-            os.write(self._board_end, data)
-        except BlockingIOError:
+        """Send to the host; what does not fit, or finds nobody, is dropped."""
+        if not self.plugged:
             return
+        with suppress(BlockingIOError):
+            os.write(self._board_end, data)
 
     def close(self) -> None:
-        """Unplug, and take the symlink away if it still is ours."""
-        if self._link and self._link.is_symlink() and os.readlink(self._link) == self.port:
-            self._link.unlink()
-        os.close(self._board_end)
-        os.close(self._host_end)
+        """Unplug for good."""
+        if self.plugged:
+            self.pull()
 
 
 def _point(link: Path, target: str) -> None:

@@ -32,6 +32,7 @@ class Board:
 
     def __init__(self, serial: int = 1) -> None:
         self.serial = serial
+        self.version = PROTOCOL_VERSION  #: of the frames that it sends, and of the hosts that it listens to
         self.samples = 0  #: sent since boot; a sample's sequence is its low 16 bits
         self._pressure = Pressure()
         self._decoder = Decoder.of_host()
@@ -62,7 +63,7 @@ class Board:
         """Answer a greeting, obey the rest. Before its greeting a host may only vent."""
         message = frame.message
         if isinstance(message, Identify):
-            if frame.version == PROTOCOL_VERSION:
+            if frame.version == self.version:
                 self._identified = True
                 self._pressure.greet()
             return self._hello()
@@ -100,7 +101,7 @@ class Board:
 
     def _other(self, message: Message) -> bytes:
         self._others += 1
-        return encode(message, self._others)
+        return encode(message, self._others, self.version)
 
     def _sample(self, adc_sum: int) -> bytes:
         if not self._identified:
@@ -120,4 +121,5 @@ class Board:
                 setpoint_pa=round(now.setpoint_kpa * 1e3),
             ),
             self.samples,
+            self.version,
         )
