@@ -7,13 +7,12 @@ from typing import NamedTuple
 from instrument.rig.frames import SAMPLES_PER_S
 from sim.board import Board
 from sim.hand import Hand
-from sim.plant import Gas, Plant, amount_kpa_mm3
+from sim.plant import Plant, amount_kpa_mm3
 from sim.pneumatics import Pneumatics, PneumaticSettings
 from sim.sensor import Sensor, SensorSettings
 
 STEP_US = 1_000_000 // SAMPLES_PER_S
 STEP_S = STEP_US * 1e-6
-SUPPLY_MV = 5000
 
 
 class Truth(NamedTuple):
@@ -28,11 +27,14 @@ class Truth(NamedTuple):
     indentation_mm: float
     contact_radius_mm: float
     volume_mm3: float
-    balloon_kpa: float
+    balloon_kpa: float  #: above the pressure around the balloon
 
 
 class Rig:
-    """A rig that has just been switched on. The same seed and the same bytes give the same bytes."""
+    """A rig that has just been switched on. The same seed and the same bytes give the same bytes.
+
+    What a fault changes is a plain attribute of the rig, its pneumatics or its sensor.
+    """
 
     def __init__(
         self,
@@ -43,44 +45,55 @@ class Rig:
         sensor: SensorSettings | None = None,
     ) -> None:
         self.hand = hand
-        self.board = Board()
+        settings = pneumatics or PneumaticSettings()
+        outside_kpa = settings.ambient_kpa + settings.reference_kpa
+        gas_kpa_mm3 = amount_kpa_mm3(plant, 0.0, settings.tubes_mm3, outside_kpa)
+        self.pneumatics = Pneumatics(settings, gas_kpa_mm3)
+        self.sensor = Sensor(sensor or SensorSettings(), seed)
+        self.supply_mv = 5000  #: of sensor and ADC
+        self.clock_rate = 1.0  #: of the board's crystal, as a multiple of what it should be
+        self.frozen_board = False  #: its clock stands
         self._plant = plant
-        self._pneumatics = Pneumatics(pneumatics or PneumaticSettings(), amount_kpa_mm3(plant, 0.0))
-        self._sensor = Sensor(sensor or SensorSettings(), seed)
-        self._steps = 0
         self._force_n = 0.0
-        self._balloon = plant.settle(self._gas, 0.0)
+        self._balloon = plant.settle(self.pneumatics.gas, 0.0)
+        self.reset_board()
+
+    def reset_board(self) -> None:
+        """The board boots; the valves fall back to where they are without current."""
+        self.board = Board()
+        self._steps = 0
+        self._board_us = 0.0
 
     def step(self, received: bytes = b"") -> bytes:
         """What the board sends 2 ms later, having received these bytes."""
         self._steps += 1
         self._force_n = self.hand.step(self.board.holds, STEP_S).force_n(self._indentation_mm)
-        self._balloon = self._plant.settle(self._gas, self._force_n)
-        self._pneumatics.step(self._balloon.pressure_kpa, self.board.valves, STEP_S)
-        adc_sum = self._sensor.adc_sum(self._pneumatics.sensor_kpa, STEP_S)
-        return self.board.step(self._steps * STEP_US, adc_sum, SUPPLY_MV, received)
-
-    @property
-    def _gas(self) -> Gas:
-        return Gas(self._pneumatics.gas_kpa_mm3)
+        self._balloon = self._plant.settle(self.pneumatics.gas, self._force_n)
+        self.pneumatics.step(self._balloon, self.board.valves, STEP_S)
+        adc_sum = self.sensor.adc_sum(self.pneumatics.sensor_kpa, STEP_S)
+        if not self.frozen_board:
+            self._board_us += STEP_US * self.clock_rate
+        supply_mv = self.supply_mv + self.sensor.ripple_mv(self._steps * STEP_S)
+        return self.board.step(round(self._board_us), adc_sum, supply_mv, received)
 
     def _indentation_mm(self, force_n: float) -> float:
-        return self._plant.settle(self._gas, force_n).indentation_mm
+        return self._plant.settle(self.pneumatics.gas, force_n).indentation_mm
 
     @property
     def truth(self) -> Truth:
         """The truth behind the last sample."""
         balloon = self._balloon
-        initial_kpa = self._plant.settle(self._gas, 0.0).pressure_kpa
+        growth = 1 + self.pneumatics.creep.growth
+        initial_kpa = self._plant.settle(self.pneumatics.gas, 0.0).pressure_kpa
         return Truth(
             self.board.samples,
             self._steps * STEP_S,
             self._force_n,
             self._force_n / self.hand.push.cosine,
             initial_kpa,
-            self._plant.radius_mm(initial_kpa),
+            self._plant.radius_mm(initial_kpa) * growth ** (1 / 3),
             balloon.indentation_mm,
             balloon.contact_radius_mm,
-            balloon.volume_mm3,
+            balloon.volume_mm3 * growth,
             balloon.pressure_kpa,
         )

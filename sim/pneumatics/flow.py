@@ -1,0 +1,42 @@
+"""Gas through an orifice, by ISO 6358-1: choked, subcritical, and straight near no drop at all."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+#: Reference pressure of ISO 6358 (ISO 8778) [kPa]; its 20 °C are those at which gas is counted here.
+REFERENCE_KPA = 100.0
+#: Above this ratio the flow is laminar (ISO 6358-1 has 0.999); a root there would chatter.
+LAMINAR_RATIO = 0.999
+
+
+@dataclass(frozen=True, slots=True)
+class Orifice:
+    """A restriction: sonic conductance C and critical pressure ratio b."""
+
+    conductance_mm3_per_s_kpa: float
+    critical_ratio: float
+    laminar_ratio: float = LAMINAR_RATIO
+    _laminar_share: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Where the straight line meets the ellipse."""
+        object.__setattr__(self, "_laminar_share", self._ellipse(self.laminar_ratio))
+
+    def flow(self, upstream_kpa: float, downstream_kpa: float) -> float:
+        """Gas [kPa·mm³/s at 20 °C] from one absolute pressure to another; negative where it runs back."""
+        if downstream_kpa > upstream_kpa:
+            return -self.flow(downstream_kpa, upstream_kpa)
+        ratio = downstream_kpa / upstream_kpa
+        if ratio <= self.critical_ratio:
+            share = 1.0
+        elif ratio < self.laminar_ratio:
+            share = self._ellipse(ratio)
+        else:
+            share = self._laminar_share * (1 - ratio) / (1 - self.laminar_ratio)
+        return REFERENCE_KPA * self.conductance_mm3_per_s_kpa * upstream_kpa * share
+
+    def _ellipse(self, ratio: float) -> float:
+        """Share of the choked flow, √(1 − ((r − b)/(1 − b))²)."""
+        return math.sqrt(1 - ((ratio - self.critical_ratio) / (1 - self.critical_ratio)) ** 2)
