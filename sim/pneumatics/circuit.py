@@ -73,7 +73,7 @@ class Pneumatics:
 
     @property
     def gas(self) -> Gas:
-        """The gas that the balloon shares. Creep divides amount and tubes, and multiplies the volume found."""
+        """The gas that the balloon shares. Creep divides it, and multiplies the volume that is found."""
         balloon = self.balloon_warmth.ratio / (1 + self.creep.growth)
         heat = self.compression.ratio
         if self._kept_kpa_mm3 is not None:
