@@ -11,6 +11,7 @@ from typing import Any
 
 from sim.hand import Hand
 from sim.rig import Truth
+from sim.scenario import ScenarioError, contacts_of
 
 MOST_CLIENTS = 16
 LONGEST_LINE_BYTES = 4096
@@ -64,7 +65,8 @@ class Control:
         line = b""
         for client in list(self._clients.values()):
             if client.truth_every and truth.sample % client.truth_every == 0:
-                line = line or json.dumps(truth._asdict()).encode() + b"\n"
+                told = {**truth._asdict(), "setpoint_kpa": self._hand.setpoint_kpa}
+                line = line or json.dumps(told).encode() + b"\n"
                 self._send(client, line)
 
     def close(self) -> None:
@@ -104,7 +106,7 @@ class Control:
         try:
             self._obey(client, json.loads(line))
         except (ValueError, RecursionError) as error:
-            sentence = str(error) if isinstance(error, Refused) else "not a line of JSON"
+            sentence = str(error) if isinstance(error, Refused | ScenarioError) else "not a line of JSON"
             self._send(client, json.dumps({"error": sentence}).encode() + b"\n")
 
     def _obey(self, client: Client, request: Any) -> None:
@@ -126,6 +128,8 @@ class Control:
             self._hand.press(float(value))
         elif key == "release":
             self._hand.release()
+        elif key == "contact":
+            self._hand.play(contacts_of(value))
         else:
             self._hand.works = value
 
@@ -162,5 +166,6 @@ REQUESTS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     ),
     "press": (lambda v: _is_number(v) and 0 <= v <= HARDEST_N, f"a force from 0 to {HARDEST_N:g} N"),
     "release": (lambda v: v is True, "true"),
+    "contact": (lambda v: isinstance(v, dict), "an object like a contact of a scenario"),
     "hand": (lambda v: isinstance(v, bool), "true or false"),
 }

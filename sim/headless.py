@@ -1,4 +1,4 @@
-"""A scenario played in virtual time, by the least host that a board needs. No port, no process, no waiting."""
+"""A scenario played in virtual time by the least host that a board needs: no port, no process, no waiting."""
 
 from __future__ import annotations
 

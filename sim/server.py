@@ -13,9 +13,9 @@ from pathlib import Path
 
 from sim.cable import Cable
 from sim.control import Control
-from sim.hand import Hand
-from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
+from sim.scenario import load
+from sim.staging import rig_of
 
 #: Samples that were missed while the process slept are made up for, but no more than this.
 LONGEST_LAG_S = 0.1
@@ -27,20 +27,23 @@ class Options:
 
     link: str = ""  #: where a symlink to the port is made; empty for none
     control_port: int = 0  #: 0 for a free one
-    seed: int = 1
+    scenario: str = "demo"  #: name of one of the library, or a file
+    seed: int | None = None  #: instead of the scenario's
     hand: bool = True  #: whether the simulated hand presses the balloon
 
 
 def serve(options: Options) -> None:
     """Run until SIGTERM or SIGINT. Prints one JSON line: port, link, control.
 
-    Raises OSError where the link or the control port cannot be had.
+    Raises OSError where the link or the control port cannot be had, ScenarioError.
     """
     ended = _ending()
-    hand = Hand(options.hand)
-    rig = Rig(PublishedPlant(), hand, options.seed)
+    scenario = load(options.scenario)
+    if options.seed is not None:
+        scenario = scenario.model_copy(update={"seed": options.seed})
+    rig = rig_of(scenario, options.hand)
     link = Path(options.link) if options.link else None
-    with closing(Control(options.control_port, hand)) as control, closing(Cable(link)) as cable:
+    with closing(Control(options.control_port, rig.hand)) as control, closing(Cable(link)) as cable:
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
         _run(rig, cable, control, ended)
 

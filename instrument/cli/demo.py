@@ -21,12 +21,13 @@ from instrument.cli.panel import EVENTS, Ports, panel, plain_line
 from registers.can.bus import BusAt
 from registers.modbus.client import Plc, PlcError
 
-SETPOINT_KPA = 8.0
 PANEL_HZ = 5
 
 
-def run_demo(seconds: float | None, ports: Ports, seed: int) -> int:
+def run_demo(seconds: float | None, ports: Ports, rig: Sequence[str]) -> int:
     """Run the demo until `seconds` have passed, Ctrl-C or SIGTERM; returns the exit code.
+
+    `rig` is what the simulator is started with.
 
     Raises ChildFailed where a part cannot start or ends by itself.
     """
@@ -35,7 +36,7 @@ def run_demo(seconds: float | None, ports: Ports, seed: int) -> int:
         signal.signal(number_, lambda *_: stop.set())
     with ExitStack() as stack, suppress(Stopped):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
-        control_port, (sim, hub, host) = _start(stack, folder, ports, seed, stop)
+        control_port, (sim, hub, host) = _start(stack, folder, ports, rig, stop)
         plc = stack.enter_context(Plc.connect(port=ports.modbus))
         observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), control_port)
         observer.start()
@@ -45,16 +46,14 @@ def run_demo(seconds: float | None, ports: Ports, seed: int) -> int:
 
 
 def _start(
-    stack: ExitStack, folder: Path, ports: Ports, seed: int, stop: Event
+    stack: ExitStack, folder: Path, ports: Ports, rig: Sequence[str], stop: Event
 ) -> tuple[int, tuple[Child, Child, Child]]:
     """Control port of the simulator, and the three processes.
 
     They start in the order in which each needs the other, and end in the reverse one.
     """
     link = folder / "rig"
-    sim = stack.enter_context(
-        Child("simulator", ["instrument", "sim", "--link", str(link), "--seed", str(seed)])
-    )
+    sim = stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link), *rig]))
     hub = stack.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(ports.can)]))
     control_port = sim.ready(stop)["control"]
     hub.ready(stop)
@@ -69,23 +68,41 @@ def _start(
 
 
 class Script:
-    """The demo's own commands: vent, setpoint, hold, once; none where a client has commanded before."""
+    """The demo's own commands: vent, setpoint, hold, then the scenario's setpoints; none after a client's."""
 
     def __init__(self, port: int) -> None:
         self._port = port
+        self._told_kpa = (math.nan, math.nan)  # the last two: what is seen may be older than what was told
         self._done = False
 
-    def step(self, seen: dict[str, Any]) -> None:
+    def step(self, seen: dict[str, Any], wanted_kpa: float) -> None:
         """Inflate as soon as the sensor has its zero; a refusal means that a client has taken over."""
-        if self._done or "not_zeroed" in seen.get("status", {"not_zeroed"}):
+        if (
+            self._done
+            or "not_zeroed" in seen.get("status", {"not_zeroed"})
+            or wanted_kpa == self._told_kpa[0]
+        ):
             return
-        self._done = True
-        if math.isfinite(number(seen, "setpoint_requested")) or seen["lease_holder"] != "none":
-            return
-        with suppress(PlcError), Plc.connect(port=self._port) as plc:
-            plc.write("mode", "vent")
-            plc.write("setpoint_requested", SETPOINT_KPA)
-            plc.write("mode", "hold")
+        requested_kpa = number(seen, "setpoint_requested")
+        ours = any(math.isclose(requested_kpa, told_kpa, rel_tol=1e-6) for told_kpa in self._told_kpa)
+        first = math.isnan(requested_kpa) and math.isnan(self._told_kpa[0])
+        self._done = not (ours or first) or seen["lease_holder"] != "none"
+        if math.isfinite(wanted_kpa) and not self._done:
+            self._done = not self._tell(wanted_kpa, first)
+
+    def _tell(self, wanted_kpa: float, first: bool) -> bool:
+        """Write what is wanted; whether it was accepted."""
+        self._told_kpa = (wanted_kpa, self._told_kpa[0])
+        try:
+            with Plc.connect(port=self._port) as plc:
+                if first:
+                    plc.write("mode", "vent")
+                plc.write("setpoint_requested", wanted_kpa)
+                if first:
+                    plc.write("mode", "hold")
+        except PlcError:
+            return False
+        return True
 
 
 def _show(
@@ -103,7 +120,7 @@ def _show(
                     raise child.failure()
             if observer.failure is not None:
                 raise ChildFailed(str(observer.failure))
-            script.step(observer.seen.modbus)
+            script.step(observer.seen.modbus, number(observer.seen.truth, "setpoint_kpa"))
             update(elapsed_s)
 
 
