@@ -42,6 +42,10 @@ class BusName(Enum):
 
 
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+ScenarioName = Annotated[
+    str, typer.Option(help="What happens: a name of pneuforce sim --list, or a TOML file.")
+]
+Seed = Annotated[int | None, typer.Option(help="Seed of the noise, instead of the scenario's.", min=0)]
 Seconds = Annotated[
     float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, at Ctrl-C.")
 ]
@@ -54,7 +58,8 @@ def demo(
     can_port: Annotated[
         int, typer.Option(help="TCP port of the CAN hub (socketcand protocol).", min=1, max=65535)
     ] = 29536,
-    seed: Annotated[int, typer.Option(help="Seed of the simulated rig's noise.")] = 1,
+    scenario: ScenarioName = "demo",
+    seed: Seed = None,
 ) -> None:
     """The whole instrument on a simulated rig: contacts, live panel, Modbus and CAN to try out.
 
@@ -63,8 +68,10 @@ def demo(
     """
     from instrument.cli.demo import run_demo
     from instrument.cli.panel import Ports
+    from instrument.cli.scenarios import checked
 
-    raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), seed))
+    rig = ["--scenario", checked(scenario), *([] if seed is None else ["--seed", str(seed)])]
+    raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), rig))
 
 
 @app.command()
@@ -86,18 +93,29 @@ def sim(
     control_port: Annotated[
         int, typer.Option(help="TCP port for truth and the hand; 0 takes a free one.")
     ] = 0,
-    hand: Annotated[bool, typer.Option(help="Let the simulated hand press again and again.")] = True,
-    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 1,
+    scenario: ScenarioName = "demo",
+    hand: Annotated[bool, typer.Option(help="Let the simulated hand play the scenario.")] = True,
+    seed: Seed = None,
+    show: Annotated[bool, typer.Option("--list", help="Say which scenarios there are.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Run the rig simulator alone: a board on a serial port (a pty), its truth on a control port.
 
     Prints one JSON line that names both. Connect an instrument with [rig] port = the link.
     """
+    from instrument.cli.scenarios import checked, listed
     from instrument.errors import RigError
     from sim.server import Options, serve
 
+    if show:
+        typer.echo(listed(as_json))
+        return
     try:
-        serve(Options(link=str(link), control_port=control_port, seed=seed, hand=hand))
+        serve(
+            Options(
+                link=str(link), control_port=control_port, scenario=checked(scenario), seed=seed, hand=hand
+            )
+        )
     except OSError as error:
         raise RigError(f"the simulator cannot start: {error}") from None
 
