@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +19,9 @@ from sim.plant import BalloonState, Gas
 
 LOWEST_FREE_KPA, HIGHEST_FREE_KPA = -3.7, 40.0  # where the quadratic of Fig. 4 rises
 MIDDLE_KPA = 6.0
-FINEST_STEP_KPA, MOST_STEPS = 1e-9, 50
+#: Newton doubles the digits with each step: after one that is this short the rest is below 1e-7 kPa.
+CLOSE_KPA = 1e-3
+FOUR_PI = 4 * math.pi
 INITIAL_STEP_KPA = 0.1
 LOWEST_INITIAL_KPA = 0.5
 HIGHEST_INITIAL_KPA = 18.0
@@ -40,22 +43,38 @@ class _Sheet:
 
     def press(self, initial_kpa: float, force_n: float) -> tuple[float, float, float]:
         """Rise [kPa], indentation [mm], and the force [N] as far as the table goes."""
-        place = (initial_kpa - self.low_kpa) / self.step_kpa
-        row = min(max(int(place), 0), len(self.forces_n) - 2)
-        w = min(max(place - row, 0.0), 1.0)
+        row, w = self._place(initial_kpa)
         low, high = self.forces_n[row], self.forces_n[row + 1]
 
         def force(column: int) -> float:
             return low[column] + w * (high[column] - low[column])
 
-        last = min(len(low), len(high)) - 1
-        right = max(1, bisect_left(range(last), force_n, key=force))
-        f0, f1 = force(right - 1), force(right)
+        right = _column(low, high, force_n, force)
+        left = right - 1
+        f0, f1 = force(left), force(right)
         share = min((force_n - f0) / (f1 - f0), 1.0)
         d_low, d_high = self.indentations_mm[row], self.indentations_mm[row + 1]
-        d0, d1 = (d_low[c] + w * (d_high[c] - d_low[c]) for c in (right - 1, right))
-        rise = RISES_KPA[right - 1] + share * (RISES_KPA[right] - RISES_KPA[right - 1])
+        d0 = d_low[left] + w * (d_high[left] - d_low[left])
+        d1 = d_low[right] + w * (d_high[right] - d_low[right])
+        rise = RISES_KPA[left] + share * (RISES_KPA[right] - RISES_KPA[left])
         return rise, d0 + share * (d1 - d0), f0 + share * (f1 - f0)
+
+    def _place(self, initial_kpa: float) -> tuple[int, float]:
+        """The row below ΔP_i, and how far ΔP_i is on the way to the next one."""
+        place = (initial_kpa - self.low_kpa) / self.step_kpa
+        row = min(max(int(place), 0), len(self.forces_n) - 2)
+        return row, min(max(place - row, 0.0), 1.0)
+
+
+def _column(low: list[float], high: list[float], force_n: float, force: Callable[[int], float]) -> int:
+    """The column at or after which the force between two rows reaches `force_n`, not the first one.
+
+    It lies between the columns in which the two rows do: that leaves two or three to look at.
+    """
+    last = min(len(low), len(high)) - 1
+    in_low, in_high = bisect_left(low, force_n, 0, last), bisect_left(high, force_n, 0, last)
+    first, end = (in_low, in_high) if in_low < in_high else (in_high, in_low)
+    return bisect_left(range(last), force_n, first, end, key=force) or 1
 
 
 def _solved(forces_n: np.ndarray) -> list[float]:
@@ -75,6 +94,11 @@ class PublishedPlant:
     def __init__(self, balloon: Balloon | None = None, circuit: Circuit | None = None) -> None:
         self.balloon = balloon or Balloon()
         self.circuit = circuit or Circuit()
+        self._radius = (
+            self.balloon.rest_radius_mm,
+            self.balloon.radius_linear_mm_per_kpa,
+            self.balloon.radius_quadratic_mm_per_kpa2,
+        )
         switch_kpa = self.balloon.switch_kpa
         above_kpa = math.nextafter(switch_kpa, math.inf)
         self._caps = _Sheet(LOWEST_INITIAL_KPA, switch_kpa, self.balloon, self.circuit)
@@ -98,18 +122,28 @@ class PublishedPlant:
         return BalloonState(final_kpa, indentation_mm, contact_radius_mm, volume)
 
     def _initial_kpa(self, gas: Gas) -> float:
-        """Pressure [kPa] of this gas without contact, by Newton; p·V rises with p throughout."""
-        pressure = MIDDLE_KPA
-        for _ in range(MOST_STEPS):
-            radius, slope = self.radius_mm(pressure), self.balloon.radius_slope_mm_per_kpa(pressure)
-            volume = gas.tubes_mm3 + sphere_volume(radius)
-            absolute = gas.outside_kpa + pressure
-            step = (absolute * volume - gas.amount_kpa_mm3) / (
-                volume + absolute * 4 * math.pi * radius**2 * slope
-            )
-            pressure = min(max(pressure - step, LOWEST_FREE_KPA), HIGHEST_FREE_KPA)
-            if abs(step) < FINEST_STEP_KPA:
-                break
+        """Pressure [kPa] of this gas without contact, by Newton.
+
+        p·V rises with p ever more steeply, so that from the second on all steps come from above. Beyond the
+        quadratic the balloon keeps its volume.
+        """
+        amount, tubes, outside = gas
+        rest, linear, quadratic = self._radius
+        pressure, step = MIDDLE_KPA, math.inf
+        while not -CLOSE_KPA < step < CLOSE_KPA:
+            bend = quadratic * pressure
+            radius = rest + (bend + linear) * pressure
+            area = FOUR_PI * radius * radius
+            volume = tubes + area * radius / 3
+            absolute = outside + pressure
+            step = (absolute * volume - amount) / (volume + absolute * area * (bend + bend + linear))
+            if pressure - step < LOWEST_FREE_KPA or (pressure == HIGHEST_FREE_KPA and step < 0):
+                edge = LOWEST_FREE_KPA if step > 0 else HIGHEST_FREE_KPA
+                rigid_mm3: float = sphere_volume(self.radius_mm(edge))
+                return amount / (tubes + rigid_mm3) - outside
+            pressure -= step
+            if pressure > HIGHEST_FREE_KPA:
+                pressure, step = HIGHEST_FREE_KPA, math.inf
         return pressure
 
     def _press(self, initial_kpa: float, force_n: float) -> tuple[float, float, float]:
