@@ -20,6 +20,13 @@ HOST_SILENCE_S = 0.25
 VENTED_KPA = 0.3
 VENTED_S = 0.5
 
+#: The circuit as it was commissioned, by its sensor: how fast the open inlet raises the pressure, and in
+#: which time the vent halves `HALVED_KPA`. From other pressures it takes √(p / HALVED_KPA) times as long.
+FILL_KPA_PER_S = 5.0
+HALVING_S, HALVED_KPA = 0.55, 8.0
+#: Where it takes less than this share of the time, less gas moves than balloon and tubes hold.
+OCCLUDED_SHARE = 0.6
+
 #: States in which the balloon is filled, or on its way.
 PRESSURISED = frozenset({BoardState.INFLATING, BoardState.SETTLING, BoardState.HOLDING})
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from instrument.rig.limits import FILL_KPA_PER_S
 from sim.board.reading import Reading
 from sim.board.states import FILL, LOCKED, SAFE, Happening
 
 #: What the board must expect of its circuit: the tube's lag and the time a valve takes.
 TUBE_S = 0.06
 VALVE_S = 0.012
-FILL_KPA_PER_S = 5.0
 VENT_KPA_PER_S = 8.0
 #: Pressure differences between balloon and sensor have died away after this time.
 EQUAL_S = 0.3

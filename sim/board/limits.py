@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Set
 from typing import NamedTuple
 
-from instrument.rig.frames import BoardState, Fault, Valve
-from instrument.rig.limits import HARD_LIMIT_KPA, PRESSURISED, SUPPLY_MV
+from instrument.rig.frames import BoardState, Fault
+from instrument.rig.limits import FILL_KPA_PER_S, HARD_LIMIT_KPA, OCCLUDED_SHARE, PRESSURISED, SUPPLY_MV
 from sim.board.situation import Situation
-from sim.board.states import EMPTYING, EVERY, FILLING, SAFE
+from sim.board.states import EMPTYING, EVERY, FILL, FILLING, SAFE
 from sim.board.watches import vented_kpa
 
 OVERSHOOT_KPA = 0.5
@@ -70,7 +70,7 @@ def intact(s: Situation) -> bool:
 def moving(s: Situation) -> bool:
     """The ADC sum moves while a valve is open and the pressure must."""
     emptying = s.valves == SAFE and s.reading.pressure_kpa > vented_kpa(s.reading)
-    must_move = emptying or bool(s.valves & Valve.INLET_OPEN)
+    must_move = emptying or s.valves == FILL
     return not must_move or s.reading.unmoved_s < STUCK_S
 
 
@@ -84,7 +84,18 @@ def in_time(s: Situation) -> bool:
     return s.filling.elapsed_s <= TIMEOUT_S and s.filling.actions <= MOST_ACTIONS
 
 
+def fills_slowly(s: Situation) -> bool:
+    """The pressure rises as fast as where tubes and balloon are filled, not the tubes alone."""
+    return s.inlet.rise_kpa_per_s <= FILL_KPA_PER_S / OCCLUDED_SHARE
+
+
+def empties_slowly(s: Situation) -> bool:
+    """The pressure falls as fast as where tubes and balloon are emptied, not the tubes alone."""
+    return s.emptying.halved_share >= OCCLUDED_SHARE
+
+
 HOLDING, VENTED = frozenset({BoardState.HOLDING}), frozenset({BoardState.VENTED})
+VENTING = frozenset({BoardState.VENTING})
 
 LIMITS: tuple[Limit, ...] = (
     Limit(Fault.SENSOR, EVERY, 5, alive),
@@ -98,6 +109,8 @@ LIMITS: tuple[Limit, ...] = (
     Limit(Fault.NO_RISE, FILLING, 1, lambda s: not s.inlet.stalled),
     Limit(Fault.INLET_OPEN, VENTED, 50, inlet_shut),
     Limit(Fault.VENT_SHUT, EMPTYING, 1, lambda s: s.vent.unmoved_s <= VENT_SHUT_S),
+    Limit(Fault.OCCLUSION, FILLING, 10, fills_slowly),
+    Limit(Fault.OCCLUSION, VENTING, 1, empties_slowly),
     Limit(Fault.LEAK, HOLDING, 1, lambda s: not s.top_ups.due or s.top_ups.recent < MOST_TOP_UPS),
     Limit(Fault.TIMEOUT, FILLING, 1, in_time),
     Limit(Fault.HOST_SILENT, PRESSURISED, 1, lambda s: s.silent_s <= s.vent_after_s),

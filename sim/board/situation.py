@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from instrument.rig.frames import BoardState, Fault, Valve
+from instrument.rig.frames import BoardState, Fault
 from instrument.rig.limits import HOST_SILENCE_S
 from sim.board.filling import Filling
 from sim.board.reading import Reading
-from sim.board.states import SAFE
-from sim.board.watches import InletWatch, TopUps, VentWatch
+from sim.board.states import FILL, SAFE
+from sim.board.watches import EmptyingWatch, InletWatch, TopUps, VentWatch
 
 
 @dataclass(slots=True)
@@ -27,6 +27,7 @@ class Situation:
     reading: Reading = field(default_factory=Reading)
     inlet: InletWatch = field(default_factory=InletWatch)
     vent: VentWatch = field(default_factory=VentWatch)
+    emptying: EmptyingWatch = field(default_factory=EmptyingWatch)
     filling: Filling = field(default_factory=Filling)
     top_ups: TopUps = field(default_factory=TopUps)
     latched: list[Fault] = field(default_factory=list)
@@ -46,7 +47,8 @@ class Situation:
         self.supply_mv = supply_mv
         self.silent_s += dt_s
         self.reading.step(adc_sum, dt_s)
-        self.inlet.step(bool(self.valves & Valve.INLET_OPEN), self.reading, dt_s)
+        self.inlet.step(self.valves == FILL, self.reading, dt_s)
         self.vent.step(self.valves == SAFE, self.reading, dt_s)
+        self.emptying.step(self.state is BoardState.VENTING, self.in_contact, self.reading, dt_s)
         free = self.state is BoardState.HOLDING and self.may_move and not self.in_contact
         self.top_ups.step(free, self.reading, self.setpoint_kpa, dt_s)

@@ -6,7 +6,8 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from instrument.rig.limits import VENTED_KPA, VENTED_S, ZERO_SPAN_KPA
+from instrument.rig.limits import HALVED_KPA, HALVING_S, SETPOINT_PA, VENTED_KPA, VENTED_S, ZERO_SPAN_KPA
+from sim.board.filling import TUBE_S, VALVE_S
 from sim.board.reading import Reading
 
 #: Before there is a zero.
@@ -16,8 +17,10 @@ STEADY_KPA = 0.05
 FALL_KPA = 0.2
 RISE_KPA = 0.2
 RISE_WITHIN_S = 0.3
-#: The tube's lag is over, and the highest pressure since counts.
-LIMIT_POINT_AFTER_S = 0.1
+#: The tube's lag is over: the highest pressure since counts, and the speed.
+LAG_OVER_S = 0.1
+#: A fall from less than the lowest setpoint tells nothing about how much gas there was.
+HALVED_FROM_KPA = SETPOINT_PA[0] * 0.9e-3
 LOW_KPA = 0.1
 LOW_S = 2.0
 TOP_UPS_WITHIN_S = 600.0
@@ -29,6 +32,7 @@ class InletWatch:
 
     stalled: bool = False  #: no rise of 0.2 kPa in 300 ms
     fallen_kpa: float = 0.0  #: below the highest pressure since
+    rise_kpa_per_s: float = 0.0  #: mean of the last 0.1 to 0.4 s
     _open_s: float = 0.0
     _window_s: float = 0.0
     _from_kpa: float = 0.0
@@ -43,16 +47,18 @@ class InletWatch:
             self._from_kpa = reading.smooth_kpa
         self._open_s += dt_s
         self._window_s += dt_s
+        if self._window_s >= LAG_OVER_S:
+            self.rise_kpa_per_s = (reading.smooth_kpa - self._from_kpa) / self._window_s
         if self._window_s >= RISE_WITHIN_S:
             self.stalled = not reading.smooth_kpa - self._from_kpa >= RISE_KPA
             self._from_kpa, self._window_s = reading.smooth_kpa, 0.0
-        if self._open_s >= LIMIT_POINT_AFTER_S:
+        if self._open_s >= LAG_OVER_S:
             self._highest_kpa = max(self._highest_kpa, reading.smooth_kpa)
             self.fallen_kpa = self._highest_kpa - reading.smooth_kpa
 
     def _restart(self) -> None:
         self.stalled = False
-        self.fallen_kpa = self._open_s = self._window_s = 0.0
+        self.fallen_kpa = self.rise_kpa_per_s = self._open_s = self._window_s = 0.0
         self._highest_kpa = -math.inf
 
 
@@ -95,6 +101,28 @@ class VentWatch:
         self.unmoved_s = self._steady_s = 0.0
         self._low_kpa = self._mark_kpa = math.inf
         self._high_kpa = -math.inf
+
+
+@dataclass(slots=True)
+class EmptyingWatch:
+    """How fast the vent empties the balloon. A pressed one empties faster, and tells nothing."""
+
+    halved_share: float = math.inf  #: time in which the pressure was halved, as share of the commissioned one
+    _open_s: float = 0.0
+    _from_kpa: float = 0.0
+
+    def step(self, venting: bool, pressed: bool, reading: Reading, dt_s: float) -> None:
+        """One sample later."""
+        if not venting:
+            self.halved_share, self._open_s = math.inf, 0.0
+            return
+        if self._open_s == 0:
+            self._from_kpa = 0.0 if pressed else reading.smooth_kpa
+        self._open_s += dt_s
+        halved = reading.smooth_kpa <= 0.5 * self._from_kpa
+        if halved and self.halved_share == math.inf and self._from_kpa >= HALVED_FROM_KPA:
+            commissioned_s = HALVING_S * math.sqrt(self._from_kpa / HALVED_KPA)
+            self.halved_share = (self._open_s - TUBE_S - VALVE_S) / commissioned_s
 
 
 def vented_kpa(reading: Reading) -> float:

@@ -20,6 +20,7 @@ from instrument.rig.frames import (
     Valve,
     encode,
 )
+from instrument.rig.limits import HALVED_KPA, HALVING_S
 from sim.board import Board
 
 DT_S = 1 / SAMPLES_PER_S
@@ -44,7 +45,7 @@ class Bench:
         self.wanted = None  # the host's command; None: the host is silent
         self.to_send = b""
         self.fill_kpa_per_s = 5.0
-        self.vent_s = 0.3
+        self.vent_s = HALVING_S  #: in which the vent halves 8 kPa; 0 where it is shut
         self.leak_kpa_per_s = 0.0
         self.gas_kpa = 0.0
         self.contact_kpa = 0.0  # what a hand adds
@@ -113,7 +114,9 @@ class Bench:
         if valves & Valve.INLET_OPEN:
             self.gas_kpa += self.fill_kpa_per_s * DT_S
         if not valves & Valve.VENT_CLOSED and self.vent_s:
-            self.gas_kpa *= math.exp(-DT_S / self.vent_s)
+            root_fall = math.sqrt(HALVED_KPA) * (1 - math.sqrt(0.5)) * DT_S / self.vent_s
+            left = max(math.sqrt(abs(self.gas_kpa)) - root_fall, 0.0)
+            self.gas_kpa = math.copysign(left**2, self.gas_kpa)
         self._sensed_kpa += (self.pressure_kpa - self._sensed_kpa) * -math.expm1(-DT_S / 0.06)
 
     def _convert(self):

@@ -4,6 +4,7 @@ import pytest
 from conftest import hold, vent
 
 from instrument.rig.frames import BoardState, CommandFlag, Fault, Valve
+from instrument.rig.limits import HALVING_S
 
 LOCKED = Valve.VENT_CLOSED
 S = BoardState
@@ -207,6 +208,33 @@ def test_a_pressure_that_comes_by_itself_into_a_vented_rig_is_an_open_inlet(benc
     bench.vented().vent_s = 0
     bench.leak_kpa_per_s = -1.0
     assert seconds_to_trip(bench, Fault.INLET_OPEN, 2) <= 1.0
+
+
+@pytest.mark.parametrize("setpoint_pa", [2000, 5000, 12_000])
+def test_a_pressure_that_falls_far_faster_than_commissioned_is_an_occluded_tube(bench, setpoint_pa):
+    bench.holding(setpoint_pa).vent_s = 0.45 * HALVING_S
+    bench.tell(vent())
+    assert seconds_to_trip(bench, Fault.OCCLUSION, 1) <= 0.5
+
+
+@pytest.mark.parametrize("setpoint_pa", [2000, 5000, 12_000])
+@pytest.mark.parametrize("share", [0.75, 2.0])
+def test_a_vent_that_is_a_little_faster_or_slower_than_commissioned_is_none(bench, setpoint_pa, share):
+    bench.holding(setpoint_pa).vent_s = share * HALVING_S
+    bench.tell(vent()).until_state(S.VENTED, 8)
+
+
+def test_a_pressed_balloon_empties_faster_and_is_no_occluded_tube(bench):
+    bench.holding(8000).contact_kpa = 4.0
+    bench.tell(hold(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT)).run(0.5)
+    bench.vent_s, bench.contact_kpa = 0.3 * HALVING_S, 0.0
+    bench.tell(vent(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT)).until_state(S.VENTED, 4)
+
+
+def test_a_pressure_that_rises_far_faster_than_commissioned_is_an_occluded_tube(bench):
+    bench.fill_kpa_per_s = 11.0
+    bench.vented().tell(hold())
+    assert seconds_to_trip(bench, Fault.OCCLUSION, 1) <= 0.5
 
 
 def test_a_setpoint_that_cannot_be_held_ends_in_a_time_out_and_not_in_endless_clicking(bench):
