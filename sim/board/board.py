@@ -55,7 +55,9 @@ class Board:
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
         """Bytes to send at `board_time_us` since boot, after bytes received and one sample taken."""
         self._time_us = board_time_us
-        answers = b"".join(self._handle(frame) for frame in self._decoder.feed(received))
+        answers = (
+            b"".join([self._handle(frame) for frame in self._decoder.feed(received)]) if received else b""
+        )
         self._pressure.step(adc_sum, supply_mv, 1 / SAMPLES_PER_S)
         return answers + self._greeting() + self._events() + self._sample(adc_sum)
 
@@ -76,8 +78,10 @@ class Board:
 
     def _greeting(self) -> bytes:
         """Hello until a host has greeted."""
+        if self._identified:
+            return b""
         waited = self._greeted_us is None or self._time_us - self._greeted_us >= HELLO_EVERY_US
-        return self._hello() if waited and not self._identified else b""
+        return self._hello() if waited else b""
 
     def _hello(self) -> bytes:
         self._greeted_us = self._time_us
@@ -93,6 +97,8 @@ class Board:
         )
 
     def _events(self) -> bytes:
+        if not self._pressure.changes:
+            return b""
         changes, self._pressure.changes = self._pressure.changes, []
         if not self._identified:
             return b""
@@ -116,7 +122,7 @@ class Board:
                 valves=now.valves,
                 state=now.state,
                 fault=now.latched[0] if now.latched else Fault.NONE,
-                faults=sum(1 << fault for fault in now.latched),
+                faults=sum([1 << fault for fault in now.latched]),
                 command=self._obeyed,
                 setpoint_pa=round(now.setpoint_kpa * 1e3),
             ),

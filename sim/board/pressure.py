@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from instrument.rig.frames import BoardState, Command, CommandFlag, Fault, Mode
 from instrument.rig.limits import HARD_LIMIT_KPA, PRESSURISED, SETPOINT_PA
-from sim.board.limits import GONE, LIMITS
+from sim.board.limits import GONE, LIMITS, Allowed, Limit
 from sim.board.situation import Situation
 from sim.board.states import FILLING, LOCKED, SAFE, TRANSITIONS, Happening
 
@@ -88,14 +88,14 @@ class Pressure:
         now.valves = self._valves()
 
     def _keep_to_limits(self) -> None:
-        now = self.now
-        for index, limit in enumerate(LIMITS):
-            if now.state not in limit.states or limit.allowed(now):
-                self._broken[index] = 0
-                continue
-            self._broken[index] += 1
-            if self._broken[index] >= limit.samples and limit.fault not in now.latched:
-                self._trip(limit.fault)
+        now, broken = self.now, self._broken
+        for index, limit, allowed in _KEPT_IN[now.state]:
+            if allowed(now):
+                broken[index] = 0
+            elif now.state in limit.states:
+                broken[index] += 1
+                if broken[index] >= limit.samples and limit.fault not in now.latched:
+                    self._trip(limit.fault)
 
     def _trip(self, fault: Fault) -> None:
         self._armed = False
@@ -111,6 +111,9 @@ class Pressure:
         if state is None:
             return False
         self.now.state = state
+        self._broken[:] = [
+            n if state in limit.states else 0 for n, limit in zip(self._broken, LIMITS, strict=True)
+        ]
         if state not in PRESSURISED:
             self.now.setpoint_kpa = 0.0
             self.now.filling.lock()
@@ -168,6 +171,11 @@ class Pressure:
         self.now.top_ups.low_s = 0.0
 
 
+#: The limits of each state: place in `LIMITS`, limit, and its judgement.
+_KEPT_IN: Mapping[BoardState, tuple[tuple[int, Limit, Allowed], ...]] = {
+    state: tuple((n, limit, limit.allowed) for n, limit in enumerate(LIMITS) if state in limit.states)
+    for state in BoardState
+}
 _PROGRESS: Mapping[BoardState, Callable[[Pressure, float], Happening | None]] = {
     BoardState.BOOT: Pressure._emptying,
     BoardState.VENTING: Pressure._emptying,
