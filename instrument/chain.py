@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from instrument.contact import ONSET_KPA, ContactTracker
+from instrument.lag import LagCompensator
 from instrument.measurement import Measurement, Quality
-from instrument.model import Balloon, Circuit, Estimate, contact, on_the_line
+from instrument.model import Balloon, Circuit, Correction, Law
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.model.uncertainty import InputErrors, LowEnd, sensitivities
+from instrument.model.curve import ContactCurve, Point
+from instrument.model.uncertainty import InputErrors, ModelErrors, Pressures, std_n
 from instrument.rig.frames import BoardState
 from instrument.rig.limits import alive, nominal_pressure_kpa
 from instrument.rig.link import RawSample
 from instrument.sensor import Zero
+
+#: How well the lag of the tube is known, as a share of it.
+LAG_SHARE = 0.15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,15 +27,14 @@ class ChainSettings:
 
     balloon: Balloon = field(default_factory=Balloon)
     circuit: Circuit = field(default_factory=Circuit)
+    law: Law = field(default_factory=Law)
+    correction: Correction | None = None
     errors: InputErrors = field(default_factory=InputErrors)
-    method: str = "energetic"
-    filter_s: float = 0.06  #: time constant of the first-order exponential filter
+    model: ModelErrors = field(default_factory=ModelErrors)
+    filter_s: float = (
+        0.06  #: time constant of the first-order exponential filter of the pressure that is shown
+    )
     tube_s: float = 0.06  #: lag between balloon and sensor
-
-    @property
-    def delay_s(self) -> float:
-        """Delay of the force [s]: 0.12 s, as the paper found, with the values given here."""
-        return self.filter_s + self.tube_s
 
 
 @dataclass(slots=True)
@@ -41,25 +45,46 @@ class Chain:
     zero: Zero = field(default_factory=Zero)
     tracker: ContactTracker = field(default_factory=ContactTracker)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient
+    _lag: LagCompensator = field(init=False)
     _filtered_kpa: float = math.nan  # before the zero
-    _low_end: tuple[tuple[float, float], LowEnd] | None = None
+    _curve: tuple[tuple[float, float], ContactCurve, float] | None = None
+
+    def __post_init__(self) -> None:
+        self._lag = LagCompensator(self.settings.tube_s)
+
+    @property
+    def delay_s(self) -> float:
+        """What remains of the force's delay [s]."""
+        return self._lag.delay_s
 
     def step(self, sample: RawSample) -> Measurement:
         """The measurement of one sample. Never raises on what a sensor may read: NaN and `quality` say it."""
         message, dt_s = sample.message, sample.elapsed_s
         if sample.frozen or not alive(message.adc_sum):
-            self._filtered_kpa = math.nan
-            self.zero.observe(math.nan, False, dt_s)
-            self.tracker.step(math.nan, False, dt_s)
-            return Measurement(t_s=sample.received_s, quality=Quality.SENSOR)
+            return self._blind(sample.received_s, dt_s)
         nominal_kpa = nominal_pressure_kpa(message.adc_sum)
         self._filter(nominal_kpa, dt_s)
         self.zero.observe(self._filtered_kpa, message.state == BoardState.VENTED, dt_s)
         zero_kpa = self.zero.zero_kpa if self.zero.taken else 0.0
-        pressure_kpa = self._filtered_kpa - zero_kpa
+        now_kpa = self._lag.step(nominal_kpa, dt_s) - zero_kpa
         locked = message.state == BoardState.HOLDING and self.zero.taken
-        self.tracker.step(pressure_kpa, locked, dt_s)
-        return self._measure(sample.received_s, pressure_kpa, nominal_kpa - zero_kpa, locked)
+        self.tracker.step(nominal_kpa - zero_kpa, now_kpa, locked, dt_s)
+        pressure_kpa, unfiltered_kpa = self._filtered_kpa - zero_kpa, nominal_kpa - zero_kpa
+        if not locked:
+            why = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED
+            return Measurement(
+                t_s=sample.received_s, pressure_kpa=pressure_kpa, unfiltered_kpa=unfiltered_kpa, quality=why
+            )
+        if self.tracker.in_contact:
+            return self._pressed(sample.received_s, pressure_kpa, unfiltered_kpa, now_kpa)
+        return self._free(sample.received_s, pressure_kpa, unfiltered_kpa)
+
+    def _blind(self, t_s: float, dt_s: float) -> Measurement:
+        self._filtered_kpa = math.nan
+        self._lag.step(math.nan, dt_s)
+        self.zero.observe(math.nan, False, dt_s)
+        self.tracker.step(math.nan, math.nan, False, dt_s)
+        return Measurement(t_s=t_s, quality=Quality.SENSOR)
 
     def _filter(self, nominal_kpa: float, dt_s: float) -> None:
         if not math.isfinite(self._filtered_kpa):
@@ -67,68 +92,74 @@ class Chain:
         share = -math.expm1(-dt_s / self.settings.filter_s)
         self._filtered_kpa += share * (nominal_kpa - self._filtered_kpa)
 
-    def _measure(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float, locked: bool) -> Measurement:
-        if not locked:
-            why = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED
-            return Measurement(t_s=t_s, pressure_kpa=pressure_kpa, unfiltered_kpa=unfiltered_kpa, quality=why)
-        initial_kpa = self.tracker.initial_kpa - self.reference_kpa
-        final_kpa = pressure_kpa - self.reference_kpa
-        solved, std_n, low_n, quality = (
-            self._pressed(initial_kpa, final_kpa) if self.tracker.in_contact else self._free(initial_kpa)
-        )
+    def _free(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float) -> Measurement:
+        """Zeros; the uncertainty is the detection limit, the force at the onset threshold."""
+        initial_kpa = self.tracker.initial_kpa
+        curve, onset_n = self._curve_at(round(initial_kpa - self.reference_kpa, 2))
         return Measurement(
             t_s=t_s,
             pressure_kpa=pressure_kpa,
             unfiltered_kpa=unfiltered_kpa,
-            initial_kpa=self.tracker.initial_kpa,
-            rise_kpa=final_kpa - initial_kpa if self.tracker.in_contact else 0.0,
-            radius_mm=solved.radius_mm,
-            indentation_mm=solved.indentation_mm,
-            contact_radius_mm=solved.contact_radius_mm,
-            force_n=solved.force_n,
-            force_std_n=std_n,
-            force_low_n=low_n,
-            in_contact=self.tracker.in_contact,
+            initial_kpa=initial_kpa,
+            rise_kpa=0.0,
+            radius_mm=self.settings.balloon.radius_mm(initial_kpa - self.reference_kpa),
+            indentation_mm=0.0,
+            contact_radius_mm=0.0,
+            force_n=0.0,
+            force_std_n=onset_n,
+            force_uncompensated_n=0.0,
+            force_low_n=curve.low_n,
+        )
+
+    def _pressed(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float, now_kpa: float) -> Measurement:
+        initial_kpa = self.tracker.initial_kpa
+        curve, _ = self._curve_at(initial_kpa - self.reference_kpa)
+        rise_kpa = now_kpa - initial_kpa
+        force_n = std = lagging_n = math.nan
+        point, quality = curve.at(rise_kpa), Quality.GOOD
+        if not VALID_LOW_KPA <= curve.initial_kpa <= VALID_HIGH_KPA:
+            quality = Quality.OUT_OF_RANGE
+        elif not math.isfinite(point.estimate.force_n):
+            quality = Quality.NO_SOLUTION
+        else:
+            quality = Quality.INTERPOLATED if rise_kpa < LOWEST_RISE_KPA else Quality.GOOD
+            force_n, std = point.estimate.force_n, self._std_n(point, curve.initial_kpa, rise_kpa)
+            lagging_n = curve.at(pressure_kpa - initial_kpa).estimate.force_n
+        known = math.isfinite(force_n)
+        return Measurement(
+            t_s=t_s,
+            pressure_kpa=pressure_kpa,
+            unfiltered_kpa=unfiltered_kpa,
+            initial_kpa=initial_kpa,
+            rise_kpa=rise_kpa,
+            radius_mm=self.settings.balloon.radius_mm(curve.initial_kpa),
+            indentation_mm=point.estimate.indentation_mm if known else math.nan,
+            contact_radius_mm=point.estimate.contact_radius_mm if known else math.nan,
+            force_n=force_n,
+            force_std_n=std,
+            force_uncompensated_n=lagging_n,
+            force_low_n=curve.low_n,
+            in_contact=True,
             quality=quality,
         )
 
-    @property
-    def _circuit(self) -> Circuit:
-        own = self.settings.circuit
-        return Circuit(volume_mm3=own.volume_mm3, ambient_kpa=own.ambient_kpa + self.reference_kpa)
+    def _std_n(self, point: Point, initial_kpa: float, rise_kpa: float) -> float:
+        own, tracker, lag = self.settings, self.tracker, self._lag
+        drift_kpa_per_s = abs(tracker.drift_kpa_per_s) + own.errors.drift_kpa_per_s
+        known = Pressures(
+            initial_kpa,
+            initial_kpa + rise_kpa,
+            math.hypot(own.errors.noise_kpa, drift_kpa_per_s * tracker.baseline_age_s),
+            math.hypot(lag.noise_kpa, LAG_SHARE * own.tube_s * lag.rate_kpa_per_s),
+        )
+        return std_n(point.estimate.force_n, point.spread, known, own.errors, own.model, own.balloon)
 
-    def _free(self, initial_kpa: float) -> tuple[Estimate, float, float, Quality]:
-        """Zeros; the uncertainty is the detection limit, the force at the onset threshold."""
-        radius_mm = self.settings.balloon.radius_mm(initial_kpa)
-        low_n = self._low_end_at(round(initial_kpa, 2)).estimate.force_n
-        nothing = Estimate(0.0, 0.0, 0.0, radius_mm, radius_mm)
-        return nothing, low_n * ONSET_KPA / LOWEST_RISE_KPA, low_n, Quality.GOOD
-
-    def _pressed(self, initial_kpa: float, final_kpa: float) -> tuple[Estimate, float, float, Quality]:
-        own, circuit = self.settings, self._circuit
-        low_end = self._low_end_at(initial_kpa)
-        low_n = low_end.estimate.force_n
-        if not VALID_LOW_KPA <= initial_kpa <= VALID_HIGH_KPA:
-            radius_mm = own.balloon.radius_mm(initial_kpa)
-            nothing = Estimate(math.nan, math.nan, math.nan, radius_mm, math.nan)
-            return nothing, math.nan, low_n, Quality.OUT_OF_RANGE
-        rise_kpa = final_kpa - initial_kpa
-        if rise_kpa < LOWEST_RISE_KPA:
-            solved, by_input = on_the_line(low_end.estimate, rise_kpa, final_kpa), low_end.at(rise_kpa)
-            quality = Quality.INTERPOLATED
-        else:
-            solved = contact(initial_kpa, final_kpa, own.balloon, circuit, own.method)
-            d = solved.indentation_mm
-            by_input = sensitivities(initial_kpa, final_kpa, d, own.balloon, circuit, own.method)
-            quality = Quality.GOOD
-        if not math.isfinite(solved.force_n):
-            return solved, math.nan, low_n, Quality.NO_SOLUTION
-        return solved, by_input.std_n(initial_kpa, final_kpa, own.errors), low_n, quality
-
-    def _low_end_at(self, initial_kpa: float) -> LowEnd:
-        """Where the line to zero ends, solved once for each ΔP_i."""
+    def _curve_at(self, initial_kpa: float) -> tuple[ContactCurve, float]:
+        """The law at one ΔP_i and its force at the onset threshold, kept as long as ΔP_i stays."""
         key = (initial_kpa, self.reference_kpa)
-        if self._low_end is None or self._low_end[0] != key:
+        if self._curve is None or self._curve[0] != key:
             own = self.settings
-            self._low_end = (key, LowEnd.of(initial_kpa, own.balloon, self._circuit, own.method))
-        return self._low_end[1]
+            circuit = replace(own.circuit, ambient_kpa=own.circuit.ambient_kpa + self.reference_kpa)
+            curve = ContactCurve(initial_kpa, own.balloon, circuit, own.law, own.correction, own.errors)
+            self._curve = (key, curve, curve.at(ONSET_KPA).estimate.force_n)
+        return self._curve[1:]

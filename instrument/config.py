@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from instrument.chain import ChainSettings
 from instrument.errors import ConfigurationError
-from instrument.model import Balloon, Circuit
+from instrument.model import Balloon, Circuit, Law
 from instrument.settings import Identity, Settings
 
 
@@ -78,11 +78,20 @@ class MeasurementSection(Section):
     """From pressure to force."""
 
     method: Literal["energetic", "lulevich", "shanahan"] = Field("energetic", description="force model")
+    switch: Literal["paper", "blend"] = Field(
+        _CHAIN.law.switch, description="change of the stretching energy at 8.85 kPa: at once, or blended"
+    )
+    low: Literal["line", "smooth"] = Field(
+        _CHAIN.law.low, description="force below a rise of 0.5 kPa: straight to zero, or joined smoothly"
+    )
     filter_s: float = Field(
-        _CHAIN.filter_s, ge=0.002, le=1, description="time constant of the pressure filter [s]"
+        _CHAIN.filter_s, ge=0.002, le=1, description="time constant of the pressure that is shown [s]"
     )
     tube_s: float = Field(
-        _CHAIN.tube_s, ge=0, le=1, description="lag between balloon and sensor [s], told as remaining delay"
+        _CHAIN.tube_s,
+        ge=0,
+        le=0.5,
+        description="lag between balloon and sensor, which the force makes up for [s]",
     )
 
 
@@ -191,7 +200,8 @@ class Configuration(Section):
             chain=ChainSettings(
                 balloon=Balloon(**self.balloon.model_dump(exclude={"id"})),
                 circuit=Circuit(**self.circuit.model_dump()),
-                **self.measurement.model_dump(),
+                law=Law(**self.measurement.model_dump(include={"method", "switch", "low"})),
+                **self.measurement.model_dump(include={"filter_s", "tube_s"}),
             ),
             identity=Identity(
                 serial_number=self.identity.serial_number,

@@ -1,7 +1,7 @@
 """Contact tracking: when a contact begins and ends, and the pressure ΔP_i before it.
 
 ΔP_i is the lowest pressure before the rise, measured anew for each contact (paper, Section IV-B). While
-the balloon is free a floor follows the pressure down at once and up slowly; it is the baseline.
+the balloon is free a floor follows the pressure down at once and up at `TRACKING_KPA_PER_S`: the baseline.
 
 A contact ends when the pressure is back at its floor. Where the next contact comes before that, it is
 told from a mere easing of the hand by how far the pressure fell: once the rise has dropped below
@@ -13,76 +13,91 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+#: Rise of the pressure in the balloon (its lag undone, noise 0.02 kPa) that is a contact ...
 ONSET_KPA = 0.06
-END_KPA = 0.03
+#: ... where the reading as it comes, smoothed over `CALM_S` (noise 0.0024 kPa), has risen too.
+CONFIRMED_KPA = 0.02
+CALM_S = 0.02
+END_KPA = 0.015
 RELEASED = 0.3
-#: The floor follows a slowly rising pressure with this time constant: slower than ONSET_KPA / FLOOR_S
-#: (0.03 kPa/s) is drift, faster is contact.
-FLOOR_S = 2.0
+#: Upturn from the trough between two contacts: six times the noise.
+AGAIN_KPA = 0.12
+#: Zero tracking: a free pressure that rises more slowly is drift, faster is contact.
+TRACKING_KPA_PER_S = 0.03
+#: Within this of the floor the pressure has not begun to rise.
+AT_REST_KPA = 0.012
 DRIFT_S = 5.0
 
 
 @dataclass(slots=True)
 class ContactTracker:
-    """Follows the filtered pressure of the locked balloon."""
+    """Follows the pressure of the locked balloon."""
 
     in_contact: bool = False
     initial_kpa: float = math.nan  #: ΔP_i of the contact in progress, else the baseline
     count: int = 0  #: contacts begun
     finished: int = 0  #: contacts ended
-    drift_kpa_per_s: float = math.nan
+    drift_kpa_per_s: float = math.nan  #: of the baseline; in contact, what it was before
     baseline_age_s: float = math.inf  #: where there was none yet
+    _calm_kpa: float = math.nan
+    _rest_kpa: float = math.nan  # the floor when the pressure was last at rest on it
     _peak_kpa: float = math.nan
     _trough_kpa: float = math.nan
     _slow_kpa: float = math.nan
 
-    def step(self, pressure_kpa: float, locked: bool, dt_s: float) -> None:
-        """One sample later. Leaving the locked state ends the contact and forgets the baseline."""
-        if not locked or not math.isfinite(pressure_kpa):
+    def step(self, reading_kpa: float, now_kpa: float, locked: bool, dt_s: float) -> None:
+        """One sample later: the pressure as read, and in the balloon now. Without a lock all is forgotten."""
+        if not locked or not math.isfinite(reading_kpa + now_kpa):
             self._unlocked(dt_s)
-        elif self.in_contact:
-            self._pressed(pressure_kpa, dt_s)
+            return
+        if not math.isfinite(self.initial_kpa):
+            self.initial_kpa = self._rest_kpa = self._calm_kpa = self._slow_kpa = reading_kpa
+        self._calm_kpa += (reading_kpa - self._calm_kpa) * min(dt_s / CALM_S, 1.0)
+        if self.in_contact:
+            self._pressed(now_kpa, dt_s)
         else:
-            self._free(pressure_kpa, dt_s)
+            self._free(now_kpa, dt_s)
 
     def _unlocked(self, dt_s: float) -> None:
         if self.in_contact:
             self._end()
-        self.initial_kpa = self.drift_kpa_per_s = self._slow_kpa = math.nan
+        self.initial_kpa = self.drift_kpa_per_s = math.nan
         self.baseline_age_s += dt_s
 
-    def _free(self, pressure_kpa: float, dt_s: float) -> None:
-        if not math.isfinite(self.initial_kpa):
-            self.initial_kpa = self._slow_kpa = pressure_kpa
-        above = pressure_kpa - self.initial_kpa
-        if above > ONSET_KPA:
-            self._begin(self.initial_kpa, pressure_kpa)
+    def _free(self, now_kpa: float, dt_s: float) -> None:
+        above_kpa = self._calm_kpa - self.initial_kpa
+        if above_kpa > CONFIRMED_KPA and now_kpa - self.initial_kpa > ONSET_KPA:
+            self._begin(self._rest_kpa, now_kpa)
             return
-        self.initial_kpa += above if above < 0 else above * dt_s / FLOOR_S
-        self._slow_kpa += (pressure_kpa - self._slow_kpa) * dt_s / DRIFT_S
-        self.drift_kpa_per_s = (pressure_kpa - self._slow_kpa) / DRIFT_S
+        self.initial_kpa += min(above_kpa, TRACKING_KPA_PER_S * dt_s)
+        if above_kpa < AT_REST_KPA:
+            self._rest_kpa = self.initial_kpa
+        self._slow_kpa += (self._calm_kpa - self._slow_kpa) * min(dt_s / DRIFT_S, 1.0)
+        self.drift_kpa_per_s = (self._calm_kpa - self._slow_kpa) / DRIFT_S
         self.baseline_age_s = 0.0
 
-    def _begin(self, initial_kpa: float, pressure_kpa: float) -> None:
+    def _begin(self, initial_kpa: float, now_kpa: float) -> None:
         self.in_contact = True
         self.count += 1
         self.initial_kpa = initial_kpa
-        self._peak_kpa = self._trough_kpa = pressure_kpa
+        self._peak_kpa = self._trough_kpa = now_kpa
 
-    def _pressed(self, pressure_kpa: float, dt_s: float) -> None:
+    def _pressed(self, now_kpa: float, dt_s: float) -> None:
         self.baseline_age_s += dt_s
-        rise = pressure_kpa - self.initial_kpa
-        if rise < END_KPA:
+        drifted_kpa = abs(self.drift_kpa_per_s) * self.baseline_age_s
+        if self._calm_kpa - self.initial_kpa < END_KPA + drifted_kpa:
             self._end()
-            self.initial_kpa = self._slow_kpa = pressure_kpa
+            self.initial_kpa = self._rest_kpa = self._calm_kpa
+            self._slow_kpa = self._calm_kpa - self.drift_kpa_per_s * DRIFT_S
             return
-        if pressure_kpa > self._peak_kpa:
-            self._peak_kpa = self._trough_kpa = pressure_kpa
-        self._trough_kpa = min(self._trough_kpa, pressure_kpa)
+        if now_kpa > self._peak_kpa:
+            self._peak_kpa = self._trough_kpa = now_kpa
+        self._trough_kpa = min(self._trough_kpa, now_kpa)
         released = self._trough_kpa - self.initial_kpa < RELEASED * (self._peak_kpa - self.initial_kpa)
-        if released and pressure_kpa > self._trough_kpa + ONSET_KPA:
+        lowest_kpa = max(self._trough_kpa, self.initial_kpa)
+        if released and now_kpa > lowest_kpa + AGAIN_KPA:
             self._end()
-            self._begin(self._trough_kpa, pressure_kpa)
+            self._begin(lowest_kpa, now_kpa)
 
     def _end(self) -> None:
         self.in_contact = False

@@ -144,7 +144,10 @@ class Instrument:
     def force_limit_passed(self) -> bool:
         """Whether the force calls for an alarm, or the pressure as sampled, which does not lag behind."""
         m = self.measurement
-        return m.force_n > self.wanted.force_limit_n or m.unfiltered_kpa - m.initial_kpa > ALARM_RISE_KPA
+        return (
+            m.force_uncompensated_n > self.wanted.force_limit_n
+            or m.unfiltered_kpa - m.initial_kpa > ALARM_RISE_KPA
+        )
 
     # ---- time
 

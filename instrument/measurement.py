@@ -27,12 +27,13 @@ class Measurement:
     pressure_kpa: float = math.nan  # filtered gauge pressure [kPa]
     unfiltered_kpa: float = math.nan  # gauge pressure as sampled, for the interlocks [kPa]
     initial_kpa: float = math.nan  # ΔP_i of the contact in progress, else the baseline [kPa]
-    rise_kpa: float = math.nan  # ΔP_f − ΔP_i [kPa]
+    rise_kpa: float = math.nan  # ΔP_f − ΔP_i, ΔP_f in the balloon now [kPa]
     radius_mm: float = math.nan  # inflated radius R_i before contact [mm]
     indentation_mm: float = math.nan  # d [mm]
     contact_radius_mm: float = math.nan  # a [mm]
     force_n: float = math.nan  # contact force [N], NaN where `quality` says why
     force_std_n: float = math.nan  # standard uncertainty of force_n [N]
+    force_uncompensated_n: float = math.nan  # the same from the filtered pressure, lag and all [N]
     force_low_n: float = math.nan  # force at a rise of 0.5 kPa: lower limit of the model's range [N]
     in_contact: bool = False
     quality: Quality = Quality.GOOD

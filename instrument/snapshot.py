@@ -112,7 +112,7 @@ def _measured(instrument: Instrument, m: Measurement, now_s: float) -> dict[str,
     return {
         "force_n": m.force_n,
         "force_std_n": m.force_std_n,
-        "force_uncompensated_n": m.force_n,
+        "force_uncompensated_n": m.force_uncompensated_n,
         "force_low_n": m.force_low_n,
         "peak_force_n": instrument.peak_force_n,
         "pressure_kpa": m.pressure_kpa,
@@ -123,7 +123,7 @@ def _measured(instrument: Instrument, m: Measurement, now_s: float) -> dict[str,
         "contact_radius_mm": m.contact_radius_mm,
         "drift_kpa_per_s": chain.tracker.drift_kpa_per_s if locked else math.nan,
         "baseline_age_s": min(chain.tracker.baseline_age_s + age_s, AGE_LIMIT_S),
-        "delay_s": chain.settings.delay_s if locked else math.nan,
+        "delay_s": chain.delay_s if locked else math.nan,
         "age_s": min(age_s, AGE_LIMIT_S),
         "sample_counter": instrument.sample_counter,
         "contact_counter": chain.tracker.count,
@@ -171,7 +171,7 @@ def _answered(commands: CommandBlock) -> dict[str, Any]:
 def _identity(instrument: Instrument) -> dict[str, Any]:
     identity = instrument.settings.identity
     return {
-        "method": instrument.chain.settings.method,
+        "method": instrument.chain.settings.law.method,
         "configuration_hash": identity.configuration_hash,
         "serial_number": identity.serial_number,
         "calibration_date": identity.calibration_date,

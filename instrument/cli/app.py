@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from instrument.cli import measuring
+
 app = typer.Typer(
     name="pneuforce",
     help="A pneumatic force sensor as a field instrument: force over Modbus and CAN, with its uncertainty.",
@@ -15,14 +17,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-
-
-class MethodName(Enum):
-    """The force models."""
-
-    ENERGETIC = "energetic"
-    LULEVICH = "lulevich"
-    SHANAHAN = "shanahan"
+app.add_typer(measuring.commands)
 
 
 class MapFormat(Enum):
@@ -118,22 +113,6 @@ def sim(
         )
     except OSError as error:
         raise RigError(f"the simulator cannot start: {error}") from None
-
-
-@app.command()
-def estimate(
-    dpi: Annotated[float, typer.Option("--dpi", help="Gauge pressure before contact ΔP_i, in kPa.")],
-    dpf: Annotated[float, typer.Option("--dpf", help="Gauge pressure in contact ΔP_f, in kPa.")],
-    method: Annotated[MethodName, typer.Option(help="Force model.")] = MethodName.ENERGETIC,
-    as_json: Json = False,
-) -> None:
-    """The force of one contact from the pressures before and during it.
-
-    Example: pneuforce estimate --dpi 8.0 --dpf 9.2
-    """
-    from instrument.cli.estimate import report
-
-    typer.echo(report(dpi, dpf, method.value, as_json))
 
 
 @app.command("map")

@@ -5,16 +5,22 @@ Gaudeni & Prattichizzo, "A Mathematical Model of the Pneumatic Force Sensor for 
 """
 
 from instrument.model.balloon import Balloon, Circuit
-from instrument.model.force import Estimate, contact, estimate, on_the_line
+from instrument.model.correction import Correction
+from instrument.model.force import Estimate, contact
+from instrument.model.law import PAPER, Law
+from instrument.model.low_end import LowEnd, estimate
 from instrument.model.methods import METHODS, Method
 
 __all__ = [
     "METHODS",
+    "PAPER",
     "Balloon",
     "Circuit",
+    "Correction",
     "Estimate",
+    "Law",
+    "LowEnd",
     "Method",
     "contact",
     "estimate",
-    "on_the_line",
 ]

@@ -51,6 +51,9 @@ class Circuit:
 
     volume_mm3: float = 12.68e3
     ambient_kpa: float = 101.325
+    polytropic: float = (
+        1.0  #: exponent n of the gas during a contact: 1 isothermal (the paper's), 1.4 adiabatic
+    )
 
 
 def sphere_volume(radius_mm: Number) -> Number:

@@ -30,10 +30,11 @@ class Pressed(NamedTuple):
         circuit: Circuit,
         radius_error_mm: Number = 0.0,
     ) -> Pressed:
-        """The contact that raised the gauge pressure from ΔP_i to ΔP_f: the isothermal gas law, eq. (9)."""
+        """The contact that raised the gauge pressure from ΔP_i to ΔP_f: p·Vⁿ is kept, then eq. (9)."""
         radius = balloon.radius_mm(initial_kpa) + radius_error_mm
         before = circuit.volume_mm3 + sphere_volume(radius)
-        after = before * (circuit.ambient_kpa + initial_kpa) / (circuit.ambient_kpa + final_kpa)
+        expansion = (circuit.ambient_kpa + initial_kpa) / (circuit.ambient_kpa + final_kpa)
+        after = before * expansion ** (1 / circuit.polytropic)
         return cls(
             final_kpa - initial_kpa,
             final_kpa,

@@ -1,6 +1,7 @@
 """Drives the core in virtual time: samples made by hand, or by a board that obeys at once."""
 
 import itertools
+import math
 from dataclasses import dataclass, field
 
 from instrument.core import Instrument
@@ -21,6 +22,24 @@ def adc_sum_of(pressure_kpa):
     return round(16 * 1024 * (0.018 * pressure_kpa + 0.04) - 8)
 
 
+TUBE_S = 0.06
+STEEPEST_KPA_PER_S = 20.0
+
+
+@dataclass
+class Tube:
+    """No pressure jumps: a hand takes its time, and the tube from the balloon to the sensor lags."""
+
+    balloon_kpa: float = 0.0
+    sensor_kpa: float = 0.0
+
+    def step(self, target_kpa, dt_s=DT_S):
+        most_kpa = STEEPEST_KPA_PER_S * dt_s
+        self.balloon_kpa += min(max(target_kpa - self.balloon_kpa, -most_kpa), most_kpa)
+        self.sensor_kpa += (self.balloon_kpa - self.sensor_kpa) * -math.expm1(-dt_s / TUBE_S)
+        return self.sensor_kpa
+
+
 @dataclass
 class Drive:
     """An instrument and the board that it talks to."""
@@ -29,6 +48,7 @@ class Drive:
     now_s: float = 1000.0
     state: BoardState = BoardState.VENTED
     push_kpa: float = 0.0  #: what a hand adds to the locked pressure
+    hand: Tube = field(default_factory=Tube)
     offset_kpa: float = 0.3  #: the sensor's own zero
     adc_sum: int | None = None  #: overrides what the sensor reads
     supply_mv: int = 5000
@@ -100,8 +120,8 @@ class Drive:
     def reading(self):
         if self.adc_sum is not None:
             return self.adc_sum
-        pushed = self.push_kpa if self.state is BoardState.HOLDING else 0.0
-        return adc_sum_of(self.pressure_kpa + pushed + self.offset_kpa)
+        pushed_kpa = self.hand.sensor_kpa if self.state is BoardState.HOLDING else 0.0
+        return adc_sum_of(self.pressure_kpa + pushed_kpa + self.offset_kpa)
 
     def sample(self, **changes):
         values = {
@@ -120,6 +140,7 @@ class Drive:
     def feed(self, **changes):
         """One sample by hand, 2 ms later; the board does nothing."""
         self.now_s += DT_S
+        self.hand.step(self.push_kpa)
         self.board_time_us = (self.board_time_us + 2000) & 0xFFFF_FFFF
         return self.instrument.take(RawSample(0, self.now_s, self.sample(**changes), frozen=self.frozen))
 
@@ -134,6 +155,11 @@ class Drive:
                 return self
         assert until is None, "what was waited for did not come"
         return self
+
+    def hit(self, push_kpa):
+        """A pressure that the sensor shows at once: a blow on the tube itself."""
+        self.push_kpa = push_kpa
+        self.hand = Tube(push_kpa, push_kpa)
 
     def silence(self, seconds):
         """Ticks without samples."""

@@ -160,6 +160,8 @@ def flat(value):
 OTHERS = {
     "poisson": 0.375,
     "method": "lulevich",
+    "switch": "blend",
+    "low": "smooth",
     "filter_s": 0.125,
     "tube_s": 0.375,
     "rest_thickness_mm": 0.3125,

@@ -78,7 +78,7 @@ def test_each_interlock_raises_a_fault_that_has_a_status_bit():
 
 def test_the_interlocks_look_at_the_pressure_as_sampled_not_as_filtered():
     drive = Drive.holding()
-    drive.push_kpa = 10.5
+    drive.hit(10.5)
     for _ in range(3):
         assert drive.inflates
         drive.feed()
@@ -100,7 +100,7 @@ def test_disturbed_samples_with_good_ones_between_them_trip_nothing(broken, few)
 
 def test_a_hard_push_raises_the_force_alarm_within_one_sample():
     drive = Drive.holding()
-    drive.push_kpa = 6.2
+    drive.hit(6.2)
     drive.feed()
     assert "force_limit" in drive.see().status
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from instrument.model import METHODS, Balloon, Circuit, contact, estimate
+from instrument.model import METHODS, Balloon, Circuit, Law, contact, estimate
 from instrument.model.methods import bending_force, stretching_force
 from instrument.model.pressed import Pressed, shape
 
@@ -24,7 +24,7 @@ def pressed_between(initial_kpa, final_kpa):
 
 def relative(method, pressures, rises=RISES):
     reference = contact(pressures, pressures + rises, BALLOON, CIRCUIT)
-    other = contact(pressures, pressures + rises, BALLOON, CIRCUIT, method)
+    other = contact(pressures, pressures + rises, BALLOON, CIRCUIT, Law(method=method))
     return other.force_n / reference.force_n - 1
 
 
@@ -80,17 +80,17 @@ def test_a_force_is_the_derivative_of_its_energy_by_the_approach_of_the_planes(i
 
 @each_method
 def test_floats_and_arrays_agree(method):
-    arrays = contact(PRESSURES, PRESSURES + RISES, BALLOON, CIRCUIT, method)
+    arrays = contact(PRESSURES, PRESSURES + RISES, BALLOON, CIRCUIT, Law(method=method))
     for i, j in ((0, 0), (13, 5), (25, 12), (39, 25)):
         initial, rise = float(PRESSURES[i, 0]), float(RISES[j])
-        floats = contact(initial, initial + rise, BALLOON, CIRCUIT, method)
+        floats = contact(initial, initial + rise, BALLOON, CIRCUIT, Law(method=method))
         assert floats == pytest.approx([values[i, j] for values in arrays], rel=1e-9)
 
 
 @each_method
 def test_the_force_exists_and_grows_with_the_pressure_over_the_whole_range(method):
     rises = np.geomspace(1e-3, 16, 200)
-    force = contact(PRESSURES, PRESSURES + rises, BALLOON, CIRCUIT, method).force_n
+    force = contact(PRESSURES, PRESSURES + rises, BALLOON, CIRCUIT, Law(method=method)).force_n
     assert np.all(np.isfinite(force))
     assert np.all(np.diff(force, axis=1) > 0)
 
@@ -182,9 +182,11 @@ def test_the_line_on_arrays_is_the_line_on_floats():
     [(math.nan, 9.0), (8.0, math.nan), (8.0, math.inf), (-math.inf, 5.0), (-5.0, -4.0), (1.0, 49.0)],
 )
 def test_what_has_no_solution_is_not_a_number_and_never_an_exception(method, initial_kpa, final_kpa):
-    floats = contact(initial_kpa, final_kpa, BALLOON, CIRCUIT, method)
+    floats = contact(initial_kpa, final_kpa, BALLOON, CIRCUIT, Law(method=method))
     assert not isinstance(floats.force_n, complex)
-    arrays = contact(np.array([initial_kpa, 8.0]), np.array([final_kpa, 9.0]), BALLOON, CIRCUIT, method)
+    arrays = contact(
+        np.array([initial_kpa, 8.0]), np.array([final_kpa, 9.0]), BALLOON, CIRCUIT, Law(method=method)
+    )
     assert np.isnan(floats.force_n) == np.isnan(arrays.force_n[0])
     assert np.isfinite(arrays.force_n[1])
 

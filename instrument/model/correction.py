@@ -1,0 +1,48 @@
+"""A force calibration: what a reference force cell has taught about one balloon, on top of the law."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from instrument.model.balloon import Number
+
+#: ΔP_i at which `by_initial` and `by_both` have no effect [kPa].
+MIDDLE_KPA = 8.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Correction:
+    """F = F_law · exp(constant + by_rise L + by_initial p + by_both L p).
+
+    L is ln(rise / 1 kPa), p is ΔP_i − 8 kPa. Outside the spans that were calibrated rise and ΔP_i count as at
+    their ends: nothing is extrapolated.
+    """
+
+    constant: float
+    by_rise: float
+    by_initial: float  #: per kPa
+    by_both: float  #: per kPa
+    rise_span_kpa: tuple[float, float]
+    initial_span_kpa: tuple[float, float]
+
+    def factor(self, rise_kpa: Number, initial_kpa: Number) -> Number:
+        """What the law's force is multiplied by; floats or arrays."""
+        p = within(initial_kpa, *self.initial_span_kpa) - MIDDLE_KPA
+        rise = within(rise_kpa, *self.rise_span_kpa)
+        return math.e ** (self.constant + self.by_initial * p) * rise ** (self.by_rise + self.by_both * p)
+
+    def log_slopes_per_kpa(self, rise_kpa: float, initial_kpa: float) -> tuple[float, float]:
+        """Derivatives of the factor's logarithm by ΔP_i (at one ΔP_f) and by ΔP_f [1/kPa]."""
+        low, high = self.rise_span_kpa
+        rise = within(rise_kpa, low, high)
+        p = within(initial_kpa, *self.initial_span_kpa) - MIDDLE_KPA
+        by_rise = (self.by_rise + self.by_both * p) / rise if low <= rise_kpa <= high else 0.0
+        low, high = self.initial_span_kpa
+        by_initial = self.by_initial + self.by_both * math.log(rise) if low <= initial_kpa <= high else 0.0
+        return by_initial - by_rise, by_rise
+
+
+def within(x: Number, low: float, high: float) -> Number:
+    """The nearest number of a span; floats or arrays."""
+    return (abs(x - low) - abs(x - high) + low + high) / 2

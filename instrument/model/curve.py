@@ -1,0 +1,160 @@
+"""The force along one contact: ΔP_i stays, ΔP_f moves, and what was solved once is remembered."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from instrument.model.balloon import LOWEST_RISE_KPA, Balloon, Circuit
+from instrument.model.correction import Correction
+from instrument.model.derivatives import Derivatives, Inputs
+from instrument.model.force import NO_FORCE, Estimate, contact
+from instrument.model.law import PAPER, Law
+from instrument.model.low_end import LowEnd, joined, joined_slope
+from instrument.model.uncertainty import InputErrors, Spread, parameter_spreads_n
+
+#: Rise from one solved contact to the next, as a ratio. Cubic pieces between them err by less than 1e-5 N.
+RATIO = 1.15
+
+
+class Point(NamedTuple):
+    """One moment of the contact."""
+
+    estimate: Estimate
+    spread: Spread
+
+
+class _Node(NamedTuple):
+    """A solved contact and its derivatives by ΔP_f."""
+
+    rise_kpa: float
+    solved: Estimate
+    indentation_slope: float
+    spread: Spread
+
+
+@dataclass(slots=True)
+class ContactCurve:
+    """The law at one ΔP_i, solved where the pressure comes by for the first time; in between, cubics."""
+
+    initial_kpa: float
+    balloon: Balloon
+    circuit: Circuit
+    law: Law = PAPER
+    correction: Correction | None = None
+    errors: InputErrors = field(default_factory=InputErrors)
+    _nodes: dict[int, _Node] = field(default_factory=dict)
+    low_n: float = field(init=False)  #: lower limit of the law's range: the force at a rise of 0.5 kPa
+
+    def __post_init__(self) -> None:
+        node = self._node(0)
+        self.low_n = self._calibrated(Point(node.solved, node.spread), LOWEST_RISE_KPA).estimate.force_n
+
+    def at(self, rise_kpa: float) -> Point:
+        """Contact and spread at ΔP_f − ΔP_i; NaN where the law has no solution."""
+        return self._calibrated(self._by_law(rise_kpa), rise_kpa)
+
+    def _calibrated(self, point: Point, rise_kpa: float) -> Point:
+        if self.correction is None:
+            return point
+        return corrected(point, self.correction, self.initial_kpa, rise_kpa)
+
+    def _by_law(self, rise_kpa: float) -> Point:
+        if rise_kpa < LOWEST_RISE_KPA:
+            return self._below(max(rise_kpa, 0.0))
+        if not rise_kpa < math.inf:
+            return Point(NO_FORCE, _UNKNOWN)
+        index = int(math.log(rise_kpa / LOWEST_RISE_KPA) / _LOG_RATIO)
+        return _between(self._node(index), self._node(index + 1), rise_kpa, self.initial_kpa + rise_kpa)
+
+    def _node(self, index: int) -> _Node:
+        node = self._nodes.get(index)
+        if node is None:
+            node = self._nodes[index] = self._solve(LOWEST_RISE_KPA * RATIO**index)
+        return node
+
+    def _solve(self, rise_kpa: float) -> _Node:
+        initial, final = self.initial_kpa, self.initial_kpa + rise_kpa
+        solved = contact(initial, final, self.balloon, self.circuit, self.law)
+        if not math.isfinite(solved.force_n):
+            return _Node(rise_kpa, solved, math.nan, _UNKNOWN)
+        inputs = Inputs(initial, final, self.balloon, self.circuit)
+        derivatives = Derivatives(solved.indentation_mm, inputs, self.law)
+        by_initial, by_final = derivatives.by(initial_kpa=1.0), derivatives.by(final_kpa=1.0)
+        parameters_n = math.hypot(*parameter_spreads_n(derivatives, self.errors).values())
+        spread = Spread(by_initial.force_n, by_final.force_n, parameters_n)
+        return _Node(rise_kpa, solved, by_final.indentation_mm, spread)
+
+    def _below(self, rise_kpa: float) -> Point:
+        """On the join to zero; the parameters' share of the force is the low end's."""
+        node = self._node(0)
+        low_n, spread = node.solved.force_n, node.spread
+        if not low_n > 0:
+            return Point(NO_FORCE, _UNKNOWN)
+        smooth = LOWEST_RISE_KPA * spread.final_n_per_kpa / low_n
+        line = self.law.low == "line"
+        m = 1.0 if line else smooth
+        share = rise_kpa / LOWEST_RISE_KPA
+        g = joined(share, m)
+        slope = low_n / LOWEST_RISE_KPA * joined_slope(max(share, _LEAST_SHARE), m)
+        by_initial = g * (spread.initial_n_per_kpa + spread.final_n_per_kpa) - slope
+        other = joined(share, smooth) - share
+        low_end = LowEnd(node.solved, m, 1.0 if line else self._indentation_shape(node))
+        spread = Spread(by_initial, slope, g * spread.parameters_n, other * low_n)
+        return Point(low_end.join(rise_kpa), spread)
+
+    @staticmethod
+    def _indentation_shape(node: _Node) -> float:
+        shape: float = LOWEST_RISE_KPA * node.indentation_slope / node.solved.indentation_mm
+        return shape
+
+
+def corrected(point: Point, correction: Correction, initial_kpa: float, rise_kpa: float) -> Point:
+    """The point with its force calibrated: d stays the law's, the contact radius follows from (1)."""
+    estimate, spread = point
+    factor = correction.factor(rise_kpa, initial_kpa)
+    force_n = estimate.force_n * factor
+    by_initial, by_final = correction.log_slopes_per_kpa(rise_kpa, initial_kpa)
+    return Point(
+        estimate._replace(force_n=force_n, contact_radius_mm=estimate.contact_radius_mm * math.sqrt(factor)),
+        Spread(
+            factor * spread.initial_n_per_kpa + force_n * by_initial,
+            factor * spread.final_n_per_kpa + force_n * by_final,
+            factor * spread.parameters_n,
+            factor * spread.join_n,
+        ),
+    )
+
+
+_LOG_RATIO = math.log(RATIO)
+#: A square root is infinitely steep at zero: its slope is taken where the pressure stands out of the noise.
+_LEAST_SHARE = 0.02
+_UNKNOWN = Spread(math.nan, math.nan, math.nan)
+
+
+def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Point:
+    """Cubic in force and indentation, with the slopes of both ends; straight in the spread."""
+    h = right.rise_kpa - left.rise_kpa
+    x = (rise_kpa - left.rise_kpa) / h
+    a, b = left.solved, right.solved
+    force = _cubic(x, a.force_n, b.force_n, h * left.spread.final_n_per_kpa, h * right.spread.final_n_per_kpa)
+    d = _cubic(x, a.indentation_mm, b.indentation_mm, h * left.indentation_slope, h * right.indentation_slope)
+    a_squared = force * 1e3 / (math.pi * final_kpa)
+    gap = a.radius_mm - d
+    estimate = Estimate(force, d, math.sqrt(a_squared), a.radius_mm, math.sqrt(a_squared + gap * gap))
+    p, q = left.spread, right.spread
+    return Point(
+        estimate,
+        Spread(
+            p.initial_n_per_kpa + x * (q.initial_n_per_kpa - p.initial_n_per_kpa),
+            p.final_n_per_kpa + x * (q.final_n_per_kpa - p.final_n_per_kpa),
+            p.parameters_n + x * (q.parameters_n - p.parameters_n),
+        ),
+    )
+
+
+def _cubic(x: float, y0: float, y1: float, slope0: float, slope1: float) -> float:
+    """Hermite's cubic on [0, 1]."""
+    rest = 1 - x
+    return rest * rest * ((1 + 2 * x) * y0 + x * slope0) + x * x * ((1 + 2 * rest) * y1 - rest * slope1)
