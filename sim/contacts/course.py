@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Sequence
 from itertools import accumulate
 from typing import NamedTuple, Protocol
 
@@ -90,14 +89,14 @@ class Recorded(NamedTuple):
 class Course(NamedTuple):
     """Pieces one after another; after the last its end stays."""
 
-    pieces: Sequence[Piece]
-    ends_s: Sequence[float]
+    pieces: tuple[Piece, ...]
+    ends_s: tuple[float, ...]
 
     @classmethod
     def of(cls, *pieces: Piece) -> Course:
         """A course of those of these pieces that last; one must."""
-        lasting = [piece for piece in pieces if piece.lasts_s > 0]
-        return cls(lasting, list(accumulate(piece.lasts_s for piece in lasting)))
+        lasting = tuple(piece for piece in pieces if piece.lasts_s > 0)
+        return cls(lasting, tuple(accumulate(piece.lasts_s for piece in lasting)))
 
     @property
     def lasts_s(self) -> float:

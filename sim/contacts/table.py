@@ -46,7 +46,7 @@ def sentences(error: ValidationError, tables: Mapping[str, type[Table]]) -> list
 
 
 def _sentence(location: tuple[int | str, ...], error: Any, tables: Mapping[str, type[Table]]) -> str:
-    if location and isinstance(location[-1], int) and error["type"] != "model_type":
+    if location and isinstance(location[-1], int) and not isinstance(error["input"], dict):
         location = location[:-1]  # an entry of a list of numbers
     place = _place(location) or "the table"
     names = [part for part in location if isinstance(part, str)]

@@ -1,0 +1,90 @@
+"""Scenarios played faster than time, and what the real link and the real chain make of them."""
+
+import itertools
+import math
+
+import pytest
+
+from instrument.chain import Chain, ChainSettings
+from instrument.rig.link import Link
+from sim.headless import Playback
+from sim.scenario import load
+
+
+def one_tap(tmp_path, more="", force_n=1.0):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        f'doc = "mine"\n{more}\n[[phase]]\nsetpoint_kpa = 8.0\n'
+        f'[[phase.contact]]\nkind = "tap"\nforce_n = {force_n}\n'
+    )
+    return load(str(path))
+
+
+def measured(playback):
+    """The measurement and the truth after each sample."""
+    link, chain = Link(), Chain(ChainSettings())
+    for sent in playback:
+        for raw in link.feed(sent, playback.now_s):
+            measurement = chain.step(raw)
+            if not chain.zero.taken:
+                chain.zero.take()
+            yield measurement, playback.truth
+
+
+def ends_of_plateaus(pairs):
+    """Measurement and truth where a force has been steady for 0.9 s."""
+    for force_n, steady in itertools.groupby(pairs, key=lambda pair: pair[1].force_n):
+        plateau = list(steady)
+        if force_n > 0 and len(plateau) > 450:
+            yield plateau[450]
+
+
+def test_three_pressures_of_the_campaign_are_measured_within_their_stated_uncertainty():
+    campaign = load("campaign")
+    [phase] = campaign.phase
+    fewer = phase.model_copy(update={"setpoint_kpa": phase.setpoint_kpa[2::11]})
+    playback = Playback(campaign.model_copy(update={"phase": [fewer]}))
+    plateaus = list(ends_of_plateaus(measured(playback)))
+    assert not playback.tripped
+    assert playback.now_s == pytest.approx(playback.expected_s, rel=0.05)
+    assert [truth.force_n for _, truth in plateaus] == pytest.approx([0.2 + 0.3 * n for n in range(12)] * 3)
+    held_kpa = [plateaus[12 * n][1].initial_kpa for n in range(3)]
+    assert held_kpa == pytest.approx([5.45, 8.2, 10.95], abs=0.1)
+    for measurement, truth in plateaus:
+        error_n = measurement.force_n - truth.force_n
+        assert abs(error_n) <= 2 * measurement.force_std_n, (measurement, truth)
+        if measurement.in_contact:
+            assert measurement.initial_kpa == pytest.approx(truth.initial_kpa, abs=0.02)
+
+
+def test_the_same_scenario_gives_the_same_bytes_and_another_seed_does_not(tmp_path):
+    once, again = (b"".join(Playback(one_tap(tmp_path))) for _ in range(2))
+    other = b"".join(Playback(one_tap(tmp_path, "seed = 2")))
+    assert once == again
+    assert once != other
+
+
+def test_a_press_that_trips_the_board_ends_the_playback_and_says_so(tmp_path):
+    playback = Playback(one_tap(tmp_path, force_n=20.0))
+    for _ in playback:
+        pass
+    assert playback.tripped
+    assert playback.truth.balloon_kpa < 0.5
+    assert playback.now_s < 2 * playback.expected_s
+
+
+def test_the_balloon_feels_of_an_oblique_force_what_presses_along_its_axis():
+    playback = Playback(load("oblique"))
+    shares = {round(t.force_n / t.applied_n, 3) for _, t in measured(playback) if t.applied_n > 1.9}
+    assert shares == {round(math.cos(math.radians(angle)), 3) for angle in (0, 20, 40, 60)}
+
+
+def test_the_tool_of_the_tissue_scenario_travels_through_balloon_and_tissue():
+    truths = [truth for _, truth in measured(Playback(load("tissue")))]
+    contacts = [list(same) for pressed, same in itertools.groupby(truths, lambda t: t.force_n > 0) if pressed]
+    tops = [contact[len(contact) // 2] for contact in contacts]
+    walls, springs = tops[:3], tops[3:5]
+    assert [truth.indentation_mm for truth in walls] == pytest.approx([1.0, 2.0, 3.0], abs=1e-3)
+    for truth, travel_mm in zip(springs, [3.0, 6.0], strict=True):
+        assert truth.indentation_mm + truth.force_n / 0.6 == pytest.approx(travel_mm, abs=1e-3)
+    assert len(tops) == 9

@@ -1,0 +1,112 @@
+import itertools
+
+import pytest
+
+from sim.scenario import ScenarioError, library, load
+
+MINE = 'doc = "mine"\n'
+CONTACT = '\n[[phase]]\nsetpoint_kpa = 8.0\n[[phase.contact]]\nkind = "tap"\nforce_n = 1.0\n'
+
+
+def written(tmp_path, text):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    return str(path)
+
+
+def forces(contact):
+    return [contact.course.at(n * 0.002) for n in range(round(contact.lasts_s / 0.002))]
+
+
+def peaks(phase):
+    return [max(forces(contact)) for contact in phase.contacts]
+
+
+@pytest.mark.parametrize("name", library())
+def test_every_scenario_of_the_library_loads_and_says_what_it_is_in_one_line(name):
+    scenario = load(name)
+    assert scenario.doc == library()[name]
+    assert "\n" not in scenario.doc
+    assert all(phase.contacts for phase in scenario.phases)
+
+
+def test_the_library_has_the_campaign_of_the_paper():
+    phases = load("campaign").phases
+    assert [phase.setpoint_kpa for phase in phases] == pytest.approx([4.95 + 0.25 * n for n in range(27)])
+    assert all(peaks(phase) == pytest.approx([0.2 + 0.3 * n for n in range(12)]) for phase in phases)
+
+
+def test_no_scenario_is_hastier_than_10_n_per_second_but_those_that_ask_for_it():
+    hasty = set()
+    for name in library():
+        contacts = [c for phase in load(name).phases for c in phase.contacts if c.tissue is None]
+        if any(abs(b - a) > 10.01 * 0.002 for c in set(contacts) for a, b in itertools.pairwise(forces(c))):
+            hasty.add(name)
+    assert hasty == {"taps", "tremor", "sweep"}
+
+
+def test_a_phase_of_several_setpoints_repeats_its_contacts_at_each(tmp_path):
+    text = CONTACT.replace("8.0", "{ from = 6.0, to = 7.0, step = 0.5 }\nrepeat = 2")
+    phases = load(written(tmp_path, MINE + text)).phases
+    assert [(phase.setpoint_kpa, len(phase.contacts)) for phase in phases] == [(6.0, 2), (6.5, 2), (7.0, 2)]
+
+
+def test_a_scenario_says_what_plant_circuit_and_sensor_are_like_and_what_breaks(tmp_path):
+    scenario = load(
+        written(
+            tmp_path,
+            MINE + 'seed = 7\n[plant]\nkind = "membrane"\nsides = 2\n[pneumatics]\nleak_kpa_per_s = 0.01\n'
+            '[sensor]\nzero_offset_kpa = -0.2\n[[fault]]\nat_s = 30\nname = "leak"\nkpa_per_s = 0.02\n'
+            + CONTACT,
+        )
+    )
+    assert (scenario.seed, scenario.plant.kind, scenario.plant.sides) == (7, "membrane", 2)
+    assert scenario.pneumatics.leak_kpa_per_s == 0.01
+    assert scenario.sensor.zero_offset_kpa == -0.2
+    [fault] = scenario.fault
+    assert (fault.at_s, fault.name, fault.model_extra) == (30, "leak", {"kpa_per_s": 0.02})
+
+
+def test_a_recorded_course_lies_beside_its_scenario(tmp_path):
+    (tmp_path / "palpation.csv").write_text("t_s,force_n\n0,0\n1,2.5\n2,0\n")
+    text = CONTACT.replace('"tap"\nforce_n = 1.0', '"profile"\nfile = "palpation.csv"')
+    assert peaks(load(written(tmp_path, MINE + text)).phases[0]) == pytest.approx([2.5])
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("doc = ", "not TOML"),
+        (MINE, "phase: is missing"),
+        (CONTACT, "doc: is missing"),
+        (MINE + 'speed = 2' + CONTACT, "speed: unknown key; known here: doc, seed, plant"),
+        (MINE + 'seed = -1' + CONTACT, "seed = -1: input should be greater than or equal to 0"),
+        (MINE + '[plant]\nkind = "steel"' + CONTACT, "plant, kind = 'steel': input should be 'published' or"),
+        (MINE + '[plant]\nsides = 3' + CONTACT, "plant, sides = 3: input should be 1 or 2"),
+        (MINE + '[pneumatics]\nleek = 2' + CONTACT, "pneumatics: leek: unknown key; known here: "),
+        (MINE + '[pneumatics]\ntube_s = "slow"' + CONTACT, "tube_s = 'slow': a number is expected"),
+        (MINE + '[pneumatics]\ntube_s = nan' + CONTACT, "pneumatics: tube_s = nan: a number is expected"),
+        (MINE + '[pneumatics]\ntube_s = -1' + CONTACT, "tube_s is -1, and must be from "),
+        (MINE + '[[fault]]\nname = "leak"' + CONTACT, "fault 1, at_s: is missing"),
+        (MINE + CONTACT.replace("8.0", "13"), "phase 1, setpoint_kpa = 13: "),
+        (MINE + CONTACT.replace("1.0", "21"), "less than or equal to 20; allowed: 0 to 20"),
+        (MINE + CONTACT + "hurry = 1", "contact 1, tap, hurry: unknown key; known"),
+        (MINE + CONTACT.replace("tap", "pat"), "phase 1, contact 1, kind = 'pat': allowed: 'press'"),
+        (MINE + CONTACT.replace('"tap"\nforce_n = 1.0', '"profile"\nfile = "no.csv"'), "csv: cannot be read"),
+    ],
+)  # fmt: skip
+def test_a_bad_file_is_refused_in_a_sentence_with_file_key_and_span(tmp_path, text, sentence):
+    path = written(tmp_path, text)
+    with pytest.raises(ScenarioError) as refused:
+        load(path)
+    assert all(line.startswith(f"{path}: ") for line in str(refused.value).splitlines())
+    assert sentence in str(refused.value)
+
+
+def test_a_scenario_that_is_not_there_is_told_with_those_that_are():
+    with pytest.raises(ScenarioError, match=r"no scenario 'palpate', only campaign, .*demo"):
+        load("palpate")
+    with pytest.raises(ScenarioError, match=r"mine\.toml: no such file"):
+        load("mine.toml")
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        load("./")
