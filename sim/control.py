@@ -1,17 +1,16 @@
-"""The control server: JSON lines over TCP, for the truth and for the hand. No rig has such a thing."""
+"""The control server: JSON lines over TCP, for the truth and for orders. No rig has such a thing."""
 
 from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from sim.hand import Hand
-from sim.rig import Truth
-from sim.scenario import ScenarioError, contacts_of
+from sim.faults import Refused
+from sim.orders import ORDERS, is_number, obey
+from sim.world import World
 
 MOST_CLIENTS = 16
 LONGEST_LINE_BYTES = 4096
@@ -19,7 +18,6 @@ LONGEST_LINE_BYTES = 4096
 READ_BYTES = 512
 #: A client that leaves more than this unread is dropped.
 MOST_UNREAD_BYTES = 262_144
-HARDEST_N = 20.0
 RAREST_TRUTH = 100_000
 
 
@@ -36,9 +34,9 @@ class Client:
 class Control:
     """Listens on the loopback. It never waits for a client."""
 
-    def __init__(self, port: int, hand: Hand) -> None:
+    def __init__(self, port: int, world: World) -> None:
         """Listen on `port`, 0 for a free one. Raises OSError where it is taken."""
-        self._hand = hand
+        self._world = world
         self._listener = socket.create_server(("127.0.0.1", port))
         self._listener.setblocking(False)
         self.port: int = self._listener.getsockname()[1]
@@ -57,15 +55,16 @@ class Control:
             elif fileno in self._clients:
                 self._read(self._clients[fileno])
 
-    def publish(self, truth: Truth) -> None:
+    def publish(self) -> None:
         """Send the truth to whoever wants this sample."""
+        truth = self._world.rig.truth
         if truth.sample == self._last_sample:
             return
         self._last_sample = truth.sample
         line = b""
         for client in list(self._clients.values()):
             if client.truth_every and truth.sample % client.truth_every == 0:
-                told = {**truth._asdict(), "setpoint_kpa": self._hand.setpoint_kpa}
+                told = {**truth._asdict(), "setpoint_kpa": self._world.rig.hand.setpoint_kpa}
                 line = line or json.dumps(told).encode() + b"\n"
                 self._send(client, line)
 
@@ -106,32 +105,23 @@ class Control:
         try:
             self._obey(client, json.loads(line))
         except (ValueError, RecursionError) as error:
-            sentence = str(error) if isinstance(error, Refused | ScenarioError) else "not a line of JSON"
+            sentence = str(error) if isinstance(error, Refused) else "not a line of JSON"
             self._send(client, json.dumps({"error": sentence}).encode() + b"\n")
 
     def _obey(self, client: Client, request: Any) -> None:
         """Carry out one request. Raises Refused before anything of it is done."""
+        keys = ", ".join(("truth", *ORDERS))
         if not isinstance(request, dict) or len(request) != 1:
-            raise Refused(f"one object with one of the keys {', '.join(REQUESTS)} is expected")
+            raise Refused(f"one object with one of the keys {keys} is expected")
         [(key, value)] = request.items()
-        if key not in REQUESTS:
-            raise Refused(f"there is no key {key!r}, only {', '.join(REQUESTS)}")
-        accepts, expected = REQUESTS[key]
-        if not accepts(value):
-            raise Refused(f"{key} expects {expected}")
-        self._carry_out(client, key, value)
-
-    def _carry_out(self, client: Client, key: str, value: Any) -> None:
         if key == "truth":
-            client.truth_every = value
-        elif key == "press":
-            self._hand.press(float(value))
-        elif key == "release":
-            self._hand.release()
-        elif key == "contact":
-            self._hand.play(contacts_of(value))
-        else:
-            self._hand.works = value
+            client.truth_every = _truth_every(value)
+            return
+        if key not in ORDERS:
+            raise Refused(f"there is no key {key!r}, only {keys}")
+        answer = obey(self._world, key, value)
+        if answer is not None:
+            self._send(client, json.dumps(answer).encode() + b"\n")
 
     def _send(self, client: Client, line: bytes) -> None:
         client.unsent += line
@@ -151,21 +141,7 @@ class Control:
         client.connection.close()
 
 
-class Refused(ValueError):
-    """A request that cannot be carried out."""
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-REQUESTS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
-    "truth": (
-        lambda v: _is_number(v) and isinstance(v, int) and 0 <= v <= RAREST_TRUTH,
-        f"a whole number of samples from 0 to {RAREST_TRUTH}",
-    ),
-    "press": (lambda v: _is_number(v) and 0 <= v <= HARDEST_N, f"a force from 0 to {HARDEST_N:g} N"),
-    "release": (lambda v: v is True, "true"),
-    "contact": (lambda v: isinstance(v, dict), "an object like a contact of a scenario"),
-    "hand": (lambda v: isinstance(v, bool), "true or false"),
-}
+def _truth_every(value: Any) -> int:
+    if not (is_number(value) and isinstance(value, int) and 0 <= value <= RAREST_TRUTH):
+        raise Refused(f"truth expects a whole number of samples from 0 to {RAREST_TRUTH}")
+    return value

@@ -21,7 +21,7 @@ from sim.contacts.contact import Phase
 from sim.hand import READY_S
 from sim.rig import STEP_S, Truth
 from sim.scenario import Scenario
-from sim.staging import rig_of
+from sim.staging import world_of
 
 COMMAND_STEPS = SAMPLES_PER_S // 20  #: a command each 50 ms
 ZERO_SAMPLES = SAMPLES_PER_S  #: the mean of one second is the sensor's zero
@@ -36,7 +36,7 @@ class Playback:
     def __init__(self, scenario: Scenario) -> None:
         self.expected_s = _expected_s(scenario.phases)  #: about how long it will take, in virtual time
         self.tripped = False  #: whether the board did; then it ends early
-        self._rig = rig_of(scenario, again=False)
+        self._world = world_of(scenario, again=False)
         self._steps = 0
         self._decoder = Decoder.of_board()
         self._sequence = 0
@@ -51,18 +51,18 @@ class Playback:
     @property
     def truth(self) -> Truth:
         """The truth behind the bytes that came last."""
-        return self._rig.truth
+        return self._world.rig.truth
 
     def __iter__(self) -> Iterator[bytes]:
         while not self._ended:
-            sent = self._rig.step(self._told())
+            sent = self._world.step(self._told())
             self._steps += 1
             self._hear(sent)
             yield sent
 
     @property
     def _ended(self) -> bool:
-        return self._rig.hand.finished or self._trips_left_s <= 0
+        return self._world.rig.hand.finished or self._trips_left_s <= 0
 
     def _told(self) -> bytes:
         """What the host sends: a greeting, then what it wants, again and again."""
@@ -74,7 +74,7 @@ class Playback:
     def _wanted(self) -> Command:
         if len(self._zero) < ZERO_SAMPLES or self.tripped:
             return Command(Mode.VENT)
-        setpoint_pa = round(self._rig.hand.setpoint_kpa * 1e3)
+        setpoint_pa = round(self._world.rig.hand.setpoint_kpa * 1e3)
         zero_pa = round(math.fsum(self._zero) / len(self._zero) * 1e3)
         return Command(Mode.HOLD, CommandFlag.ZEROED, setpoint_pa, zero_pa)
 

@@ -13,9 +13,10 @@ from pathlib import Path
 
 from sim.cable import Cable
 from sim.control import Control
-from sim.rig import STEP_S, Rig
+from sim.rig import STEP_S
 from sim.scenario import load
-from sim.staging import rig_of
+from sim.staging import world_of
+from sim.world import World
 
 #: Samples that were missed while the process slept are made up for, but no more than this.
 LONGEST_LAG_S = 0.1
@@ -41,11 +42,11 @@ def serve(options: Options) -> None:
     scenario = load(options.scenario)
     if options.seed is not None:
         scenario = scenario.model_copy(update={"seed": options.seed})
-    rig = rig_of(scenario, options.hand)
+    world = world_of(scenario, options.hand)
     link = Path(options.link) if options.link else None
-    with closing(Control(options.control_port, rig.hand)) as control, closing(Cable(link)) as cable:
+    with closing(Control(options.control_port, world)) as control, closing(Cable(link)) as cable:
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
-        _run(rig, cable, control, ended)
+        _run(world, cable, control, ended)
 
 
 def _ending() -> Callable[[], bool]:
@@ -56,7 +57,7 @@ def _ending() -> Callable[[], bool]:
     return lambda: bool(asked)
 
 
-def _run(rig: Rig, cable: Cable, control: Control, ended: Callable[[], bool]) -> None:
+def _run(world: World, cable: Cable, control: Control, ended: Callable[[], bool]) -> None:
     """One step each 2 ms of the monotonic clock. Bytes and requests wait for the next step."""
     due_s = time.monotonic() + STEP_S
     while not ended():
@@ -65,8 +66,17 @@ def _run(rig: Rig, cable: Cable, control: Control, ended: Callable[[], bool]) ->
             time.sleep(wait_s)
         elif wait_s < -LONGEST_LAG_S:
             due_s -= wait_s + LONGEST_LAG_S
-        readable, _, _ = select.select([cable.fileno(), *control.filenos()], [], [], 0)
+        readable, _, _ = select.select(control.filenos(), [], [], 0)
         control.serve(readable)
-        cable.write(rig.step(cable.read() if cable.fileno() in readable else b""))
-        control.publish(rig.truth)
+        _follow(cable, world.line.pulled)
+        cable.write(world.step(cable.read()))
+        control.publish()
         due_s += STEP_S
+
+
+def _follow(cable: Cable, pulled: bool) -> None:
+    """Pull the plug or put it in, as the line says."""
+    if pulled and cable.plugged:
+        cable.pull()
+    elif not (pulled or cable.plugged):
+        cable.plug()

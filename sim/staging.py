@@ -1,21 +1,32 @@
-"""Scenarios on stage: the rig that a scenario asks for."""
+"""Scenarios on stage: the rig that a scenario asks for, and the faults that it plans."""
 
 from __future__ import annotations
 
+from sim.faults import Planned, Refused, Schedule
 from sim.hand import Hand
 from sim.plant import Plant
 from sim.published import PublishedPlant
 from sim.rig import Rig
 from sim.scenario import PlantTable, Scenario, ScenarioError
+from sim.world import World
 
 
-def rig_of(scenario: Scenario, works: bool = True, again: bool = True) -> Rig:
-    """A rig just switched on, with the hand of a scenario. Raises ScenarioError.
+def world_of(scenario: Scenario, works: bool = True, again: bool = True) -> World:
+    """A rig just switched on, with the hand and the faults of a scenario. Raises ScenarioError.
 
     `works` says whether the hand plays the phases, `again` whether for ever.
     """
     hand = Hand(works, scenario.phases, again)
-    return Rig(plant_of(scenario.plant), hand, scenario.seed, scenario.pneumatics, scenario.sensor)
+    rig = Rig(plant_of(scenario.plant), hand, scenario.seed, scenario.pneumatics, scenario.sensor)
+    return World(rig, schedule_of(scenario))
+
+
+def schedule_of(scenario: Scenario) -> Schedule:
+    """The faults of a scenario at their times. Raises ScenarioError."""
+    try:
+        return Schedule(Planned(f.at_s, f.for_s, f.name, f.model_extra or {}) for f in scenario.fault)
+    except Refused as error:
+        raise ScenarioError(f"fault: {error}") from None
 
 
 def plant_of(table: PlantTable) -> Plant:
