@@ -28,14 +28,19 @@ ZERO_SAMPLES = SAMPLES_PER_S  #: the mean of one second is the sensor's zero
 #: What a phase takes beside its contacts: filling, settling, and the hand's own waiting.
 START_S, FILL_KPA_PER_S, SETTLE_S = 2.0, 4.5, 1.2
 TRIPPED_S = 1.0  #: a board that has tripped is watched for this long
+#: A scenario whose board never holds, or that nobody hears, is given up when this much more has passed.
+PATIENCE_S = 60.0
 
 
 class Playback:
-    """Iterates over the bytes that the board sends, 2 ms each, until all phases are played or it trips."""
+    """Iterates over the bytes that come from the board, 2 ms each.
+
+    It ends when all phases are `finished`, when the board has `tripped`, or when neither will come.
+    """
 
     def __init__(self, scenario: Scenario) -> None:
         self.expected_s = _expected_s(scenario.phases)  #: about how long it will take, in virtual time
-        self.tripped = False  #: whether the board did; then it ends early
+        self.tripped = False  #: whether the board did
         self._world = world_of(scenario, again=False)
         self._steps = 0
         self._decoder = Decoder.of_board()
@@ -47,6 +52,11 @@ class Playback:
     def now_s(self) -> float:
         """Virtual time since the board was switched on [s]."""
         return self._steps * STEP_S
+
+    @property
+    def finished(self) -> bool:
+        """Whether all phases have been played."""
+        return self._world.rig.hand.finished
 
     @property
     def truth(self) -> Truth:
@@ -62,7 +72,8 @@ class Playback:
 
     @property
     def _ended(self) -> bool:
-        return self._world.rig.hand.finished or self._trips_left_s <= 0
+        late = self.now_s > 2 * self.expected_s + PATIENCE_S
+        return self.finished or self._trips_left_s <= 0 or late
 
     def _told(self) -> bytes:
         """What the host sends: a greeting, then what it wants, again and again."""

@@ -18,11 +18,13 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     WithJsonSchema,
+    model_validator,
 )
 
 from sim.contacts.contact import Contact, Phase
 from sim.contacts.kinds import KINDS, Hertz, Kind, Linear
 from sim.contacts.table import Spread, Table, sentences
+from sim.faults.injection import checked
 from sim.pneumatics import PneumaticSettings
 from sim.sensor import SensorSettings
 
@@ -50,6 +52,11 @@ class FaultTable(Table):
     name: str
     at_s: float = Field(ge=0, le=1e6)  # since the board booted
     for_s: float = Field(math.inf, ge=0, le=1e6)
+
+    @model_validator(mode="after")
+    def _in_the_catalogue(self) -> FaultTable:
+        checked(self.name, self.model_extra or {})
+        return self
 
 
 class PhaseTable(Table):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim.faults import Planned, Refused, Schedule
+from sim.faults import Planned, Schedule
 from sim.hand import Hand
 from sim.plant import Plant
 from sim.published import PublishedPlant
@@ -18,15 +18,8 @@ def world_of(scenario: Scenario, works: bool = True, again: bool = True) -> Worl
     """
     hand = Hand(works, scenario.phases, again)
     rig = Rig(plant_of(scenario.plant), hand, scenario.seed, scenario.pneumatics, scenario.sensor)
-    return World(rig, schedule_of(scenario))
-
-
-def schedule_of(scenario: Scenario) -> Schedule:
-    """The faults of a scenario at their times. Raises ScenarioError."""
-    try:
-        return Schedule(Planned(f.at_s, f.for_s, f.name, f.model_extra or {}) for f in scenario.fault)
-    except Refused as error:
-        raise ScenarioError(f"fault: {error}") from None
+    plan = [Planned(f.at_s, f.for_s, f.name, f.model_extra or {}) for f in scenario.fault]
+    return World(rig, Schedule(plan))
 
 
 def plant_of(table: PlantTable) -> Plant:

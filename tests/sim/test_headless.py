@@ -88,3 +88,18 @@ def test_the_tool_of_the_tissue_scenario_travels_through_balloon_and_tissue():
     for truth, travel_mm in zip(springs, [3.0, 6.0], strict=True):
         assert truth.indentation_mm + truth.force_n / 0.6 == pytest.approx(travel_mm, abs=1e-3)
     assert len(tops) == 9
+
+
+def test_a_fault_of_the_scenario_comes_at_its_time(tmp_path):
+    fault = '[[fault]]\nat_s = 1.0\nname = "no_supply"\n'
+    playback = Playback(one_tap(tmp_path, fault))
+    assert sum(len(sent) for sent in playback) > 0
+    assert playback.tripped
+    assert not playback.finished
+
+
+def test_a_board_that_nobody_hears_is_given_up(tmp_path):
+    playback = Playback(one_tap(tmp_path, '[[fault]]\nat_s = 0.0\nname = "line_cut"\n'))
+    assert sum(len(sent) for sent in playback) < 100
+    assert not playback.finished
+    assert not playback.tripped

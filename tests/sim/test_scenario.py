@@ -5,6 +5,7 @@ import pytest
 from sim.scenario import ScenarioError, library, load
 
 MINE = 'doc = "mine"\n'
+FAULT = "[[fault]]\nat_s = 1.0\n"
 CONTACT = '\n[[phase]]\nsetpoint_kpa = 8.0\n[[phase.contact]]\nkind = "tap"\nforce_n = 1.0\n'
 
 
@@ -88,6 +89,9 @@ def test_a_recorded_course_lies_beside_its_scenario(tmp_path):
         (MINE + '[pneumatics]\ntube_s = nan' + CONTACT, "pneumatics: tube_s = nan: a number is expected"),
         (MINE + '[pneumatics]\ntube_s = -1' + CONTACT, "tube_s is -1, and must be from "),
         (MINE + '[[fault]]\nname = "leak"' + CONTACT, "fault 1, at_s: is missing"),
+        (MINE + FAULT + 'name = "gremlin"' + CONTACT, "fault 1: there is no fault 'gremlin', only "),
+        (MINE + FAULT + 'name = "leak"\nkpa_per_s = -1' + CONTACT, "kpa_per_s of leak is a number from "),
+        (MINE + FAULT + 'name = "leak"\nlitres = 1' + CONTACT, "leak takes kpa_per_s, not 'litres'"),
         (MINE + CONTACT.replace("8.0", "13"), "phase 1, setpoint_kpa = 13: "),
         (MINE + CONTACT.replace("1.0", "21"), "less than or equal to 20; allowed: 0 to 20"),
         (MINE + CONTACT + "hurry = 1", "contact 1, tap, hurry: unknown key; known"),
