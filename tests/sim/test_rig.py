@@ -1,5 +1,6 @@
 """The whole simulated rig in virtual time."""
 
+import math
 import time
 
 import pytest
@@ -9,14 +10,17 @@ from instrument.rig.frames import (
     Command,
     CommandFlag,
     Decoder,
+    Hello,
     Identify,
     Mode,
     Sample,
     encode,
 )
 from sim.hand import Hand
+from sim.pneumatics import PneumaticSettings
 from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
+from sim.sensor import SensorSettings
 
 PLANT = PublishedPlant()
 
@@ -76,6 +80,86 @@ def test_pressing_far_too_hard_trips_the_board_and_the_balloon_is_vented():
         rig.step(encode(Command(Mode.HOLD, CommandFlag.ZEROED, 8000, 250), n) if n % 25 == 0 else b"")
     assert not rig.board.holds
     assert rig.truth.balloon_kpa < 0.5
+
+
+def everything(seed):
+    """A rig with every effect on, and a supply that is about to change."""
+    rig = Rig(
+        PLANT,
+        Hand(True),
+        seed,
+        PneumaticSettings(
+            polytropic=1.2,
+            creep=0.02,
+            ambient_drift_kpa_per_s=1e-4,
+            ambient_swing_kpa=0.05,
+            reference_kpa=0.2,
+        ),
+        SensorSettings(gain_error=0.005, bow_kpa=-0.2, ripple_mv=20.0),
+    )
+    rig.pneumatics.balloon_warmth.target_k = 15.0
+    rig.pneumatics.circuit_warmth.target_k = 2.0
+    rig.clock_rate = 1.005
+    return rig
+
+
+def test_with_every_effect_on_it_still_works_and_the_same_seed_gives_the_same_bytes():
+    frames, once, _ = drive(everything(1), 12)
+    assert drive(everything(1), 12)[1] == once
+    assert drive(everything(2), 12)[1] != once
+    assert frames[-1].message.state == BoardState.HOLDING
+    assert frames[-1].message.board_time_us == pytest.approx(12.06e6, rel=1e-6)
+    assert len({f.message.supply_mv for f in frames if isinstance(f.message, Sample)}) > 20
+
+
+def test_the_supply_shows_in_the_frames_and_drops_out_of_the_sum():
+    rig = Rig(PLANT, Hand(False))
+    before = drive(rig, 6)[0][-1].message
+    rig.supply_mv = 4800
+    for _ in range(50):
+        sample = Decoder.of_board().feed(rig.step())[0].message
+    assert sample.supply_mv == 4800
+    assert sample.adc_sum == pytest.approx(before.adc_sum, abs=20)
+
+
+def test_a_board_that_is_reset_boots_again_and_the_balloon_empties():
+    rig = Rig(PLANT, Hand(False))
+    drive(rig, 6)
+    rig.reset_board()
+    hello = Decoder.of_board().feed(rig.step())[0].message
+    assert isinstance(hello, Hello)
+    assert hello.uptime_ms == 2
+    for _ in range(1000):
+        rig.step()
+    assert rig.truth.t_s == pytest.approx(2.002)
+    assert rig.truth.balloon_kpa < 0.5
+
+
+def test_the_clock_of_a_frozen_board_stands():
+    rig = Rig(PLANT, Hand(False))
+    drive(rig, 2)
+    rig.frozen_board = True
+    samples = [Decoder.of_board().feed(rig.step())[0].message for _ in range(5)]
+    assert {sample.board_time_us for sample in samples} == {2_000_000}
+
+
+def test_behind_a_shut_tube_the_truth_is_that_of_the_balloon():
+    rig = Rig(PLANT, Hand(False))
+    drive(rig, 6)
+    rig.pneumatics.occluded = True
+    for n in range(1000):
+        rig.step(encode(Command(Mode.VENT), n))
+    assert rig.pneumatics.sensor_kpa < 0.1
+    assert rig.truth.balloon_kpa == pytest.approx(rig.truth.initial_kpa) == pytest.approx(8, abs=0.1)
+    assert rig.truth.volume_mm3 == pytest.approx(4 / 3 * math.pi * rig.truth.radius_mm**3)
+
+
+def test_a_balloon_that_has_crept_is_wider_than_its_pressure_says():
+    rig = Rig(PLANT, Hand(False), pneumatics=PneumaticSettings(creep=0.03, creep_s=0.5))
+    drive(rig, 10)
+    truth = rig.truth
+    assert truth.radius_mm == pytest.approx(PLANT.radius_mm(truth.balloon_kpa) * 1.03 ** (1 / 3), rel=1e-3)
+    assert truth.volume_mm3 == pytest.approx(4 / 3 * math.pi * truth.radius_mm**3)
 
 
 def test_it_runs_at_least_20_times_faster_than_time():
