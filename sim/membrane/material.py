@@ -1,0 +1,125 @@
+"""Rubber: the tensions of a thin incompressible sheet by its two principal stretches, and its free inflation.
+
+Mooney–Rivlin: W = μ/2 [(λ1² + λ2² + λ3² − 3) + α (λ1⁻² + λ2⁻² + λ3⁻² − 3)], λ3 = 1/(λ1 λ2).
+Neo-Hookean: α = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+#: The paper's inflation pressures [kPa], at which its Fig. 4 was measured.
+MEASURED_KPA = np.linspace(4.95, 11.45, 27)
+#: A free sphere larger than this times its rest radius is not looked for.
+WIDEST_STRETCH = 4.0
+
+
+class Tensions(NamedTuple):
+    """Tensions per deformed length [kPa·mm], along the meridian and around, and how the first one changes."""
+
+    along: Any
+    around: Any
+    along_by_along: Any  #: ∂T1/∂λ1 [kPa·mm]
+    along_by_around: Any  #: ∂T1/∂λ2 [kPa·mm]
+
+
+class Material(Protocol):
+    """A closed skin that is a sphere of `radius_mm` at rest."""
+
+    @property
+    def radius_mm(self) -> float:
+        """Radius at rest [mm]."""
+        ...
+
+    def tensions(self, along: Any, around: Any) -> Tensions:
+        """Tensions at the stretches λ1 along the meridian and λ2 around the axis."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rubber:
+    """A rubber skin.
+
+    The default is the Mooney–Rivlin balloon that `identify` finds in the paper's R_i(ΔP_i).
+    """
+
+    mu_kpa: float = 263.022
+    alpha: float = 0.38907
+    radius_mm: float = 7.503
+    thickness_mm: float = 0.2
+
+    def tensions(self, along: Any, around: Any) -> Tensions:
+        """T1 = μh₀ (λ1/λ2 − (λ1λ2)⁻³)(1 + αλ2²), T2 likewise with 1 and 2 exchanged."""
+        stiffness = self.mu_kpa * self.thickness_mm
+        thinning = 1 / (along * around)
+        thinning = thinning * thinning * thinning
+        hoop = stiffness * (1 + self.alpha * around * around)
+        pull = along / around - thinning
+        return Tensions(
+            hoop * pull,
+            stiffness * (around / along - thinning) * (1 + self.alpha * along * along),
+            hoop * (1 / around + 3 * thinning / along),
+            hoop * (3 * thinning - along / around) / around + 2 * stiffness * self.alpha * around * pull,
+        )
+
+    def energy_kpa_mm(self, along: Any, around: Any) -> Any:
+        """Energy per area at rest, W·h₀ [kPa·mm]."""
+        a, b = along * along, around * around
+        first = a + b + 1 / (a * b) - 3
+        second = 1 / a + 1 / b + a * b - 3
+        return 0.5 * self.mu_kpa * self.thickness_mm * (first + self.alpha * second)
+
+    def free_kpa(self, stretch: Any) -> Any:
+        """Pressure [kPa] of the free sphere at a stretch: ΔP = (2μh₀/R₀)(λ⁻¹ − λ⁻⁷)(1 + αλ²)."""
+        stiffness = 2 * self.mu_kpa * self.thickness_mm / self.radius_mm
+        return stiffness * (1 / stretch - stretch**-7) * (1 + self.alpha * stretch * stretch)
+
+    def free_slope_kpa(self, stretch: Any) -> Any:
+        """dΔP/dλ [kPa] of the free sphere; zero at the limit point, λ = 7^(1/6) where α = 0."""
+        stiffness = 2 * self.mu_kpa * self.thickness_mm / self.radius_mm
+        return stiffness * (7 * stretch**-8 - stretch**-2 + self.alpha * (1 + 5 * stretch**-6))
+
+    @property
+    def limit_stretch(self) -> float:
+        """Stretch beyond which the free sphere's pressure falls; `WIDEST_STRETCH` where it never does."""
+        return float(_rising_branch(self)[0][-1])
+
+    def free_stretch(self, pressure_kpa: Any) -> Any:
+        """Stretch of the free sphere at a pressure, up to the limit point; 1 where there is no pressure."""
+        stretches, pressures_kpa = _rising_branch(self)
+        return np.interp(pressure_kpa, pressures_kpa, stretches)
+
+
+@cache
+def _rising_branch(rubber: Rubber) -> tuple[Any, Any]:
+    """Stretches and pressures [kPa] of the free sphere, up to its limit point."""
+    stretches = np.linspace(1.0, WIDEST_STRETCH, 30_001)
+    falling = np.flatnonzero(rubber.free_slope_kpa(stretches) < 0)
+    stretches = stretches[: falling[0] if falling.size else None]
+    return stretches, rubber.free_kpa(stretches)
+
+
+def identify(alpha_too: bool) -> Rubber:
+    """The rubber whose free inflation lies closest to the paper's 27 inflation pressures, by least squares.
+
+    ΔP is linear in μ and μα. Neo-Hookean without `alpha_too`.
+    """
+    stretch = measured_radius_mm(MEASURED_KPA) / Rubber().radius_mm
+    parts = [Rubber(mu_kpa=1.0, alpha=0.0).free_kpa(stretch)]
+    if alpha_too:
+        parts.append(parts[0] * stretch**2)
+    mu_kpa, *rest = np.linalg.lstsq(np.stack(parts, axis=1), MEASURED_KPA)[0]
+    return Rubber(mu_kpa=float(mu_kpa), alpha=float(rest[0] / mu_kpa) if rest else 0.0)
+
+
+def measured_radius_mm(pressure_kpa: Any) -> Any:
+    """R_i [mm], the quadratic of the paper's Fig. 4: all that is known of the real balloon's skin."""
+    return 7.503 + (5.9695 * pressure_kpa + 44.652) * pressure_kpa * 1e-3
+
+
+MOONEY_RIVLIN = Rubber()
+NEO_HOOKEAN = Rubber(mu_kpa=391.665, alpha=0.0)

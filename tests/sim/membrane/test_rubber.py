@@ -1,0 +1,83 @@
+"""Free inflation, against closed forms and the paper's measured radius."""
+
+import numpy as np
+import pytest
+
+from sim.membrane.material import (
+    MEASURED_KPA,
+    MOONEY_RIVLIN,
+    NEO_HOOKEAN,
+    Rubber,
+    identify,
+    measured_radius_mm,
+)
+
+STRETCHES = [(1.0, 1.0), (1.1, 1.3), (1.4, 0.9), (0.97, 1.2), (2.0, 1.7)]
+both = pytest.mark.parametrize("rubber", [MOONEY_RIVLIN, NEO_HOOKEAN])
+
+
+@pytest.mark.parametrize(("rubber", "alpha_too"), [(MOONEY_RIVLIN, True), (NEO_HOOKEAN, False)])
+def test_the_constants_are_those_that_the_measured_radius_identifies(rubber, alpha_too):
+    found = identify(alpha_too)
+    assert rubber.mu_kpa == pytest.approx(found.mu_kpa, rel=1e-5)
+    assert rubber.alpha == pytest.approx(found.alpha, rel=1e-4, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rubber", "worst_kpa", "rms_kpa"), [(MOONEY_RIVLIN, 0.191, 0.091), (NEO_HOOKEAN, 0.497, 0.194)]
+)
+def test_the_fit_is_as_far_from_the_measured_radius_as_stated(rubber, worst_kpa, rms_kpa):
+    missing_kpa = rubber.free_kpa(measured_radius_mm(MEASURED_KPA) / rubber.radius_mm) - MEASURED_KPA
+    assert abs(missing_kpa).max() == pytest.approx(worst_kpa, abs=5e-4)
+    assert np.sqrt(np.mean(missing_kpa**2)) == pytest.approx(rms_kpa, abs=5e-4)
+
+
+def test_a_neo_hookean_sphere_has_its_limit_point_at_the_sixth_root_of_seven():
+    assert NEO_HOOKEAN.limit_stretch == pytest.approx(7 ** (1 / 6), abs=2e-4)
+    assert NEO_HOOKEAN.free_slope_kpa(7 ** (1 / 6)) == pytest.approx(0, abs=1e-12)
+    assert NEO_HOOKEAN.free_kpa(7 ** (1 / 6)) == pytest.approx(12.94, abs=0.005)
+
+
+def test_the_default_rubber_has_no_limit_point_and_rubber_below_an_alpha_of_0_2145_has():
+    assert (MOONEY_RIVLIN.free_slope_kpa(np.linspace(1, 20, 100_000)) > 0).all()
+    assert (Rubber(alpha=0.2145).free_slope_kpa(np.linspace(1, 20, 100_000)) > 0).all()
+    assert (Rubber(alpha=0.2140).free_slope_kpa(np.linspace(1, 20, 100_000)) < 0).any()
+
+
+@both
+@pytest.mark.parametrize(("along", "around"), STRETCHES)
+def test_tensions_are_the_derivatives_of_the_energy(rubber, along, around):
+    """T1 = ∂(W h₀)/∂λ1 / λ2 and T2 = ∂(W h₀)/∂λ2 / λ1, by a complex step."""
+    step, tensions = 1e-30, rubber.tensions(along, around)
+    assert rubber.energy_kpa_mm(along + 1j * step, around).imag / step / around == pytest.approx(
+        tensions.along
+    )
+    assert rubber.energy_kpa_mm(along, around + 1j * step).imag / step / along == pytest.approx(
+        tensions.around
+    )
+
+
+@both
+@pytest.mark.parametrize(("along", "around"), STRETCHES)
+def test_the_slopes_of_the_tension_are_its_derivatives(rubber, along, around):
+    step, tensions = 1e-30, rubber.tensions(along, around)
+    assert rubber.tensions(along + 1j * step, around).along.imag / step == pytest.approx(
+        tensions.along_by_along
+    )
+    assert rubber.tensions(along, around + 1j * step).along.imag / step == pytest.approx(
+        tensions.along_by_around
+    )
+
+
+@both
+def test_a_free_sphere_is_in_equilibrium_by_laplace(rubber):
+    for stretch in (1.01, 1.2, 1.38, 2.0):
+        tension = rubber.tensions(stretch, stretch).along
+        assert rubber.free_kpa(stretch) == pytest.approx(2 * tension / (rubber.radius_mm * stretch))
+
+
+@both
+def test_radius_and_pressure_of_the_free_sphere_are_inverses_up_to_the_limit_point(rubber):
+    for pressure_kpa in np.linspace(0.1, 12.5, 40):
+        assert rubber.free_kpa(rubber.free_stretch(pressure_kpa)) == pytest.approx(pressure_kpa, abs=1e-4)
+    assert rubber.free_stretch(-3.0) == 1.0
