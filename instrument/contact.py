@@ -5,7 +5,9 @@ the balloon is free a floor follows the pressure down at once and up at `TRACKIN
 
 A contact ends when the pressure is back at its floor. Where the next contact comes before that, it is
 told from a mere easing of the hand by how far the pressure fell: once the rise has dropped below
-`RELEASED` of its peak, the next upturn is a new contact, and the trough is its ΔP_i.
+`RELEASED` of its peak, the next upturn is a new contact. It keeps its ΔP_i: the gas is locked, and the
+pressure in the balloon does not lag, so what is left of the rise in the trough is force. (The paper took the
+trough of a pressure that lags.)
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ CONFIRMED_KPA = 0.02
 CALM_S = 0.02
 END_KPA = 0.015
 RELEASED = 0.3
-#: Upturn from the trough between two contacts: six times the noise.
+#: Upturn from the trough between two contacts: six times the noise, and a share of the last peak's rise.
 AGAIN_KPA = 0.12
+AGAIN = 0.1
 #: Zero tracking: a free pressure that rises more slowly is drift, faster is contact.
 TRACKING_KPA_PER_S = 0.03
 #: Within this of the floor the pressure has not begun to rise.
@@ -94,10 +97,10 @@ class ContactTracker:
             self._peak_kpa = self._trough_kpa = now_kpa
         self._trough_kpa = min(self._trough_kpa, now_kpa)
         released = self._trough_kpa - self.initial_kpa < RELEASED * (self._peak_kpa - self.initial_kpa)
-        lowest_kpa = max(self._trough_kpa, self.initial_kpa)
-        if released and now_kpa > lowest_kpa + AGAIN_KPA:
+        upturn_kpa = now_kpa - max(self._trough_kpa, self.initial_kpa)
+        if released and upturn_kpa > max(AGAIN_KPA, AGAIN * (self._peak_kpa - self.initial_kpa)):
             self._end()
-            self._begin(lowest_kpa, now_kpa)
+            self._begin(self.initial_kpa, now_kpa)
 
     def _end(self) -> None:
         self.in_contact = False
