@@ -20,7 +20,7 @@ from sim.plant import BalloonState, Gas
 LOWEST_FREE_KPA, HIGHEST_FREE_KPA = -3.7, 40.0  # where the quadratic of Fig. 4 rises
 MIDDLE_KPA = 6.0
 #: Newton doubles the digits with each step: after one that is this short the rest is below 1e-7 kPa.
-CLOSE_KPA = 1e-3
+CLOSE_KPA, MOST_STEPS = 1e-3, 50
 FOUR_PI = 4 * math.pi
 INITIAL_STEP_KPA = 0.1
 LOWEST_INITIAL_KPA = 0.5
@@ -129,22 +129,25 @@ class PublishedPlant:
         """
         amount, tubes, outside = gas
         rest, linear, quadratic = self._radius
-        pressure, step = MIDDLE_KPA, math.inf
-        while not -CLOSE_KPA < step < CLOSE_KPA:
+        pressure = MIDDLE_KPA
+        for _ in range(MOST_STEPS):
             bend = quadratic * pressure
             radius = rest + (bend + linear) * pressure
             area = FOUR_PI * radius * radius
             volume = tubes + area * radius / 3
             absolute = outside + pressure
             step = (absolute * volume - amount) / (volume + absolute * area * (bend + bend + linear))
-            if pressure - step < LOWEST_FREE_KPA or (pressure == HIGHEST_FREE_KPA and step < 0):
-                edge = LOWEST_FREE_KPA if step > 0 else HIGHEST_FREE_KPA
-                rigid_mm3: float = sphere_volume(self.radius_mm(edge))
-                return amount / (tubes + rigid_mm3) - outside
             pressure -= step
-            if pressure > HIGHEST_FREE_KPA:
-                pressure, step = HIGHEST_FREE_KPA, math.inf
-        return pressure
+            if pressure < LOWEST_FREE_KPA:
+                return self._rigid_kpa(gas, LOWEST_FREE_KPA)
+            if -CLOSE_KPA < step < CLOSE_KPA:
+                break
+        return pressure if pressure <= HIGHEST_FREE_KPA else self._rigid_kpa(gas, HIGHEST_FREE_KPA)
+
+    def _rigid_kpa(self, gas: Gas, free_kpa: float) -> float:
+        """Pressure [kPa] of this gas in a balloon that keeps the volume it has at `free_kpa`."""
+        volume_mm3: float = sphere_volume(self.radius_mm(free_kpa))
+        return gas.amount_kpa_mm3 / (gas.tubes_mm3 + volume_mm3) - gas.outside_kpa
 
     def _press(self, initial_kpa: float, force_n: float) -> tuple[float, float, float]:
         """Below the table's ΔP_i the rise fades out with the pressure: an empty balloon carries nothing."""

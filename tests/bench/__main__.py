@@ -5,12 +5,19 @@ import statistics
 import subprocess
 import sys
 import time
+import timeit
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from instrument.cli.children import Child
+from instrument.rig.frames import Command, CommandFlag, Identify, Mode, encode
 from registers.modbus.client import Plc
+from sim.hand import Hand
+from sim.pneumatics import PneumaticSettings
+from sim.published import PublishedPlant
+from sim.rig import STEP_S, Rig
+from sim.sensor import SensorSettings
 from tests.ports import free_port
 from tests.system.waiting import inflate
 
@@ -79,6 +86,49 @@ def _print_latency(report, polls_ms):
     print(f"host process: {report['cpu_s'] / (report['samples'] / 500):.0%} of one core")
 
 
+def _us_per_step(rig, steps=5000):
+    """Best of five, with a command each 50 ms."""
+    command = encode(Command(Mode.HOLD, CommandFlag.ZEROED, 8000, 250), 1)
+
+    def run():
+        for n in range(steps):
+            rig.step(b"" if n % 25 else command)
+
+    return min(timeit.repeat(run, number=1, repeat=5)) / steps * 1e6
+
+
+def _held(plant, pneumatics=None, sensor=None):
+    """A rig that holds 8 kPa."""
+    rig = Rig(plant, Hand(False), 1, pneumatics, sensor)
+    rig.step(encode(Identify(), 0))
+    for n in range(4000):
+        mode = Mode.VENT if n < 1000 else Mode.HOLD
+        rig.step(b"" if n % 25 else encode(Command(mode, CommandFlag.ZEROED, 8000, 250), n))
+    assert rig.board.holds
+    return rig
+
+
+def bench_rig():
+    """The simulated rig without a port, in virtual time."""
+    effects = (
+        PneumaticSettings(polytropic=1.2, creep=0.01, ambient_swing_kpa=0.05, reference_kpa=0.2),
+        SensorSettings(gain_error=0.005, bow_kpa=0.2, ripple_mv=20.0),
+    )
+    for name, settings in (("as it comes", ()), ("with every effect on", effects)):
+        rig = _held(PublishedPlant(), *settings)
+        if settings:
+            rig.pneumatics.balloon_warmth.target_k, rig.pneumatics.circuit_warmth.target_k = 15.0, 2.0
+        idle_us = _us_per_step(rig)
+        rig.hand.press(2.0)
+        pressed_us = _us_per_step(rig)
+        print(
+            f"headless rig, published plant {name}: idle {STEP_S * 1e6 / idle_us:.0f} × real time "
+            f"({idle_us:.1f} µs a step), in contact {STEP_S * 1e6 / pressed_us:.0f} × ({pressed_us:.1f} µs; "
+            f"target 100 ×)"
+        )
+
+
 if __name__ == "__main__":
+    bench_rig()
     bench_estimate()
     bench_latency()

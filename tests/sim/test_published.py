@@ -56,5 +56,15 @@ def test_outside_its_table_the_balloon_is_still_a_finite_thing(initial_kpa, forc
     assert all(math.isfinite(number) for number in pressed(initial_kpa, force_n))
 
 
+@pytest.mark.parametrize("edge_kpa", [-3.7, 40.0])
+def test_beyond_the_measured_quadratic_it_keeps_its_volume(edge_kpa):
+    at_edge = amount_kpa_mm3(PLANT, edge_kpa)
+    volume_mm3 = 4 / 3 * math.pi * PLANT.radius_mm(edge_kpa) ** 3
+    for share in (1.0, 1.01, 1.2) if edge_kpa > 0 else (1.0, 0.99, 0.5):
+        state = PLANT.settle(Gas(at_edge * share), 0.0)
+        assert state.volume_mm3 == pytest.approx(volume_mm3, rel=1e-5)
+        assert state.pressure_kpa + 101.325 == pytest.approx(share * (edge_kpa + 101.325), rel=1e-6)
+
+
 def test_an_empty_balloon_carries_no_pressure():
     assert pressed(0.0, 3.0).pressure_kpa == pytest.approx(0.0, abs=1e-3)
