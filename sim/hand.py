@@ -65,9 +65,9 @@ class Hand:
         """The push `dt_s` later; `held` says whether the board holds the balloon now."""
         self._held_s = self._held_s + dt_s if held else 0.0
         self._since_s += dt_s
-        if self._plays and not self._ready:
+        if self._plays and not self._ready and self._since_s < self._contact.course.lasts_s:
             self._let_go()
-        elif self._since_s >= self._contact.course.lasts_s:
+        elif self._since_s >= self._contact.lasts_s:
             self._go_on()
         self._value = self._contact.course.at(self._since_s)
         self.push = self._pusher(self._value)
@@ -103,7 +103,7 @@ class Hand:
 
     def _let_go(self) -> None:
         self._plays = False
-        self._contact = self._contact._replace(course=Course.of(stroke(self._value, 0.0)))
+        self._contact = self._contact._replace(course=Course.of(stroke(self._value, 0.0)), pause_s=0.0)
         self._since_s = 0.0
 
     def _begin(self, contact: Contact) -> None:

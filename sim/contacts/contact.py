@@ -17,11 +17,12 @@ class Contact(NamedTuple):
     course: Course  #: of the travel [mm] where there is `tissue`, else of the force [N]
     angle_deg: float = 0.0  #: between the force and the balloon's axis
     tissue: Tissue | None = None
+    pause_s: float = 0.0  #: without contact, after it
 
     @property
     def lasts_s(self) -> float:
         """How long it lasts [s], the pause after it included."""
-        return self.course.lasts_s
+        return self.course.lasts_s + self.pause_s
 
     def pusher(self) -> Callable[[float], Push]:
         """What makes the push of a force [N] or a travel [mm]."""

@@ -73,7 +73,7 @@ class _Kind(Table):
     def contacts(self) -> Iterator[Contact]:
         """The contacts of this table, in order."""
         for pieces in self.courses():
-            yield Contact(Course.of(*pieces, stay(0.0, self.pause_s)), self.angle_deg)
+            yield Contact(Course.of(*pieces), self.angle_deg, pause_s=self.pause_s)
 
 
 class _Stay(_Kind):

@@ -60,6 +60,13 @@ def test_a_balloon_that_is_no_longer_held_is_let_go_and_its_contact_comes_again(
     assert max(forces(hand, 3.0)) == 2.0
 
 
+def test_a_balloon_that_is_topped_up_in_a_pause_does_not_make_the_contact_come_again():
+    hand = Hand(True, [Phase(8.0, PRESSES)], again=False)
+    forces(hand, READY_S + 1.6)  # the first contact is over, its pause is not
+    assert max(forces(hand, 0.2, held=False)) == 0
+    assert max(forces(hand, READY_S + 1.0)) == 2.0
+
+
 def test_played_once_the_phases_end_and_then_nothing_presses():
     hand = Hand(True, [Phase(8.0, PRESSES)], again=False)
     assert not hand.finished
