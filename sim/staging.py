@@ -7,12 +7,12 @@ from sim.hand import Hand
 from sim.plant import Plant
 from sim.published import PublishedPlant
 from sim.rig import Rig
-from sim.scenario import PlantTable, Scenario, ScenarioError
+from sim.scenario import PlantTable, Scenario
 from sim.world import World
 
 
 def world_of(scenario: Scenario, works: bool = True, again: bool = True) -> World:
-    """A rig just switched on, with the hand and the faults of a scenario. Raises ScenarioError.
+    """A rig just switched on, with the hand and the faults of a scenario.
 
     `works` says whether the hand plays the phases, `again` whether for ever.
     """
@@ -23,7 +23,11 @@ def world_of(scenario: Scenario, works: bool = True, again: bool = True) -> Worl
 
 
 def plant_of(table: PlantTable) -> Plant:
-    """The balloon that a table asks for. Raises ScenarioError."""
-    if table.kind == "membrane":
-        raise ScenarioError("plant, kind: 'membrane' is not part of this release yet")
-    return PublishedPlant()
+    """The balloon that a table asks for. The first membrane of its kind takes some seconds to reckon."""
+    if table.kind == "published":
+        return PublishedPlant()
+    from sim.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN
+    from sim.membrane.plant import MembranePlant
+
+    material = {"mooney-rivlin": MOONEY_RIVLIN, "neo-hookean": NEO_HOOKEAN}[table.material]
+    return MembranePlant(material, table.sides)

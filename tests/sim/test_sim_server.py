@@ -224,6 +224,8 @@ def test_the_hand_obeys_and_nonsense_is_answered_with_a_sentence(tmp_path):
             b'{"press": 1' + b"0" * 400 + b"}", {"press": -1}, {"press": 20.1}, {"press": True},
             {"press": "1"}, {"truth": -1}, {"truth": 1.5}, {"hand": 1}, {"release": False}, {"vent": True},
             {"press": 1, "hand": True},
+            {"contact": 3}, {"contact": {"kind": "kick"}},
+            {"contact": {"kind": "profile", "file": "/etc/passwd"}},
         ]  # fmt: skip
         control.ask(*nonsense)
         for _ in nonsense:
@@ -232,6 +234,9 @@ def test_the_hand_obeys_and_nonsense_is_answered_with_a_sentence(tmp_path):
         assert host.run(2, lambda: control.line()["force_n"] == 2.5)
         control.ask({"release": True})
         assert host.run(2, lambda: control.line()["force_n"] == 0)
+        control.ask({"contact": {"kind": "hold", "force_n": 2.0, "angle_deg": 60}})
+        assert host.run(2, lambda: control.line()["force_n"] == pytest.approx(1.0))
+        assert control.line()["applied_n"] == pytest.approx(2.0)
         control.close()
         host.port.close()
 
