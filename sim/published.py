@@ -52,7 +52,7 @@ class _Sheet:
         right = _column(low, high, force_n, force)
         left = right - 1
         f0, f1 = force(left), force(right)
-        share = min((force_n - f0) / (f1 - f0), 1.0)
+        share = (force_n - f0) / (f1 - f0) if force_n < f1 else 1.0
         d_low, d_high = self.indentations_mm[row], self.indentations_mm[row + 1]
         d0 = d_low[left] + w * (d_high[left] - d_low[left])
         d1 = d_low[right] + w * (d_high[right] - d_low[right])
@@ -62,8 +62,11 @@ class _Sheet:
     def _place(self, initial_kpa: float) -> tuple[int, float]:
         """The row below ΔP_i, and how far ΔP_i is on the way to the next one."""
         place = (initial_kpa - self.low_kpa) / self.step_kpa
-        row = min(max(int(place), 0), len(self.forces_n) - 2)
-        return row, min(max(place - row, 0.0), 1.0)
+        if place <= 0:
+            return 0, 0.0
+        row = int(place)
+        last = len(self.forces_n) - 2
+        return (row, place - row) if row <= last else (last, 1.0)
 
 
 def _column(low: list[float], high: list[float], force_n: float, force: Callable[[int], float]) -> int:

@@ -15,6 +15,7 @@ import struct
 from binascii import crc_hqx
 from dataclasses import dataclass, field
 from enum import IntEnum, IntFlag
+from operator import attrgetter
 from typing import ClassVar, Self
 
 PROTOCOL_VERSION = 1
@@ -178,6 +179,7 @@ class Vent:
 Message = Sample | Hello | Event | Identify | Command | Vent
 #: Kinds differ in at least four bits, so that three flipped bits cannot turn one into another.
 KINDS: dict[int, type[Message]] = {m.kind: m for m in (Sample, Hello, Event, Identify, Command, Vent)}
+_VALUES = {kind: attrgetter(*m.__slots__) if m.__slots__ else None for kind, m in KINDS.items()}
 FROM_BOARD = (Sample, Hello, Event)
 FROM_HOST = (Identify, Command, Vent)
 
@@ -193,8 +195,9 @@ class Frame:
 
 def encode(message: Message, sequence: int, version: int = PROTOCOL_VERSION) -> bytes:
     """The 24 bytes of a message."""
-    values = [getattr(message, name) for name in message.__slots__]
-    body = _HEAD.pack(message.kind, version, sequence & 0xFFFF) + message.layout.pack(*values)
+    values = _VALUES[message.kind]
+    payload = message.layout.pack(*(values(message) if values else ()))
+    body = _HEAD.pack(message.kind, version, sequence & 0xFFFF) + payload
     return SYNC + body + _CRC.pack(crc_hqx(body, 0xFFFF))
 
 
