@@ -1,7 +1,7 @@
 # make run    the instrument on a simulated rig (ARGS="--seconds 20" is passed on)
 # make test   everything that is tested
 # make bench  figures of speed, measured in one run
-# make docs   the documents made from the register map
+# make docs   the documents made from the register map and the catalogue of faults
 
 PYTHON ?= python3
 VENV := .venv
@@ -21,6 +21,7 @@ bench: $(VENV)/test-tools
 
 docs: $(VENV)/installed
 	@$(BIN)/python -m registers.views
+	@$(BIN)/python -m sim.faults.document
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -19,25 +19,8 @@ class Cable:
         Raises FileExistsError where `link` is something else than a symlink, or OSError.
         """
         self._link = link
+        self._open()
         self.plug()
-
-    def plug(self) -> None:
-        """Plug in: the port may have another name than before, the link points to it."""
-        self._board_end, self._host_end = os.openpty()
-        tty.setraw(self._host_end)
-        os.set_blocking(self._board_end, False)
-        self.port = os.ttyname(self._host_end)
-        self.plugged = True
-        if self._link:
-            _point(self._link, self.port)
-
-    def pull(self) -> None:
-        """Unplug: the host's port is gone, and the link if it still is ours."""
-        self.plugged = False
-        if self._link and self._link.is_symlink() and os.readlink(self._link) == self.port:
-            self._link.unlink()
-        os.close(self._board_end)
-        os.close(self._host_end)
 
     def fileno(self) -> int:
         """Descriptor that becomes readable when the host has written."""
@@ -45,24 +28,47 @@ class Cable:
 
     def read(self) -> bytes:
         """Bytes that the host has written, without waiting."""
-        if not self.plugged:
-            return b""
         try:
             return os.read(self._board_end, READ_BYTES)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes) -> None:
-        """Send to the host; what does not fit, or finds nobody, is dropped."""
-        if not self.plugged:
-            return
+        """Send to the host; what does not fit is dropped."""
         with suppress(BlockingIOError):
             os.write(self._board_end, data)
 
+    def plug(self) -> None:
+        """Plug in: the link points to the port."""
+        self.plugged = True
+        if self._link:
+            _point(self._link, self.port)
+
+    def pull(self) -> None:
+        """Unplug: the port is gone, and the link. The next port has another name, as an adapter's may."""
+        self._unlink()
+        ends = self._board_end, self._host_end
+        self._open()
+        for end in ends:
+            os.close(end)
+
     def close(self) -> None:
         """Unplug for good."""
-        if self.plugged:
-            self.pull()
+        self._unlink()
+        os.close(self._board_end)
+        os.close(self._host_end)
+
+    def _open(self) -> None:
+        self._board_end, self._host_end = os.openpty()
+        tty.setraw(self._host_end)
+        os.set_blocking(self._board_end, False)
+        self.port = os.ttyname(self._host_end)
+
+    def _unlink(self) -> None:
+        """Take the link away if it still is ours."""
+        self.plugged = False
+        if self._link and self._link.is_symlink() and os.readlink(self._link) == self.port:
+            self._link.unlink()
 
 
 def _point(link: Path, target: str) -> None:

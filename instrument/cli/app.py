@@ -115,6 +115,31 @@ def sim(
         raise RigError(f"the simulator cannot start: {error}") from None
 
 
+@app.command()
+def fault(
+    name: Annotated[str | None, typer.Argument(help="The fault; without one, those that are in.")] = None,
+    arguments: Annotated[
+        list[str] | None, typer.Argument(help="How much of it, as kpa_per_s=0.02.", metavar="ARGUMENT=NUMBER")
+    ] = None,
+    off: Annotated[bool, typer.Option("--off", help="Take the fault out.")] = False,
+    control: Annotated[
+        int | None, typer.Option(help="The control port that pneuforce sim has printed.", min=1, max=65535)
+    ] = None,
+    show: Annotated[bool, typer.Option("--list", help="Say which faults there are.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Put a fault into a running simulator, or take it out.
+
+    Example: pneuforce fault leak kpa_per_s=0.05 --control 40123
+    """
+    from instrument.cli.fault import inject, show_catalogue
+
+    if show:
+        show_catalogue(as_json)
+    else:
+        typer.echo(inject(control, name, arguments or [], off, as_json))
+
+
 @app.command("map")
 def map_(
     form: Annotated[MapFormat, typer.Option("--format", help="Document to print.")] = MapFormat.MD,

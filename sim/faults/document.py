@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 from sim.faults.catalogue import CATALOGUE
 from sim.faults.kind import FaultKind
@@ -13,29 +12,16 @@ MARKS = "<!-- the catalogue: made from sim/faults, do not edit -->\n", "<!-- end
 WORDS = {"drift": "drift, and no contact", "losses": "lost frames are counted", "": "nothing"}
 
 
-class Row(NamedTuple):
-    """One fault, in words."""
-
-    name: str
-    what: str
-    arguments: str
-    where: str
-    answer: str
-
-
-def rows() -> list[Row]:
-    """All faults."""
-    return [
-        Row(kind.name, kind.what, _arguments(kind), kind.where, f"{answer_of(kind)}. {kind.rule}")
-        for kind in CATALOGUE.values()
-    ]
-
-
 def answer_of(kind: FaultKind) -> str:
     """Who sees the fault, and as what."""
     if kind.board is not None:
         return f"Board: {kind.board.name.lower().replace('_', ' ')} ({kind.board.value})"
     return f"Status: {kind.shows}" if kind.shows not in WORDS else WORDS[kind.shows].capitalize()
+
+
+def arguments_in_words(kind: FaultKind) -> str:
+    """The arguments, each with its usual value and its span."""
+    return ", ".join(f"{a.name} = {a.usual:g} {a.unit} ({a.low:g} to {a.high:g})" for a in kind.arguments)
 
 
 def markdown() -> str:
@@ -44,7 +30,10 @@ def markdown() -> str:
         "| name | what happens | arguments: usual (span) | shows when | answer |",
         "| --- | --- | --- | --- | --- |",
     ]
-    lines += [f"| `{row.name}` | {' | '.join(row[1:])} |" for row in rows()]
+    for kind in CATALOGUE.values():
+        answer = f"{answer_of(kind)}. {kind.rule}"
+        cells = (f"`{kind.name}`", kind.what, arguments_in_words(kind), kind.where, answer)
+        lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -53,10 +42,6 @@ def renewed(text: str) -> str:
     before, _, rest = text.partition(MARKS[0])
     _, _, after = rest.partition(MARKS[1])
     return before + MARKS[0] + "\n" + markdown() + "\n" + MARKS[1] + after
-
-
-def _arguments(kind: FaultKind) -> str:
-    return ", ".join(f"{a.name} = {a.usual:g} {a.unit} ({a.low:g} to {a.high:g})" for a in kind.arguments)
 
 
 if __name__ == "__main__":
