@@ -19,7 +19,7 @@ from sim.plant import AMBIENT_KPA, TUBES_MM3
 SHARES = np.concatenate([[0.005, 0.01], np.linspace(0.02, 0.96, 48), [0.97, 0.98]])
 SHARES_AT_ONCE = 13
 #: How far the pole is stretched beyond the pole of a shape with no tension at the plate's edge.
-BEYOND_SLACK = np.geomspace(5e-5, 1.0, 72)
+BEYOND_SLACK = np.geomspace(5e-5, 1.0, 50)
 #: Shapes of a column after it is filled in.
 FILLED = 6000
 

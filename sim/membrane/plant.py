@@ -12,8 +12,8 @@ from sim.plant import AMBIENT_KPA, TUBES_MM3, BalloonState, Gas
 
 LIKELY_KPA = 8.0
 MOST_STEPS = 50
-#: Gas [kPa·mm³] (0.01 kPa) over which the table is straight enough for the last step to need no look.
-STRAIGHT_GAS = 300.0
+#: Gas [kPa·mm³] (0.035 kPa) over which the table is straight enough for the last step to need no look.
+STRAIGHT_GAS = 1000.0
 #: What two skins that touch leave between them; with no tubes either, the gas law needs some place.
 LEAST_MM3 = 1.0
 LAST_ROW, LAST_COLUMN = ROWS - 2, COLUMNS - 2  # that have a next one

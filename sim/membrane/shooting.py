@@ -17,7 +17,7 @@ from sim.membrane.material import Material
 
 Array = npt.NDArray[np.float64]
 
-FLAT_STEPS, FREE_STEPS = 40, 120
+FLAT_STEPS, FREE_STEPS = 24, 80
 EQUATOR = np.pi / 2
 #: A slope [rad] beyond which a shot has missed for good; it rests there, where its radius is still positive.
 MISSED = 2.2
