@@ -1,7 +1,7 @@
 """Contact tracking: when a contact begins and ends, and the pressure ΔP_i before it.
 
 ΔP_i is the lowest pressure before the rise, measured anew for each contact (paper, Section IV-B). While
-the balloon is free a floor follows the pressure down at once and up at `TRACKING_KPA_PER_S`: the baseline.
+the balloon is free a floor follows the pressure, quickly down and slowly up: the baseline.
 
 A contact ends when the pressure is back at its floor. Where the next contact comes before that, it is
 told from a mere easing of the hand by how far the pressure fell: once the rise has dropped below
@@ -27,6 +27,8 @@ AGAIN_KPA = 0.12
 AGAIN = 0.1
 #: Zero tracking: a free pressure that rises more slowly is drift, faster is contact.
 TRACKING_KPA_PER_S = 0.03
+#: Downwards the floor takes its time too: gas that a contact has heated leaves a dip of some tenths of a second.
+SINKING_S = 0.3
 #: Within this of the floor the pressure has not begun to rise.
 AT_REST_KPA = 0.012
 DRIFT_S = 5.0
@@ -72,7 +74,8 @@ class ContactTracker:
         if above_kpa > CONFIRMED_KPA and now_kpa - self.initial_kpa > ONSET_KPA:
             self._begin(self._rest_kpa, now_kpa)
             return
-        self.initial_kpa += min(above_kpa, TRACKING_KPA_PER_S * dt_s)
+        down_kpa = above_kpa * min(dt_s / SINKING_S, 1.0)
+        self.initial_kpa += min(down_kpa if above_kpa < 0 else above_kpa, TRACKING_KPA_PER_S * dt_s)
         if above_kpa < AT_REST_KPA:
             self._rest_kpa = self.initial_kpa
         self._slow_kpa += (self._calm_kpa - self._slow_kpa) * min(dt_s / DRIFT_S, 1.0)

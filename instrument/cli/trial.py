@@ -1,4 +1,4 @@
-"""A scenario measured: the simulated rig's bytes through the instrument's link and chain, faster than time."""
+"""A scenario measured: the bytes of a simulated rig through the instrument's own chain, faster than time."""
 
 from __future__ import annotations
 
