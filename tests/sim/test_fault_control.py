@@ -1,4 +1,4 @@
-"""Faults put into a running simulator by its control port and by command, and what a real host makes of them."""
+"""Faults put into a running simulator, by control port and by command, and what a real host makes of them."""
 
 import asyncio
 import json
