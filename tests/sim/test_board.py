@@ -4,7 +4,6 @@ import itertools
 import random
 
 import pytest
-from conftest import ZERO_PA, Bench, hold, vent
 
 from instrument.rig.frames import (
     PROTOCOL_VERSION,
@@ -19,6 +18,7 @@ from instrument.rig.frames import (
     Vent,
 )
 from sim.board import Board
+from tests.sim.conftest import ZERO_PA, Bench, hold, vent
 
 LOCKED = Valve.VENT_CLOSED
 FILL = Valve.VENT_CLOSED | Valve.INLET_OPEN

@@ -1,9 +1,9 @@
 """How any board brings the balloon to a setpoint, keeps it there, and empties it."""
 
 import pytest
-from conftest import hold, vent
 
 from instrument.rig.frames import BoardState, CommandFlag, Event, Fault, Valve
+from tests.sim.conftest import hold, vent
 
 LOCKED = Valve.VENT_CLOSED
 S = BoardState

@@ -1,10 +1,10 @@
 """Which fault any board must see, how fast, and what it does then."""
 
 import pytest
-from conftest import hold, vent
 
 from instrument.rig.frames import BoardState, CommandFlag, Fault, Valve
 from instrument.rig.limits import HALVING_S
+from tests.sim.conftest import hold, vent
 
 LOCKED = Valve.VENT_CLOSED
 S = BoardState

@@ -11,7 +11,6 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from test_sim_server import Control, Host, simulator
 
 from instrument.core import Instrument
 from instrument.errors import RigSilent
@@ -25,6 +24,7 @@ from sim.orders import ORDERS, obey
 from sim.published import PublishedPlant
 from sim.rig import Rig
 from sim.world import World
+from tests.sim.test_sim_server import Control, Host, simulator
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "simulator.md").read_text(encoding="utf-8")
 PATIENCE_S = 15.0

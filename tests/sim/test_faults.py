@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from station import Station
 
 from instrument.rig.frames import Valve
 from sim.faults import CATALOGUE, Faults, Planned, Refused, Schedule
@@ -12,6 +11,7 @@ from sim.hand import Hand
 from sim.published import PublishedPlant
 from sim.rig import Rig
 from sim.world import World
+from tests.sim.station import Station
 
 PLANT = PublishedPlant()
 BOARD = [kind for kind in CATALOGUE.values() if kind.board is not None]
