@@ -20,6 +20,7 @@ SHARES = np.concatenate([[0.005, 0.01], np.linspace(0.02, 0.96, 48), [0.97, 0.98
 SHARES_AT_ONCE = 13
 #: How far the pole is stretched beyond the pole of a shape with no tension at the plate's edge.
 BEYOND_SLACK = np.geomspace(5e-5, 1.0, 50)
+NEARLY_SLACK = 0.01
 #: Shapes of a column after it is filled in.
 FILLED = 6000
 
@@ -34,6 +35,11 @@ class Column:
     pressure_kpa: Array
     half_height_mm: Array
     contact_radius_mm: Array
+
+    @property
+    def highest_n(self) -> float:
+        """Force of the shape with the most gas [N]."""
+        return float(1e-3 * np.pi * self.pressure_kpa[-1] * self.contact_radius_mm[-1] ** 2)
 
     def at(self, gas_kpa_mm3: Array) -> Array:
         """Pressure, half height and contact radius (3, gases), NaN where the column does not reach."""
@@ -67,8 +73,10 @@ def _column(rubber: Rubber, values: Array, sides: int) -> Column:
     """
     from scipy.interpolate import CubicSpline
 
-    missing = np.flatnonzero(np.isnan(values).any(axis=0))
-    first = int(missing[-1]) + 1 if missing.size else 0
+    # Near slack a shot may hit the equator the wrong way round: the pressure rises there with the stretch.
+    wrong = np.isnan(values).any(axis=0)
+    wrong[:-1] |= (np.diff(values[0]) <= 0) & (BEYOND_SLACK[:-1] < NEARLY_SLACK)
+    first = int(np.flatnonzero(wrong)[-1]) + 1 if wrong.any() else 0
     beyond = np.log(BEYOND_SLACK[first:])
     filled = CubicSpline(beyond, values[:, first:], axis=1)(np.linspace(beyond[0], beyond[-1], FILLED))
     pressure, height, contact, half = filled

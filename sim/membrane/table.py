@@ -41,7 +41,10 @@ class _Paths:
 
 
 def build(rubber: Rubber, sides: int, progress: Progress = lambda _done, _total: None) -> Table:
-    """The table of a balloon pressed on one or two `sides`; `progress(done, total)` hears how far it is."""
+    """The table of a balloon pressed on one or two `sides`; `progress(done, total)` hears how far it is.
+
+    Raises ArithmeticError for a rubber too odd for the shots to find all its shapes.
+    """
     stretch = np.linspace(1.0, MOST_FREE_STRETCH, FINE)
     free_kpa = rubber.free_kpa(stretch)
     free_gas = reference_gas(free_kpa, 4 / 3 * np.pi * (rubber.radius_mm * stretch) ** 3)
@@ -50,6 +53,8 @@ def build(rubber: Rubber, sides: int, progress: Progress = lambda _done, _total:
     stretch = np.interp(gas, free_gas, stretch)
     free = np.stack([rubber.free_kpa(stretch), rubber.radius_mm * stretch, 0.0 * gas])
     found = columns(rubber, sides, progress)
+    if any(column.gas_kpa_mm3[-1] < gas[-1] and column.highest_n < HARDEST_N for column in found):
+        raise ArithmeticError(f"some pressed shapes of {rubber} were not found")
     nodes = np.stack([free, *(column.at(gas) for column in found), _flat(rubber, sides, gas)], axis=2)
     first = int(np.searchsorted(gas, max(column.gas_kpa_mm3[0] for column in found)))
     return _resampled(gas, _limp(_Paths(*nodes), gas, first))
