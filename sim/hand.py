@@ -11,6 +11,8 @@ from sim.contacts.push import Push
 
 #: The hand waits until the balloon has been held for this long at the phase's setpoint.
 READY_S = 1.0
+#: How much longer, while nobody has yet commanded the setpoint of the next phase.
+UNCOMMANDED_S = 1.0
 REST = Contact(Course.of(stay(0.0, 1e-3)))
 
 
@@ -94,7 +96,7 @@ class Hand:
         if self._again and self.finished:
             self._turn = 0
         if self.setpoint_kpa != before_kpa:
-            self._held_s = 0.0
+            self._held_s = -UNCOMMANDED_S
 
     def _order(self, contacts: Iterable[Contact]) -> None:
         self._orders = deque(contacts)

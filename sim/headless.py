@@ -19,6 +19,7 @@ from instrument.rig.frames import (
 from instrument.rig.limits import nominal_pressure_kpa
 from sim.contacts.contact import Phase
 from sim.hand import READY_S
+from sim.membrane.family import Progress
 from sim.rig import STEP_S, Truth
 from sim.scenario import Scenario
 from sim.staging import world_of
@@ -38,13 +39,15 @@ class Playback:
     It ends when all phases are `finished`, when the board has `tripped`, or when neither will come.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, progress: Progress = lambda _done, _total: None) -> None:
+        """`progress(done, total)` hears how the table of a new membrane grows."""
         self.expected_s = _expected_s(scenario.phases)  #: about how long it will take, in virtual time
         self.tripped = False  #: whether the board did
-        self._world = world_of(scenario, again=False)
+        self._world = world_of(scenario, again=False, progress=progress)
         self._steps = 0
         self._decoder = Decoder.of_board()
         self._sequence = 0
+        self._heard = False  # whether a sample has come
         self._zero: list[float] = []  # pressures [kPa] that the vented sensor reads
         self._trips_left_s = TRIPPED_S
 
@@ -76,11 +79,11 @@ class Playback:
         return self.finished or self._trips_left_s <= 0 or late
 
     def _told(self) -> bytes:
-        """What the host sends: a greeting, then what it wants, again and again."""
+        """What the host sends: greetings until it is heard, then what it wants, again and again."""
         if self._steps % COMMAND_STEPS:
             return b""
         self._sequence += 1
-        return encode(self._wanted() if self._steps else Identify(), self._sequence)
+        return encode(self._wanted() if self._heard else Identify(), self._sequence)
 
     def _wanted(self) -> Command:
         if len(self._zero) < ZERO_SAMPLES or self.tripped:
@@ -95,6 +98,7 @@ class Playback:
                 self._follow(frame.message)
 
     def _follow(self, sample: Sample) -> None:
+        self._heard = True
         if sample.state == BoardState.VENTED and len(self._zero) < ZERO_SAMPLES:
             self._zero.append(nominal_pressure_kpa(sample.adc_sum))
         if sample.state == BoardState.TRIPPED:

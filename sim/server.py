@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import select
 import signal
+import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -42,11 +43,15 @@ def serve(options: Options) -> None:
     scenario = load(options.scenario)
     if options.seed is not None:
         scenario = scenario.model_copy(update={"seed": options.seed})
-    world = world_of(scenario, options.hand)
+    world = world_of(scenario, options.hand, progress=_reckoning)
     link = Path(options.link) if options.link else None
     with closing(Control(options.control_port, world)) as control, closing(Cable(link)) as cable:
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
         _run(world, cable, control, ended)
+
+
+def _reckoning(done: int, total: int) -> None:
+    print(f"reckoning the rubber balloon, once: {done / total:.0%}", file=sys.stderr, flush=True)
 
 
 def _ending() -> Callable[[], bool]:

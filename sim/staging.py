@@ -4,30 +4,39 @@ from __future__ import annotations
 
 from sim.faults import Planned, Schedule
 from sim.hand import Hand
+from sim.membrane.family import Progress
+from sim.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN
+from sim.membrane.plant import MembranePlant
 from sim.plant import Plant
 from sim.published import PublishedPlant
 from sim.rig import Rig
 from sim.scenario import PlantTable, Scenario
 from sim.world import World
 
+MATERIALS = {"mooney-rivlin": MOONEY_RIVLIN, "neo-hookean": NEO_HOOKEAN}
 
-def world_of(scenario: Scenario, works: bool = True, again: bool = True) -> World:
+
+def _silent(_done: int, _total: int) -> None:
+    """Nobody wants to hear how far it is."""
+
+
+def world_of(
+    scenario: Scenario, works: bool = True, again: bool = True, progress: Progress = _silent
+) -> World:
     """A rig just switched on, with the hand and the faults of a scenario.
 
-    `works` says whether the hand plays the phases, `again` whether for ever.
+    `works` says whether the hand plays the phases, `again` whether for ever. `progress(done, total)` hears
+    how the table of a new membrane grows, which takes some seconds.
     """
     hand = Hand(works, scenario.phases, again)
-    rig = Rig(plant_of(scenario.plant), hand, scenario.seed, scenario.pneumatics, scenario.sensor)
+    plant = plant_of(scenario.plant, progress)
+    rig = Rig(plant, hand, scenario.seed, scenario.pneumatics, scenario.sensor)
     plan = [Planned(f.at_s, f.for_s, f.name, f.model_extra or {}) for f in scenario.fault]
     return World(rig, Schedule(plan))
 
 
-def plant_of(table: PlantTable) -> Plant:
-    """The balloon that a table asks for. The first membrane of its kind takes some seconds to reckon."""
+def plant_of(table: PlantTable, progress: Progress = _silent) -> Plant:
+    """The balloon that a table asks for."""
     if table.kind == "published":
         return PublishedPlant()
-    from sim.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN
-    from sim.membrane.plant import MembranePlant
-
-    material = {"mooney-rivlin": MOONEY_RIVLIN, "neo-hookean": NEO_HOOKEAN}[table.material]
-    return MembranePlant(material, table.sides)
+    return MembranePlant(MATERIALS[table.material], table.sides, progress)

@@ -80,7 +80,7 @@ def test_a_phase_at_another_setpoint_waits_until_the_balloon_was_held_anew():
     hand = Hand(True, [Phase(8.0, PRESSES[:1]), Phase(6.0, PRESSES[1:])])
     forces(hand, READY_S + 1.9)
     assert hand.setpoint_kpa == 8.0
-    assert max(forces(hand, 0.9)) == 0
+    assert max(forces(hand, 1.9)) == 0
     assert hand.setpoint_kpa == 6.0
     assert max(forces(hand, 3, held=False)) == 0
     assert max(forces(hand, READY_S)) == 0

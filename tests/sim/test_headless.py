@@ -39,17 +39,17 @@ def ends_of_plateaus(pairs):
             yield plateau[450]
 
 
-def test_three_pressures_of_the_campaign_are_measured_within_their_stated_uncertainty():
+def test_two_pressures_of_the_campaign_are_measured_within_their_stated_uncertainty():
     campaign = load("campaign")
     [phase] = campaign.phase
-    fewer = phase.model_copy(update={"setpoint_kpa": phase.setpoint_kpa[2::11]})
+    fewer = phase.model_copy(update={"setpoint_kpa": phase.setpoint_kpa[2::16]})
     playback = Playback(campaign.model_copy(update={"phase": [fewer]}))
     plateaus = list(ends_of_plateaus(measured(playback)))
     assert not playback.tripped
     assert playback.now_s == pytest.approx(playback.expected_s, rel=0.05)
-    assert [truth.force_n for _, truth in plateaus] == pytest.approx([0.2 + 0.3 * n for n in range(12)] * 3)
-    held_kpa = [plateaus[12 * n][1].initial_kpa for n in range(3)]
-    assert held_kpa == pytest.approx([5.45, 8.2, 10.95], abs=0.1)
+    assert [truth.force_n for _, truth in plateaus] == pytest.approx([0.2 + 0.3 * n for n in range(12)] * 2)
+    held_kpa = [plateaus[12 * n][1].initial_kpa for n in range(2)]
+    assert held_kpa == pytest.approx([5.45, 9.45], abs=0.1)
     for measurement, truth in plateaus:
         error_n = measurement.force_n - truth.force_n
         assert abs(error_n) <= 2 * measurement.force_std_n, (measurement, truth)

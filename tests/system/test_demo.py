@@ -100,3 +100,41 @@ def test_a_taken_port_is_said_in_a_sentence_and_its_owner_is_left_alone(stack):
     assert "Traceback" not in refused.stderr
     with stack.plc() as plc:
         assert math.isnan(plc.read()["setpoint_requested"])
+
+
+TWO_SETPOINTS = """
+doc = "A tap at each of two setpoints."
+[[phase]]
+setpoint_kpa = [6.0, 8.0]
+[[phase.contact]]
+kind = "tap"
+force_n = 1.0
+pause_s = 0.3
+"""
+
+
+def test_the_demo_commands_the_setpoints_of_its_scenario_as_its_contacts_come(tmp_path):
+    (tmp_path / "two.toml").write_text(TWO_SETPOINTS)
+    demo = Demo("--scenario", str(tmp_path / "two.toml"), "--seconds", "40")
+    holding = re.compile(r"holding .* setpoint (\d\.\d{3}) kPa .* contacts ([12])")
+    seen = []
+    for line in demo.process.stdout:
+        seen += [found.groups() for found in [holding.search(line)] if found]
+        if ("8.000", "1") in seen:
+            break
+    demo.process.terminate()
+    demo.process.communicate(timeout=5)
+    assert ("6.000", "1") in seen
+    assert ("8.000", "1") in seen
+
+
+def test_a_scenario_that_is_not_there_is_said_in_a_sentence_before_anything_starts():
+    refused = subprocess.run(
+        [sys.executable, "-m", "instrument", "demo", "--scenario", "palpate"],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("pneuforce: there is no scenario 'palpate', only campaign, ")
