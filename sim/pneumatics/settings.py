@@ -22,7 +22,7 @@ class PneumaticSettings:
     tank_high_kpa: float = 600.0  #: and stops
     compressor_kpa_mm3_per_s: float = 1.7e7  #: 10 L/min of free air
     tank_leak_kpa_per_s: float = 0.02
-    regulator_kpa: float = 50.0  #: without flow, at half past the compressor's two limits
+    regulator_kpa: float = 50.0  #: without flow, the tank halfway between its limits
     droop_kpa_s_per_kpa_mm3: float = 1e-5  #: fall of the regulated pressure by flow
     supply_effect: float = 0.005  #: share of the tank's swing that comes through the regulator
     # valves
