@@ -74,9 +74,9 @@ def _column(rubber: Rubber, values: Array, sides: int) -> Column:
     from scipy.interpolate import CubicSpline
 
     # Near slack a shot may hit the equator the wrong way round: the pressure rises there with the stretch.
-    wrong = np.isnan(values).any(axis=0)
-    wrong[:-1] |= (np.diff(values[0]) <= 0) & (BEYOND_SLACK[:-1] < NEARLY_SLACK)
-    first = int(np.flatnonzero(wrong)[-1]) + 1 if wrong.any() else 0
+    falls = np.append(np.diff(values[0]) <= 0, False) & (BEYOND_SLACK < NEARLY_SLACK)
+    wrong = np.flatnonzero(np.isnan(values).any(axis=0) | falls)
+    first = int(wrong[-1]) + 1 if wrong.size else 0
     beyond = np.log(BEYOND_SLACK[first:])
     filled = CubicSpline(beyond, values[:, first:], axis=1)(np.linspace(beyond[0], beyond[-1], FILLED))
     pressure, height, contact, half = filled
