@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import tomllib
 import zlib
 from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, Field
 
 from instrument.chain import ChainSettings
-from instrument.errors import ConfigurationError
 from instrument.model import Balloon, Circuit, Law
 from instrument.settings import Identity, Settings
+from instrument.tables import Section, checked, span_of, tables_of, toml_of
 
 
 def _date(code: int) -> int:
@@ -25,12 +24,6 @@ def _date(code: int) -> int:
 _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
 
 Port = Annotated[int, Field(ge=1, le=65535)]
-
-
-class Section(BaseModel):
-    """A table of the file: unknown keys, wrong types and NaN are refused, nothing is converted silently."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class Rig(Section):
@@ -215,65 +208,12 @@ class Configuration(Section):
 
 def load(path: Path) -> Configuration:
     """Configuration of a TOML file. Raises ConfigurationError with file, key and allowed span."""
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigurationError(
-            f"{path}: no such file (pneuforce config --example > {path} writes one)"
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{path}: not TOML: {error}") from None
-    return parse(tables, str(path))
+    return parse(tables_of(path, f"pneuforce config --example > {path} writes one"), str(path))
 
 
 def parse(tables: dict[str, Any], name: str) -> Configuration:
     """Configuration of the tables of a file called `name`."""
-    try:
-        return Configuration.model_validate(tables)
-    except ValidationError as error:
-        lines = [f"{name}: {_sentence(e['loc'], e)}" for e in error.errors()]
-        raise ConfigurationError("\n".join(lines)) from None
-
-
-def _sentence(location: tuple[int | str, ...], error: Any) -> str:
-    key = ".".join(str(part) for part in location)
-    if error["type"] == "extra_forbidden":
-        return f"{key}: unknown key; known here: {', '.join(_known(location[:-1]))}"
-    if error["type"] == "model_type":
-        return f"{key} = {error['input']!r}: must be a table, [{key}]"
-    span = _span_at(location)
-    message = error["msg"].removeprefix("Value error, ")
-    message = message[0].lower() + message[1:]
-    return f"{key} = {error['input']!r}: {message}" + (f"; allowed: {span}" if span else "")
-
-
-def _section_at(location: tuple[int | str, ...]) -> type[BaseModel]:
-    section: type[BaseModel] = Configuration
-    for part in location:
-        inner = section.model_fields[str(part)].annotation
-        assert isinstance(inner, type)
-        section = inner
-    return section
-
-
-def _known(location: tuple[int | str, ...]) -> list[str]:
-    return list(_section_at(location).model_fields)
-
-
-def _span_at(location: tuple[int | str, ...]) -> str:
-    if len(location) != 2:
-        return ""
-    return _span(_section_at(location[:1]).model_json_schema()["properties"][location[1]])
-
-
-def _span(schema: dict[str, Any]) -> str:
-    if "enum" in schema:
-        return ", ".join(str(value) for value in schema["enum"])
-    if "minimum" in schema:
-        return f"{schema['minimum']} to {schema['maximum']}"
-    return {"boolean": "true, false", "string": "text"}.get(schema["type"], str(schema["type"]))
+    return checked(Configuration, tables, name)
 
 
 def example() -> str:
@@ -285,12 +225,9 @@ def example() -> str:
         assert issubclass(section, BaseModel)
         lines += [f"# {section.__doc__}", f"[{name}]"]
         for key, schema in section.model_json_schema()["properties"].items():
-            lines += [f"# {schema['description']}; {_span(schema)}", f"{key} = {_toml(schema['default'])}"]
+            lines += [
+                f"# {schema['description']}; {span_of(schema)}",
+                f"{key} = {toml_of(schema['default'])}",
+            ]
         lines.append("")
     return "\n".join(lines)
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f'"{value}"' if isinstance(value, str) else repr(value)

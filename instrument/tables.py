@@ -1,0 +1,110 @@
+"""Files of tables (TOML): held against what they may contain, and refused with file, key and span."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from types import NoneType
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from instrument.errors import ConfigurationError
+
+
+class Section(BaseModel):
+    """A table of the file: unknown keys, wrong types and NaN are refused, nothing is converted silently."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+Whole = TypeVar("Whole", bound=Section)
+
+
+def tables_of(path: Path, remedy: str) -> dict[str, Any]:
+    """What a TOML file holds. Raises ConfigurationError; `remedy` tells how to get such a file."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigurationError(f"{path}: no such file ({remedy})") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{path}: not TOML: {error}") from None
+
+
+def checked(whole: type[Whole], tables: dict[str, Any], name: str) -> Whole:
+    """The tables of a file called `name`. Raises ConfigurationError with one line for each wrong key."""
+    try:
+        return whole.model_validate(tables)
+    except ValidationError as error:
+        lines = [f"{name}: {_sentence(whole, e['loc'], e)}" for e in error.errors()]
+        raise ConfigurationError("\n".join(lines)) from None
+
+
+def _sentence(whole: type[Section], location: tuple[int | str, ...], error: Any) -> str:
+    key = ".".join(str(part) for part in location)
+    if error["type"] == "extra_forbidden":
+        known = section_at(whole, location[:-1])
+        return f"{key}: unknown key; known here: {', '.join(known.model_fields) if known else 'none'}"
+    if error["type"] == "missing":
+        return f"{key}: missing"
+    if error["type"] == "model_type":
+        return f"{key} = {error['input']!r}: must be a table, [{key}]"
+    span = _span_at(whole, location)
+    message = error["msg"].removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
+    return f"{key} = {error['input']!r}: {message}" + (f"; allowed: {span}" if span else "")
+
+
+def section_at(whole: type[Section], location: tuple[int | str, ...]) -> type[Section] | None:
+    """The section at a place of the file, None where there is none."""
+    section = whole
+    for part in location:
+        field = section.model_fields.get(str(part))
+        inner = field and _section_in(field.annotation)
+        if inner is None:
+            return None
+        section = inner
+    return section
+
+
+def _section_in(annotation: Any) -> type[Section] | None:
+    """The section of an annotation, which may be optional."""
+    [kind, *_] = [kind for kind in get_args(annotation) if kind is not NoneType] or [annotation]
+    return kind if isinstance(kind, type) and issubclass(kind, Section) else None
+
+
+def _span_at(whole: type[Section], location: tuple[int | str, ...]) -> str:
+    section = section_at(whole, location[:-1])
+    key = str(location[-1]) if location else ""
+    if (
+        section is None
+        or key not in section.model_fields
+        or _section_in(section.model_fields[key].annotation)
+    ):
+        return ""
+    return span_of(section.model_json_schema()["properties"][key])
+
+
+def span_of(schema: dict[str, Any]) -> str:
+    """The allowed values of a key, from its JSON schema."""
+    if "enum" in schema:
+        return ", ".join(str(value) for value in schema["enum"])
+    if "minimum" in schema:
+        return f"{schema['minimum']} to {schema['maximum']}"
+    return {"boolean": "true, false", "string": "text"}.get(schema["type"], str(schema["type"]))
+
+
+def toml_of(value: object) -> str:
+    """A value as TOML writes it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + "".join(_ESCAPED.get(letter, letter) for letter in value) + '"'
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml_of(item) for item in value)}]"
+    return str(value)
+
+
+_ESCAPED = {chr(code): f"\\u{code:04x}" for code in (*range(32), 127)} | {'"': '\\"', "\\": "\\\\"}
