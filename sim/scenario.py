@@ -22,7 +22,8 @@ from pydantic import (
 )
 
 from sim.contacts.contact import Contact, Phase
-from sim.contacts.kinds import KINDS, Hertz, Kind, Linear
+from sim.contacts.kinds import KINDS, Kind
+from sim.contacts.laws import Hertz, Linear
 from sim.contacts.table import Spread, Table, sentences
 from sim.faults.injection import checked
 from sim.pneumatics import PneumaticSettings

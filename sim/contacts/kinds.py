@@ -26,9 +26,10 @@ from sim.contacts.course import (
     stay,
     stroke,
 )
+from sim.contacts.laws import Hertz, Linear
 from sim.contacts.recorded import recorded
 from sim.contacts.table import Spread, Table
-from sim.contacts.tissue import HARDEST_N, HalfSpace, Rigid, Spring, Tissue
+from sim.contacts.tissue import HARDEST_N, Rigid
 
 Force = Annotated[float, Field(ge=0, le=HARDEST_N)]
 Travel = Annotated[float, Field(ge=0, le=50)]
@@ -38,29 +39,6 @@ Time = Annotated[float, Field(ge=0, le=3600)]
 Rise = Annotated[float, Field(ge=0.01, le=3600)]
 Frequency = Annotated[float, Field(ge=0.01, le=50)]
 Ease = Annotated[float, Field(ge=0, le=0.95)]
-
-
-class Hertz(Table):
-    """A deep, incompressible, elastic body under a sphere."""
-
-    law: Literal["hertz"] = "hertz"
-    modulus_kpa: float = Field(ge=0.1, le=100_000)
-    radius_mm: float = Field(8.0, ge=0.5, le=100)
-
-    def tissue(self) -> Tissue:
-        """The tissue of this table."""
-        return HalfSpace(self.modulus_kpa, self.radius_mm)
-
-
-class Linear(Table):
-    """A spring."""
-
-    law: Literal["linear"] = "linear"
-    stiffness_n_per_mm: float = Field(ge=0.01, le=1000)
-
-    def tissue(self) -> Tissue:
-        """The tissue of this table."""
-        return Spring(self.stiffness_n_per_mm)
 
 
 class _Kind(Table):
