@@ -19,6 +19,8 @@ from instrument.sensor import Zero
 
 #: How well the lag of the tube is known, as a share of it.
 LAG_SHARE = 0.15
+#: What is shown of a free balloon (lower limit, detection limit) need not follow its baseline more closely.
+SAME_BASELINE_KPA = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +49,7 @@ class Chain:
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient
     _lag: LagCompensator = field(init=False)
     _filtered_kpa: float = math.nan  # before the zero
-    _curve: tuple[tuple[float, float], ContactCurve, float] | None = None
+    _curve: tuple[ContactCurve, float] | None = None
 
     def __post_init__(self) -> None:
         self._lag = LagCompensator(self.settings.tube_s)
@@ -95,7 +97,7 @@ class Chain:
     def _free(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float) -> Measurement:
         """Zeros; the uncertainty is the detection limit, the force at the onset threshold."""
         initial_kpa = self.tracker.initial_kpa
-        curve, onset_n = self._curve_at(round(initial_kpa - self.reference_kpa, 2))
+        curve, onset_n = self._curve_at(initial_kpa - self.reference_kpa, SAME_BASELINE_KPA)
         return Measurement(
             t_s=t_s,
             pressure_kpa=pressure_kpa,
@@ -124,7 +126,7 @@ class Chain:
         else:
             quality = Quality.INTERPOLATED if rise_kpa < LOWEST_RISE_KPA else Quality.GOOD
             force_n, std = point.estimate.force_n, self._std_n(point, curve.initial_kpa, rise_kpa)
-            lagging_n = curve.at(pressure_kpa - initial_kpa).estimate.force_n
+            lagging_n = curve.force_n(pressure_kpa - initial_kpa)
         known = math.isfinite(force_n)
         return Measurement(
             t_s=t_s,
@@ -154,12 +156,16 @@ class Chain:
         )
         return std_n(point.estimate.force_n, point.spread, known, own.errors, own.model, own.balloon)
 
-    def _curve_at(self, initial_kpa: float) -> tuple[ContactCurve, float]:
-        """The law at one ΔP_i and its force at the onset threshold, kept as long as ΔP_i stays."""
-        key = (initial_kpa, self.reference_kpa)
-        if self._curve is None or self._curve[0] != key:
-            own = self.settings
-            circuit = replace(own.circuit, ambient_kpa=own.circuit.ambient_kpa + self.reference_kpa)
+    def _curve_at(self, initial_kpa: float, within_kpa: float = 0.0) -> tuple[ContactCurve, float]:
+        """The law at one ΔP_i and its force at the onset threshold, kept while ΔP_i stays `within_kpa`."""
+        own, kept = self.settings, self._curve
+        ambient_kpa = own.circuit.ambient_kpa + self.reference_kpa
+        if (
+            kept is None
+            or not abs(kept[0].initial_kpa - initial_kpa) <= within_kpa
+            or kept[0].circuit.ambient_kpa != ambient_kpa
+        ):
+            circuit = replace(own.circuit, ambient_kpa=ambient_kpa)
             curve = ContactCurve(initial_kpa, own.balloon, circuit, own.law, own.correction, own.errors)
-            self._curve = (key, curve, curve.at(ONSET_KPA).estimate.force_n)
-        return self._curve[1:]
+            kept = self._curve = curve, curve.at(ONSET_KPA).estimate.force_n
+        return kept

@@ -27,7 +27,7 @@ AGAIN_KPA = 0.12
 AGAIN = 0.1
 #: Zero tracking: a free pressure that rises more slowly is drift, faster is contact.
 TRACKING_KPA_PER_S = 0.03
-#: Downwards the floor takes its time too: gas that a contact has heated leaves a dip of some tenths of a second.
+#: Downwards the floor takes its time too: gas that a contact has heated leaves a dip of some 0.3 s.
 SINKING_S = 0.3
 #: Within this of the floor the pressure has not begun to rise.
 AT_REST_KPA = 0.012

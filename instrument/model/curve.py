@@ -55,6 +55,16 @@ class ContactCurve:
         """Contact and spread at ΔP_f − ΔP_i; NaN where the law has no solution."""
         return self._calibrated(self._by_law(rise_kpa), rise_kpa)
 
+    def force_n(self, rise_kpa: float) -> float:
+        """The force of `at` alone [N]."""
+        if not LOWEST_RISE_KPA <= rise_kpa < math.inf:
+            return self.at(rise_kpa).estimate.force_n
+        index = int(math.log(rise_kpa / LOWEST_RISE_KPA) / _LOG_RATIO)
+        force = _force_between(self._node(index), self._node(index + 1), rise_kpa)
+        return (
+            force if self.correction is None else force * self.correction.factor(rise_kpa, self.initial_kpa)
+        )
+
     def _calibrated(self, point: Point, rise_kpa: float) -> Point:
         if self.correction is None:
             return point
@@ -138,7 +148,7 @@ def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Po
     h = right.rise_kpa - left.rise_kpa
     x = (rise_kpa - left.rise_kpa) / h
     a, b = left.solved, right.solved
-    force = _cubic(x, a.force_n, b.force_n, h * left.spread.final_n_per_kpa, h * right.spread.final_n_per_kpa)
+    force = _force_between(left, right, rise_kpa)
     d = _cubic(x, a.indentation_mm, b.indentation_mm, h * left.indentation_slope, h * right.indentation_slope)
     a_squared = force * 1e3 / (math.pi * final_kpa)
     gap = a.radius_mm - d
@@ -152,6 +162,12 @@ def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Po
             p.parameters_n + x * (q.parameters_n - p.parameters_n),
         ),
     )
+
+
+def _force_between(left: _Node, right: _Node, rise_kpa: float) -> float:
+    h = right.rise_kpa - left.rise_kpa
+    slopes = h * left.spread.final_n_per_kpa, h * right.spread.final_n_per_kpa
+    return _cubic((rise_kpa - left.rise_kpa) / h, left.solved.force_n, right.solved.force_n, *slopes)
 
 
 def _cubic(x: float, y0: float, y1: float, slope0: float, slope1: float) -> float:

@@ -35,7 +35,7 @@ def _root_of_floats(balance: Balance, low: float, high: float, x: float) -> floa
         else:
             low = x
         following = x - value / slope if slope else math.nan
-        if not low < following < high:
+        if not low <= following <= high:
             following = 0.5 * (low + high)
         if abs(following - x) < TOLERANCE_MM:
             return following
@@ -53,7 +53,7 @@ def _root_of_arrays(balance: Balance, low: Any, high: Any, x: Any) -> Any:
             above = value > 0
             low, high = np.where(above, low, x), np.where(above, x, high)
             following = x - value / slope
-            inside = (low < following) & (following < high)
+            inside = (low <= following) & (following <= high)
             following = np.where(inside, following, 0.5 * (low + high))
             moved = np.abs(following - x)
             x = following

@@ -20,6 +20,7 @@ from sim.pneumatics import PneumaticSettings
 from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
 from sim.sensor import SensorSettings
+from tests.bench.model import bench_arrays, bench_chain
 from tests.ports import free_port
 from tests.system.waiting import inflate
 
@@ -131,6 +132,8 @@ def bench_rig():
 
 
 if __name__ == "__main__":
+    bench_arrays()
+    bench_chain()
     bench_rig()
     bench_estimate()
     bench_latency()

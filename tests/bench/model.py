@@ -1,0 +1,106 @@
+"""Speed of the force model: arrays beside what scipy offers for the same equations; a sample in the chain."""
+
+import statistics
+import time
+import warnings
+
+import numpy as np
+from scipy.optimize import brentq, fsolve
+
+from instrument.chain import Chain, ChainSettings
+from instrument.model import PAPER, Balloon, Circuit, contact
+from instrument.model.methods import METHODS
+from instrument.model.pressed import Pressed
+from instrument.rig.frames import BoardState, Sample
+from instrument.rig.link import RawSample
+from tests.instrument.driving import adc_sum_of
+
+BALLOON, CIRCUIT = Balloon(), Circuit()
+ONE_BY_ONE = 300  #: samples that a solver of others gets; its time per sample does not depend on their number
+
+
+def pairs(count):
+    """Pressures before and during contacts over the whole validated range."""
+    draw = np.random.default_rng(1)
+    initial = draw.uniform(4.95, 11.45, count)
+    return initial, initial + draw.uniform(0.5, 6.0, count)
+
+
+def bracketed(initial_kpa, final_kpa):
+    """The energetic balance of one contact by d, and where its root lies."""
+    weight = PAPER.small_strain(initial_kpa, BALLOON)
+    pressed = Pressed.between(initial_kpa, final_kpa, weight, BALLOON, CIRCUIT)
+    method = METHODS["energetic"]
+
+    def balance(d):
+        return method.balance(float(np.ravel(d)[0]), pressed)[0].real  # outside its domain it is complex
+
+    return balance, method.lowest_mm(pressed), pressed.radius_mm
+
+
+def by_brentq(initial_kpa, final_kpa):
+    balance, low, high = bracketed(initial_kpa, final_kpa)
+    return brentq(balance, low, high * (1 - 1e-9))
+
+
+def by_fsolve(initial_kpa, final_kpa):
+    balance, low, high = bracketed(initial_kpa, final_kpa)
+    return fsolve(balance, low + 0.4 * (high - low))[0]
+
+
+def us_per_sample(work, count, repeats):
+    times_s = []
+    for _ in range(repeats):
+        begun_s = time.perf_counter()
+        work()
+        times_s.append(time.perf_counter() - begun_s)
+    return min(times_s) / count * 1e6
+
+
+def bench_arrays():
+    """µs per solved contact; every solver's answers agree."""
+    initial, final = pairs(ONE_BY_ONE)
+    exact = contact(initial, final, BALLOON, CIRCUIT).indentation_mm
+    peers = {}
+    for name, solve in (("brentq", by_brentq), ("fsolve", by_fsolve)):
+
+        def one_by_one(solve=solve):
+            return np.array([solve(p, q) for p, q in zip(initial.tolist(), final.tolist(), strict=True)])
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            agree = np.mean(np.abs(one_by_one() - exact) < 1e-6)
+            peers[name] = us_per_sample(one_by_one, ONE_BY_ONE, 3)
+        print(f"scipy's {name}, one contact after another: {peers[name]:.0f} µs each, {agree:.0%} agree")
+    for count in (1, 1000, 1_000_000):
+        p, q = pairs(count)
+        if count == 1:
+            p, q = float(p[0]), float(q[0])
+        us = us_per_sample(
+            lambda p=p, q=q: contact(p, q, BALLOON, CIRCUIT), count, 3 if count > 1000 else 200
+        )
+        print(
+            f"contacts solved, {count} at once: {us:.2f} µs each; "
+            f"{peers['fsolve'] / us:.0f} × fsolve, {peers['brentq'] / us:.0f} × brentq"
+            + (" (target 50 × fsolve)" if count > 1000 else "")
+        )
+
+
+def bench_chain():
+    """µs per sample of the live chain: free, and during presses at 10 N/s at most."""
+    chain = Chain(ChainSettings())
+    chain.zero.zero_kpa = 0.0
+    rises = np.clip(2.0 * np.sin(np.linspace(0, 60, 15_000)), 0.0, None)
+    sums = [adc_sum_of(8.0 + rise) for rise in rises.tolist()]
+    free_us, pressed_us = [], []
+    for adc_sum in [sums[0]] * 2000 + sums:
+        raw = RawSample(0, 0.0, Sample(0, adc_sum, 5000, 0, BoardState.HOLDING, 0, 0, 0, 8000))
+        begun_ns = time.perf_counter_ns()
+        measurement = chain.step(raw)
+        us = (time.perf_counter_ns() - begun_ns) / 1e3
+        (pressed_us if measurement.in_contact else free_us).append(us)
+    for name, values in (("free", free_us), ("in contact", pressed_us)):
+        print(
+            f"a sample in the live chain, {name}: median {statistics.median(values):.1f} µs (target 10), "
+            f"mean {statistics.mean(values):.1f} µs, p99 {sorted(values)[int(0.99 * len(values))]:.0f} µs"
+        )
