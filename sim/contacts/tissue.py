@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 HARDEST_N = 20.0
 FINEST_MM = 1e-6
-FINEST_N = 1e-9
+FINEST_N = 1e-14  # a Hertz body is infinitely soft at first: nanonewtons are micrometres
 MOST_STEPS = 100
 #: A first guess of how much force a millimetre more costs [N/mm]; the root does not depend on it.
 USUAL_N_PER_MM = 0.5
