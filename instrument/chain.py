@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from instrument.contact import ONSET_KPA, ContactTracker
 from instrument.lag import LagCompensator
 from instrument.measurement import Measurement, Quality
-from instrument.model import Balloon, Circuit, Correction, Law
+from instrument.model import LIVE, Balloon, Circuit, Correction, Law
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from instrument.model.curve import ContactCurve, Point
 from instrument.model.uncertainty import InputErrors, ModelErrors, Pressures, std_n
@@ -29,7 +29,7 @@ class ChainSettings:
 
     balloon: Balloon = field(default_factory=Balloon)
     circuit: Circuit = field(default_factory=Circuit)
-    law: Law = field(default_factory=Law)
+    law: Law = LIVE
     correction: Correction | None = None
     errors: InputErrors = field(default_factory=InputErrors)
     model: ModelErrors = field(default_factory=ModelErrors)

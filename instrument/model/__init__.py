@@ -7,11 +7,12 @@ Gaudeni & Prattichizzo, "A Mathematical Model of the Pneumatic Force Sensor for 
 from instrument.model.balloon import Balloon, Circuit
 from instrument.model.correction import Correction
 from instrument.model.force import Estimate, contact
-from instrument.model.law import PAPER, Law
+from instrument.model.law import LIVE, PAPER, Law
 from instrument.model.low_end import LowEnd, estimate
 from instrument.model.methods import METHODS, Method
 
 __all__ = [
+    "LIVE",
     "METHODS",
     "PAPER",
     "Balloon",

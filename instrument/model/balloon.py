@@ -59,3 +59,8 @@ class Circuit:
 def sphere_volume(radius_mm: Number) -> Number:
     """Volume [mm³] of a sphere."""
     return (4 / 3 * math.pi) * radius_mm**3
+
+
+def within(x: Number, low: float, high: float) -> Number:
+    """The nearest number of a span; floats or arrays."""
+    return (abs(x - low) - abs(x - high) + low + high) / 2

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from instrument.model.balloon import Number
+from instrument.model.balloon import Number, within
 
-#: ΔP_i at which `by_initial` and `by_both` have no effect [kPa].
+#: ΔP_i at which only `constant` and `by_rise` have an effect [kPa].
 MIDDLE_KPA = 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correction:
-    """F = F_law · exp(constant + by_rise L + by_initial p + by_both L p).
+    """F = F_law · exp(constant + by_rise L + by_initial p + by_both L p + by_square p²).
 
     L is ln(rise / 1 kPa), p is ΔP_i − 8 kPa. Outside the spans that were calibrated rise and ΔP_i count as at
     their ends: nothing is extrapolated.
@@ -25,12 +25,14 @@ class Correction:
     by_both: float  #: per kPa
     rise_span_kpa: tuple[float, float]
     initial_span_kpa: tuple[float, float]
+    by_square: float = 0.0  #: per kPa²
 
     def factor(self, rise_kpa: Number, initial_kpa: Number) -> Number:
         """What the law's force is multiplied by; floats or arrays."""
         p = within(initial_kpa, *self.initial_span_kpa) - MIDDLE_KPA
         rise = within(rise_kpa, *self.rise_span_kpa)
-        return math.e ** (self.constant + self.by_initial * p) * rise ** (self.by_rise + self.by_both * p)
+        exponent = self.constant + (self.by_initial + self.by_square * p) * p
+        return math.e**exponent * rise ** (self.by_rise + self.by_both * p)
 
     def log_slopes_per_kpa(self, rise_kpa: float, initial_kpa: float) -> tuple[float, float]:
         """Derivatives of the factor's logarithm by ΔP_i (at one ΔP_f) and by ΔP_f [1/kPa]."""
@@ -39,10 +41,7 @@ class Correction:
         p = within(initial_kpa, *self.initial_span_kpa) - MIDDLE_KPA
         by_rise = (self.by_rise + self.by_both * p) / rise if low <= rise_kpa <= high else 0.0
         low, high = self.initial_span_kpa
-        by_initial = self.by_initial + self.by_both * math.log(rise) if low <= initial_kpa <= high else 0.0
+        by_initial = self.by_initial + self.by_both * math.log(rise) + 2 * self.by_square * p
+        if not low <= initial_kpa <= high:
+            by_initial = 0.0
         return by_initial - by_rise, by_rise
-
-
-def within(x: Number, low: float, high: float) -> Number:
-    """The nearest number of a span; floats or arrays."""
-    return (abs(x - low) - abs(x - high) + low + high) / 2

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from instrument.model.balloon import Balloon, Number
+from instrument.model.balloon import Balloon, Number, within
 
 MethodName = Literal["energetic", "lulevich", "shanahan"]
 Switch = Literal["paper", "blend"]
 Low = Literal["line", "smooth"]
-#: Half of the blend's change lies within ± 0.58 of this [kPa].
+#: The blend reaches this far to either side of the switch; beyond, it is the paper's law.
 BLEND_KPA = 0.5
 
 
@@ -18,8 +18,8 @@ BLEND_KPA = 0.5
 class Law:
     """The paper's law by default.
 
-    `switch`: from stretching energy (5) to (4) at once at 8.85 kPa, or blended around it. `low`: below a rise
-    of 0.5 kPa a straight line to zero, or a curve that joins the law with its slope and starts like √rise.
+    `switch`: from stretching energy (5) to (4) at once at 8.85 kPa, or blended within ± 0.5 kPa. `low`: below
+    a rise of 0.5 kPa a straight line to zero, or a curve that joins the law with its slope and starts as √rise.
     """
 
     method: MethodName = "energetic"
@@ -29,12 +29,13 @@ class Law:
     def small_strain(self, initial_kpa: Number, balloon: Balloon) -> Number:
         """Weight of stretching energy (4) at ΔP_i, the rest goes to (5); NaN stays NaN."""
         above = initial_kpa - balloon.switch_kpa
-        if self.switch == "blend":
-            x = above / BLEND_KPA
-            return 0.5 + 0.5 * x / (1 + x * x) ** 0.5
-        if isinstance(above, float | complex):
-            return 1.0 if above.real > 0 else 0.0
-        return (above.real > 0) * 1.0
+        if self.switch == "paper":
+            return (above.real > 0) * 1.0
+        t = within(0.5 + above.real / (2 * BLEND_KPA), 0.0, 1.0)
+        slope = 3 * t * (1 - t) / BLEND_KPA
+        return t * t * (3 - 2 * t) + slope * (above - above.real)  # which carries a complex step on
 
 
 PAPER = Law()
+#: What measures better on the simulated rubber balloon, see docs/model.md.
+LIVE = Law(switch="blend", low="line")

@@ -160,7 +160,7 @@ def flat(value):
 OTHERS = {
     "poisson": 0.375,
     "method": "lulevich",
-    "switch": "blend",
+    "switch": "paper",
     "low": "smooth",
     "filter_s": 0.125,
     "tube_s": 0.375,
