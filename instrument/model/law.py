@@ -19,7 +19,7 @@ class Law:
     """The paper's law by default.
 
     `switch`: from stretching energy (5) to (4) at once at 8.85 kPa, or blended within ± 0.5 kPa. `low`: below
-    a rise of 0.5 kPa a straight line to zero, or a curve that joins the law with its slope and starts as √rise.
+    a rise of 0.5 kPa a straight line to zero, or a curve that joins the law smoothly and starts as √rise.
     """
 
     method: MethodName = "energetic"
