@@ -67,17 +67,16 @@ class Rig:
     def step(self, received: bytes = b"") -> bytes:
         """What the board sends 2 ms later, having received these bytes."""
         self._steps += 1
-        self._force_n = self.hand.step(self.board.holds, STEP_S).force_n(self._indentation_mm)
-        self._balloon = self._plant.settle(self.pneumatics.gas, self._force_n)
+        settle, gas = self._plant.settle, self.pneumatics.gas
+        push = self.hand.step(self.board.holds, STEP_S)
+        self._force_n = push.force_n(lambda force_n: settle(gas, force_n).indentation_mm)
+        self._balloon = settle(gas, self._force_n)
         self.pneumatics.step(self._balloon, self.board.valves, STEP_S)
         adc_sum = self.sensor.adc_sum(self.pneumatics.sensor_kpa, STEP_S)
         if not self.frozen_board:
             self._board_us += STEP_US * self.clock_rate
         supply_mv = self.supply_mv + self.sensor.ripple_mv(self._steps * STEP_S)
         return self.board.step(round(self._board_us), adc_sum, supply_mv, received)
-
-    def _indentation_mm(self, force_n: float) -> float:
-        return self._plant.settle(self.pneumatics.gas, force_n).indentation_mm
 
     @property
     def truth(self) -> Truth:
