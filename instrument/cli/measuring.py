@@ -1,8 +1,9 @@
-"""The commands about the number itself: estimate, budget."""
+"""The commands about the number itself: estimate, budget, validate."""
 
 from __future__ import annotations
 
 from enum import Enum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -30,6 +31,13 @@ class LowName(Enum):
 
     LINE = "line"
     SMOOTH = "smooth"
+
+
+class PlantName(Enum):
+    """The simulated balloons."""
+
+    PUBLISHED = "published"
+    MEMBRANE = "membrane"
 
 
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
@@ -82,3 +90,35 @@ def budget(
 
     contact = estimate.contact_of(dpi, dpf, Law(method=method.value, switch=switch.value, low=low.value))
     typer.echo(estimate.budget_json(contact) if as_json else estimate.budget_report(contact))
+
+
+@commands.command()
+def validate(
+    data: Annotated[
+        Path | None, typer.Option(help="A recording with a reference force, instead of the simulated rig.")
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="What is simulated, campaign by default; see pneuforce sim --list.")
+    ] = None,
+    plant: Annotated[
+        PlantName | None, typer.Option(help="The simulated balloon, instead of the scenario's.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the noise, instead of the scenario's.", min=0, max=0xFFFF_FFFF)
+    ] = None,
+    switch: Switch = SwitchName.PAPER,
+    low: Low = LowName.LINE,
+    save: Annotated[Path | None, typer.Option(help="Write the recording to this CSV file.")] = None,
+    figures: Annotated[Path | None, typer.Option(help="Draw the paper's figures into this folder.")] = None,
+    as_json: Json = False,
+) -> None:
+    """How far the force is from a reference, evaluated as the paper did it and beside its figures.
+
+    Example: pneuforce validate --plant membrane
+    """
+    from instrument.cli import validate
+    from instrument.cli.validation_source import Choice
+    from instrument.model import Law
+
+    choice = Choice(data=data, scenario=scenario, plant=plant.value if plant else None, seed=seed)
+    validate.validate(choice, Law(switch=switch.value, low=low.value), save, figures, as_json)

@@ -1,0 +1,103 @@
+"""What a validation looks at: a scenario played on the simulated rig, or a recording."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.console import Console
+from rich.progress import Progress
+
+from instrument.chain import ChainSettings
+from instrument.cli.trial import measured
+from instrument.errors import ConfigurationError
+from instrument.validation import recording
+from instrument.validation.trial import Row, Trial, trials_of
+from sim.headless import Playback
+from sim.rig import STEP_S
+from sim.scenario import PlantTable, Scenario, ScenarioError, load
+
+CAMPAIGN = "campaign"
+TOLD_EVERY = 500  #: samples
+#: What the errors of each source speak of.
+NOTES = {
+    "published": "The published plant obeys the energetic law itself: its errors are those of tube, "
+    "filter, noise and leak, and say nothing about the law.",
+    "membrane": "The membrane plant is rubber by finite elasticity. It knows nothing of the law, and the "
+    "law is not calibrated to it: its errors are the law's on another balloon than the paper's.",
+    "recording": "The law is the paper's, for the paper's balloon and circuit: nothing was fitted to the "
+    "recording.",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """A recording, or a scenario; the scenario's own plant and seed where none is given."""
+
+    data: Path | None = None
+    scenario: str | None = None
+    plant: str | None = None
+    seed: int | None = None
+
+    @property
+    def name(self) -> str:
+        """What sentences about it call it."""
+        return str(self.data or self.scenario or CAMPAIGN)
+
+
+class Source(NamedTuple):
+    """Trials, and what is known of where they come from."""
+
+    facts: dict[str, Any]
+    trials: tuple[Trial, ...]
+    note: str
+
+
+def source_of(choice: Choice) -> Source:
+    """The recording read, or the scenario played. Raises ConfigurationError."""
+    if choice.data is None:
+        return simulated(choice, choice.name)
+    if (choice.scenario, choice.plant, choice.seed) != (None, None, None):
+        raise ConfigurationError("--data is a recording: --scenario, --plant and --seed do not go with it")
+    return Source({"recording": choice.data.name}, recording.read(choice.data), NOTES["recording"])
+
+
+def simulated(choice: Choice, name: str) -> Source:
+    """A scenario played on the chosen plant with the chosen seed. Raises ConfigurationError."""
+    scenario = staged(choice, name)
+    facts = {"scenario": name, "plant": scenario.plant.kind, "seed": scenario.seed}
+    played = sum(len(phase.contacts) for phase in scenario.phases)
+    trials = trials_of(_rows(scenario, f"{name}, {scenario.plant.kind} plant"))
+    return Source(facts | {"contacts_played": played}, trials, NOTES[scenario.plant.kind])
+
+
+def staged(choice: Choice, name: str) -> Scenario:
+    """A scenario with the chosen plant and seed. Raises ConfigurationError."""
+    try:
+        scenario = load(name)
+    except ScenarioError as error:
+        raise ConfigurationError(str(error)) from None
+    changed: dict[str, Any] = {} if choice.seed is None else {"seed": choice.seed}
+    if choice.plant not in (None, scenario.plant.kind):
+        changed["plant"] = PlantTable.model_validate({"kind": choice.plant})
+    return scenario.model_copy(update=changed)
+
+
+def _rows(scenario: Scenario, title: str) -> Iterator[Row]:
+    """The samples of a scenario as a recording has them, with a bar on a terminal's stderr."""
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title)
+
+        def told(done: float, total: float) -> None:
+            bar.update(task, completed=done, total=total)
+
+        playback = Playback(scenario, told)
+        for number, (measurement, truth) in enumerate(measured(playback, ChainSettings())):
+            if number % TOLD_EVERY == 0:
+                told(number * STEP_S, playback.expected_s)
+            locked = math.isfinite(measurement.initial_kpa)
+            yield Row(truth.t_s, measurement.unfiltered_kpa, truth.force_n, "locked" if locked else None)
