@@ -17,8 +17,6 @@ from instrument.rig.limits import alive, nominal_pressure_kpa
 from instrument.rig.link import RawSample
 from instrument.sensor import Zero
 
-#: How well the lag of the tube is known, as a share of it.
-LAG_SHARE = 0.15
 #: What is shown of a free balloon (lower limit, detection limit) need not follow its baseline more closely.
 SAME_BASELINE_KPA = 0.01
 
@@ -37,6 +35,7 @@ class ChainSettings:
         0.06  #: time constant of the first-order exponential filter of the pressure that is shown
     )
     tube_s: float = 0.06  #: lag between balloon and sensor
+    lag_share: float = 0.15  #: its standard uncertainty, as a share of it
 
 
 @dataclass(slots=True)
@@ -70,7 +69,7 @@ class Chain:
         zero_kpa = self.zero.zero_kpa if self.zero.taken else 0.0
         now_kpa = self._lag.step(nominal_kpa, dt_s) - zero_kpa
         locked = message.state == BoardState.HOLDING and self.zero.taken
-        self.tracker.step(nominal_kpa - zero_kpa, now_kpa, locked, dt_s)
+        self.tracker.step(self._lag.calm_kpa - zero_kpa, now_kpa, locked, dt_s)
         pressure_kpa, unfiltered_kpa = self._filtered_kpa - zero_kpa, nominal_kpa - zero_kpa
         if not locked:
             why = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED
@@ -152,7 +151,7 @@ class Chain:
             initial_kpa,
             initial_kpa + rise_kpa,
             math.hypot(own.errors.noise_kpa, drift_kpa_per_s * tracker.baseline_age_s),
-            math.hypot(lag.noise_kpa, LAG_SHARE * own.tube_s * lag.rate_kpa_per_s),
+            math.hypot(lag.noise_kpa, own.lag_share * own.tube_s * lag.rate_kpa_per_s),
         )
         return std_n(point.estimate.force_n, point.spread, known, own.errors, own.model, own.balloon)
 

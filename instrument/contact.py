@@ -17,9 +17,8 @@ from dataclasses import dataclass
 
 #: Rise of the pressure in the balloon (its lag undone, noise 0.02 kPa) that is a contact ...
 ONSET_KPA = 0.06
-#: ... where the reading as it comes, smoothed over `CALM_S` (noise 0.0024 kPa), has risen too.
+#: ... where the calm reading (noise 0.0024 kPa) has risen too.
 CONFIRMED_KPA = 0.02
-CALM_S = 0.02
 END_KPA = 0.015
 RELEASED = 0.3
 #: Upturn from the trough between two contacts: six times the noise, and a share of the last peak's rise.
@@ -44,24 +43,22 @@ class ContactTracker:
     finished: int = 0  #: contacts ended
     drift_kpa_per_s: float = math.nan  #: of the baseline; in contact, what it was before
     baseline_age_s: float = math.inf  #: where there was none yet
-    _calm_kpa: float = math.nan
     _rest_kpa: float = math.nan  # the floor when the pressure was last at rest on it
     _peak_kpa: float = math.nan
     _trough_kpa: float = math.nan
     _slow_kpa: float = math.nan
 
-    def step(self, reading_kpa: float, now_kpa: float, locked: bool, dt_s: float) -> None:
-        """One sample later: the pressure as read, and in the balloon now. Without a lock all is forgotten."""
-        if not locked or not math.isfinite(reading_kpa + now_kpa):
+    def step(self, calm_kpa: float, now_kpa: float, locked: bool, dt_s: float) -> None:
+        """One sample later: the calm reading, and the pressure now. Without a lock all is forgotten."""
+        if not locked or not math.isfinite(calm_kpa + now_kpa):
             self._unlocked(dt_s)
             return
         if not math.isfinite(self.initial_kpa):
-            self.initial_kpa = self._rest_kpa = self._calm_kpa = self._slow_kpa = reading_kpa
-        self._calm_kpa += (reading_kpa - self._calm_kpa) * min(dt_s / CALM_S, 1.0)
+            self.initial_kpa = self._rest_kpa = self._slow_kpa = calm_kpa
         if self.in_contact:
-            self._pressed(now_kpa, dt_s)
+            self._pressed(calm_kpa, now_kpa, dt_s)
         else:
-            self._free(now_kpa, dt_s)
+            self._free(calm_kpa, now_kpa, dt_s)
 
     def _unlocked(self, dt_s: float) -> None:
         if self.in_contact:
@@ -69,8 +66,8 @@ class ContactTracker:
         self.initial_kpa = self.drift_kpa_per_s = math.nan
         self.baseline_age_s += dt_s
 
-    def _free(self, now_kpa: float, dt_s: float) -> None:
-        above_kpa = self._calm_kpa - self.initial_kpa
+    def _free(self, calm_kpa: float, now_kpa: float, dt_s: float) -> None:
+        above_kpa = calm_kpa - self.initial_kpa
         if above_kpa > CONFIRMED_KPA and now_kpa - self.initial_kpa > ONSET_KPA:
             self._begin(self._rest_kpa, now_kpa)
             return
@@ -78,8 +75,8 @@ class ContactTracker:
         self.initial_kpa += min(down_kpa if above_kpa < 0 else above_kpa, TRACKING_KPA_PER_S * dt_s)
         if above_kpa < AT_REST_KPA:
             self._rest_kpa = self.initial_kpa
-        self._slow_kpa += (self._calm_kpa - self._slow_kpa) * min(dt_s / DRIFT_S, 1.0)
-        self.drift_kpa_per_s = (self._calm_kpa - self._slow_kpa) / DRIFT_S
+        self._slow_kpa += (calm_kpa - self._slow_kpa) * min(dt_s / DRIFT_S, 1.0)
+        self.drift_kpa_per_s = (calm_kpa - self._slow_kpa) / DRIFT_S
         self.baseline_age_s = 0.0
 
     def _begin(self, initial_kpa: float, now_kpa: float) -> None:
@@ -88,13 +85,13 @@ class ContactTracker:
         self.initial_kpa = initial_kpa
         self._peak_kpa = self._trough_kpa = now_kpa
 
-    def _pressed(self, now_kpa: float, dt_s: float) -> None:
+    def _pressed(self, calm_kpa: float, now_kpa: float, dt_s: float) -> None:
         self.baseline_age_s += dt_s
         drifted_kpa = abs(self.drift_kpa_per_s) * self.baseline_age_s
-        if self._calm_kpa - self.initial_kpa < END_KPA + drifted_kpa:
+        if calm_kpa - self.initial_kpa < END_KPA + drifted_kpa:
             self._end()
-            self.initial_kpa = self._rest_kpa = self._calm_kpa
-            self._slow_kpa = self._calm_kpa - self.drift_kpa_per_s * DRIFT_S
+            self.initial_kpa = self._rest_kpa = calm_kpa
+            self._slow_kpa = calm_kpa - self.drift_kpa_per_s * DRIFT_S
             return
         if now_kpa > self._peak_kpa:
             self._peak_kpa = self._trough_kpa = now_kpa

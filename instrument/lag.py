@@ -12,10 +12,14 @@ from dataclasses import dataclass, field
 
 #: One sample's noise [kPa]: (0.7² + 1/12)^½ counts, sixteen of them averaged.
 NOISE_KPA = 0.0103
-#: Wandering of the rate: by 10 kPa/s (rms) within a second, which is what hands do.
-WANDER_KPA2_PER_S3 = 100.0
+#: Wandering of the rate: by 17 kPa/s (rms) within a second, which is what hands do.
+WANDER_KPA2_PER_S3 = 300.0
 SAMPLE_S = 0.002
 MOST_STEPS = 50
+#: The reading itself, with the noise taken off a little.
+CALM_S = 0.02
+#: A lead over the calm reading is believed by half where it is this many times the filter's noise.
+BELIEVED = 2.0
 #: A fast contact, by which the remaining delay is stated.
 PRESS_S = 0.6
 
@@ -25,10 +29,11 @@ class LagCompensator:
     """Follows the pressure in the balloon through readings at the end of a tube."""
 
     tube_s: float
-    pressure_kpa: float = math.nan
+    calm_kpa: float = math.nan  #: the reading, smoothed over 20 ms: lags, with a noise of 2.4 Pa
     rate_kpa_per_s: float = 0.0
-    noise_kpa: float = field(init=False)  #: standard deviation of `pressure_kpa` by noise alone
+    noise_kpa: float = field(init=False)  #: standard deviation of the filter's pressure by noise alone
     delay_s: float = field(init=False)  #: by which it shows the peak of a press late
+    _pressure_kpa: float = math.nan
     _sensor_kpa: float = math.nan
     _share: float = field(init=False)
     _drawn_s: float = field(init=False)
@@ -43,19 +48,26 @@ class LagCompensator:
     def step(self, reading_kpa: float, dt_s: float) -> float:
         """Pressure in the balloon [kPa] from a reading `dt_s` after the last; NaN begins anew."""
         if not math.isfinite(reading_kpa + self._sensor_kpa):
-            self.pressure_kpa = self._sensor_kpa = reading_kpa
+            self.calm_kpa = self._pressure_kpa = self._sensor_kpa = reading_kpa
             self.rate_kpa_per_s = 0.0
             return reading_kpa
+        self.calm_kpa += (reading_kpa - self.calm_kpa) * min(dt_s / CALM_S, 1.0)
         for _ in range(min(max(round(dt_s / SAMPLE_S), 1), MOST_STEPS)):
-            self._sensor_kpa += self._share * (self.pressure_kpa - self._sensor_kpa)
+            self._sensor_kpa += self._share * (self._pressure_kpa - self._sensor_kpa)
             self._sensor_kpa += self._drawn_s * self.rate_kpa_per_s
-            self.pressure_kpa += SAMPLE_S * self.rate_kpa_per_s
+            self._pressure_kpa += SAMPLE_S * self.rate_kpa_per_s
         surprise = reading_kpa - self._sensor_kpa
         by_pressure, by_rate, by_sensor = self._gain
-        self.pressure_kpa += by_pressure * surprise
+        self._pressure_kpa += by_pressure * surprise
         self.rate_kpa_per_s += by_rate * surprise
         self._sensor_kpa += by_sensor * surprise
-        return self.pressure_kpa
+        return self._believed()
+
+    def _believed(self) -> float:
+        """The filter's pressure where it stands out of its noise; a lead within that is hardly believed."""
+        lead_kpa = self._pressure_kpa - self.calm_kpa
+        squared = lead_kpa * lead_kpa
+        return self.calm_kpa + lead_kpa * squared / (squared + (BELIEVED * self.noise_kpa) ** 2)
 
     def _delay_of_a_press_s(self) -> float:
         """Delay of the peak [s] of a press that takes `PRESS_S`, tried out without noise."""
@@ -64,7 +76,7 @@ class LagCompensator:
             pressure_kpa = math.sin(math.pi * n * SAMPLE_S / PRESS_S) ** 2
             sensor_kpa += self._share * (pressure_kpa - sensor_kpa)
             shown.append(self.step(sensor_kpa, SAMPLE_S))
-        self.pressure_kpa = self._sensor_kpa = math.nan
+        self.calm_kpa = self._pressure_kpa = self._sensor_kpa = math.nan
         late = max(range(len(shown)), key=shown.__getitem__) * SAMPLE_S - PRESS_S / 2
         return max(late, 0.0) + SAMPLE_S
 

@@ -53,7 +53,7 @@ def test_the_baseline_goes_on_where_a_contact_ended(end_kpa):
     tracker = Press().to(9.0, 0.1).to(end_kpa, 0.002).stay(3.0).tracker
     assert (tracker.in_contact, tracker.count) == (False, 1)
     assert tracker.initial_kpa == pytest.approx(end_kpa, abs=0.003)
-    assert tracker.drift_kpa_per_s == pytest.approx(0.0, abs=0.003)
+    assert tracker.drift_kpa_per_s == pytest.approx(0.0, abs=0.01)
 
 
 def test_the_initial_pressure_is_the_minimum_before_the_rise():
@@ -149,7 +149,7 @@ class Noisy:
         self.sensor_kpa += self.share * (pressure_kpa - self.sensor_kpa)
         reading_kpa = self.sensor_kpa + self.gauss(0.0, NOISE_KPA)
         now_kpa = self.lag.step(reading_kpa, DT_S)
-        self.tracker.step(reading_kpa, now_kpa, True, DT_S)
+        self.tracker.step(self.lag.calm_kpa, now_kpa, True, DT_S)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
