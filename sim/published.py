@@ -1,7 +1,8 @@
 """The `published` plant: a balloon that obeys the energetic law of Gaudeni & Prattichizzo to the letter.
 
 Free, it has the radius of their Fig. 4. Pressed, its pressure rises until the energetic law gives the force;
-below a rise of 0.5 kPa force and rise are proportional. The law is tabulated once over (ΔP_i, rise).
+below a rise of 0.5 kPa force and rise are proportional, or joined smoothly. The law is tabulated once over
+(ΔP_i, rise).
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from instrument.model import Balloon, Circuit, estimate
+from instrument.model import Balloon, Circuit, Law, estimate
 from instrument.model.balloon import LOWEST_RISE_KPA, sphere_volume
+from instrument.model.law import Low
 from sim.plant import BalloonState, Gas
 
 LOWEST_FREE_KPA, HIGHEST_FREE_KPA = -3.7, 40.0  # where the quadratic of Fig. 4 rises
@@ -27,19 +29,25 @@ LOWEST_INITIAL_KPA = 0.5
 HIGHEST_INITIAL_KPA = 18.0
 #: A harder push than this rise does not raise the pressure further.
 HIGHEST_RISE_KPA = 16.0
-RISES_KPA = [0.0, *np.linspace(LOWEST_RISE_KPA, HIGHEST_RISE_KPA, 156).tolist()]
+RISES_KPA: list[float] = np.concatenate(
+    [
+        LOWEST_RISE_KPA
+        * np.linspace(0, 1, 16)[:-1] ** 2,  # dense where a smooth join begins like a square root
+        np.linspace(LOWEST_RISE_KPA, HIGHEST_RISE_KPA, 156),
+    ]
+).tolist()
 
 
 class _Sheet:
     """The law on one side of the switch of stretching energies: force and indentation by ΔP_i and rise."""
 
-    def __init__(self, low_kpa: float, high_kpa: float, balloon: Balloon, circuit: Circuit) -> None:
+    def __init__(self, low_kpa: float, high_kpa: float, balloon: Balloon, circuit: Circuit, law: Law) -> None:
         count = math.ceil((high_kpa - low_kpa) / INITIAL_STEP_KPA) + 1
         initial = np.linspace(low_kpa, high_kpa, count)
-        law = estimate(initial[:, None], initial[:, None] + np.array(RISES_KPA), balloon, circuit)
+        solved = estimate(initial[:, None], initial[:, None] + np.array(RISES_KPA), balloon, circuit, law)
         self.low_kpa, self.step_kpa = low_kpa, float(initial[1] - initial[0])
-        self.forces_n = [_solved(row) for row in law.force_n]
-        self.indentations_mm = law.indentation_mm.tolist()
+        self.forces_n = [_solved(row) for row in solved.force_n]
+        self.indentations_mm = solved.indentation_mm.tolist()
 
     def press(self, initial_kpa: float, force_n: float) -> tuple[float, float, float]:
         """Rise [kPa], indentation [mm], and the force [N] as far as the table goes."""
@@ -94,7 +102,11 @@ class PublishedPlant:
     pressure that it would have without contact.
     """
 
-    def __init__(self, balloon: Balloon | None = None, circuit: Circuit | None = None) -> None:
+    def __init__(
+        self, balloon: Balloon | None = None, circuit: Circuit | None = None, low: Low = "line"
+    ) -> None:
+        """`low`: how force and rise go to zero together below a rise of 0.5 kPa."""
+        law = Law(low=low)
         self.balloon = balloon or Balloon()
         self.circuit = circuit or Circuit()
         self._radius = (
@@ -104,8 +116,8 @@ class PublishedPlant:
         )
         switch_kpa = self.balloon.switch_kpa
         above_kpa = math.nextafter(switch_kpa, math.inf)
-        self._caps = _Sheet(LOWEST_INITIAL_KPA, switch_kpa, self.balloon, self.circuit)
-        self._sphere = _Sheet(above_kpa, HIGHEST_INITIAL_KPA, self.balloon, self.circuit)
+        self._caps = _Sheet(LOWEST_INITIAL_KPA, switch_kpa, self.balloon, self.circuit, law)
+        self._sphere = _Sheet(above_kpa, HIGHEST_INITIAL_KPA, self.balloon, self.circuit, law)
 
     def radius_mm(self, pressure_kpa: float) -> float:
         """Radius R_i [mm] of the free balloon, by the quadratic of Fig. 4."""

@@ -38,9 +38,10 @@ class ScenarioError(ValueError):
 
 
 class PlantTable(Table):
-    """The balloon; material and sides are the membrane's."""
+    """The balloon; `low` is the published one's, material and sides are the membrane's."""
 
     kind: Literal["published", "membrane"] = "published"
+    low: Literal["line", "smooth"] = "line"
     material: Literal["mooney-rivlin", "neo-hookean"] = "mooney-rivlin"
     sides: Literal[1, 2] = 1
 

@@ -38,5 +38,5 @@ def world_of(
 def plant_of(table: PlantTable, progress: Progress = _silent) -> Plant:
     """The balloon that a table asks for."""
     if table.kind == "published":
-        return PublishedPlant()
+        return PublishedPlant(low=table.low)
     return MembranePlant(MATERIALS[table.material], table.sides, progress)

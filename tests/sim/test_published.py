@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from instrument.model import estimate
+from instrument.model import Law, estimate
 from sim.plant import Gas, amount_kpa_mm3
 from sim.published import PublishedPlant
 
@@ -68,3 +68,12 @@ def test_beyond_the_measured_quadratic_it_keeps_its_volume(edge_kpa):
 
 def test_an_empty_balloon_carries_no_pressure():
     assert pressed(0.0, 3.0).pressure_kpa == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("initial_kpa", [5.0, 8.0, 11.0])
+@pytest.mark.parametrize("rise_kpa", [0.002, 0.02, 0.1, 0.4, 0.6])
+def test_a_smooth_join_below_half_a_kpa_is_the_laws_own(initial_kpa, rise_kpa):
+    plant, law = PublishedPlant(low="smooth"), Law(low="smooth")
+    force_n = estimate(initial_kpa, initial_kpa + rise_kpa, plant.balloon, plant.circuit, law).force_n
+    state = plant.settle(Gas(amount_kpa_mm3(plant, initial_kpa)), force_n)
+    assert state.pressure_kpa - initial_kpa == pytest.approx(rise_kpa, rel=0.02, abs=2e-4)
