@@ -169,9 +169,9 @@ def _answered(commands: CommandBlock) -> dict[str, Any]:
 
 
 def _identity(instrument: Instrument) -> dict[str, Any]:
-    identity = instrument.settings.identity
+    identity, chain = instrument.settings.identity, instrument.chain.settings
     return {
-        "method": instrument.chain.settings.law.method,
+        "method": chain.law.method + ("_calibrated" if chain.correction else ""),
         "configuration_hash": identity.configuration_hash,
         "serial_number": identity.serial_number,
         "calibration_date": identity.calibration_date,

@@ -55,6 +55,7 @@ def _conditions(instrument: Instrument, m: Measurement, now_s: float) -> tuple[t
         ("stale_or_lost", stale or lost),
         ("simulated", instrument.hello is not None and instrument.hello.board != BoardKind.REAL),
         ("not_zeroed", not instrument.chain.zero.taken),
+        ("calibrated", instrument.chain.settings.correction is not None),
         ("write_lock", instrument.settings.write_lock),
         ("can_down", instrument.can_down),
         ("baseline_old", drifting or (holding and tracker.baseline_age_s > OLD_BASELINE_S)),

@@ -108,3 +108,23 @@ def toml_of(value: object) -> str:
 
 
 _ESCAPED = {chr(code): f"\\u{code:04x}" for code in (*range(32), 127)} | {'"': '\\"', "\\": "\\\\"}
+
+
+def toml_text(section: Section, name: str = "") -> str:
+    """A section and those within it as TOML, each with its docstring as a comment; None is left out."""
+    lines: list[str] = []
+    inner: list[str] = []
+    for key, value in section:
+        path = f"{name}.{key}" if name else key
+        if isinstance(value, Section):
+            inner += ["", f"# {summary(type(value))}", f"[{path}]", toml_text(value, path)]
+        elif isinstance(value, list) and value and isinstance(value[0], Section):
+            inner += [line for item in value for line in ("", f"[[{path}]]", toml_text(item, path))]
+        elif value is not None:
+            lines.append(f"{key} = {toml_of(value)}")
+    return "\n".join(lines + inner)
+
+
+def summary(section: type[Section]) -> str:
+    """The first line of a section's docstring."""
+    return (section.__doc__ or "").splitlines()[0]

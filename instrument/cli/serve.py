@@ -109,7 +109,8 @@ async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None
 def identity(configuration: Configuration) -> dict[int, str]:
     """Objects of Modbus function 43/14."""
     own = configuration.identity
-    date = f"{own.calibration_date:08d}"
+    calibrated = configuration.calibration_date
+    date = f"{calibrated:08d}"
     return {
         Object.VENDOR: "pneuforce",
         Object.PRODUCT_CODE: "PF-1",
@@ -119,5 +120,5 @@ def identity(configuration: Configuration) -> dict[int, str]:
         Object.MODEL: "PF-1 field instrument",
         Object.USER_APPLICATION: own.application,
         Object.SERIAL_NUMBER: str(own.serial_number),
-        Object.CALIBRATION_DATE: f"{date[:4]}-{date[4:6]}-{date[6:]}" if own.calibration_date else "",
+        Object.CALIBRATION_DATE: f"{date[:4]}-{date[4:6]}-{date[6:]}" if calibrated else "",
     }

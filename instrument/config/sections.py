@@ -1,18 +1,16 @@
-"""The configuration: every key, its default and its span, in one table; files and examples derive from it."""
+"""The sections of the configuration: every key, its default, its meaning and its span."""
 
 from __future__ import annotations
 
-import zlib
 from datetime import date
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import AfterValidator, Field
 
 from instrument.chain import ChainSettings
-from instrument.model import Balloon, Circuit, Law
-from instrument.settings import Identity, Settings
-from instrument.tables import Section, checked, span_of, tables_of, toml_of
+from instrument.model import Balloon, Circuit
+from instrument.settings import Settings
+from instrument.tables import Section
 
 
 def _date(code: int) -> int:
@@ -85,6 +83,9 @@ class MeasurementSection(Section):
         ge=0,
         le=0.5,
         description="lag between balloon and sensor, which the force makes up for [s]",
+    )
+    calibration: str = Field(
+        "", max_length=500, description="file of pneuforce calibrate, beside this one; empty for none"
     )
 
 
@@ -162,72 +163,9 @@ class IdentitySection(Section):
 
     serial_number: int = Field(0, ge=0, le=0xFFFF_FFFF, description="serial number")
     calibration_date: Annotated[int, AfterValidator(_date)] = Field(
-        0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never calibrated"
+        0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never; a calibration file brings its own"
     )
     url: str = Field("", max_length=128, description="where its maker is found, read by Modbus function 43")
     application: str = Field(
         "", max_length=64, description="user application name, read by Modbus function 43"
     )
-
-
-class Configuration(Section):
-    """A whole instrument.toml."""
-
-    rig: Rig = Rig()
-    balloon: BalloonSection = BalloonSection()
-    circuit: CircuitSection = CircuitSection()
-    measurement: MeasurementSection = MeasurementSection()
-    safety: Safety = Safety()
-    modbus: Modbus = Modbus()
-    can: Can = Can()
-    identity: IdentitySection = IdentitySection()
-
-    @property
-    def hash(self) -> int:
-        """CRC-32 of all values: two instruments with the same hash measure alike."""
-        return zlib.crc32(self.model_dump_json().encode())
-
-    def settings(self) -> Settings:
-        """What the core needs."""
-        return Settings(
-            chain=ChainSettings(
-                balloon=Balloon(**self.balloon.model_dump(exclude={"id"})),
-                circuit=Circuit(**self.circuit.model_dump()),
-                law=Law(**self.measurement.model_dump(include={"method", "switch", "low"})),
-                **self.measurement.model_dump(include={"filter_s", "tube_s"}),
-            ),
-            identity=Identity(
-                serial_number=self.identity.serial_number,
-                calibration_date=self.identity.calibration_date,
-                configuration_hash=self.hash,
-                balloon_id=self.balloon.id,
-            ),
-            **self.safety.model_dump(),
-        )
-
-
-def load(path: Path) -> Configuration:
-    """Configuration of a TOML file. Raises ConfigurationError with file, key and allowed span."""
-    return parse(tables_of(path, f"pneuforce config --example > {path} writes one"), str(path))
-
-
-def parse(tables: dict[str, Any], name: str) -> Configuration:
-    """Configuration of the tables of a file called `name`."""
-    return checked(Configuration, tables, name)
-
-
-def example() -> str:
-    """An instrument.toml with every key, its default, its meaning and its span."""
-    lines = ["# instrument.toml: every key with its default. Delete what you do not change.", ""]
-    for name, field in Configuration.model_fields.items():
-        section = field.annotation
-        assert isinstance(section, type)
-        assert issubclass(section, BaseModel)
-        lines += [f"# {section.__doc__}", f"[{name}]"]
-        for key, schema in section.model_json_schema()["properties"].items():
-            lines += [
-                f"# {schema['description']}; {span_of(schema)}",
-                f"{key} = {toml_of(schema['default'])}",
-            ]
-        lines.append("")
-    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""Calibrations: from recorded points to the numbers of one balloon and its circuit."""

@@ -1,0 +1,76 @@
+"""What a calibration leaves over, on contacts that it has not seen: the figures that a user asks for."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from instrument.calibration.columns import Numbers
+from instrument.calibration.contacts import TURN_N, Contacts
+from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+
+MOST_N = 3.5  #: the paper's highest force
+BINS = 5  #: of the paper's Fig. 7
+
+
+class Figures(NamedTuple):
+    """How well forces agree with those of the cell; NaN where there are no such contacts."""
+
+    rmse_n: float  #: of forces below 1 N
+    mean_error_percent: float  #: of forces from 1 to 3.5 N
+
+
+class Bin(NamedTuple):
+    """The contacts of at least 1 N in a part of the pressures."""
+
+    low_kpa: float
+    high_kpa: float
+    contacts: int
+    before_percent: float  #: mean error of the bare law
+    after_percent: float  #: of the calibration, contact by contact left out
+
+
+def figures(force_n: Numbers, contacts: Contacts) -> Figures:
+    """The figures of some forces."""
+    truth = contacts.force_n
+    error = force_n - truth
+    small, large = truth < TURN_N, (truth >= TURN_N) & (truth <= MOST_N)
+    return Figures(math.sqrt(_mean(error[small] ** 2)), 100 * _mean(np.abs(error / truth)[large]))
+
+
+def bins(unseen_n: Numbers, contacts: Contacts) -> list[Bin]:
+    """Mean errors before and after, in five parts of the validated pressures."""
+    edges = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, BINS + 1).tolist()
+    found = []
+    for low, high in itertools.pairwise(edges):
+        inside = (contacts.initial_kpa >= low) & (contacts.initial_kpa <= high) & (contacts.force_n >= TURN_N)
+        part = contacts.only(inside)
+        before, after = (figures(force_n[inside], part) for force_n in (contacts.law_n, unseen_n))
+        found.append(Bin(low, high, len(part), before.mean_error_percent, after.mean_error_percent))
+    return found
+
+
+def share_and_floor(unseen_n: Numbers, contacts: Contacts) -> tuple[float, float]:
+    """The most likely errors of a calibrated force: a share of it, and newtons, as standard deviations."""
+    from scipy.optimize import minimize
+
+    squares = (unseen_n - contacts.force_n) ** 2
+    forces = contacts.force_n
+
+    def unlikely(logs: Numbers) -> float:
+        share, floor_n = np.exp(logs)
+        variances = (share * forces) ** 2 + floor_n**2
+        return float((np.log(variances) + squares / variances).sum())
+
+    typical = math.sqrt(squares.mean())
+    start = np.log([typical / forces.mean(), typical / 2])
+    found = minimize(unlikely, start, bounds=[(math.log(1e-4), 0.0), (math.log(1e-4), math.log(5.0))])
+    share, floor_n = np.exp(found.x).tolist()
+    return share, floor_n
+
+
+def _mean(values: Numbers) -> float:
+    return float(values.mean()) if len(values) else math.nan
