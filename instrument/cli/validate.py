@@ -26,6 +26,8 @@ def validate(choice: Choice, law: Law, save: Path | None, figures: Path | None, 
         from instrument.validation.figures import prepared
 
         prepared(figures)
+    if save is not None:
+        _saveable(save, choice)
     source = source_of(choice)
     if save is not None:
         recording.write(save, source.trials)
@@ -47,6 +49,13 @@ def answer(source: Source, law: Law, report: Report) -> dict[str, Any]:
     """The whole answer as JSON has it."""
     how = {"switch": law.switch, "low": law.low}
     return {"source": source.facts, "law": how, **as_tables(report), "note": source.note}
+
+
+def _saveable(save: Path, choice: Choice) -> None:
+    """Fail before the long run, not after it."""
+    if choice.data is not None:
+        raise ConfigurationError("--save is for what is simulated: it does not go with --data")
+    recording.write(save, ())
 
 
 def _enough(report: Report, name: str) -> None:

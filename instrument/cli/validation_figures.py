@@ -21,7 +21,7 @@ MEASURED_KPA = np.linspace(0.5, 12.0, 22)  #: as many pressures as the paper mea
 
 def draw(folder: Path, choice: Choice, trials: list[Seen], peaks: Peaks, settings: ChainSettings) -> None:
     """Draw Figs. 6a, 6c and 7, and 4 and 6b too where the rig is simulated."""
-    slow = quick = min((trial for trial in trials if trial.contacts), key=_from_usual_kpa)
+    slow = quick = min((trial for trial in trials if trial.appreciable), key=_from_usual_kpa)
     if choice.data is None:
         [quick, *_] = seen(simulated(choice, QUICK).trials, settings)
         plant = plant_of(staged(choice, choice.scenario or CAMPAIGN).plant)
@@ -36,4 +36,4 @@ def draw(folder: Path, choice: Choice, trials: list[Seen], peaks: Peaks, setting
 
 
 def _from_usual_kpa(trial: Seen) -> float:
-    return abs(fmean(contact.initial_kpa for contact in trial.contacts) - USUAL_KPA)
+    return abs(fmean(contact.initial_kpa for contact in trial.appreciable) - USUAL_KPA)

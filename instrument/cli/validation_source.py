@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from sim.rig import STEP_S
 from sim.scenario import PlantTable, Scenario, ScenarioError, load
 
 CAMPAIGN = "campaign"
+Told = Callable[[float, float], None]  # done, of how much
 TOLD_EVERY = 500  #: samples
 #: What the errors of each source speak of.
 NOTES = {
@@ -68,10 +70,18 @@ def source_of(choice: Choice) -> Source:
 def simulated(choice: Choice, name: str) -> Source:
     """A scenario played on the chosen plant with the chosen seed. Raises ConfigurationError."""
     scenario = staged(choice, name)
-    facts = {"scenario": name, "plant": scenario.plant.kind, "seed": scenario.seed}
-    played = sum(len(phase.contacts) for phase in scenario.phases)
-    trials = trials_of(_rows(scenario, f"{name}, {scenario.plant.kind} plant"))
-    return Source(facts | {"contacts_played": played}, trials, NOTES[scenario.plant.kind])
+    plant = scenario.plant.kind
+    with _bar(f"{name}, {plant} plant") as told:
+        playback = Playback(scenario, told)
+        trials = trials_of(_rows(playback, told))
+    facts = {
+        "scenario": name,
+        "plant": plant,
+        "seed": scenario.seed,
+        "contacts": sum(len(phase.contacts) for phase in scenario.phases),
+        "played_to_its_end": playback.finished,
+    }
+    return Source(facts, trials, NOTES[plant])
 
 
 def staged(choice: Choice, name: str) -> Scenario:
@@ -86,18 +96,19 @@ def staged(choice: Choice, name: str) -> Scenario:
     return scenario.model_copy(update=changed)
 
 
-def _rows(scenario: Scenario, title: str) -> Iterator[Row]:
-    """The samples of a scenario as a recording has them, with a bar on a terminal's stderr."""
+@contextmanager
+def _bar(title: str) -> Iterator[Told]:
+    """A bar on stderr, where that is a terminal; it is told what is done of how much."""
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
-        def told(done: float, total: float) -> None:
-            bar.update(task, completed=done, total=total)
 
-        playback = Playback(scenario, told)
-        for number, (measurement, truth) in enumerate(measured(playback, ChainSettings())):
-            if number % TOLD_EVERY == 0:
-                told(number * STEP_S, playback.expected_s)
-            locked = math.isfinite(measurement.initial_kpa)
-            yield Row(truth.t_s, measurement.unfiltered_kpa, truth.force_n, "locked" if locked else None)
+def _rows(playback: Playback, told: Told) -> Iterator[Row]:
+    """The samples of a scenario as a recording has them."""
+    for number, (measurement, truth) in enumerate(measured(playback, ChainSettings())):
+        if number % TOLD_EVERY == 0:
+            told(number * STEP_S, playback.expected_s)
+        locked = math.isfinite(measurement.initial_kpa)
+        yield Row(truth.t_s, measurement.unfiltered_kpa, truth.force_n, "locked" if locked else None)

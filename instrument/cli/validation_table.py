@@ -24,7 +24,7 @@ METHODS: Mapping[MethodName, str] = {"energetic": "energetic", "lulevich": "Lule
 def shown(report: Report, facts: Mapping[str, Any], note: str) -> RenderableType:
     """The whole report."""
     return Group(
-        Text(", ".join(f"{name.replace('_', ' ')}: {value}" for name, value in facts.items())),
+        Text(", ".join(f"{name.replace('_', ' ')}: {_said(value)}" for name, value in facts.items())),
         _peaks(report.groups),
         Text("\n".join(_contacts(report))),
         _continuous(report.continuous),
@@ -34,11 +34,11 @@ def shown(report: Report, facts: Mapping[str, Any], note: str) -> RenderableType
 
 def _peaks(groups: tuple[GroupErrors, ...]) -> Table:
     table = Table(
-        title="peak force: mean absolute error [%], ours / the paper's", box=SIMPLE_HEAD, title_justify="left"
+        title="peak force: mean absolute error [%], ours/the paper's", box=SIMPLE_HEAD, title_justify="left"
     )
-    table.add_column("contacts, ΔP_i in kPa")
+    table.add_column("contacts by ΔP_i", no_wrap=True)
     for name in ("n", *METHODS.values(), "signed"):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", no_wrap=True)
     for group in groups:
         errors = [group.by_method[method] for method in METHODS]
         cells = [_beside(error) for error in errors]
@@ -48,7 +48,7 @@ def _peaks(groups: tuple[GroupErrors, ...]) -> Table:
 
 def _beside(errors: Errors) -> str:
     printed = errors.printed_percent
-    return f"{_number(errors.absolute_percent, '.2f')} / {'–' if printed is None else f'{printed:5.2f}':>5}"
+    return f"{_number(errors.absolute_percent, '.2f')}/{'–' if printed is None else f'{printed:.2f}':>5}"
 
 
 def _contacts(report: Report) -> Iterator[str]:
@@ -71,7 +71,7 @@ def _continuous(own: Continuous) -> Table:
     )
     for name in ("force", "shift", "ours", "the paper's"):
         table.add_column(name, justify="left" if name == "force" else "right")
-    table.add_row("as shown, lag compensated", "none", _number(own.compensated_n, ".3f"), "–")
+    table.add_row("lag compensated as it comes", "none", _number(own.compensated_n, ".3f"), "–")
     table.add_row("from the filtered pressure", "none", _number(own.uncompensated_n, ".3f"), "–")
     table.add_row(
         "the same, shifted afterwards",
@@ -84,6 +84,10 @@ def _continuous(own: Continuous) -> Table:
     )
     table.caption_justify = "left"
     return table
+
+
+def _said(value: object) -> str:
+    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
 
 
 def _number(value: float, form: str) -> str:

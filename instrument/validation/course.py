@@ -46,7 +46,7 @@ def _tracked(trial: Trial, lag: LagCompensator) -> tuple[Floats, Floats, NDArray
     samples = zip(trial.pressure_kpa.tolist(), trial.steps_s.tolist(), strict=True)
     for n, (reading_kpa, dt_s) in enumerate(samples):
         now_kpa[n] = pressure_kpa = lag.step(reading_kpa, dt_s)
-        tracker.step(reading_kpa, pressure_kpa, True, dt_s)
+        tracker.step(lag.calm_kpa, pressure_kpa, True, dt_s)
         initial_kpa[n] = tracker.initial_kpa
         contact[n] = tracker.count if tracker.in_contact else 0
     return now_kpa, initial_kpa, contact

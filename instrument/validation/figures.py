@@ -10,7 +10,6 @@ import numpy as np
 
 from instrument.chain import ChainSettings
 from instrument.errors import ConfigurationError
-from instrument.model.balloon import LOWEST_RISE_KPA
 from instrument.validation.paper import FIFTHS
 from instrument.validation.peaks import Peaks, errors_of, peaks_of
 from instrument.validation.report import Seen
@@ -24,6 +23,7 @@ FORMATS = ("png", "svg")
 DOTS_PER_INCH = 90
 SIZE_INCH = (7.0, 4.2)
 SHOWN_S, DRAWN_PER_S = 40.0, 50.0  #: the part of a trial that is drawn, and how finely
+LEAD_S = 3.0
 STIFF_FIFTHS = 2  #: the paper sets off the last two fifths of the range
 DASH_S = 0.5  #: length of the dash that shows an estimate
 BLUE, GREEN, RED, YELLOW, GREY = "#1f4e9c", "#2e8b57", "#c8102e", "#f2b705", "#666666"
@@ -64,16 +64,12 @@ def radius(pressure_kpa: Floats, radius_mm: Floats, settings: ChainSettings) -> 
 def contacts(trial: Seen, settings: ChainSettings, title: str, printed_percent: float) -> Figure:
     """Figs. 6a and 6b: ΔP_i and ΔP_f on the pressure, the estimates as dashes on the reference force."""
     figure, [above, below] = _figure(2)
-    course, begin_s = trial.course, trial.course.trial.t_s[0]
-    _line(above, course.trial.t_s, course.filtered_kpa, BLUE)
-    _line(below, course.trial.t_s, course.filtered_n, GREEN, label="reference")
-    initial, final, true, low_s, high_s = np.array(
-        [
-            c
-            for c in trial.contacts
-            if c.final_s - begin_s < SHOWN_S and c.final_kpa - c.initial_kpa >= LOWEST_RISE_KPA
-        ]
-    ).T
+    course, begin_s = trial.course, _begin_s(trial)
+    t_s = course.trial.t_s - begin_s
+    _line(above, t_s, course.filtered_kpa, BLUE)
+    _line(below, t_s, course.filtered_n, GREEN, label="reference")
+    drawn = [contact for contact in trial.appreciable if contact.final_s - begin_s < SHOWN_S]
+    initial, final, true, low_s, high_s = np.array(drawn).T
     peaks = peaks_of(initial, final, true, settings)
     above.plot(low_s - begin_s, initial, "*", color=YELLOW, markeredgecolor=GREY, markersize=9, label="ΔP_i")
     above.plot(high_s - begin_s, final, "*", color=RED, markersize=9, label="ΔP_f")
@@ -90,12 +86,12 @@ def contacts(trial: Seen, settings: ChainSettings, title: str, printed_percent: 
 def continuous(trial: Seen) -> Figure:
     """Fig. 6c: the force while it changes, beside the reference; nothing is shifted."""
     figure, [above, below] = _figure(2)
-    course, forces = trial.course, trial.forces
-    _line(above, course.trial.t_s, course.trial.pressure_kpa, GREY, label="as read")
-    _line(above, course.trial.t_s, course.filtered_kpa, BLUE, label="filtered")
-    _line(below, course.trial.t_s, course.trial.force_n, GREEN, label="reference", width=3.5)
-    _line(below, course.trial.t_s, forces.compensated_n, RED, label="as shown")
-    _line(below, course.trial.t_s, forces.uncompensated_n, GREY, label="from the filtered pressure")
+    course, forces, t_s = trial.course, trial.forces, trial.course.trial.t_s - _begin_s(trial)
+    _line(above, t_s, course.trial.pressure_kpa, GREY, label="as read")
+    _line(above, t_s, course.filtered_kpa, BLUE, label="filtered")
+    _line(below, t_s, course.trial.force_n, GREEN, label="reference", width=3.5)
+    _line(below, t_s, forces.compensated_n, RED, label="lag compensated")
+    _line(below, t_s, forces.uncompensated_n, GREY, label="from the filtered pressure")
     above.set(ylabel="pressure [kPa]")
     above.set_title("continuous force, nothing shifted", loc="left", fontsize=10)
     below.set(ylabel="force [N]", xlabel="time [s]")
@@ -111,7 +107,7 @@ def error_bars(peaks: Peaks) -> Figure:
     groups = errors_of(peaks, FIFTHS)
     colours = [YELLOW] * (len(FIFTHS) - STIFF_FIFTHS) + [BLUE] * STIFF_FIFTHS
     heights = [group.by_method["energetic"].absolute_percent for group in groups]
-    names = [f"{group.name.removeprefix('ΔP_i ')}\nn = {group.contacts}" for group in groups]
+    names = [f"{group.name}\nn = {group.contacts}" for group in groups]
     bars = axes.bar(names, heights, color=colours, edgecolor=GREY)
     axes.bar_label(bars, fmt="%.2f", padding=2)
     axes.tick_params(axis="x", labelsize=8)
@@ -135,11 +131,17 @@ def _figure(rows: int) -> tuple[Figure, list[Axes]]:
 def _line(
     axes: Axes, t_s: Floats, values: Floats, colour: str, label: str | None = None, width: float = 1.2
 ) -> None:
-    """The begin of a trial, thinned out."""
+    """What is shown of a trial, thinned out."""
     every = max(round(1 / (DRAWN_PER_S * float(np.median(np.diff(t_s))))), 1)
-    at_s = t_s[::every] - t_s[0]
-    shown = at_s < SHOWN_S
+    at_s = t_s[::every]
+    shown = (at_s >= 0) & (at_s < SHOWN_S)
     axes.plot(at_s[shown], values[::every][shown], color=colour, linewidth=width, label=label)
+
+
+def _begin_s(trial: Seen) -> float:
+    """Time [s] at which a drawing begins: some seconds before the first contact."""
+    first_s = float(trial.course.trial.t_s[0])
+    return max([first_s, *(contact.final_s - LEAD_S for contact in trial.appreciable[:1])])
 
 
 def _legends(*plots: Axes) -> None:

@@ -41,7 +41,7 @@ def _bins() -> tuple[Group, ...]:
     edges = [VALID_LOW_KPA + n * width_kpa for n in range(BINS + 1)]
     reach = [edges[0] - HYSTERESIS_KPA, *edges[1:-1], edges[-1] + HYSTERESIS_KPA]
     return tuple(
-        Group(f"ΔP_i {edges[n]:.2f}–{edges[n + 1]:.2f}", _between(reach[n], reach[n + 1]), {})
+        Group(f"{edges[n]:.2f}–{edges[n + 1]:.2f} kPa", _between(reach[n], reach[n + 1]), {})
         for n in range(BINS)
     )
 
@@ -49,7 +49,7 @@ def _bins() -> tuple[Group, ...]:
 FIFTHS = _bins()
 ALL = Group("all contacts", lambda initial_kpa, _: initial_kpa > 0, {"energetic": 9.14})
 STIFF = Group(
-    f"ΔP_i > {Balloon().switch_kpa}",
+    f"above {Balloon().switch_kpa} kPa",
     lambda initial_kpa, _: initial_kpa > Balloon().switch_kpa,
     {"energetic": 6.77, "lulevich": 14.15, "shanahan": 14.12},
 )

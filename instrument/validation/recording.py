@@ -26,7 +26,7 @@ class Span(NamedTuple):
 
 SPANS: Mapping[str, Span] = {
     "t_s": Span(-math.inf, math.inf, ""),
-    "pressure_kpa": Span(-60.0, 60.0, "more than the sensor can tell: is this Pa or hPa?"),
+    "pressure_kpa": Span(-60.0, 60.0, "more than the sensor can tell: is this Pa, hPa or absolute?"),
     "force_n": Span(-50.0, 50.0, "more than the balloon can bear: is this mN or g?"),
 }
 

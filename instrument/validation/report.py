@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from instrument.chain import ChainSettings
+from instrument.model.balloon import LOWEST_RISE_KPA
 from instrument.validation import paper
 from instrument.validation.contacts import Contact, contacts_of
 from instrument.validation.continuous import Continuous, Forces, continuous, forces_of
@@ -21,6 +22,11 @@ class Seen(NamedTuple):
     course: Course
     contacts: list[Contact]
     forces: Forces
+
+    @property
+    def appreciable(self) -> list[Contact]:
+        """The contacts that the paper would not exclude: a rise of 0.5 kPa at least."""
+        return [c for c in self.contacts if c.final_kpa - c.initial_kpa >= LOWEST_RISE_KPA]
 
 
 class VolumeChange(NamedTuple):
