@@ -42,11 +42,13 @@ def figures(force_n: Numbers, contacts: Contacts) -> Figures:
 
 
 def bins(unseen_n: Numbers, contacts: Contacts) -> list[Bin]:
-    """Mean errors before and after, in five parts of the validated pressures."""
+    """Mean errors before and after, in those of five parts of the validated pressures that have contacts."""
     edges = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, BINS + 1).tolist()
     found = []
     for low, high in itertools.pairwise(edges):
         inside = (contacts.initial_kpa >= low) & (contacts.initial_kpa <= high) & (contacts.force_n >= TURN_N)
+        if not inside.any():
+            continue
         part = contacts.only(inside)
         before, after = (figures(force_n[inside], part) for force_n in (contacts.law_n, unseen_n))
         found.append(Bin(low, high, len(part), before.mean_error_percent, after.mean_error_percent))

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import measuring
+from instrument.cli import calibrating, measuring
 
 app = typer.Typer(
     name="pneuforce",
@@ -18,6 +18,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.add_typer(measuring.commands)
+app.add_typer(calibrating.commands, name="calibrate")
 
 
 class MapFormat(Enum):

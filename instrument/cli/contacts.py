@@ -47,6 +47,13 @@ def reference_contacts(plant: str, count: int, seed: int) -> Iterator[ReferenceC
             )
 
 
+def as_csv(plant: str, count: int, seed: int) -> Iterator[str]:
+    """The lines of a file for `pneuforce calibrate force`."""
+    yield ",".join(ReferenceContact._fields)
+    for contact in reference_contacts(plant, count, seed):
+        yield ",".join(f"{value:.5f}" for value in contact)
+
+
 def _scenario(plant: str, count: int, seed: int) -> Scenario:
     lot = random.Random(seed)
     setpoints = spread(SETPOINTS_KPA, -(-count // CONTACTS_PER_SETPOINT), lot)
