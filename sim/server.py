@@ -7,13 +7,14 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from sim.cable import Cable
 from sim.control import Control
+from sim.remote import beside
 from sim.rig import STEP_S
 from sim.scenario import load
 from sim.staging import world_of
@@ -37,6 +38,7 @@ class Options:
 def serve(options: Options) -> None:
     """Run until SIGTERM or SIGINT. Prints one JSON line: port, link, control.
 
+    The control port also stands in a file beside the link.
     Raises OSError where the link or the control port cannot be had, ScenarioError.
     """
     ended = _ending()
@@ -45,9 +47,29 @@ def serve(options: Options) -> None:
         scenario = scenario.model_copy(update={"seed": options.seed})
     world = world_of(scenario, options.hand, progress=_reckoning)
     link = Path(options.link) if options.link else None
-    with closing(Control(options.control_port, world)) as control, closing(Cable(link)) as cable:
+    with (
+        closing(Control(options.control_port, world)) as control,
+        closing(Cable(link)) as cable,
+        _told_beside(link, control.port),
+    ):
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
         _run(world, cable, control, ended)
+
+
+@contextmanager
+def _told_beside(link: Path | None, port: int) -> Iterator[None]:
+    """While it runs, the control port stands in a file beside the link, for whoever knows the link only."""
+    if link is None:
+        yield
+        return
+    file, told = beside(link), f"{port}\n"
+    file.write_text(told)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            if file.read_text() == told:  # not another's, who has taken the link over
+                file.unlink()
 
 
 def _reckoning(done: int, total: int) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("instrument", "registers", "sim")
+PACKAGES = ("instrument", "registers", "sim", "teststand")
 SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 MOST_LINES, MOST_FUNCTION_LINES = 300, 50
 FORBIDDEN_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "common", "misc"}
@@ -19,10 +19,11 @@ MAY_IMPORT = {
     "instrument": ("instrument",),
     "instrument.model": ("instrument.model",),
     "instrument.rig": ("instrument.rig", "instrument.errors"),
-    "instrument.cli": ("instrument", "registers", "sim"),
+    "instrument.cli": ("instrument", "registers", "sim", "teststand"),
     "registers": ("registers",),
     "sim": ("sim", "instrument.rig"),
     "sim.published": ("sim", "instrument.rig", "instrument.model"),
+    "teststand": ("teststand", "registers", "sim", "instrument.errors", "instrument.faults"),
 }
 #: The one file for a library of others.
 ONE_FILE = {"pymodbus": "registers/modbus/client.py", "can": "registers/can/bus.py"}

@@ -20,6 +20,8 @@ app = typer.Typer(
 app.add_typer(measuring.commands)
 app.add_typer(calibrating.commands, name="calibrate")
 
+LINK = Path("/tmp/pneuforce-rig")
+
 
 class MapFormat(Enum):
     """The documents made from the register map."""
@@ -54,6 +56,9 @@ def demo(
     can_port: Annotated[
         int, typer.Option(help="TCP port of the CAN hub (socketcand protocol).", min=1, max=65535)
     ] = 29536,
+    control_port: Annotated[
+        int, typer.Option(help="TCP port for truth, hand and faults; 0 takes a free one.", min=0, max=65535)
+    ] = 0,
     scenario: ScenarioName = "demo",
     seed: Seed = None,
 ) -> None:
@@ -66,7 +71,8 @@ def demo(
     from instrument.cli.panel import Ports
     from instrument.cli.scenarios import checked
 
-    rig = ["--scenario", checked(scenario), *([] if seed is None else ["--seed", str(seed)])]
+    rig = ["--control-port", str(control_port), "--scenario", checked(scenario)]
+    rig += [] if seed is None else ["--seed", str(seed)]
     raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), rig))
 
 
@@ -83,9 +89,7 @@ def run(
 
 @app.command()
 def sim(
-    link: Annotated[Path, typer.Option(help="Where to put a link to the serial port.")] = Path(
-        "/tmp/pneuforce-rig"
-    ),
+    link: Annotated[Path, typer.Option(help="Where to put a link to the serial port.")] = LINK,
     control_port: Annotated[
         int, typer.Option(help="TCP port for truth and the hand; 0 takes a free one.")
     ] = 0,
@@ -97,7 +101,8 @@ def sim(
 ) -> None:
     """Run the rig simulator alone: a board on a serial port (a pty), its truth on a control port.
 
-    Prints one JSON line that names both. Connect an instrument with [rig] port = the link.
+    Prints one JSON line that names both; the control port also stands in the file LINK.control.
+    Connect an instrument with [rig] port = the link.
     """
     from instrument.cli.scenarios import checked, listed
     from instrument.errors import RigError
@@ -123,22 +128,24 @@ def fault(
         list[str] | None, typer.Argument(help="How much of it, as kpa_per_s=0.02.", metavar="ARGUMENT=NUMBER")
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="Take the fault out.")] = False,
+    link: Annotated[Path, typer.Option(help="Which simulator: the link to its serial port.")] = LINK,
     control: Annotated[
-        int | None, typer.Option(help="The control port that pneuforce sim has printed.", min=1, max=65535)
+        int | None, typer.Option(help="Which simulator: its control port, as printed.", min=1, max=65535)
     ] = None,
     show: Annotated[bool, typer.Option("--list", help="Say which faults there are.")] = False,
     as_json: Json = False,
 ) -> None:
     """Put a fault into a running simulator, or take it out.
 
-    Example: pneuforce fault leak kpa_per_s=0.05 --control 40123
+    Example: pneuforce fault leak kpa_per_s=0.05
     """
-    from instrument.cli.fault import inject, show_catalogue
+    from instrument.cli.fault import control_beside, inject, show_catalogue
 
     if show:
         show_catalogue(as_json)
     else:
-        typer.echo(inject(control, name, arguments or [], off, as_json))
+        port = control or control_beside(link)
+        typer.echo(inject(port, name, arguments or [], off, as_json))
 
 
 @app.command("map")

@@ -15,11 +15,12 @@ from typing import Any
 
 from rich.live import Live
 
-from instrument.cli.children import Child, ChildFailed, Stopped
 from instrument.cli.observe import NodeAt, Observer, Seen, number
 from instrument.cli.panel import EVENTS, Ports, panel, plain_line
 from registers.can.bus import BusAt
 from registers.modbus.client import Plc, PlcError
+from teststand.children import ChildFailed, Stopped
+from teststand.stack import Stack, start
 
 PANEL_HZ = 5
 
@@ -36,35 +37,14 @@ def run_demo(seconds: float | None, ports: Ports, rig: Sequence[str]) -> int:
         signal.signal(number_, lambda *_: stop.set())
     with ExitStack() as stack, suppress(Stopped):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
-        control_port, (sim, hub, host) = _start(stack, folder, ports, rig, stop)
+        tables = {"modbus": {"port": ports.modbus}, "can": {"port": ports.can}}
+        parts = start(stack, folder / "rig", rig, tables, stop=stop)
         plc = stack.enter_context(Plc.connect(port=ports.modbus))
-        observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), control_port)
+        observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), parts.control_port)
         observer.start()
         stack.callback(observer.stop)
-        _show(observer, ports, seconds, stop, (host, sim, hub))
+        _show(observer, ports, seconds, stop, parts)
     return 0
-
-
-def _start(
-    stack: ExitStack, folder: Path, ports: Ports, rig: Sequence[str], stop: Event
-) -> tuple[int, tuple[Child, Child, Child]]:
-    """Control port of the simulator, and the three processes.
-
-    They start in the order in which each needs the other, and end in the reverse one.
-    """
-    link = folder / "rig"
-    sim = stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link), *rig]))
-    hub = stack.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(ports.can)]))
-    control_port = sim.ready(stop)["control"]
-    hub.ready(stop)
-    file = folder / "instrument.toml"
-    file.write_text(
-        f'[rig]\nport = "{link}"\n[modbus]\nport = {ports.modbus}\n'
-        f'[can]\nenabled = true\ninterface = "socketcand"\nport = {ports.can}\n'
-    )
-    host = stack.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
-    host.ready(stop)  # not before: another instrument may answer on that port
-    return control_port, (sim, hub, host)
 
 
 class Script:
@@ -105,19 +85,15 @@ class Script:
         return True
 
 
-def _show(
-    observer: Observer, ports: Ports, seconds: float | None, stop: Event, children: Sequence[Child]
-) -> None:
+def _show(observer: Observer, ports: Ports, seconds: float | None, stop: Event, parts: Stack) -> None:
     begun_s = time.monotonic()
     script = Script(ports.modbus)
-    with _display(observer.seen, ports, children[0]) as (update, period_s):
+    with _display(observer.seen, ports, parts) as (update, period_s):
         while not stop.wait(period_s):
             elapsed_s = time.monotonic() - begun_s
             if seconds is not None and elapsed_s > seconds:
                 return
-            for child in children:
-                if not child.running:
-                    raise child.failure()
+            parts.check()
             if observer.failure is not None:
                 raise ChildFailed(str(observer.failure))
             script.step(observer.seen.modbus, number(observer.seen.truth, "setpoint_kpa"))
@@ -125,7 +101,7 @@ def _show(
 
 
 @contextmanager
-def _display(seen: Seen, ports: Ports, host: Child) -> Iterator[tuple[Callable[[float], None], float]]:
+def _display(seen: Seen, ports: Ports, parts: Stack) -> Iterator[tuple[Callable[[float], None], float]]:
     """What to call with the time that has passed, and how often: a panel, or one line a second."""
     if not sys.stdout.isatty():
         yield lambda elapsed_s: print(plain_line(seen, elapsed_s, time.monotonic()), flush=True), 1.0
@@ -133,7 +109,9 @@ def _display(seen: Seen, ports: Ports, host: Child) -> Iterator[tuple[Callable[[
     with Live(auto_refresh=False) as live:
 
         def draw(elapsed_s: float) -> None:
-            events = list(host.said)[-EVENTS:]
-            live.update(panel(seen, ports, events, elapsed_s, time.monotonic()), refresh=True)
+            events = list(parts.host.said)[-EVENTS:]
+            live.update(
+                panel(seen, ports, parts.control_port, events, elapsed_s, time.monotonic()), refresh=True
+            )
 
         yield draw, 1 / PANEL_HZ

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import socket
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -12,11 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from instrument.errors import ConfigurationError, RigError
-from sim.faults import CATALOGUE
+from sim.faults import CATALOGUE, Refused
 from sim.faults.document import answer_of, arguments_in_words
 from sim.faults.kind import FaultKind
-
-ANSWER_S = 5.0
+from sim.remote import NoSimulator, Remote, beside
 
 
 def show_catalogue(as_json: bool) -> None:
@@ -30,19 +29,34 @@ def show_catalogue(as_json: bool) -> None:
     Console().print(table)
 
 
-def inject(control_port: int | None, name: str | None, pairs: Sequence[str], off: bool, as_json: bool) -> str:
+def inject(control_port: int, name: str | None, pairs: Sequence[str], off: bool, as_json: bool) -> str:
     """Put a fault in or take it out, where one is named; the faults that are in then, as text or JSON.
 
     Raises ConfigurationError where the simulator refuses, RigError where none answers.
     """
-    if control_port is None:
-        raise ConfigurationError("--control PORT is needed: pneuforce sim prints it as it starts")
     arguments = arguments_of(pairs)
-    request = None if name is None else {"name": name, "on": not off, **arguments}
-    present = order(control_port, request)
+    simulator = Remote(control_port)
+    try:
+        if name is not None:
+            simulator.order(fault={"name": name, "on": not off, **arguments})
+        present = simulator.faults()
+    except NoSimulator as error:
+        raise RigError(str(error)) from None
+    except Refused as error:
+        raise ConfigurationError(str(error)) from None
     if as_json:
         return json.dumps(present)
     return "\n".join(_line(**fault) for fault in present) or "no fault is in"
+
+
+def control_beside(link: Path) -> int:
+    """The control port of the simulator whose serial port is at `link`. Raises ConfigurationError."""
+    try:
+        return int(beside(link).read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        raise ConfigurationError(
+            f"no simulator has its port at {link}: start pneuforce sim, or name --link or --control PORT"
+        ) from None
 
 
 def _facts(kind: FaultKind) -> dict[str, Any]:
@@ -66,26 +80,6 @@ def arguments_of(pairs: Iterable[str]) -> dict[str, float]:
         except ValueError:
             raise ConfigurationError(f"{pair}: an argument is name=number, as kpa_per_s=0.02") from None
     return arguments
-
-
-def order(control_port: int, request: Mapping[str, Any] | None) -> list[dict[str, Any]]:
-    """Send one request for a fault, if any; the faults that are in then.
-
-    Raises ConfigurationError where the simulator refuses, RigError where none answers.
-    """
-    orders = [{"fault": request}] if request else []
-    try:
-        with socket.create_connection(("127.0.0.1", control_port), ANSWER_S) as connection:
-            connection.sendall(b"".join(json.dumps(o).encode() + b"\n" for o in (*orders, {"faults": True})))
-            answer = json.loads(connection.makefile().readline())
-    except (OSError, ValueError):
-        raise RigError(
-            f"no simulator answers on control port {control_port}: pneuforce sim prints its port as it starts"
-        ) from None
-    if "error" in answer:
-        raise ConfigurationError(answer["error"])
-    present: list[dict[str, Any]] = answer["faults"]
-    return present
 
 
 def _line(name: str, **arguments: float) -> str:

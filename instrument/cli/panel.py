@@ -68,7 +68,9 @@ def plain_line(seen: Seen, elapsed_s: float, now_s: float) -> str:
     )
 
 
-def panel(seen: Seen, ports: Ports, events: Sequence[str], elapsed_s: float, now_s: float) -> RenderableType:
+def panel(
+    seen: Seen, ports: Ports, control_port: int, events: Sequence[str], elapsed_s: float, now_s: float
+) -> RenderableType:
     """The whole panel; it fits a terminal of 80 × 24."""
     return Group(
         Panel(
@@ -77,7 +79,7 @@ def panel(seen: Seen, ports: Ports, events: Sequence[str], elapsed_s: float, now
             subtitle=f"{elapsed_s:.0f} s",
         ),
         Panel(Text("\n".join(events), no_wrap=True, overflow="ellipsis"), title="events"),
-        Panel(_second_terminal(ports), title="in a second terminal"),
+        Panel(_second_terminal(ports, control_port), title="in a second terminal"),
     )
 
 
@@ -124,7 +126,7 @@ def _state_style(m: dict[str, object]) -> str:
     return {"holding": "bold green", "tripped": "bold red"}.get(str(m.get("state")), "bold yellow")
 
 
-def _second_terminal(ports: Ports) -> Text:
+def _second_terminal(ports: Ports, control_port: int) -> Text:
     watch = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
     watch_can = "" if ports.can == 29536 else f" --port {ports.can}"
     return Text(
@@ -132,5 +134,6 @@ def _second_terminal(ports: Ports) -> Text:
         f"as a robot  .venv/bin/pneuforce watch can{watch_can}\n"
         f"go to 6.5   mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
         f"vent        mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
+        f"a fault     .venv/bin/pneuforce fault leak --control {control_port}\n"
         "end         Ctrl-C here         (mbpoll: apt-get install mbpoll)"
     )

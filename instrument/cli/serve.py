@@ -25,7 +25,10 @@ SWITCH_INTERVAL_S = 0.0005  #: how long a bus thread may hold up the loop
 
 
 def serve(configuration: Configuration) -> None:
-    """Run until SIGTERM or Ctrl-C, then vent and end. Prints one JSON line when it serves its buses.
+    """Run until SIGTERM or Ctrl-C, then vent and end.
+
+    Prints one JSON line when it serves Modbus. CAN follows once the node id was found free; until then the
+    status says that CAN is down.
 
     Raises PneuforceError where it cannot start.
     """
@@ -44,28 +47,40 @@ async def _serve(configuration: Configuration) -> None:
     host = Host(instrument, configuration.rig.port)
     modbus = modbus_server(configuration, instrument)
     can = CanFace(instrument, configuration.can) if configuration.can.enabled else None
+    joining = asyncio.create_task(_join(can, host, stop))
     try:
-        if can is not None:
-            await can.open(stop)  # python-can imports slowly: before the rig waits for its keep-alive
-            host.faces.append(can)
         await host.connect(stop)
         if not stop.is_set():
             log.info("rig on %s answered", host.url)
-        await _work(host, modbus, configuration, stop)
+        await _work(host, modbus, joining, configuration, stop)
     finally:
+        stop.set()
         if can is not None:
             can.close()
+        await asyncio.gather(joining, return_exceptions=True)  # what it raised was raised in _work
+
+
+async def _join(can: CanFace | None, host: Host, stop: asyncio.Event) -> None:
+    """Join the CAN bus, if any: it listens for 1.2 s whether its node id is free. Raises FaceError."""
+    if can is not None:
+        host.instrument.can_down = True
+        await can.open(stop)
+        host.faces.append(can)
 
 
 async def _work(
-    host: Host, modbus: ModbusTcpServer | None, configuration: Configuration, stop: asyncio.Event
+    host: Host,
+    modbus: ModbusTcpServer | None,
+    joining: asyncio.Task[None],
+    configuration: Configuration,
+    stop: asyncio.Event,
 ) -> None:
     working = asyncio.create_task(host.run(stop))
     try:
         if not stop.is_set():
-            if modbus is not None:
-                await _listen(modbus, configuration)
+            await (joining if modbus is None else _listen(modbus, configuration))
             print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
+        await joining
         gc.freeze()
         await working
         log.info("vented; ended")

@@ -1,6 +1,7 @@
 """`make bench`: the figures that the instrument promises, in one run."""
 
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -11,7 +12,6 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from instrument.cli.children import Child
 from instrument.rig.frames import Command, CommandFlag, Identify, Mode, encode
 from registers.modbus.client import Plc
 from sim.hand import Hand
@@ -23,6 +23,7 @@ from sim.sensor import SensorSettings
 from tests.bench.model import bench_arrays, bench_chain
 from tests.ports import free_port
 from tests.system.waiting import inflate
+from teststand.children import Child
 
 CLIENTS, POLL_HZ, SECONDS = 8, 50, 20
 
@@ -61,6 +62,7 @@ def bench_latency(force_hz=500):
             f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus}\n[can]\nenabled = true\n'
             f'interface = "socketcand"\nport = {hub_port}\nforce_rate_hz = {force_hz}\n'
         )
+        os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])  # the probe is not among what is installed
         host = stack.enter_context(Child("host", ["tests.bench.probe", str(file)]))
         host.ready()
         with Plc.connect(port=modbus) as plc:

@@ -155,10 +155,16 @@ def test_the_command_puts_in_lists_and_takes_out(rig, control):
     assert present(control) == []
 
 
+def test_the_command_finds_a_simulator_by_the_link_to_its_port(rig):
+    beside = ("--link", rig["link"])
+    assert pneuforce_fault("leak", *beside).stdout == "leak kpa_per_s=0.05\n"
+    assert pneuforce_fault("leak", "--off", *beside).stdout == "no fault is in\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("leak",), "--control PORT is needed"),
+        (("leak", "--link", "/nowhere/rig"), "no simulator has its port at /nowhere/rig"),
         (("leak", "--control", "1"), "no simulator answers on control port 1"),
         (("leak", "much", "--control", "1"), "much: an argument is name=number, as kpa_per_s=0.02"),
     ],

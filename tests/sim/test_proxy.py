@@ -8,7 +8,6 @@ from dataclasses import fields
 
 import pytest
 
-from instrument.cli.children import Child
 from instrument.core import Instrument
 from instrument.host import Host
 from instrument.settings import Settings
@@ -27,6 +26,7 @@ from tests.registers.modbus.serving import (
     serving,
     still_answers,
 )
+from teststand.children import Child
 
 PATIENCE_S = 20.0
 

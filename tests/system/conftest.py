@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import can
 import pytest
 
-from instrument.cli.children import Child
 from registers.modbus.client import Plc, PlcError
-from tests.ports import free_port
+from teststand.children import Child
+from teststand.stack import start
 
 
 @dataclass
@@ -50,21 +50,11 @@ class Stack:
 @pytest.fixture
 def stack(tmp_path):
     with ExitStack() as children:
-        link, hub_port, modbus_port = tmp_path / "rig", free_port(), free_port()
-        arguments = ["instrument", "sim", "--link", str(link), "--no-hand"]
-        sim = children.enter_context(Child("simulator", arguments))
-        hub = children.enter_context(Child("hub", ["registers.can.hub", "--port", str(hub_port)]))
-        control_port = sim.ready()["control"]
-        hub.ready()
-        file = tmp_path / "instrument.toml"
-        file.write_text(
-            f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus_port}\n'
-            f'[can]\nenabled = true\ninterface = "socketcand"\nport = {hub_port}\n'
-        )
-        host = children.enter_context(Child("instrument", ["instrument", "run", "--config", str(file)]))
-        host.ready()
-        control = children.enter_context(socket.create_connection(("127.0.0.1", control_port)))
-        yield Stack(modbus_port, hub_port, host, sim, control, children, arguments)
+        link, arguments = tmp_path / "rig", ["--no-hand"]
+        parts = start(children, link, arguments)
+        control = children.enter_context(socket.create_connection(("127.0.0.1", parts.control_port)))
+        again = ["instrument", "sim", "--link", str(link), *arguments]
+        yield Stack(parts.modbus_port, parts.can_port, parts.host, parts.sim, control, children, again)
 
 
 def answers(port):

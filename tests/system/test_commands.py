@@ -138,7 +138,8 @@ def test_watching_nothing_is_a_sentence(bus):
 @pytest.mark.parametrize("bus", ["modbus", "can"])
 def test_watching_as_json_gives_a_line_for_each_look(stack, bus):
     port = stack.modbus_port if bus == "modbus" else stack.can_port
-    seen = pneuforce("watch", bus, "--port", str(port), "--seconds", "0.7", "--json")
+    seconds = "0.7" if bus == "modbus" else "2.5"  # a node listens for 1.2 s before it sends
+    seen = pneuforce("watch", bus, "--port", str(port), "--seconds", seconds, "--json")
     assert seen.returncode == 0, seen.stderr
     lines = [json.loads(line) for line in seen.stdout.splitlines()]
     if bus == "modbus":

@@ -31,14 +31,17 @@ class Stopped(Exception):
 
 
 class Child:
-    """A Python module run as a process; its stderr is kept for whoever asks why it ended."""
+    """A Python module run as a process; its stderr is kept for whoever asks why it ended.
+
+    It is found among what is installed: a folder that is called alike where a user works is not it.
+    """
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
         self.name = name
         self.said: deque[str] = deque(maxlen=200)
         self._process = subprocess.Popen(
-            [sys.executable, "-m", *arguments],
-            stdin=subprocess.DEVNULL,
+            [sys.executable, "-P", "-m", *arguments],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -82,6 +85,13 @@ class Child:
         answer: dict[str, Any] = json.loads(line)
         return answer
 
+    def tell(self, text: str) -> None:
+        """All that it will ever read from its stdin."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):  # it has ended: `ready` says why
+            self._process.stdin.write(text)
+            self._process.stdin.close()
+
     def send(self, number: signal.Signals) -> None:
         """Send it a signal."""
         self._process.send_signal(number)
@@ -109,10 +119,11 @@ class Child:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        for stream in (self._process.stdout, self._process.stderr):
+        self._reader.join(0.1)
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             if stream is not None:
-                self._reader.join(0.1)
-                stream.close()
+                with contextlib.suppress(BrokenPipeError):
+                    stream.close()
 
 
 def _end_with_parent() -> None:

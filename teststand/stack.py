@@ -1,0 +1,79 @@
+"""Simulator, CAN hub and instrument, started at once; each hears where the others are when they are there."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from teststand.children import Child
+
+Tables = Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """The running processes, and where they are to be found."""
+
+    sim: Child
+    hub: Child
+    host: Child
+    modbus_port: int
+    can_port: int
+    control_port: int
+
+    def check(self) -> None:
+        """Raises ChildFailed, in its own last words, where one of them has ended."""
+        for child in (self.host, self.sim, self.hub):
+            if not child.running:
+                raise child.failure()
+
+
+def start(
+    children: ExitStack,
+    link: Path,
+    rig: Sequence[str] = (),
+    tables: Tables | None = None,
+    *,
+    stop: Event | None = None,
+    in_front: Callable[[Path], str] = str,
+) -> Stack:
+    """Start all three; they end with `children`, the instrument first.
+
+    `rig` is what the simulator is started with, `tables` are tables of the instrument.toml; ports that they
+    do not name are free ones. `in_front` makes the port that the instrument opens from the simulator's.
+
+    Raises ChildFailed where a part does not start, Stopped where `stop` is set first.
+    """
+    own = {name: dict(table) for name, table in (tables or {}).items()}
+    can = {"enabled": True, "interface": "socketcand", **own.get("can", {})}
+    modbus = {"port": free_port(), **own.get("modbus", {})}
+    sim = children.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link), *rig]))
+    hub = children.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(can.get("port", 0))]))
+    host = children.enter_context(Child("instrument", ["instrument", "run", "--config", "/dev/stdin"]))
+    can["port"] = hub.ready(stop)["port"]
+    control_port = sim.ready(stop)["control"]
+    rig_ = {**own.get("rig", {}), "port": in_front(link)}
+    host.tell(toml({**own, "rig": rig_, "modbus": modbus, "can": can}))
+    host.ready(stop)  # not before: another instrument may answer on that port
+    return Stack(sim, hub, host, modbus["port"], can["port"], control_port)
+
+
+def toml(tables: Tables) -> str:
+    """Tables as TOML; what stands in them is written alike in JSON."""
+    lines = []
+    for name, table in tables.items():
+        lines += [f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+def free_port() -> int:
+    """A TCP port of the loopback that is free now."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port: int = listener.getsockname()[1]
+        return port
