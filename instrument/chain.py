@@ -58,6 +58,11 @@ class Chain:
         """What remains of the force's delay [s]."""
         return self._lag.delay_s
 
+    def uncalibrate(self) -> None:
+        """Another balloon is fitted: the bare law from now on, with the uncertainty of an unknown balloon."""
+        self.settings = replace(self.settings, correction=None, errors=InputErrors(), model=ModelErrors())
+        self._curve = None
+
     def step(self, sample: RawSample) -> Measurement:
         """The measurement of one sample. Never raises on what a sensor may read: NaN and `quality` say it."""
         message, dt_s = sample.message, sample.elapsed_s

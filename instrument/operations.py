@@ -66,6 +66,8 @@ class Operations:
             return Refusal.LINK_LOST
         if not own.vented(now_s):
             return Refusal.STATE
+        if argument != own.settings.identity.balloon_id:
+            own.chain.uncalibrate()
         own.balloon_id, own.inflations = argument, 0
         return Refusal.NONE
 

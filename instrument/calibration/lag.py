@@ -15,7 +15,7 @@ LEAST_POINTS = 30
 LEAST_STEP_KPA = 0.5
 LAGS_S = (0.002, 0.5)
 #: What a first-order lag may leave over, as a share of the step, and as a multiple of the noise at rest.
-MOST_REST, MOST_NOISES = 0.02, 3.0
+MOST_REST, MOST_NOISES = 0.01, 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,8 @@ def lag_of(points: Recording, filter_s: float = 0.0) -> Lag:
     residuals = pressures - _curve(times, *found, filter_s)
     begin_s, tube_s, before, after = found
     lag = Lag(tube_s, _std_s(covariance, times, filter_s), after - before, float(residuals.std()))
-    _check_order(points, lag, residuals, times < begin_s, (times >= begin_s) & (times < begin_s + 5 * tube_s))
+    noise_kpa = float(pressures[: _resting(times)].std())
+    _check_order(points, lag, residuals[(times >= begin_s) & (times < begin_s + 5 * tube_s)], noise_kpa)
     return lag
 
 
@@ -70,8 +71,13 @@ def _check_times(points: Recording, times_s: Numbers) -> None:
         )
 
 
+def _resting(times_s: Numbers) -> int:
+    """So many samples of the beginning, and of the end, are at rest."""
+    return max(len(times_s) // 20, 5)
+
+
 def _guess(points: Recording, times_s: Numbers, pressure_kpa: Numbers) -> tuple[float, float, float, float]:
-    part = max(len(times_s) // 20, 5)
+    part = _resting(times_s)
     before, after = float(np.median(pressure_kpa[:part])), float(np.median(pressure_kpa[-part:]))
     noise = float(pressure_kpa[:part].std())
     if abs(after - before) < max(LEAST_STEP_KPA, 10 * noise):
@@ -112,13 +118,10 @@ def _std_s(covariance: Numbers, times_s: Numbers, filter_s: float) -> float:
     return math.sqrt(covariance[1, 1] * (1 + alike) / (1 - alike))
 
 
-def _check_order(
-    points: Recording, lag: Lag, residuals_kpa: Numbers, resting: Numbers, moving: Numbers
-) -> None:
-    if not (resting.sum() >= 5 and moving.sum() >= 5):
-        raise points.refusal("the recording must begin at rest before the step, and show it with 5 samples")
-    noise_kpa = float(residuals_kpa[resting].std())
-    left_kpa = float(np.sqrt((residuals_kpa[moving] ** 2).mean()))
+def _check_order(points: Recording, lag: Lag, moving_kpa: Numbers, noise_kpa: float) -> None:
+    if len(moving_kpa) < 5:
+        raise points.refusal("the step is shown by fewer than 5 samples")
+    left_kpa = float(np.sqrt((moving_kpa**2).mean()))
     if left_kpa > max(MOST_NOISES * noise_kpa, MOST_REST * abs(lag.step_kpa)):
         raise points.refusal(
             f"not a step through a first-order lag: the best one ({lag.tube_s:.3f} s) leaves "

@@ -19,6 +19,7 @@ LEAST_SPAN_KPA = 3.0
 FALL_MM = 0.15
 #: How well the fit must tell the radius at rest and at both ends of the validated range [mm].
 MOST_STD_MM = 0.2
+LEAST_SLOPE_MM_PER_KPA = 0.001
 RADII_MM = (1.5, 30.0)
 
 
@@ -112,5 +113,8 @@ def _check_reach(points: Recording, found: Radius) -> None:
                 f"({MOST_STD_MM:g} mm at most): measure over a wider span of pressures"
             )
     _, linear, quadratic = found.quadratic.coefficients
-    if not (linear + 2 * quadratic * VALID_LOW_KPA > 0 and linear + 2 * quadratic * VALID_HIGH_KPA > 0):
+    if (
+        not min(linear + 2 * quadratic * kpa for kpa in (VALID_LOW_KPA, VALID_HIGH_KPA))
+        > LEAST_SLOPE_MM_PER_KPA
+    ):
         raise points.refusal("the fitted radius does not grow with the pressure from 4.95 to 11.45 kPa")

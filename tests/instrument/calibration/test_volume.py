@@ -1,0 +1,61 @@
+"""The volume of the pipes by Boyle's law."""
+
+import numpy as np
+import pytest
+
+from instrument.calibration.volume import strokes_in, strokes_typed, volume_of
+from tests.instrument.calibration.points import points, refusal_of, share_within
+
+AMBIENT_KPA, TRUTH_MM3 = 101.325, 12_680.0
+DISPLACED_ML = np.array([0.5, 0.5, 1.0, 1.0, 1.5, 1.5])
+RISES_KPA = AMBIENT_KPA * DISPLACED_ML * 1e3 / TRUTH_MM3
+
+
+def volume(ambient_kpa=AMBIENT_KPA, **columns):
+    return volume_of(strokes_in(points(**columns)), ambient_kpa)
+
+
+def test_boyles_law_gives_the_volume_in_either_unit():
+    by_ml = volume(syringe_ml=DISPLACED_ML, pressure_kpa=RISES_KPA)
+    by_mm3 = volume(volume_mm3=DISPLACED_ML * 1e3, pressure_kpa=RISES_KPA)
+    assert by_ml.volume_mm3 == pytest.approx(TRUTH_MM3, rel=1e-6) == by_mm3.volume_mm3
+    assert by_ml.residual_kpa < 1e-6
+
+
+def test_a_stroke_may_begin_above_ambient_and_the_weather_counts():
+    after = [(95.0 + 2.0) * (1 + d * 1e3 / TRUTH_MM3) - 95.0 for d in (0.5, 1.0, 1.5)]
+    found = volume_of(strokes_typed([0.5, 1.0, 1.5], [2.0, 2.0, 2.0], after), 95.0)
+    assert found.volume_mm3 == pytest.approx(TRUTH_MM3, rel=1e-9)
+
+
+def test_the_volume_lies_within_its_stated_uncertainty():
+    lot, draws = np.random.default_rng(1), []
+    for _ in range(300):
+        syringe, gain = 1 + lot.uniform(-0.04, 0.04), 1 + lot.uniform(-0.01, 0.01)
+        read = gain * RISES_KPA * syringe + lot.normal(0, 0.05, len(RISES_KPA))
+        draws.append(volume(syringe_ml=DISPLACED_ML, pressure_kpa=read))
+    errors, stds = [d.volume_mm3 - TRUTH_MM3 for d in draws], [d.std_mm3 for d in draws]
+    assert 0.52 <= share_within(errors, stds) <= 0.79  # the syringe's part is rectangular: 0.58
+    assert share_within(errors, stds, 2) >= 0.95
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"syringe_ml": [1, 1], "pressure_kpa": [8, 8]}, "2 points, and at least 3"),
+        ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, 8, 0]}, "line 4: the pressure does not rise"),
+        ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, -8, 8]}, "line 3: the pressure does not rise"),
+        ({"syringe_ml": [1, 0, 1], "pressure_kpa": [8, 8, 8]}, "line 3: a displaced volume of 0"),
+        ({"syringe_ml": [1, 1, 1], "pressure_kpa": [80, 80, 80]}, "line 2: 80 kPa is above"),
+        ({"syringe_ml": [900] * 3, "pressure_kpa": [8, 8, 8]}, "cannot be (100 to 1e+06 mm³)"),
+        ({"volume_mm3": [1] * 3, "pressure_kpa": [8, 8, 8]}, "cannot be"),
+        ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, 8, 5]}, "line 4: this stroke disagrees"),
+    ],
+)
+def test_what_no_circuit_does_is_refused_with_the_row(columns, said):
+    assert said in refusal_of(lambda: volume(**columns))
+
+
+def test_options_must_come_as_often_as_each_other():
+    assert "once for every stroke" in refusal_of(strokes_typed, [1.0, 1.0], [0.0], [8.0])
+    assert "must be numbers" in refusal_of(strokes_typed, [1.0], [0.0], [float("nan")])
