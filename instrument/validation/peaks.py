@@ -106,7 +106,7 @@ def errors_of(peaks: Peaks, groups: Iterable[Group] = GROUPS) -> tuple[GroupErro
 
 
 def _group(peaks: Peaks, group: Group) -> GroupErrors:
-    chosen = group.selects(peaks.initial_kpa, peaks.volume_change)
+    chosen = group.selects(peaks.initial_kpa, peaks.volume_change, peaks.force_n)
     by_method = {
         method: _errors(peaks.errors_percent(method)[chosen], group.printed.get(method)) for method in METHODS
     }

@@ -69,7 +69,7 @@ def report_of(trials: list[Seen], settings: ChainSettings) -> tuple[Report, Peak
 
 
 def _volume_change(peaks: Peaks) -> VolumeChange:
-    change = peaks.volume_change[paper.STIFF.selects(peaks.initial_kpa, peaks.volume_change)]
+    change = peaks.volume_change[paper.STIFF.selects(peaks.initial_kpa, peaks.volume_change, peaks.force_n)]
     if not len(change):
         return VolumeChange(math.nan, math.nan, math.nan)
     return VolumeChange(float(change.min()), float(change.max()), float(change.mean()))

@@ -59,7 +59,7 @@ def test_the_answer_says_what_was_simulated_and_what_became_of_the_contacts(camp
 
 def test_every_group_has_every_method_beside_the_papers_figure(campaign):
     groups = {group["group"]: group for group in campaign[0]["peak_errors_percent"]}
-    assert len(groups) == 8
+    assert len(groups) == 9
     for group in groups.values():
         for method in ("energetic", "lulevich", "shanahan"):
             for key, kind in ERRORS.items():
