@@ -10,6 +10,7 @@ import numpy as np
 from instrument.chain import ChainSettings
 from instrument.cli.validation_source import CAMPAIGN, Choice, simulated, staged
 from instrument.validation import figures, paper
+from instrument.validation.law_figure import law
 from instrument.validation.peaks import Peaks
 from instrument.validation.report import Seen, seen
 from sim.staging import plant_of
@@ -20,7 +21,7 @@ MEASURED_KPA = np.linspace(0.5, 12.0, 22)  #: as many pressures as the paper mea
 
 
 def draw(folder: Path, choice: Choice, trials: list[Seen], peaks: Peaks, settings: ChainSettings) -> None:
-    """Draw Figs. 6a, 6c and 7, and 4 and 6b too where the rig is simulated."""
+    """Draw Figs. 6a, 6c and 7 and the law's choices, and Figs. 4 and 6b where the rig is simulated."""
     slow = quick = min((trial for trial in trials if trial.appreciable), key=_from_usual_kpa)
     if choice.data is None:
         [quick, *_] = seen(simulated(choice, QUICK).trials, settings)
@@ -33,6 +34,7 @@ def draw(folder: Path, choice: Choice, trials: list[Seen], peaks: Peaks, setting
     figures.save(folder, "fig6a-slow", figures.contacts(slow, settings, "slow contacts", paper.SLOW_PERCENT))
     figures.save(folder, "fig6c-continuous", figures.continuous(quick))
     figures.save(folder, "fig7-errors", figures.error_bars(peaks))
+    figures.save(folder, "law", law(settings.balloon, settings.circuit))
 
 
 def _from_usual_kpa(trial: Seen) -> float:

@@ -58,12 +58,13 @@ class ContactCurve:
     def force_n(self, rise_kpa: float) -> float:
         """The force of `at` alone [N]."""
         if not LOWEST_RISE_KPA <= rise_kpa < math.inf:
-            return self.at(rise_kpa).estimate.force_n
+            force: float = self.at(rise_kpa).estimate.force_n
+            return force
         index = int(math.log(rise_kpa / LOWEST_RISE_KPA) / _LOG_RATIO)
         force = _force_between(self._node(index), self._node(index + 1), rise_kpa)
-        return (
-            force if self.correction is None else force * self.correction.factor(rise_kpa, self.initial_kpa)
-        )
+        if self.correction is not None:
+            force *= self.correction.factor(rise_kpa, self.initial_kpa)
+        return force
 
     def _calibrated(self, point: Point, rise_kpa: float) -> Point:
         if self.correction is None:
