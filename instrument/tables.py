@@ -89,6 +89,9 @@ def _span_at(whole: type[Section], location: tuple[int | str, ...]) -> str:
 
 def span_of(schema: dict[str, Any]) -> str:
     """The allowed values of a key, from its JSON schema."""
+    schema = schema.get("anyOf", [schema])[0]  # of an optional key
+    if "const" in schema:
+        return toml_of(schema["const"])
     if "enum" in schema:
         return ", ".join(str(value) for value in schema["enum"])
     if "minimum" in schema:

@@ -21,10 +21,10 @@ def rounded(value: float) -> float:
 
 
 Rounded = AfterValidator(rounded)
-Std = Annotated[float, Rounded, Field(ge=0, le=1e6)]
-Coefficient = Annotated[float, Rounded, Field(ge=-20, le=20)]
-Percent = Annotated[float, Rounded, Field(ge=0, le=1e4)]
-Share = Annotated[float, Rounded, Field(ge=-1, le=1)]
+Std = Annotated[float, Field(ge=0, le=1e6), Rounded]
+Coefficient = Annotated[float, Field(ge=-20, le=20), Rounded]
+Percent = Annotated[float, Field(ge=0, le=1e4), Rounded]
+Share = Annotated[float, Field(ge=-1, le=1), Rounded]
 #: Row by row; with the standard uncertainties it is the covariance, and has no unit.
 Correlation = Annotated[list[list[Share]], Field(min_length=1, max_length=5)]
 Date = Annotated[date, Field(ge=date(2000, 1, 1), le=date(2999, 12, 31))]
@@ -42,38 +42,38 @@ class Part(Section):
 class RadiusPart(Part):
     """Radius of the free balloon: R_i = rest + linear ΔP + quadratic ΔP²."""
 
-    rest_radius_mm: Annotated[float, Rounded, Field(ge=1, le=30)]
+    rest_radius_mm: Annotated[float, Field(ge=1, le=30), Rounded]
     rest_radius_std_mm: Std
-    radius_linear_mm_per_kpa: Annotated[float, Rounded, Field(ge=-1, le=1)]
+    radius_linear_mm_per_kpa: Annotated[float, Field(ge=-1, le=1), Rounded]
     radius_linear_std_mm_per_kpa: Std
-    radius_quadratic_mm_per_kpa2: Annotated[float, Rounded, Field(ge=-0.1, le=0.1)]
+    radius_quadratic_mm_per_kpa2: Annotated[float, Field(ge=-0.1, le=0.1), Rounded]
     radius_quadratic_std_mm_per_kpa2: Std
     correlation: Correlation
-    residual_mm: Annotated[float, Rounded, Field(ge=0, le=10)]
-    low_kpa: Annotated[float, Rounded, Field(ge=0, le=50)]
-    high_kpa: Annotated[float, Rounded, Field(ge=0, le=50)]
-    shear_kpa_mm: Annotated[float, Rounded, Field(ge=0, le=1e6)]  # μ h_0 of a neo-Hookean balloon
-    limit_kpa: Annotated[float, Rounded, Field(ge=0, le=1e4)]  # its highest pressure
+    residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
+    low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
+    high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
+    shear_kpa_mm: Annotated[float, Field(ge=0, le=1e6), Rounded]  # μ h_0 of a neo-Hookean balloon
+    limit_kpa: Annotated[float, Field(ge=0, le=1e4), Rounded]  # its highest pressure
     limit_std_kpa: Std
-    rubber_residual_mm: Annotated[float, Rounded, Field(ge=0, le=10)]
+    rubber_residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
 
 
 class VolumePart(Part):
     """Volume V_c of all pipes."""
 
-    volume_mm3: Annotated[float, Rounded, Field(ge=100, le=1e6)]
+    volume_mm3: Annotated[float, Field(ge=100, le=1e6), Rounded]
     volume_std_mm3: Std
-    residual_kpa: Annotated[float, Rounded, Field(ge=0, le=50)]
-    ambient_kpa: Annotated[float, Rounded, Field(ge=60, le=110)]
+    residual_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
+    ambient_kpa: Annotated[float, Field(ge=60, le=110), Rounded]
 
 
 class LagPart(Part):
     """Lag of the tube between balloon and sensor."""
 
-    tube_s: Annotated[float, Rounded, Field(ge=0.001, le=0.5)]
+    tube_s: Annotated[float, Field(ge=0.001, le=0.5), Rounded]
     tube_std_s: Std
-    step_kpa: Annotated[float, Rounded, Field(ge=-50, le=50)]
-    residual_kpa: Annotated[float, Rounded, Field(ge=0, le=50)]
+    step_kpa: Annotated[float, Field(ge=-50, le=50), Rounded]
+    residual_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
 
 
 class MadeFor(Section):
@@ -82,27 +82,27 @@ class MadeFor(Section):
     method: Literal["energetic", "lulevich", "shanahan"]
     switch: Literal["paper", "blend"]
     low: Literal["line", "smooth"]
-    young_kpa: Annotated[float, Rounded, Field(ge=100, le=20_000)]
-    poisson: Annotated[float, Rounded, Field(ge=0.3, le=0.5)]
-    rest_radius_mm: Annotated[float, Rounded, Field(ge=1, le=30)]
-    rest_thickness_mm: Annotated[float, Rounded, Field(ge=0.01, le=1)]
-    radius_linear_mm_per_kpa: Annotated[float, Rounded, Field(ge=-1, le=1)]
-    radius_quadratic_mm_per_kpa2: Annotated[float, Rounded, Field(ge=-0.1, le=0.1)]
-    volume_mm3: Annotated[float, Rounded, Field(ge=100, le=1e6)]
+    young_kpa: Annotated[float, Field(ge=100, le=20_000), Rounded]
+    poisson: Annotated[float, Field(ge=0.3, le=0.5), Rounded]
+    rest_radius_mm: Annotated[float, Field(ge=1, le=30), Rounded]
+    rest_thickness_mm: Annotated[float, Field(ge=0.01, le=1), Rounded]
+    radius_linear_mm_per_kpa: Annotated[float, Field(ge=-1, le=1), Rounded]
+    radius_quadratic_mm_per_kpa2: Annotated[float, Field(ge=-0.1, le=0.1), Rounded]
+    volume_mm3: Annotated[float, Field(ge=100, le=1e6), Rounded]
 
 
 class Agreement(Section):
     """Agreement with the force cell: mean error from 1 to 3.5 N, root mean square below 1 N."""
 
     mean_error_percent: Percent | None = None
-    below_1_n_rmse_n: Annotated[float, Rounded, Field(ge=0, le=100)] | None = None
+    below_1_n_rmse_n: Annotated[float, Field(ge=0, le=100), Rounded] | None = None
 
 
 class PressureBin(Section):
     """Mean error of forces of at least 1 N in a part of the pressures."""
 
-    low_kpa: Annotated[float, Rounded, Field(ge=0, le=50)]
-    high_kpa: Annotated[float, Rounded, Field(ge=0, le=50)]
+    low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
+    high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     contacts: int = Field(ge=1, le=1_000_000)
     before_percent: Percent
     after_percent: Percent
@@ -121,12 +121,12 @@ class ForcePart(Part):
     by_square_per_kpa2: Coefficient
     stds: Annotated[list[Std], Field(min_length=1, max_length=5)]  # of those that were fitted, in this order
     correlation: Correlation
-    rise_low_kpa: Annotated[float, Rounded, Field(ge=0.01, le=50)]
-    rise_high_kpa: Annotated[float, Rounded, Field(ge=0.01, le=50)]
-    initial_low_kpa: Annotated[float, Rounded, Field(ge=2, le=25)]
-    initial_high_kpa: Annotated[float, Rounded, Field(ge=2, le=25)]
-    residual_share: Annotated[float, Rounded, Field(ge=0, le=1)]  # standard deviation, of unseen contacts
-    residual_floor_n: Annotated[float, Rounded, Field(ge=0, le=20)]
+    rise_low_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
+    rise_high_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
+    initial_low_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
+    initial_high_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
+    residual_share: Annotated[float, Field(ge=0, le=1), Rounded]  # standard deviation, of unseen contacts
+    residual_floor_n: Annotated[float, Field(ge=0, le=20), Rounded]
     made_for: MadeFor
     before: Agreement
     after_unseen: Agreement  # each contact by a fit without it
@@ -150,7 +150,7 @@ class End(Section):
 class Calibration(Section):
     """A whole calibration file."""
 
-    version: Literal[1]
+    version: int = Field(ge=1, le=1)
     balloon_id: int = Field(ge=0, le=0xFFFF_FFFF)
     radius: RadiusPart | None = None
     volume: VolumePart | None = None
