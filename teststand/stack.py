@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 from typing import Any
 
+from sim.proxy import SerialProxy
 from teststand.children import Child
 
 Tables = Mapping[str, Mapping[str, Any]]
@@ -26,6 +27,7 @@ class Stack:
     modbus_port: int
     can_port: int
     control_port: int
+    line: SerialProxy | None  #: between rig and instrument
 
     def check(self) -> None:
         """Raises ChildFailed, in its own last words, where one of them has ended."""
@@ -41,12 +43,12 @@ def start(
     tables: Tables | None = None,
     *,
     stop: Event | None = None,
-    in_front: Callable[[Path], str] = str,
+    line_seed: int | None = None,
 ) -> Stack:
     """Start all three; they end with `children`, the instrument first.
 
-    `rig` is what the simulator is started with, `tables` are tables of the instrument.toml; ports that they
-    do not name are free ones. `in_front` makes the port that the instrument opens from the simulator's.
+    `rig` is what the simulator is started with, `tables` are tables of the instrument.toml; a port that they
+    do not name is a free one. With `line_seed` a line that can be disturbed is between rig and instrument.
 
     Raises ChildFailed where a part does not start, Stopped where `stop` is set first.
     """
@@ -55,13 +57,15 @@ def start(
     modbus = {"port": free_port(), **own.get("modbus", {})}
     sim = children.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link), *rig]))
     hub = children.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(can.get("port", 0))]))
+    ends_later = children.enter_context(ExitStack())
     host = children.enter_context(Child("instrument", ["instrument", "run", "--config", "/dev/stdin"]))
     can["port"] = hub.ready(stop)["port"]
     control_port = sim.ready(stop)["control"]
-    rig_ = {**own.get("rig", {}), "port": in_front(link)}
-    host.tell(toml({**own, "rig": rig_, "modbus": modbus, "can": can}))
+    line = None if line_seed is None else ends_later.enter_context(SerialProxy(str(link), seed=line_seed))
+    at = {**own.get("rig", {}), "port": line.port if line else str(link)}
+    host.tell(toml({**own, "rig": at, "modbus": modbus, "can": can}))
     host.ready(stop)  # not before: another instrument may answer on that port
-    return Stack(sim, hub, host, modbus["port"], can["port"], control_port)
+    return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line)
 
 
 def toml(tables: Tables) -> str:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 #: Ranges that hold every value that changes.
 _READ = (range(36), range(64, 74), range(512, 546))
+_SELDOM = (range(768, 784), range(3840, 3845))
 _TEST = BY_NAME["test_float"]
 _REFUSAL = BY_NAME["refusal"]
 _NAMES = {code.value: code.name.lower().replace("_", " ") for code in Code}
@@ -70,6 +71,10 @@ class Plc:
         Three requests, so three instants; within one range all values belong together. Raises PlcError.
         """
         return {name: value for range_ in _READ for name, value in self._values(range_).items()}
+
+    def read_all(self) -> dict[str, Any]:
+        """Value of every register by name: with those that change seldom or never. Raises PlcError."""
+        return {name: value for range_ in (*_READ, *_SELDOM) for name, value in self._values(range_).items()}
 
     def write(self, name: str, value: object) -> None:
         """Write one register by name: a number in the quantity's unit, or the name of a code.
