@@ -2,6 +2,7 @@
 
 import math
 import signal
+import statistics
 import subprocess
 import time
 
@@ -28,6 +29,21 @@ def can_forces(bus, count):
     return forces
 
 
+def mean_forces(plc, bus):
+    """Mean force [N] on Modbus and on CAN during the same second.
+
+    Single values are of different samples, and compensating the lag leaves each a noise of 5 mN.
+    """
+    while bus.recv(0) is not None:
+        pass
+    on_modbus_n, on_can_n = [], []
+    until_s = time.monotonic() + 1.0
+    while time.monotonic() < until_s:
+        on_modbus_n.append(plc.read()["force"])
+        on_can_n += can_forces(bus, 1)
+    return statistics.mean(on_modbus_n), statistics.mean(on_can_n)
+
+
 def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack):
     with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
@@ -36,11 +52,10 @@ def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack):
             wait_for(plc.read, lambda v: "in_contact" in v["status"])
             wait_for(plc.read, lambda v, f=applied_n: abs(v["force"] - f) < 0.1)
             time.sleep(1.0)
-            while bus.recv(0) is not None:
-                pass
-            values, (force_n, *_) = plc.read(), can_forces(bus, 1)
-            assert abs(values["force"] - applied_n) <= 2 * values["force_uncertainty"]
-            assert force_n == pytest.approx(values["force"], abs=0.006)
+            on_modbus_n, on_can_n = mean_forces(plc, bus)
+            assert on_modbus_n == pytest.approx(applied_n, abs=0.02)  # this balloon obeys the law
+            assert on_can_n == pytest.approx(on_modbus_n, abs=0.004)
+            values = plc.read()
             assert "force_valid" not in values["status"]  # a word of the condensed status only
             assert "force_valid" in values["condensed_status"]
         stack.order(release=True)
