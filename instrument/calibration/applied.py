@@ -110,7 +110,9 @@ def _force(own: ChainSettings, part: ForcePart) -> ChainSettings:
         by_rise=part.by_rise,
         by_initial=part.by_initial_per_kpa,
         by_both=part.by_both_per_kpa,
-        by_square=part.by_square_per_kpa2,
+        by_step=part.by_step,
+        law=own.law,
+        balloon=own.balloon,
         rise_span_kpa=(part.rise_low_kpa, part.rise_high_kpa),
         initial_span_kpa=(part.initial_low_kpa, part.initial_high_kpa),
     )

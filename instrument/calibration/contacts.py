@@ -29,6 +29,7 @@ class Contacts:
     force_n: Numbers  #: of the force cell
     std_n: Numbers  #: its standard uncertainty
     law_n: Numbers  #: the law's force, uncalibrated
+    small_strain: Numbers  #: weight of stretching energy (4) in it
 
     def __len__(self) -> int:
         return len(self.force_n)
@@ -63,7 +64,8 @@ def contacts_in(points: Recording, own: ChainSettings) -> Contacts:
     unsolved = ~(np.isfinite(law_n) & (law_n > 0))
     if unsolved.any():
         raise points.refusal("the law has no force for these pressures", int(unsolved.argmax()))
-    return Contacts(initial, rise, force, std, law_n)
+    weight = own.law.small_strain(initial, own.balloon)
+    return Contacts(initial, rise, force, std, law_n, weight)
 
 
 def _check_units(points: Recording) -> None:

@@ -109,16 +109,17 @@ class PressureBin(Section):
 
 
 class ForcePart(Part):
-    """Force = law · exp(constant + by_rise L + by_initial p + by_both L p + by_square p²).
+    """Force = law · exp(constant + by_rise L + by_initial p + by_both L p + by_step w).
 
-    L = ln(rise / 1 kPa), p = ΔP_i − 8 kPa; coefficients that were not fitted are 0.
+    L = ln(rise / 1 kPa), p = ΔP_i − 8 kPa, w: weight of stretching energy (4) in the law. Coefficients that
+    were not fitted are 0.
     """
 
     constant: Coefficient
     by_rise: Coefficient
     by_initial_per_kpa: Coefficient
     by_both_per_kpa: Coefficient
-    by_square_per_kpa2: Coefficient
+    by_step: Coefficient
     stds: Annotated[list[Std], Field(min_length=1, max_length=5)]  # of those that were fitted, in this order
     correlation: Correlation
     rise_low_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]

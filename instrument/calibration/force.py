@@ -26,19 +26,19 @@ CANDIDATES: tuple[tuple[str, ...], ...] = (
     ("constant", "by_rise"),
     ("constant", "by_rise", "by_initial"),
     ("constant", "by_rise", "by_initial", "by_both"),
-    ("constant", "by_rise", "by_initial", "by_both", "by_square"),
+    ("constant", "by_rise", "by_initial", "by_both", "by_step"),
 )
-#: What the coefficient of a term is multiplied by: L and p of `Correction`.
-BASIS: Mapping[str, Callable[[Numbers, Numbers], Numbers]] = {
-    "constant": lambda L, p: np.ones_like(L),  # noqa: ARG005
-    "by_rise": lambda L, p: L,  # noqa: ARG005
-    "by_initial": lambda L, p: p,  # noqa: ARG005
-    "by_both": lambda L, p: L * p,
-    "by_square": lambda L, p: p * p,  # noqa: ARG005
+#: What the coefficient of a term is multiplied by: L, p and w of `Correction`.
+BASIS: Mapping[str, Callable[[Numbers, Numbers, Numbers], Numbers]] = {
+    "constant": lambda L, p, w: np.ones_like(L),  # noqa: ARG005
+    "by_rise": lambda L, p, w: L,  # noqa: ARG005
+    "by_initial": lambda L, p, w: p,  # noqa: ARG005
+    "by_both": lambda L, p, w: L * p,  # noqa: ARG005
+    "by_step": lambda L, p, w: w,  # noqa: ARG005
 }
 POINTS_PER_TERM = 3
 LEAST_POINTS = 6
-#: A slope needs pressures and rises that differ.
+#: A slope needs pressures and rises that differ; the step contacts on both sides of it.
 LEAST_INITIAL_SPAN_KPA, LEAST_RISE_RATIO = 1.5, 1.5
 #: A corrected law errs by about 3 % of the force, and 0.03 N below 1 N: against that the cell's error weighs.
 EXPECTED = 0.03
@@ -60,7 +60,7 @@ class Candidate:
     def worse_than(self, best: Candidate) -> bool:
         """Whether it errs by more than one standard error more, on the same contacts."""
         more = self.errors**2 - best.errors**2
-        return bool(more.mean() > more.std(ddof=1) / math.sqrt(len(more)))
+        return not more.mean() <= more.std(ddof=1) / math.sqrt(len(more))
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def calibration_of(contacts: Contacts, own: ChainSettings) -> ForceCalibration:
     """
     if len(contacts) < LEAST_POINTS:
         raise ConfigurationError(f"{len(contacts)} contacts, and at least {LEAST_POINTS} are needed")
-    candidates = (_bare(contacts), *(_tried(terms, contacts) for terms in supported(contacts)))
+    candidates = (_bare(contacts), *(_tried(terms, contacts, own) for terms in supported(contacts, own)))
     best = min(candidates, key=lambda candidate: float((candidate.errors**2).mean()))
     chosen = next(candidate for candidate in candidates if not candidate.worse_than(best))
     if not chosen.terms:
@@ -91,20 +91,23 @@ def calibration_of(contacts: Contacts, own: ChainSettings) -> ForceCalibration:
             "nothing was written"
         )
     fitted = _fit(chosen.terms, contacts)
-    correction = _correction(chosen.terms, fitted.coefficients, contacts)
+    correction = _correction(chosen.terms, fitted.coefficients, contacts, own)
     _check_growth(correction, own)
     return ForceCalibration(contacts, correction, fitted, chosen, candidates)
 
 
-def supported(contacts: Contacts) -> Iterator[tuple[str, ...]]:
+def supported(contacts: Contacts, own: ChainSettings) -> Iterator[tuple[str, ...]]:
     """The candidates that the contacts are enough for, in number and in spread."""
-    pressures = np.ptp(contacts.initial_kpa) >= LEAST_INITIAL_SPAN_KPA
-    rises = contacts.rise_kpa.max() >= LEAST_RISE_RATIO * contacts.rise_kpa.min()
+    told = {"constant"}
+    if contacts.rise_kpa.max() >= LEAST_RISE_RATIO * contacts.rise_kpa.min():
+        told |= {"by_rise"}
+    if np.ptp(contacts.initial_kpa) >= LEAST_INITIAL_SPAN_KPA:
+        told |= {"by_initial", "by_both"}
+        above = int((contacts.small_strain > 0.5).sum())
+        if own.law.method == "energetic" and POINTS_PER_TERM <= above <= len(contacts) - POINTS_PER_TERM:
+            told |= {"by_step"}
     for terms in CANDIDATES:
-        needs_pressures = bool({"by_initial", "by_both", "by_square"} & set(terms))
-        if len(contacts) < POINTS_PER_TERM * len(terms):
-            continue
-        if (pressures or not needs_pressures) and (rises or "by_rise" not in terms):
+        if told.issuperset(terms) and len(contacts) >= POINTS_PER_TERM * len(terms):
             yield terms
 
 
@@ -117,16 +120,16 @@ def _bare(contacts: Contacts) -> Candidate:
     return Candidate((), contacts.law_n, error_of(contacts.law_n, contacts))
 
 
-def _tried(terms: tuple[str, ...], contacts: Contacts) -> Candidate:
-    unseen = np.array([_left_out(terms, contacts, n) for n in range(len(contacts))])
+def _tried(terms: tuple[str, ...], contacts: Contacts, own: ChainSettings) -> Candidate:
+    unseen = np.array([_left_out(terms, contacts, own, n) for n in range(len(contacts))])
     return Candidate(terms, unseen, error_of(unseen, contacts))
 
 
-def _left_out(terms: tuple[str, ...], contacts: Contacts, n: int) -> float:
+def _left_out(terms: tuple[str, ...], contacts: Contacts, own: ChainSettings, n: int) -> float:
     """The force of contact `n` by what the others teach; infinite where they teach nothing."""
     seen = contacts.only(np.arange(len(contacts)) != n)
     try:
-        correction = _correction(terms, _fit(terms, seen).coefficients, seen)
+        correction = _correction(terms, _fit(terms, seen).coefficients, seen, own)
     except np.linalg.LinAlgError:
         return math.inf
     return float(contacts.law_n[n] * correction.factor(contacts.rise_kpa[n], contacts.initial_kpa[n]))
@@ -134,15 +137,21 @@ def _left_out(terms: tuple[str, ...], contacts: Contacts, n: int) -> float:
 
 def _fit(terms: tuple[str, ...], contacts: Contacts) -> Fit:
     L, p = np.log(contacts.rise_kpa), contacts.initial_kpa - MIDDLE_KPA
-    basis = np.stack([BASIS[term](L, p) for term in terms], axis=1)
+    basis = np.stack([BASIS[term](L, p, contacts.small_strain) for term in terms], axis=1)
     weights = contacts.force_n / np.hypot(EXPECTED * np.maximum(contacts.force_n, TURN_N), contacts.std_n)
     return fit(basis, np.log(contacts.force_n / contacts.law_n), weights)
 
 
-def _correction(terms: tuple[str, ...], coefficients: Numbers, contacts: Contacts) -> Correction:
+def _correction(
+    terms: tuple[str, ...], coefficients: Numbers, contacts: Contacts, own: ChainSettings
+) -> Correction:
     values = dict.fromkeys(CANDIDATES[-1], 0.0) | dict(zip(terms, coefficients.tolist(), strict=True))
     return Correction(
-        rise_span_kpa=_span(contacts.rise_kpa), initial_span_kpa=_span(contacts.initial_kpa), **values
+        rise_span_kpa=_span(contacts.rise_kpa),
+        initial_span_kpa=_span(contacts.initial_kpa),
+        law=own.law,
+        balloon=own.balloon,
+        **values,
     )
 
 

@@ -17,7 +17,7 @@ from instrument.calibration.volume import Volume
 from instrument.chain import ChainSettings
 
 #: What the file adds to the names of coefficients.
-_UNITS = {"by_initial": "_per_kpa", "by_both": "_per_kpa", "by_square": "_per_kpa2"}
+_UNITS = {"by_initial": "_per_kpa", "by_both": "_per_kpa"}
 
 
 def radius_part(found: Radius, points: Recording, today: date) -> RadiusPart:

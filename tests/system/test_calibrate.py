@@ -1,6 +1,7 @@
 """pneuforce calibrate from end to end: the documented examples in, one file out, and an instrument of it."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -20,6 +21,13 @@ EXAMPLES = ROOT / "docs/examples"
 PARTS = {"radius": "radius.csv", "volume": "volume.csv", "lag": "lag.csv", "force": "contacts.csv"}
 
 
+COMMANDS = [
+    line.removeprefix(".venv/bin/pneuforce calibrate ").split()
+    for block in re.findall(r"```sh\n(.*?)```", (ROOT / "docs/calibration.md").read_text(), re.S)
+    for line in block.splitlines()
+]
+
+
 def calibrate(*words):
     """What it prints; raises what the command line would say in one sentence."""
     done = CliRunner().invoke(app, ["calibrate", *map(str, words)])
@@ -35,6 +43,20 @@ def made(tmp_path_factory):
     for part, name in PARTS.items():
         calibrate(part, EXAMPLES / name, "--out", path)
     return path
+
+
+def test_the_documents_commands_do_what_the_document_shows(tmp_path, monkeypatch):
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    monkeypatch.chdir(tmp_path)
+    assert len(COMMANDS) == 6
+    for words in COMMANDS:
+        words, _, redirected = " ".join(words).partition(" > ")
+        told = calibrate(*words.split())
+        if redirected:
+            comment, header, *rows = (EXAMPLES / redirected).read_text().splitlines()
+            assert "--plant membrane --count 24 --seed 1" in comment
+            assert (told.splitlines()[0], len(told.splitlines())) == (header, 1 + len(rows))
+    assert len(file.load(tmp_path / "calibration.toml").parts) == 4
 
 
 def test_each_part_is_added_to_the_others_in_one_file(made):

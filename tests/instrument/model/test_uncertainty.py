@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from instrument.model import METHODS, PAPER, Balloon, Circuit, Correction, Law, contact, estimate
+from instrument.model import LIVE, METHODS, PAPER, Balloon, Circuit, Correction, Law, contact, estimate
 from instrument.model.budget import budget, total_n
 from instrument.model.curve import ContactCurve
 from instrument.model.derivatives import Derivatives, Inputs
@@ -106,6 +106,7 @@ CORRECTION = Correction(
     constant=-0.3, by_rise=0.1, by_initial=-0.05, by_both=0.02,
     rise_span_kpa=(0.2, 4.0), initial_span_kpa=(5.0, 11.0),
 )  # fmt: skip
+STEPPED = replace(CORRECTION, by_step=0.25, law=LIVE)
 
 
 def spread_of(initial_kpa, rise_kpa, law=PAPER, correction=None):
@@ -113,9 +114,11 @@ def spread_of(initial_kpa, rise_kpa, law=PAPER, correction=None):
     return point.estimate.force_n, point.spread
 
 
-@pytest.mark.parametrize("correction", [None, CORRECTION])
+@pytest.mark.parametrize("correction", [None, CORRECTION, STEPPED])
 @pytest.mark.parametrize("low", ["line", "smooth"])
-@pytest.mark.parametrize(("initial_kpa", "rise_kpa"), [(8.0, 0.1), (6.0, 0.4), (8.0, 1.3), (10.5, 3.0)])
+@pytest.mark.parametrize(
+    ("initial_kpa", "rise_kpa"), [(8.0, 0.1), (8.7, 0.9), (6.0, 0.4), (8.0, 1.3), (10.5, 3.0)]
+)
 def test_the_spread_by_pressure_is_how_the_curves_differ(initial_kpa, rise_kpa, low, correction):
     law, h = Law(low=low), 1e-4
 
