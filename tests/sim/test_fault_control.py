@@ -155,6 +155,12 @@ def test_the_command_puts_in_lists_and_takes_out(rig, control):
     assert present(control) == []
 
 
+def test_the_control_port_stands_beside_the_link_while_the_simulator_runs(tmp_path):
+    with simulator(tmp_path / "rig", hand=False) as (_, told):
+        assert (tmp_path / "rig.control").read_text() == f"{told['control']}\n"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_command_finds_a_simulator_by_the_link_to_its_port(rig):
     beside = ("--link", rig["link"])
     assert pneuforce_fault("leak", *beside).stdout == "leak kpa_per_s=0.05\n"

@@ -4,6 +4,7 @@ import json
 import socket
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 
 import can
 import pytest
@@ -23,7 +24,7 @@ class Stack:
     sim: Child
     control: socket.socket
     children: ExitStack
-    sim_arguments: list[str]
+    link: Path
 
     def plc(self):
         return Plc.connect(port=self.modbus_port)
@@ -35,8 +36,14 @@ class Stack:
 
     def plug_in_again(self):
         """A simulated rig at the end of the same cable."""
-        self.sim = self.children.enter_context(Child("simulator", self.sim_arguments))
-        self.sim.ready()
+        self.sim = self.plug_in(self.link)
+
+    def plug_in(self, link):
+        """Another simulated rig."""
+        arguments = ["instrument", "sim", "--link", str(link), "--no-hand"]
+        sim = self.children.enter_context(Child("simulator", arguments))
+        sim.ready()
+        return sim
 
     def robot(self):
         """The CAN bus as a robot controller opens it."""
@@ -50,11 +57,10 @@ class Stack:
 @pytest.fixture
 def stack(tmp_path):
     with ExitStack() as children:
-        link, arguments = tmp_path / "rig", ["--no-hand"]
-        parts = start(children, link, arguments)
+        link = tmp_path / "rig"
+        parts = start(children, link, ["--no-hand"])
         control = children.enter_context(socket.create_connection(("127.0.0.1", parts.control_port)))
-        again = ["instrument", "sim", "--link", str(link), *arguments]
-        yield Stack(parts.modbus_port, parts.can_port, parts.host, parts.sim, control, children, again)
+        yield Stack(parts.modbus_port, parts.can_port, parts.host, parts.sim, control, children, link)
 
 
 def answers(port):
