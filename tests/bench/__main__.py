@@ -21,9 +21,9 @@ from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
 from sim.sensor import SensorSettings
 from tests.bench.model import bench_arrays, bench_chain
-from tests.ports import free_port
 from tests.system.waiting import inflate
 from teststand.children import Child
+from teststand.stack import free_port
 
 CLIENTS, POLL_HZ, SECONDS = 8, 50, 20
 

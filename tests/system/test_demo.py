@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from registers.modbus.client import Plc
-from tests.ports import free_port
 from tests.system.conftest import answers
 from tests.system.waiting import wait_for
+from teststand.stack import free_port
 
 
 class Demo:
