@@ -8,6 +8,7 @@ from instrument.calibration.file import Calibration, ForcePart, MadeFor, rounded
 from instrument.chain import ChainSettings
 from instrument.errors import ConfigurationError
 from instrument.model import Correction
+from instrument.model.law import BLEND_KPA
 from instrument.model.uncertainty import ModelErrors
 
 #: Keys of a part that are fields of the balloon.
@@ -38,6 +39,7 @@ def made_for(own: ChainSettings) -> MadeFor:
     return MadeFor(
         method=law.method,
         switch=law.switch,
+        blend_kpa=BLEND_KPA,
         low=law.low,
         young_kpa=balloon.young_kpa,
         poisson=balloon.poisson,
@@ -53,11 +55,15 @@ def stale(own: ChainSettings, force: ForcePart) -> list[str]:
     """Sentences about what the force calibration was made for and the settings no longer are."""
     now = made_for(own)
     return [
-        f"{SECTION_OF.get(key, 'balloon')}.{key} = {value!r}, and its force calibration was made for "
-        f"{getattr(force.made_for, key)!r}"
+        f"{_place(key)} = {value!r}, and its force calibration was made for {getattr(force.made_for, key)!r}"
         for key, value in now
         if value != getattr(force.made_for, key)
     ]
+
+
+def _place(key: str) -> str:
+    """How a user names a key; the blend's width is this release's, not the configuration's."""
+    return "the width of the blend" if key == "blend_kpa" else f"{SECTION_OF.get(key, 'balloon')}.{key}"
 
 
 def _radius(own: ChainSettings, calibration: Calibration) -> ChainSettings:
@@ -96,7 +102,7 @@ def _agree(key: str, configured: float, assumed: float, measured: float) -> None
     """A key left at its default gives way to what was measured; any other value is somebody's word."""
     if rounded(configured) not in (rounded(assumed), measured):
         raise ConfigurationError(
-            f"{SECTION_OF.get(key, 'balloon')}.{key} = {configured!r} contradicts the calibration, which "
+            f"{_place(key)} = {configured!r} contradicts the calibration, which "
             f"measured {measured!r}: delete one of them"
         )
 

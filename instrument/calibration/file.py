@@ -81,6 +81,7 @@ class MadeFor(Section):
 
     method: Literal["energetic", "lulevich", "shanahan"]
     switch: Literal["paper", "blend"]
+    blend_kpa: Annotated[float, Field(ge=0, le=10), Rounded]  # to either side of the switch
     low: Literal["line", "smooth"]
     young_kpa: Annotated[float, Field(ge=100, le=20_000), Rounded]
     poisson: Annotated[float, Field(ge=0.3, le=0.5), Rounded]

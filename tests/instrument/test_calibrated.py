@@ -122,6 +122,15 @@ def test_a_calibration_of_another_law_is_refused(key):
         parse({"measurement": {key: other}}, "x").calibrated_by(FORCE_ONLY)
 
 
+def test_a_calibration_of_a_release_that_blended_otherwise_is_refused():
+    made_for = FORCE_ONLY.force.made_for.model_copy(update={"blend_kpa": 0.25})
+    older = FORCE_ONLY.model_copy(
+        update={"force": FORCE_ONLY.force.model_copy(update={"made_for": made_for})}
+    )
+    with pytest.raises(ConfigurationError, match=r"the width of the blend = .* was made for 0\.25"):
+        Configuration().calibrated_by(older)
+
+
 def test_a_value_that_somebody_configured_and_the_calibration_contradicts_is_refused():
     measured = WHOLE.model_copy(update={"force": None, "balloon_id": 0})
     with pytest.raises(ConfigurationError, match=r"tube_s = 0\.1 contradicts the calibration, .* 0\.055"):
