@@ -14,7 +14,7 @@ from tests.instrument.validation.pressing import force_n, trial
 TOP = Path(__file__).parents[2]
 SCENARIO = TOP / "docs/examples/three-pressures.toml"
 EXAMPLE = TOP / "docs/examples/validation-recording.csv"
-FIGURES = {"fig4-radius", "fig6a-slow", "fig6b-fast", "fig6c-continuous", "fig7-errors"}
+FIGURES = {"fig4-radius", "fig6a-slow", "fig6b-fast", "fig6c-continuous", "fig7-errors", "law"}
 ERRORS = {"solved": int, "absolute": (float, type(None)), "signed": (float, type(None))}
 
 
