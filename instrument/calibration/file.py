@@ -100,7 +100,7 @@ class Agreement(Section):
 
 
 class PressureBin(Section):
-    """Mean error of forces of at least 1 N in a part of the pressures."""
+    """Mean error of forces from 1 to 3.5 N in a part of the pressures."""
 
     low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]

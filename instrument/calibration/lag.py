@@ -13,6 +13,7 @@ from instrument.calibration.columns import Numbers, Recording
 COLUMNS = (("t_s", "pressure_kpa"),)
 LEAST_POINTS = 30
 LEAST_STEP_KPA = 0.5
+MOST_KPA = 50.0  #: the sensor's full scale
 LAGS_S = (0.002, 0.5)
 #: What a first-order lag may leave over, as a share of the step, and as a multiple of the noise at rest.
 MOST_REST, MOST_NOISES = 0.01, 2.0
@@ -36,6 +37,8 @@ def lag_of(points: Recording, filter_s: float = 0.0) -> Lag:
     points.at_least(LEAST_POINTS)
     times, pressures = points["t_s"] - points["t_s"][0], points["pressure_kpa"]
     _check_times(points, times)
+    if not np.abs(pressures).max() <= MOST_KPA:
+        raise points.refusal(f"pressure_kpa beyond {MOST_KPA:g} kPa: is that hPa or Pa?")
     start = _guess(points, times, pressures)
     found, covariance = _fitted(points, times, pressures, start, filter_s)
     residuals = pressures - _curve(times, *found, filter_s)

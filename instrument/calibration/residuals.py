@@ -7,6 +7,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from instrument.calibration.columns import Numbers
 from instrument.calibration.contacts import TURN_N, Contacts
@@ -24,7 +25,7 @@ class Figures(NamedTuple):
 
 
 class Bin(NamedTuple):
-    """The contacts of at least 1 N in a part of the pressures."""
+    """The contacts from 1 to 3.5 N in a part of the pressures."""
 
     low_kpa: float
     high_kpa: float
@@ -37,8 +38,13 @@ def figures(force_n: Numbers, contacts: Contacts) -> Figures:
     """The figures of some forces."""
     truth = contacts.force_n
     error = force_n - truth
-    small, large = truth < TURN_N, (truth >= TURN_N) & (truth <= MOST_N)
-    return Figures(math.sqrt(_mean(error[small] ** 2)), 100 * _mean(np.abs(error / truth)[large]))
+    rmse_n = math.sqrt(_mean(error[truth < TURN_N] ** 2))
+    return Figures(rmse_n, 100 * _mean(np.abs(error / truth)[large(contacts)]))
+
+
+def large(contacts: Contacts) -> NDArray[np.bool_]:
+    """Which contacts are of 1 to 3.5 N, where errors are told as a share."""
+    return (contacts.force_n >= TURN_N) & (contacts.force_n <= MOST_N)
 
 
 def bins(unseen_n: Numbers, contacts: Contacts) -> list[Bin]:
@@ -46,7 +52,7 @@ def bins(unseen_n: Numbers, contacts: Contacts) -> list[Bin]:
     edges = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, BINS + 1).tolist()
     found = []
     for low, high in itertools.pairwise(edges):
-        inside = (contacts.initial_kpa >= low) & (contacts.initial_kpa <= high) & (contacts.force_n >= TURN_N)
+        inside = (contacts.initial_kpa >= low) & (contacts.initial_kpa <= high) & large(contacts)
         if not inside.any():
             continue
         part = contacts.only(inside)

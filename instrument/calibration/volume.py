@@ -21,6 +21,7 @@ LEAST_STROKES = 3
 MM3_PER_ML = 1e3
 #: Rectangular: ISO 7886-1 allows a syringe ± 4 % of what it expels, and the sensor's gain is known to ± 1 %.
 SYSTEMATIC = math.hypot(0.04, 0.01) / math.sqrt(3)
+STROKES_MM3 = (10.0, 1e6)
 VOLUMES_MM3 = (100.0, 1e6)
 #: Rows that disagree by more than this share of the rise: a leak, or a syringe that was not emptied.
 DISAGREEMENT = 0.15
@@ -100,8 +101,12 @@ def volume_of(strokes: Strokes, ambient_kpa: float) -> Volume:
 def _check_rows(strokes: Strokes, rise_kpa: Numbers) -> None:
     points = strokes.points
     for row, (displaced, rise) in enumerate(zip(strokes.displaced_mm3, rise_kpa, strict=True)):
-        if not displaced > 0:
-            raise points.refusal(f"a displaced volume of {displaced:g} mm³: it must be above 0", row)
+        if not STROKES_MM3[0] <= displaced <= STROKES_MM3[1]:
+            raise points.refusal(
+                f"a displaced volume of {displaced:g} mm³ ({STROKES_MM3[0]:g} to {STROKES_MM3[1]:g} mm³)", row
+            )
+        if not abs(strokes.before_kpa[row]) <= 50:
+            raise points.refusal(f"before_kpa is {strokes.before_kpa[row]:g}: is that hPa or Pa?", row)
         if not rise > 0:
             raise points.refusal(f"the pressure does not rise ({rise:g} kPa) as the syringe is emptied", row)
         if not strokes.after_kpa[row] <= 50:

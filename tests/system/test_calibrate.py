@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,11 @@ from typer.testing import CliRunner
 
 from instrument.calibration import file
 from instrument.cli.app import app
+from instrument.cli.trial import measured
 from instrument.config import load
 from instrument.errors import ConfigurationError
+from sim.headless import Playback
+from sim.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs/examples"
@@ -160,6 +164,26 @@ def test_the_limit_of_the_balloon_is_warned_of():
     told = json.loads(calibrate("radius", EXAMPLES / "radius.csv", "--json"))
     warned = any("inflation limit" in note for note in told["notes"])
     assert warned == (0.9 * told["limit_kpa"] < 12)
+
+
+def test_the_calibrated_instrument_measures_a_rubber_balloon_within_its_stated_uncertainty(tmp_path):
+    calibrate("force", EXAMPLES / "contacts.csv", "--out", tmp_path / "calibration.toml")
+    (tmp_path / "instrument.toml").write_text('[measurement]\ncalibration = "calibration.toml"\n')
+    forces_n = (0.5, 1.2, 2.0, 3.2)
+    press = {"kind": "press", "force_n": list(forces_n), "hold_s": 1.0}
+    phases = [{"setpoint_kpa": [5.6, 8.3, 10.6], "contact": [press]}]
+    scenario = Scenario.model_validate({"doc": "fresh", "plant": {"kind": "membrane"}, "phase": phases})
+    chain = load(tmp_path / "instrument.toml").chain
+    plateaus = [
+        (m.force_n, m.force_std_n, truth_n)
+        for truth_n, same in groupby(measured(Playback(scenario), chain), key=lambda pair: pair[1].force_n)
+        for m, _ in list(same)[400:401]
+        if truth_n > 0
+    ]
+    assert [truth_n for *_, truth_n in plateaus] == pytest.approx(forces_n * 3)
+    assert all(abs(force_n - truth_n) < 2 * std_n for force_n, std_n, truth_n in plateaus)
+    errors = [abs(force_n / truth_n - 1) for force_n, _, truth_n in plateaus if truth_n >= 1]
+    assert sum(errors) / len(errors) <= 0.05
 
 
 @pytest.mark.parametrize(

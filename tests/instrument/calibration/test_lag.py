@@ -69,6 +69,7 @@ def rung():
     [
         (lambda: recorded(after_kpa=8.0), "no step: 8."),
         (lambda: recorded(after_kpa=7.8), "a step of at least 0.50 kPa"),
+        (lambda: points(t_s=np.arange(40) / 500, pressure_kpa=np.linspace(8e3, 5e3, 40)), "hPa or Pa?"),
         (ramp, "not a step through a first-order lag"),
         (rung, "not a step through a first-order lag"),
         (lambda: recorded(filter_s=0.06), "(--filter-s)"),

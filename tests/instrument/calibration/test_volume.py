@@ -47,8 +47,10 @@ def test_the_volume_lies_within_its_stated_uncertainty():
         ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, -8, 8]}, "line 3: the pressure does not rise"),
         ({"syringe_ml": [1, 0, 1], "pressure_kpa": [8, 8, 8]}, "line 3: a displaced volume of 0"),
         ({"syringe_ml": [1, 1, 1], "pressure_kpa": [80, 80, 80]}, "line 2: 80 kPa is above"),
+        ({"syringe_ml": [1, 1e300, 1], "pressure_kpa": [8, 8, 8]}, "line 3: a displaced volume of 1e+303"),
+        ({"syringe_ml": [1, 5e-324, 1], "pressure_kpa": [8, 8, 8]}, "line 3: a displaced volume of "),
         ({"syringe_ml": [900] * 3, "pressure_kpa": [8, 8, 8]}, "cannot be (100 to 1e+06 mm³)"),
-        ({"volume_mm3": [1] * 3, "pressure_kpa": [8, 8, 8]}, "cannot be"),
+        ({"volume_mm3": [10] * 3, "pressure_kpa": [40, 40, 40]}, "cannot be"),
         ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, 8, 5]}, "line 4: this stroke disagrees"),
     ],
 )
