@@ -52,6 +52,12 @@ def test_its_uncertainty_is_what_the_calibration_left_over_and_the_noise(tmp_pat
     assert seen.force_std_n < 0.5 * before.force_std_n
 
 
+def test_what_is_wrong_alike_in_every_contact_of_the_balloon_leaves_the_budget(tmp_path):
+    errors, before = configured(tmp_path, FORCE_ONLY).chain.errors, Configuration().chain.errors
+    gone = {"radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm", "poisson"}
+    assert errors == replace(before, **dict.fromkeys(gone, 0.0))
+
+
 def test_the_registers_say_that_and_when_it_was_calibrated(tmp_path):
     seen, before = pressed(configured(tmp_path, FORCE_ONLY)).see(), pressed(Configuration()).see()
     codes = {name: code for code, name in METHODS.names.items()}
