@@ -140,7 +140,7 @@ def test_24_contacts_calibrate_the_rubber_balloon_to_5_percent_on_fresh_contacts
     own = ChainSettings(law=Law(switch=switch, low=low))
     seen, fresh = (
         contacts_in(recording(simulated(count, seed), "simulated", COLUMNS), own)
-        for count, seed in ((24, 1), (18, 2))
+        for count, seed in ((24, 1), (36, 2))
     )
     found = calibration_of(seen, own)
     bare = figures(fresh.law_n, fresh)
