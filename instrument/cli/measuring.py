@@ -1,4 +1,4 @@
-"""The commands about the number itself: estimate, budget, validate."""
+"""The commands about the number itself: estimate, budget, validate, accuracy."""
 
 from __future__ import annotations
 
@@ -122,3 +122,21 @@ def validate(
 
     choice = Choice(data=data, scenario=scenario, plant=plant.value if plant else None, seed=seed)
     validate.validate(choice, Law(switch=switch.value, low=low.value), save, figures, as_json)
+
+
+@commands.command()
+def accuracy(
+    contacts: Annotated[int, typer.Option(help="Contacts on which is judged.", min=30, max=5000)] = 480,
+    calibrations: Annotated[
+        int, typer.Option(help="Calibrations of 24 contacts that are averaged.", min=1, max=50)
+    ] = 8,
+    seed: Annotated[int, typer.Option(help="Seed of the contacts and of their noise.", min=0)] = 1,
+    as_json: Json = False,
+) -> None:
+    """Each estimator against the truth of both simulated balloons, as the page docs/accuracy.md.
+
+    Takes some minutes. Example: pneuforce accuracy > docs/accuracy.md
+    """
+    from instrument.cli import accuracy
+
+    typer.echo(accuracy.accuracy(contacts, calibrations, seed, as_json))

@@ -11,14 +11,14 @@ MethodName = Literal["energetic", "lulevich", "shanahan"]
 Switch = Literal["paper", "blend"]
 Low = Literal["line", "smooth"]
 #: The blend reaches this far to either side of the switch; beyond, it is the paper's law.
-BLEND_KPA = 0.5
+BLEND_KPA = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Law:
     """The paper's law by default.
 
-    `switch`: from stretching energy (5) to (4) at once at 8.85 kPa, or blended within ± 0.5 kPa. `low`: below
+    `switch`: from stretching energy (5) to (4) at once at 8.85 kPa, or blended within ± 1 kPa. `low`: below
     a rise of 0.5 kPa a straight line to zero, or a curve that joins the law smoothly and starts as √rise.
     """
 
