@@ -36,6 +36,7 @@ class Approach:
 
 @pytest.fixture
 def approach(pneuforce_rig):
+    pneuforce_rig.inflate(6.0)
     with can.Bus(**pneuforce_rig.can) as bus:
         yield Approach(bus)
 
@@ -48,7 +49,6 @@ def until(approach, wanted, seconds=5.0):
 
 
 def test_it_drives_on_until_the_force_is_the_wanted_one_and_yields_to_a_greater(pneuforce_rig, approach):
-    pneuforce_rig.inflate(6.0)
     until(approach, lambda speed: speed == GAIN_MM_PER_S_N * WANTED_N)
     pneuforce_rig.press(WANTED_N)
     until(approach, lambda speed: abs(speed) < 0.2)
@@ -57,7 +57,6 @@ def test_it_drives_on_until_the_force_is_the_wanted_one_and_yields_to_a_greater(
 
 
 def test_it_backs_off_as_soon_as_the_force_is_not_valid(pneuforce_rig, approach):
-    pneuforce_rig.inflate(6.0)
     until(approach, lambda speed: speed > 0.0)
     with pneuforce_rig.fault("sensor_open"):
         until(approach, lambda speed: speed == BACK_OFF_MM_PER_S, seconds=2.0)
