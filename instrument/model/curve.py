@@ -150,6 +150,8 @@ def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Po
     x = (rise_kpa - left.rise_kpa) / h
     a, b = left.solved, right.solved
     force = _force_between(left, right, rise_kpa)
+    if not force > 0:  # far beyond any balloon the law grows so steeply that a cubic swings below zero
+        return Point(NO_FORCE, _UNKNOWN)
     d = _cubic(x, a.indentation_mm, b.indentation_mm, h * left.indentation_slope, h * right.indentation_slope)
     a_squared = force * 1e3 / (math.pi * final_kpa)
     gap = a.radius_mm - d
