@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 from instrument.rig.frames import SAMPLES_PER_S
 from sim.board import Board
@@ -30,6 +31,24 @@ class Truth(NamedTuple):
     balloon_kpa: float  #: above the pressure around the balloon
 
 
+class AnyBoard(Protocol):
+    """What the rig asks of a board, be it Python, the firmware compiled for this machine, or emulated."""
+
+    samples: int  #: sent since boot
+    version: int  #: of the protocol that it speaks
+
+    @property
+    def valves(self) -> int:
+        """`Valve` mask that the board drives now."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the balloon is locked at its setpoint."""
+
+    def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
+        """Bytes sent until `board_time_us` since boot, after bytes received and one sample taken."""
+
+
 class Rig:
     """A rig that has just been switched on. The same seed and the same bytes give the same bytes.
 
@@ -43,6 +62,7 @@ class Rig:
         seed: int = 1,
         pneumatics: PneumaticSettings | None = None,
         sensor: SensorSettings | None = None,
+        new_board: Callable[[], AnyBoard] = Board,
     ) -> None:
         self.hand = hand
         settings = pneumatics or PneumaticSettings()
@@ -54,13 +74,14 @@ class Rig:
         self.clock_rate = 1.0  #: of the board's crystal, as a multiple of what it should be
         self.frozen_board = False  #: its clock stands
         self._plant = plant
+        self._new_board = new_board
         self._force_n = 0.0
         self._balloon = plant.settle(self.pneumatics.gas, 0.0)
         self.reset_board()
 
     def reset_board(self) -> None:
         """The board boots; the valves fall back to where they are without current."""
-        self.board = Board()
+        self.board = self._new_board()
         self._steps = 0
         self._board_us = 0.0
 

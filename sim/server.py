@@ -33,19 +33,20 @@ class Options:
     scenario: str = "demo"  #: name of one of the library, or a file
     seed: int | None = None  #: instead of the scenario's
     hand: bool = True  #: whether the simulated hand presses the balloon
+    board: str = "python"  #: one of `sim.staging.BOARDS`
 
 
 def serve(options: Options) -> None:
     """Run until SIGTERM or SIGINT. Prints one JSON line: port, link, control.
 
     The control port also stands in a file beside the link.
-    Raises OSError where the link or the control port cannot be had, ScenarioError.
+    Raises OSError where the link, the control port or the board cannot be had, ScenarioError.
     """
     ended = _ending()
     scenario = load(options.scenario)
     if options.seed is not None:
         scenario = scenario.model_copy(update={"seed": options.seed})
-    world = world_of(scenario, options.hand, progress=_reckoning)
+    world = world_of(scenario, options.hand, progress=_reckoning, board=options.board)
     link = Path(options.link) if options.link else None
     with (
         closing(Control(options.control_port, world)) as control,

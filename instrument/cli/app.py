@@ -39,11 +39,21 @@ class BusName(Enum):
     CAN = "can"
 
 
+class BoardName(Enum):
+    """The boards that a simulated rig can have."""
+
+    PYTHON = "python"
+    AVR = "avr"
+
+
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 ScenarioName = Annotated[
     str, typer.Option(help="What happens: a name of pneuforce sim --list, or a TOML file.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed of the noise, instead of the scenario's.", min=0)]
+BoardOption = Annotated[
+    BoardName, typer.Option("--board", help="The board in Python, or the firmware on an emulated ATmega328P.")
+]
 Seconds = Annotated[
     float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, at Ctrl-C.")
 ]
@@ -61,6 +71,7 @@ def demo(
     ] = 0,
     scenario: ScenarioName = "demo",
     seed: Seed = None,
+    board: BoardOption = BoardName.PYTHON,
 ) -> None:
     """The whole instrument on a simulated rig: contacts, live panel, Modbus and CAN to try out.
 
@@ -71,7 +82,7 @@ def demo(
     from instrument.cli.panel import Ports
     from instrument.cli.scenarios import checked
 
-    rig = ["--control-port", str(control_port), "--scenario", checked(scenario)]
+    rig = ["--control-port", str(control_port), "--scenario", checked(scenario), "--board", board.value]
     rig += [] if seed is None else ["--seed", str(seed)]
     raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), rig))
 
@@ -96,6 +107,7 @@ def sim(
     scenario: ScenarioName = "demo",
     hand: Annotated[bool, typer.Option(help="Let the simulated hand play the scenario.")] = True,
     seed: Seed = None,
+    board: BoardOption = BoardName.PYTHON,
     show: Annotated[bool, typer.Option("--list", help="Say which scenarios there are.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -114,7 +126,12 @@ def sim(
     try:
         serve(
             Options(
-                link=str(link), control_port=control_port, scenario=checked(scenario), seed=seed, hand=hand
+                link=str(link),
+                control_port=control_port,
+                scenario=checked(scenario),
+                seed=seed,
+                hand=hand,
+                board=board.value,
             )
         )
     except OSError as error:

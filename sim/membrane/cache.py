@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 import zipfile
 import zlib
 from contextlib import suppress
@@ -13,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sim.kept import directory, whole
 from sim.membrane.family import Progress
 from sim.membrane.material import Rubber
 from sim.membrane.table import COLUMNS, HARDEST_N, LEAST_FREE_KPA, MOST_FREE_STRETCH, ROWS, Table, build
@@ -26,11 +25,6 @@ SHAPES = {
     "pressure_kpa": (ROWS, COLUMNS),
     "half_height_mm": (ROWS, COLUMNS),
 }
-
-
-def directory() -> Path:
-    """Where tables are kept: $XDG_CACHE_HOME/pneuforce, or ~/.cache/pneuforce."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "pneuforce"
 
 
 def kept_table(rubber: Rubber, sides: int, progress: Progress) -> Table:
@@ -66,13 +60,5 @@ def _read(path: Path, key: str) -> Table | None:
 
 
 def _write(path: Path, key: str, table: Table) -> None:
-    """Written beside its place and moved there, so that nobody reads half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            np.savez(file, key=key, **{field.name: getattr(table, field.name) for field in fields(table)})
-        os.replace(name, path)
-    except OSError:
-        os.unlink(name)
-        raise
+    with whole(path) as part, part.open("wb") as file:
+        np.savez(file, key=key, **{field.name: getattr(table, field.name) for field in fields(table)})

@@ -1,0 +1,58 @@
+"""What is compiled for the emulated board, kept on disk by the hash of its source."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from sim.kept import directory, whole
+
+HARNESS = Path(__file__).with_name("harness.c")
+HEADERS = Path("/usr/include/simavr")
+FOR_HOST = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
+FOR_BOARD = ("avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-std=gnu11", "-Os")
+
+
+class ToolMissing(OSError):
+    """A compiler or library of the emulated board is not installed, or does not take the source."""
+
+
+def harness() -> Path:
+    """The library around the emulator. Raises ToolMissing."""
+    _need(shutil.which("gcc"), "gcc", "gcc")
+    _need(HEADERS.is_dir(), "simavr", "libsimavr-dev")
+    return _compiled(
+        "harness", ".so", [HARNESS, HEADERS / "sim_avr.h"], [*FOR_HOST, str(HARNESS), "-lsimavr"]
+    )
+
+
+def program(main: Path) -> Path:
+    """The board's program (ELF), from this C file and the headers beside it. Raises ToolMissing."""
+    _need(shutil.which("avr-gcc"), "avr-gcc", "gcc-avr avr-libc")
+    sources = [main, *sorted(main.parent.glob("*.h"))]
+    return _compiled(main.stem, ".elf", sources, [*FOR_BOARD, "-x", "c", str(main)])
+
+
+def _need(there: object, name: str, package: str) -> None:
+    if not there:
+        raise ToolMissing(f"the emulated board needs {name}: apt-get install {package}")
+
+
+def _compiled(name: str, suffix: str, sources: Sequence[Path], command: Sequence[str]) -> Path:
+    key = hashlib.sha256(repr(command).encode())
+    for source in sources:
+        key.update(source.read_bytes())
+    path = directory() / f"{name}-{key.hexdigest()[:16]}{suffix}"
+    if not path.exists():
+        _compile(path, command)
+    return path
+
+
+def _compile(path: Path, command: Sequence[str]) -> None:
+    with whole(path) as part:
+        done = subprocess.run([*command, "-o", str(part)], capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise ToolMissing(f"{command[0]} refuses the source: {done.stderr.strip()[:200]}")
