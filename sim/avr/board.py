@@ -5,7 +5,16 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from instrument.rig.frames import PROTOCOL_VERSION, BoardKind, BoardState, Decoder, Sample, Valve
+from instrument.rig.frames import (
+    BAUD,
+    FRAME_BYTES,
+    PROTOCOL_VERSION,
+    BoardKind,
+    BoardState,
+    Decoder,
+    Sample,
+    Valve,
+)
 from sim.avr.emulator import CYCLES_PER_US, Emulator, Reset
 from sim.avr.toolchain import program
 from sim.faults import Refused
@@ -17,6 +26,8 @@ CONVERSION_CYCLES = 13 * 128
 #: A step begins this long before its sum is complete, so that what it receives (24 bytes take 0.53 ms) is
 #: known by then, and what is sent goes out before it ends.
 AHEAD_CYCLES = 600 * CYCLES_PER_US
+BYTE_CYCLES = 10 * 1_000_000 // BAUD * CYCLES_PER_US
+LATEST_CYCLES = FRAME_BYTES * BYTE_CYCLES
 LONGEST_BOOT_CYCLES = 100_000 * CYCLES_PER_US
 
 
@@ -67,12 +78,20 @@ class AvrBoard:
             self._begin = _first_sum(self._binary) - AHEAD_CYCLES
             self._emulator.run(self._begin)
         self._emulator.receive(received)
-        self._emulator.run(self._begin + board_time_us * CYCLES_PER_US)
-        sent = self._emulator.sent()
+        sent = self._sent_until(self._begin + board_time_us * CYCLES_PER_US)
         for frame in self._decoder.feed(sent):
             if isinstance(frame.message, Sample):
                 self.samples += 1
                 self._state = BoardState(frame.message.state)
+        return sent
+
+    def _sent_until(self, cycle: int) -> bytes:
+        """What is sent until then, and the rest of a frame that is under way."""
+        self._emulator.run(cycle)
+        sent = self._emulator.sent()
+        while len(sent) % FRAME_BYTES and self._emulator.cycle < cycle + LATEST_CYCLES:
+            self._emulator.run(self._emulator.cycle + BYTE_CYCLES)
+            sent += self._emulator.sent()
         return sent
 
     def reset(self, cause: Reset) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from sim.kept import directory, whole
 
-HARNESS = Path(__file__).with_name("harness.c")
+HARNESS, WIRING = (Path(__file__).with_name(name) for name in ("harness.c", "wiring.h"))
 HEADERS = Path("/usr/include/simavr")
 FOR_HOST = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
 FOR_BOARD = ("avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-std=gnu11", "-Os")
@@ -25,7 +25,7 @@ def harness() -> Path:
     _need(shutil.which("gcc"), "gcc", "gcc")
     _need(HEADERS.is_dir(), "simavr", "libsimavr-dev")
     return _compiled(
-        "harness", ".so", [HARNESS, HEADERS / "sim_avr.h"], [*FOR_HOST, str(HARNESS), "-lsimavr"]
+        "harness", ".so", [HARNESS, WIRING, HEADERS / "sim_avr.h"], [*FOR_HOST, str(HARNESS), "-lsimavr"]
     )
 
 
