@@ -1,13 +1,14 @@
 # make run    the instrument on a simulated rig (ARGS="--seconds 20" is passed on)
 # make test   everything that is tested
 # make bench  figures of speed, measured in one run
-# make docs   the documents made from the register map and the catalogue of faults
+# make docs   what is made from the register map, the catalogue of faults and the board: documents, a C header
+# make firmware   build/firmware/pneuforce.hex for an Arduino UNO
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test bench docs clean
+.PHONY: run test bench docs firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed
@@ -22,6 +23,24 @@ bench: $(VENV)/test-tools
 docs: $(VENV)/installed
 	@$(BIN)/python -m registers.views
 	@$(BIN)/python -m sim.faults.document
+	@$(BIN)/python -m sim.board.header
+
+SKETCH := firmware/pneuforce/pneuforce.ino
+BUILT := build/firmware/pneuforce
+
+firmware: $(BUILT).hex
+
+$(BUILT).hex: $(BUILT).elf
+	@avr-objcopy -O ihex -R .eeprom $< $@
+
+# Flash and RAM of an UNO that the program may take; the rest of the RAM is the stack's.
+$(BUILT).elf: $(wildcard firmware/pneuforce/*) firmware/flags
+	@command -v avr-gcc >/dev/null || { echo "avr-gcc is missing: apt-get install gcc-avr avr-libc"; exit 1; }
+	@mkdir -p $(@D)
+	@avr-gcc @firmware/flags -Wall -Wextra -Werror -x c $(SKETCH) -o $@
+	@avr-size $@ | awk 'NR == 2 { flash = $$1 + $$2; ram = $$2 + $$3; \
+		printf "$(BUILT).hex: %d bytes of flash (limit 30720), %d of RAM (limit 1600)\n", flash, ram; \
+		exit flash > 30720 || ram > 1600 }' || { rm $@; exit 1; }
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -22,6 +22,7 @@ from instrument.rig.frames import (
 )
 from instrument.rig.limits import HOST_SILENCE_S
 from sim.board.pressure import Pressure
+from sim.board.states import UNASKED, ResetCause
 
 FIRMWARE = 0x0100
 HELLO_EVERY_US = 200_000
@@ -30,8 +31,9 @@ HELLO_EVERY_US = 200_000
 class Board:
     """A board that has just booted. It streams to a host of its own version only."""
 
-    def __init__(self, serial: int = 1) -> None:
+    def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         self.serial = serial
+        self.reset_cause = reset_cause
         self.version = PROTOCOL_VERSION  #: of the frames that it sends, and of the hosts that it listens to
         self.samples = 0  #: sent since boot; a sample's sequence is its low 16 bits
         self._pressure = Pressure()
@@ -41,6 +43,8 @@ class Board:
         self._others = 0  # frames sent that are no samples
         self._time_us = 0
         self._greeted_us: int | None = None
+        if reset_cause in UNASKED:
+            self._pressure.restarted()
 
     @property
     def valves(self) -> int:

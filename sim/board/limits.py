@@ -94,6 +94,46 @@ def empties_slowly(s: Situation) -> bool:
     return s.emptying.halved_share >= OCCLUDED_SHARE
 
 
+def keeps_rising(s: Situation) -> bool:
+    """With the inlet open the pressure does not fall: past the limit point it would."""
+    return s.inlet.fallen_kpa <= LIMIT_POINT_KPA
+
+
+def rises(s: Situation) -> bool:
+    """The open inlet brings gas."""
+    return not s.inlet.stalled
+
+
+def empties(s: Situation) -> bool:
+    """With the vent open the pressure falls until the rig is empty."""
+    return s.vent.unmoved_s <= VENT_SHUT_S
+
+
+def keeps_gas(s: Situation) -> bool:
+    """What leaks out of the band is topped up a few times only."""
+    return not s.top_ups.due or s.top_ups.recent < MOST_TOP_UPS
+
+
+def host_speaks(s: Situation) -> bool:
+    """The host was heard within the time that it asked for itself."""
+    return s.silent_s <= s.vent_after_s
+
+
+def overpressure_gone(s: Situation) -> bool:
+    """The pressure is one that an inflation may have."""
+    return s.reading.pressure_kpa <= FILLING_LIMIT_KPA
+
+
+def empty(s: Situation) -> bool:
+    """The rig is vented, and verified so."""
+    return s.vent.verified
+
+
+def heard(s: Situation) -> bool:
+    """The host has spoken lately."""
+    return s.heard
+
+
 HOLDING, VENTED = frozenset({BoardState.HOLDING}), frozenset({BoardState.VENTED})
 VENTING = frozenset({BoardState.VENTING})
 
@@ -104,25 +144,25 @@ LIMITS: tuple[Limit, ...] = (
     Limit(Fault.OVERPRESSURE, FILLING, 3, below_filling_limit),
     Limit(Fault.OVERPRESSURE, HOLDING, 3, below_contact_limit),
     Limit(Fault.BURST, HOLDING, 3, intact),
-    Limit(Fault.LIMIT_POINT, FILLING, 1, lambda s: s.inlet.fallen_kpa <= LIMIT_POINT_KPA),
+    Limit(Fault.LIMIT_POINT, FILLING, 1, keeps_rising),
     Limit(Fault.STUCK, EVERY, 1, moving),
-    Limit(Fault.NO_RISE, FILLING, 1, lambda s: not s.inlet.stalled),
+    Limit(Fault.NO_RISE, FILLING, 1, rises),
     Limit(Fault.INLET_OPEN, VENTED, 50, inlet_shut),
-    Limit(Fault.VENT_SHUT, EMPTYING, 1, lambda s: s.vent.unmoved_s <= VENT_SHUT_S),
+    Limit(Fault.VENT_SHUT, EMPTYING, 1, empties),
     Limit(Fault.OCCLUSION, FILLING, 10, fills_slowly),
     Limit(Fault.OCCLUSION, VENTING, 1, empties_slowly),
-    Limit(Fault.LEAK, HOLDING, 1, lambda s: not s.top_ups.due or s.top_ups.recent < MOST_TOP_UPS),
+    Limit(Fault.LEAK, HOLDING, 1, keeps_gas),
     Limit(Fault.TIMEOUT, FILLING, 1, in_time),
-    Limit(Fault.HOST_SILENT, PRESSURISED, 1, lambda s: s.silent_s <= s.vent_after_s),
+    Limit(Fault.HOST_SILENT, PRESSURISED, 1, host_speaks),
 )
 
 #: When a latched fault may be cleared. What is not named here cannot be seen any more once the rig is SAFE.
 GONE: Mapping[Fault, Allowed] = {
     Fault.SENSOR: alive,
     Fault.SUPPLY_VOLTAGE: supplied,
-    Fault.OVERPRESSURE: lambda s: s.reading.pressure_kpa <= FILLING_LIMIT_KPA,
+    Fault.OVERPRESSURE: overpressure_gone,
     Fault.STUCK: moving,
-    Fault.INLET_OPEN: lambda s: s.vent.verified,
-    Fault.VENT_SHUT: lambda s: s.vent.verified,
-    Fault.HOST_SILENT: lambda s: s.heard,
+    Fault.INLET_OPEN: empty,
+    Fault.VENT_SHUT: empty,
+    Fault.HOST_SILENT: heard,
 }

@@ -34,6 +34,10 @@ class Pressure:
     _clear: int | None = None  # last `clear` seen; the first one is the reference
     _broken: list[int] = field(default_factory=lambda: [0] * len(LIMITS))
 
+    def restarted(self) -> None:
+        """The board has booted although nobody asked for it."""
+        self._trip(Fault.WATCHDOG)
+
     def greet(self) -> None:
         """A host has greeted, perhaps another: what the one before armed, zeroed and cleared is void."""
         self._armed = False

@@ -11,6 +11,10 @@ from sim.board.reading import Reading
 from sim.board.states import FILL, SAFE
 from sim.board.watches import EmptyingWatch, InletWatch, TopUps, VentWatch
 
+#: Until the host's first command.
+CONTACT_LIMIT_AT_BOOT_KPA = 18.0
+VENT_AFTER_AT_BOOT_S = 2.0
+
 
 @dataclass(slots=True)
 class Situation:
@@ -20,8 +24,8 @@ class Situation:
     valves: int = SAFE
     supply_mv: int = 0
     setpoint_kpa: float = 0.0  #: in effect; 0 where there is none
-    contact_limit_kpa: float = 18.0
-    vent_after_s: float = 2.0
+    contact_limit_kpa: float = CONTACT_LIMIT_AT_BOOT_KPA
+    vent_after_s: float = VENT_AFTER_AT_BOOT_S
     silent_s: float = 0.0  #: since the last command
     in_contact: bool = False
     reading: Reading = field(default_factory=Reading)

@@ -23,6 +23,15 @@ class Happening(Enum):
     CLEARED = auto()  #: no latched fault is left
 
 
+class ResetCause(Enum):
+    """Why the board has booted."""
+
+    POWER_ON = auto()
+    EXTERNAL = auto()  #: the button, or a host that opens the port
+    BROWN_OUT = auto()
+    WATCHDOG = auto()
+
+
 B, H = BoardState, Happening
 
 TRANSITIONS: Mapping[BoardState, Mapping[Happening, BoardState]] = {
@@ -55,3 +64,5 @@ FILL = int(Valve.VENT_CLOSED | Valve.INLET_OPEN)
 FILLING = frozenset({B.INFLATING, B.SETTLING})
 EVERY = frozenset(BoardState)
 EMPTYING = frozenset({B.BOOT, B.VENTING, B.TRIPPED})
+#: Resets that nobody asked for: `Fault.WATCHDOG` is latched.
+UNASKED = frozenset({ResetCause.BROWN_OUT, ResetCause.WATCHDOG})

@@ -24,6 +24,7 @@ HALVED_FROM_KPA = SETPOINT_PA[0] * 0.9e-3
 LOW_KPA = 0.1
 LOW_S = 2.0
 TOP_UPS_WITHIN_S = 600.0
+TOP_UPS_KEPT = 8
 
 
 @dataclass(slots=True)
@@ -157,5 +158,5 @@ class TopUps:
 
     def mend(self) -> None:
         """Note that one is done now."""
-        self._mended_s = deque((*self._mended_s, self.now_s), maxlen=8)
+        self._mended_s = deque((*self._mended_s, self.now_s), maxlen=TOP_UPS_KEPT)
         self.low_s = 0.0

@@ -22,6 +22,8 @@ from instrument.rig.frames import (
 )
 from instrument.rig.limits import HALVED_KPA, HALVING_S
 from sim.board import Board
+from tests.firmware.compiled import CBoard
+from tests.tools import needs
 
 DT_S = 1 / SAMPLES_PER_S
 ZERO_PA = 250
@@ -181,6 +183,12 @@ class Bench:
         return f"<Bench {self.all(Hello)[-1:]} {self.all(Event)}>"
 
 
+@pytest.fixture(params=[Board, pytest.param(CBoard, marks=needs("gcc"))], ids=["python", "c"])
+def board_type(request):
+    """Each board that there is: what is said of a board is said of all."""
+    return request.param
+
+
 @pytest.fixture
-def bench():
-    return Bench(Board())
+def bench(board_type):
+    return Bench(board_type())

@@ -17,7 +17,7 @@ from instrument.rig.frames import (
     Valve,
     Vent,
 )
-from sim.board import Board
+from sim.board.states import ResetCause
 from tests.sim.conftest import ZERO_PA, Bench, hold, vent
 
 LOCKED = Valve.VENT_CLOSED
@@ -77,8 +77,8 @@ def test_a_sample_tells_which_command_was_obeyed_last(bench):
     assert bench.last().command == frame[4]
 
 
-def test_sequence_and_board_time_wrap_without_a_stumble():
-    bench = Bench(Board(), start_us=2**32 - 60_000_000).holding()
+def test_sequence_and_board_time_wrap_without_a_stumble(board_type):
+    bench = Bench(board_type(), start_us=2**32 - 60_000_000).holding()
     bench.run(132)
     sequences = [f.sequence for f in bench.frames if isinstance(f.message, Sample)]
     assert all((b - a) & 0xFFFF == 1 for a, b in itertools.pairwise(sequences))
@@ -87,6 +87,22 @@ def test_sequence_and_board_time_wrap_without_a_stumble():
 
 
 # nothing inflates by surprise
+
+
+@pytest.mark.parametrize("cause", [ResetCause.WATCHDOG, ResetCause.BROWN_OUT])
+def test_a_restart_that_nobody_asked_for_is_latched_until_it_is_cleared(board_type, cause):
+    bench = Bench(board_type(reset_cause=cause)).greet().tell(vent()).run(2).tell(hold()).run(2)
+    assert bench.state is S.TRIPPED
+    assert bench.last().faults == 1 << Fault.WATCHDOG
+    assert not bench.moved_a_valve
+    bench.tell(vent(clear=1)).until_state(S.VENTED, 2)
+    bench.tell(hold(clear=1)).until_state(S.HOLDING, 8)
+
+
+@pytest.mark.parametrize("cause", [ResetCause.POWER_ON, ResetCause.EXTERNAL])
+def test_a_restart_that_somebody_asked_for_latches_nothing(board_type, cause):
+    bench = Bench(board_type(reset_cause=cause)).vented()
+    assert bench.last().faults == 0
 
 
 def test_a_host_that_only_ever_says_hold_never_inflates_a_board_that_has_booted(bench):

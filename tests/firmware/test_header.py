@@ -1,0 +1,20 @@
+"""The header that boards in C and in Python share."""
+
+from pathlib import Path
+
+import pytest
+
+from sim.board import header
+
+COMMITTED = Path(__file__).parents[2] / header.HEADER
+
+
+def test_the_committed_header_is_what_the_python_board_says():
+    assert COMMITTED.read_text(encoding="utf-8") == header.render(), "run `make docs`"
+
+
+def test_times_are_whole_milliseconds_and_rates_stay_what_they_are():
+    assert header.literal("HOST_SILENCE_S", 0.25) == ("HOST_SILENCE_MS", "250u")
+    assert header.literal("FILL_KPA_PER_S", 5.0) == ("FILL_KPA_PER_S", "5.0f")
+    with pytest.raises(ValueError, match="whole milliseconds"):
+        header.literal("SHORT_S", 0.0005)
