@@ -19,6 +19,8 @@ from instrument.sensor import Zero
 
 #: What is shown of a free balloon (lower limit, detection limit) need not follow its baseline more closely.
 SAME_BASELINE_KPA = 0.01
+#: ΔP_i moves under a contact with the leak that was seen before it: the law is solved anew after this much.
+SAME_CONTACT_KPA = 0.002
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +69,7 @@ class Chain:
         """The measurement of one sample. Never raises on what a sensor may read: NaN and `quality` say it."""
         message, dt_s = sample.message, sample.elapsed_s
         if sample.frozen or not alive(message.adc_sum):
-            return self._blind(sample.received_s, dt_s)
+            return self._blind(sample)
         nominal_kpa = nominal_pressure_kpa(message.adc_sum)
         self._filter(nominal_kpa, dt_s)
         self.zero.observe(self._filtered_kpa, message.state == BoardState.VENTED, dt_s)
@@ -85,12 +87,17 @@ class Chain:
             return self._pressed(sample.received_s, pressure_kpa, unfiltered_kpa, now_kpa)
         return self._free(sample.received_s, pressure_kpa, unfiltered_kpa)
 
-    def _blind(self, t_s: float, dt_s: float) -> Measurement:
+    def _blind(self, sample: RawSample) -> Measurement:
+        """A sample that tells nothing. Some of them do not end a contact; more trip the board."""
+        dt_s = sample.elapsed_s
         self._filtered_kpa = math.nan
         self._lag.step(math.nan, dt_s)
         self.zero.observe(math.nan, False, dt_s)
-        self.tracker.step(math.nan, math.nan, False, dt_s)
-        return Measurement(t_s=t_s, quality=Quality.SENSOR)
+        if sample.message.state == BoardState.HOLDING:
+            self.tracker.blind(dt_s)
+        else:
+            self.tracker.step(math.nan, math.nan, False, dt_s)
+        return Measurement(t_s=sample.received_s, quality=Quality.SENSOR)
 
     def _filter(self, nominal_kpa: float, dt_s: float) -> None:
         if not math.isfinite(self._filtered_kpa):
@@ -99,8 +106,19 @@ class Chain:
         self._filtered_kpa += share * (nominal_kpa - self._filtered_kpa)
 
     def _free(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float) -> Measurement:
-        """Zeros; the uncertainty is the detection limit, the force at the onset threshold."""
+        """Zeros; the uncertainty is the detection limit, the force at the onset threshold.
+
+        Where the baseline is lost there is no force.
+        """
         initial_kpa = self.tracker.initial_kpa
+        if self.tracker.lost:
+            return Measurement(
+                t_s=t_s,
+                pressure_kpa=pressure_kpa,
+                unfiltered_kpa=unfiltered_kpa,
+                initial_kpa=initial_kpa,
+                quality=Quality.NO_BASELINE,
+            )
         curve, onset_n = self._curve_at(initial_kpa - self.reference_kpa, SAME_BASELINE_KPA)
         return Measurement(
             t_s=t_s,
@@ -119,9 +137,9 @@ class Chain:
 
     def _pressed(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float, now_kpa: float) -> Measurement:
         initial_kpa = self.tracker.initial_kpa
-        curve, _ = self._curve_at(initial_kpa - self.reference_kpa)
+        curve, _ = self._curve_at(initial_kpa - self.reference_kpa, SAME_CONTACT_KPA)
         rise_kpa = now_kpa - initial_kpa
-        force_n = std = lagging_n = math.nan
+        force_n = std = math.nan
         point, quality = curve.at(rise_kpa), Quality.GOOD
         if not VALID_LOW_KPA <= curve.initial_kpa <= VALID_HIGH_KPA:
             quality = Quality.OUT_OF_RANGE
@@ -130,7 +148,6 @@ class Chain:
         else:
             quality = Quality.INTERPOLATED if rise_kpa < LOWEST_RISE_KPA else Quality.GOOD
             force_n, std = point.estimate.force_n, self._std_n(point, curve.initial_kpa, rise_kpa)
-            lagging_n = curve.force_n(pressure_kpa - initial_kpa)
         known = math.isfinite(force_n)
         return Measurement(
             t_s=t_s,
@@ -143,7 +160,7 @@ class Chain:
             contact_radius_mm=point.estimate.contact_radius_mm if known else math.nan,
             force_n=force_n,
             force_std_n=std,
-            force_uncompensated_n=lagging_n,
+            force_uncompensated_n=curve.force_n(pressure_kpa - initial_kpa),
             force_low_n=curve.low_n,
             in_contact=True,
             quality=quality,
@@ -151,11 +168,11 @@ class Chain:
 
     def _std_n(self, point: Point, initial_kpa: float, rise_kpa: float) -> float:
         own, tracker, lag = self.settings, self.tracker, self._lag
-        drift_kpa_per_s = abs(tracker.drift_kpa_per_s) + own.errors.drift_kpa_per_s
+        drifted_kpa = tracker.drifted_kpa + own.errors.drift_kpa_per_s * tracker.baseline_age_s
         known = Pressures(
             initial_kpa,
             initial_kpa + rise_kpa,
-            math.hypot(own.errors.noise_kpa, drift_kpa_per_s * tracker.baseline_age_s),
+            math.hypot(own.errors.noise_kpa, drifted_kpa),
             math.hypot(lag.noise_kpa, own.lag_share * own.tube_s * lag.rate_kpa_per_s),
         )
         return std_n(point.estimate.force_n, point.spread, known, own.errors, own.model, own.balloon)

@@ -28,6 +28,10 @@ AGAIN = 0.1
 TRACKING_KPA_PER_S = 0.03
 #: Downwards the floor takes its time too: gas that a contact has heated leaves a dip of some 0.3 s.
 SINKING_S = 0.3
+#: A leak that was seen before a contact goes on under it, at most this fast [kPa/s]; seen over `LEAK_S`.
+LEAK_KPA_PER_S, LEAK_S = 0.05, 10.0
+#: Gas that was warming before a contact warms on for about this time.
+WARMING_S = 20.0
 #: Within this of the floor the pressure has not begun to rise.
 AT_REST_KPA = 0.012
 DRIFT_S = 5.0
@@ -43,6 +47,10 @@ class ContactTracker:
     finished: int = 0  #: contacts ended
     drift_kpa_per_s: float = math.nan  #: of the baseline; in contact, what it was before
     baseline_age_s: float = math.inf  #: where there was none yet
+    lost: bool = (
+        False  #: a contact ended that its drift may have hidden: nothing is known until the next lock
+    )
+    _leak_kpa_per_s: float = 0.0
     _rest_kpa: float = math.nan  # the floor when the pressure was last at rest on it
     _peak_kpa: float = math.nan
     _trough_kpa: float = math.nan
@@ -60,15 +68,25 @@ class ContactTracker:
         else:
             self._free(calm_kpa, now_kpa, dt_s)
 
+    def blind(self, dt_s: float) -> None:
+        """A sample that tells nothing, while the balloon is still locked."""
+        self.baseline_age_s += dt_s
+
+    @property
+    def drifted_kpa(self) -> float:
+        """How far the baseline may have moved since it was last seen [kPa]."""
+        return abs(self.drift_kpa_per_s) * self.baseline_age_s
+
     def _unlocked(self, dt_s: float) -> None:
         if self.in_contact:
             self._end()
         self.initial_kpa = self.drift_kpa_per_s = math.nan
+        self.lost, self._leak_kpa_per_s = False, 0.0
         self.baseline_age_s += dt_s
 
     def _free(self, calm_kpa: float, now_kpa: float, dt_s: float) -> None:
         above_kpa = calm_kpa - self.initial_kpa
-        if above_kpa > CONFIRMED_KPA and now_kpa - self.initial_kpa > ONSET_KPA:
+        if not self.lost and above_kpa > CONFIRMED_KPA and now_kpa - self.initial_kpa > ONSET_KPA:
             self._begin(self._rest_kpa, now_kpa)
             return
         down_kpa = above_kpa * min(dt_s / SINKING_S, 1.0)
@@ -77,6 +95,8 @@ class ContactTracker:
             self._rest_kpa = self.initial_kpa
         self._slow_kpa += (calm_kpa - self._slow_kpa) * min(dt_s / DRIFT_S, 1.0)
         self.drift_kpa_per_s = (calm_kpa - self._slow_kpa) / DRIFT_S
+        leak_kpa_per_s = max(min(self.drift_kpa_per_s, 0.0), -LEAK_KPA_PER_S)
+        self._leak_kpa_per_s += (leak_kpa_per_s - self._leak_kpa_per_s) * min(dt_s / LEAK_S, 1.0)
         self.baseline_age_s = 0.0
 
     def _begin(self, initial_kpa: float, now_kpa: float) -> None:
@@ -87,20 +107,28 @@ class ContactTracker:
 
     def _pressed(self, calm_kpa: float, now_kpa: float, dt_s: float) -> None:
         self.baseline_age_s += dt_s
-        drifted_kpa = abs(self.drift_kpa_per_s) * self.baseline_age_s
-        if calm_kpa - self.initial_kpa < END_KPA + drifted_kpa:
+        self.initial_kpa += self._leak_kpa_per_s * dt_s
+        rise_kpa = self._peak_kpa - self.initial_kpa
+        if calm_kpa - self.initial_kpa < END_KPA + min(self._warmed_kpa, RELEASED * rise_kpa):
             self._end()
+            self.lost = self.drifted_kpa > RELEASED * rise_kpa
             self.initial_kpa = self._rest_kpa = calm_kpa
             self._slow_kpa = calm_kpa - self.drift_kpa_per_s * DRIFT_S
             return
         if now_kpa > self._peak_kpa:
             self._peak_kpa = self._trough_kpa = now_kpa
         self._trough_kpa = min(self._trough_kpa, now_kpa)
-        released = self._trough_kpa - self.initial_kpa < RELEASED * (self._peak_kpa - self.initial_kpa)
+        released = self._trough_kpa - self.initial_kpa < RELEASED * rise_kpa
         upturn_kpa = now_kpa - max(self._trough_kpa, self.initial_kpa)
-        if released and upturn_kpa > max(AGAIN_KPA, AGAIN * (self._peak_kpa - self.initial_kpa)):
+        if released and upturn_kpa > max(AGAIN_KPA, AGAIN * rise_kpa):
             self._end()
             self._begin(self.initial_kpa, now_kpa)
+
+    @property
+    def _warmed_kpa(self) -> float:
+        """Rise of the baseline under a contact [kPa], had it gone on as before and then faded."""
+        drift_kpa_per_s = min(max(self.drift_kpa_per_s, 0.0), TRACKING_KPA_PER_S)
+        return drift_kpa_per_s * WARMING_S * -math.expm1(-self.baseline_age_s / WARMING_S)
 
     def _end(self) -> None:
         self.in_contact = False

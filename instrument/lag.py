@@ -15,7 +15,11 @@ NOISE_KPA = 0.0103
 #: Wandering of the rate: by 17 kPa/s (rms) within a second, which is what hands do.
 WANDER_KPA2_PER_S3 = 300.0
 SAMPLE_S = 0.002
-MOST_STEPS = 50
+#: Lost samples up to this many are bridged; after a longer gap the filter begins anew.
+MOST_STEPS = 10
+#: No pressure moves that far from where it must be within a sample or two: a disturbed reading.
+GLITCH_KPA = 0.5
+MOST_GLITCHES = 2
 #: The reading itself, with the noise taken off a little.
 CALM_S = 0.02
 #: A lead over the calm reading is believed by half where it is this many times the filter's noise.
@@ -37,31 +41,40 @@ class LagCompensator:
     _sensor_kpa: float = math.nan
     _share: float = field(init=False)
     _drawn_s: float = field(init=False)
-    _gain: tuple[float, float, float] = field(init=False)
+    _gains: list[list[float]] = field(init=False)  # by the samples that have passed, from 1
+    _glitches: int = 0
 
     def __post_init__(self) -> None:
         self._share = -math.expm1(-SAMPLE_S / self.tube_s) if self.tube_s > 0 else 1.0
         self._drawn_s = SAMPLE_S - self.tube_s * self._share
-        self._gain, self.noise_kpa = stationary(self._share, self._drawn_s)
+        self._gains, self.noise_kpa = stationary(self._share, self._drawn_s)
         self.delay_s = self._delay_of_a_press_s()
 
     def step(self, reading_kpa: float, dt_s: float) -> float:
         """Pressure in the balloon [kPa] from a reading `dt_s` after the last; NaN begins anew."""
-        if not math.isfinite(reading_kpa + self._sensor_kpa):
-            self.calm_kpa = self._pressure_kpa = self._sensor_kpa = reading_kpa
-            self.rate_kpa_per_s = 0.0
-            return reading_kpa
-        self.calm_kpa += (reading_kpa - self.calm_kpa) * min(dt_s / CALM_S, 1.0)
-        for _ in range(min(max(round(dt_s / SAMPLE_S), 1), MOST_STEPS)):
+        steps = max(round(dt_s / SAMPLE_S), 1)
+        if steps > MOST_STEPS or not math.isfinite(reading_kpa + self._sensor_kpa):
+            return self._begin(reading_kpa)
+        for _ in range(steps):
             self._sensor_kpa += self._share * (self._pressure_kpa - self._sensor_kpa)
             self._sensor_kpa += self._drawn_s * self.rate_kpa_per_s
             self._pressure_kpa += SAMPLE_S * self.rate_kpa_per_s
         surprise = reading_kpa - self._sensor_kpa
-        by_pressure, by_rate, by_sensor = self._gain
+        if not -GLITCH_KPA <= surprise <= GLITCH_KPA and self._glitches < MOST_GLITCHES:
+            self._glitches += 1
+            return self._believed()
+        self._glitches = 0
+        self.calm_kpa += (reading_kpa - self.calm_kpa) * min(dt_s / CALM_S, 1.0)
+        by_pressure, by_rate, by_sensor = self._gains[steps - 1]
         self._pressure_kpa += by_pressure * surprise
         self.rate_kpa_per_s += by_rate * surprise
         self._sensor_kpa += by_sensor * surprise
         return self._believed()
+
+    def _begin(self, reading_kpa: float) -> float:
+        self.calm_kpa = self._pressure_kpa = self._sensor_kpa = reading_kpa
+        self.rate_kpa_per_s, self._glitches = 0.0, 0
+        return reading_kpa
 
     def _believed(self) -> float:
         """The filter's pressure where it stands out of its noise; a lead within that is hardly believed."""
@@ -76,26 +89,33 @@ class LagCompensator:
             pressure_kpa = math.sin(math.pi * n * SAMPLE_S / PRESS_S) ** 2
             sensor_kpa += self._share * (pressure_kpa - sensor_kpa)
             shown.append(self.step(sensor_kpa, SAMPLE_S))
-        self.calm_kpa = self._pressure_kpa = self._sensor_kpa = math.nan
+        self._begin(math.nan)
         late = max(range(len(shown)), key=shown.__getitem__) * SAMPLE_S - PRESS_S / 2
         return max(late, 0.0) + SAMPLE_S
 
 
-def stationary(share: float, drawn_s: float) -> tuple[tuple[float, float, float], float]:
-    """Kalman gains of (p, v, s), and the noise that reaches p [kPa], once both have settled."""
+def stationary(share: float, drawn_s: float) -> tuple[list[list[float]], float]:
+    """Kalman gains of (p, v, s) for readings 1 to `MOST_STEPS` samples apart, once they have settled.
+
+    And the noise that reaches p [kPa] where no sample is lost.
+    """
     import numpy as np
 
     dt = SAMPLE_S
     move = np.array([[1, dt, 0], [0, 1, 0], [share, drawn_s, 1 - share]])
     wander = WANDER_KPA2_PER_S3 * np.array([[dt**3 / 3, dt**2 / 2, 0], [dt**2 / 2, dt, 0], [0, 0, 0]])
-    read, noise = np.array([0.0, 0.0, 1.0]), NOISE_KPA**2
-    spread = np.diag([1.0, 100.0, 1.0])
-    for _ in range(2000):
-        ahead = move @ spread @ move.T + wander
-        gain = ahead @ read / (read @ ahead @ read + noise)
-        spread = ahead - np.outer(gain, read @ ahead)
-    follow = (np.eye(3) - np.outer(gain, read)) @ move
-    by_noise = np.outer(gain, gain) * noise
+    moves, wanders = [move], [wander]
+    for _ in range(MOST_STEPS - 1):
+        wanders.append(move @ wanders[-1] @ move.T + wander)
+        moves.append(move @ moves[-1])
+    far, wandered = np.array(moves), np.array(wanders)
+    spread = np.broadcast_to(np.diag([1.0, 100.0, 1.0]), far.shape)
+    for _ in range(600):
+        ahead = far @ spread @ far.transpose(0, 2, 1) + wandered
+        gains = ahead[:, :, 2] / (ahead[:, 2, 2] + NOISE_KPA**2)[:, None]
+        spread = ahead - gains[:, :, None] * ahead[:, None, 2, :]
+    follow = (np.eye(3) - np.outer(gains[0], [0.0, 0.0, 1.0])) @ move
+    by_noise = np.outer(gains[0], gains[0]) * NOISE_KPA**2
     for _ in range(14):  # the sum over all past samples, doubled each time
         by_noise, follow = by_noise + follow @ by_noise @ follow.T, follow @ follow
-    return tuple(gain.tolist()), math.sqrt(by_noise[0, 0])
+    return gains.tolist(), math.sqrt(by_noise[0, 0])

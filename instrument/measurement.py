@@ -16,6 +16,7 @@ class Quality(Flag):
     NO_SOLUTION = auto()  #: the model has no physical root: no force
     NOT_HOLDING = auto()  #: the balloon is not locked at a setpoint: no force
     SENSOR = auto()  #: the sensor cannot be believed: no pressure, no force
+    NO_BASELINE = auto()  #: a contact ended that drift may have hidden: no force until the next lock
     NOT_ZEROED = auto()  #: the sensor has no zero: no force
 
 

@@ -112,7 +112,7 @@ def _measured(instrument: Instrument, m: Measurement, now_s: float) -> dict[str,
     return {
         "force_n": m.force_n,
         "force_std_n": m.force_std_n,
-        "force_uncompensated_n": m.force_uncompensated_n,
+        "force_uncompensated_n": math.nan if Quality.OUT_OF_RANGE in m.quality else m.force_uncompensated_n,
         "force_low_n": m.force_low_n,
         "peak_force_n": instrument.peak_force_n,
         "pressure_kpa": m.pressure_kpa,

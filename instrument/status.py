@@ -58,6 +58,6 @@ def _conditions(instrument: Instrument, m: Measurement, now_s: float) -> tuple[t
         ("calibrated", instrument.chain.settings.correction is not None),
         ("write_lock", instrument.settings.write_lock),
         ("can_down", instrument.can_down),
-        ("baseline_old", drifting or (holding and tracker.baseline_age_s > OLD_BASELINE_S)),
-        ("force_valid", math.isfinite(m.force_n) and not stale),
+        ("baseline_old", holding and (drifting or tracker.lost or tracker.baseline_age_s > OLD_BASELINE_S)),
+        ("force_valid", math.isfinite(m.force_n + m.force_std_n) and not stale),
     )
