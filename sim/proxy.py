@@ -33,7 +33,7 @@ class End(Protocol):
         ...
 
     def read(self) -> bytes:
-        """Bytes that have come; none, or an OSError, where the far side is gone."""
+        """Bytes that have come, perhaps none. Raises OSError where the far side is gone."""
         ...
 
     def write(self, data: bytes) -> None:
@@ -66,11 +66,10 @@ class Connection:
     def take(self, fileno: int, now_s: float) -> None:
         """Read what has come at one end."""
         source, _, line = self._ways[fileno]
-        data = b""
-        with suppress(OSError):
-            data = source.read()
-        self._ending = self._ending or not data
-        line.send(data, now_s)
+        try:
+            line.send(source.read(), now_s)
+        except OSError:
+            self._ending = True
 
     def deliver(self, now_s: float) -> bool:
         """Write what is due; False where the connection has ended."""
@@ -178,7 +177,18 @@ class _Stream:
         self.close = stream.close
 
     def read(self) -> bytes:
-        return self._stream.recv(READ_BYTES)
+        data = self._stream.recv(READ_BYTES)
+        if not data:
+            raise ConnectionResetError
+        return data
+
+
+class _Line(SerialPort):
+    """A serial port as an end: what it does not take is lost, as on a wire."""
+
+    def write(self, data: bytes) -> None:
+        with suppress(OSError):
+            super().write(data)
 
 
 class SerialProxy(_Proxy):
@@ -187,6 +197,6 @@ class SerialProxy(_Proxy):
     def __init__(self, port: str, noise: Noise | None = None, seed: int = 1) -> None:
         """Open the port in front of which this one stands. Raises PortBusy or PortUnavailable."""
         super().__init__(noise, seed)
-        far, near = SerialPort(port), Cable()
+        far, near = _Line(port), Cable()
         self.port = near.port
         self._connect(near, far)

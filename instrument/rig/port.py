@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import select
 from typing import Protocol
 
 import serial
@@ -43,7 +44,7 @@ class SerialPort:
         self.url = url
         try:
             own: dict[str, bool] = {} if "://" in url else {"exclusive": True}
-            self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, write_timeout=WRITE_S, **own)
+            self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, **own)
             self._serial.fileno()
         except (serial.SerialException, OSError, ValueError) as error:
             raise _sentence(url, error) from None
@@ -57,8 +58,13 @@ class SerialPort:
         return bytes(self._serial.read(READ_BYTES))
 
     def write(self, data: bytes) -> None:
-        """Send; raises OSError where the far end is gone."""
-        self._serial.write(data)
+        """Send; raises OSError where the far end is gone.
+
+        pyserial's own limit fails after a write that succeeded, when the processor was away for so long.
+        """
+        if not select.select([], [self.fileno()], [], WRITE_S)[1]:
+            raise TimeoutError(f"{self.url} takes no bytes")
+        os.write(self.fileno(), data)
 
     def close(self) -> None:
         """Give the port back."""

@@ -220,6 +220,25 @@ def test_faults_come_and_go_at_their_times():
     assert "supply_low" in seen[0.2]
 
 
+def test_a_fault_that_lasts_no_time_comes_and_goes_in_one_step():
+    plan = [
+        Planned(0.1, 0.0, "leak", {}),
+        Planned(0.1, 0.0, "board_reset", {}),
+        Planned(0.14, 1e-18, "burst", {}),
+        Planned(0.14, 0.02, "leak", {}),
+        Planned(0.16, 0.02, "leak", {}),
+    ]
+    world = World(Rig(PLANT, Hand(False)), Schedule(plan))
+    present = {}
+    for _ in range(100):
+        world.step()
+        present[round(world.now_s, 3)] = list(world.faults.present)
+    assert present[0.1] == []
+    assert present[0.14] == present[0.15] == present[0.162] == present[0.17] == ["leak"]
+    assert present[0.182] == []
+    assert world.rig.truth.t_s == pytest.approx(world.now_s - 0.1, abs=0.003)
+
+
 def test_a_plan_with_a_fault_that_cannot_be_is_refused_before_it_begins():
     with pytest.raises(Refused, match="there is no fault 'gremlin'"):
         Schedule([Planned(1.0, 1.0, "gremlin", {})])

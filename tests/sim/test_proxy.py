@@ -10,8 +10,10 @@ import pytest
 
 from instrument.core import Instrument
 from instrument.host import Host
+from instrument.rig.port import SerialPort
 from instrument.settings import Settings
 from registers.modbus.mbap import frame
+from sim.cable import Cable
 from sim.line_noise import Noise
 from sim.proxy import SerialProxy, TcpProxy
 from tests.instrument.driving import HOLD_8, PLC, VENT
@@ -151,6 +153,22 @@ def test_through_a_noisy_serial_line_the_rig_holds_and_losses_are_counted_until_
     with Child("simulator", ["instrument", "sim", "--link", str(tmp_path / "rig"), "--no-hand"]) as rig:
         rig.ready()
         asyncio.run(story(str(tmp_path / "rig")))
+
+
+def test_a_serial_line_outlives_a_board_that_takes_no_bytes_for_a_while():
+    def heard():
+        host.write(b"there")
+        return b"therethere" in board.read()
+
+    with (
+        contextlib.closing(Cable()) as board,
+        SerialProxy(board.port) as proxy,
+        contextlib.closing(SerialPort(proxy.port)) as host,
+    ):
+        for _ in range(100):
+            host.write(b"x" * 1000)
+            time.sleep(0.005)
+        assert eventually(heard)
 
 
 def test_a_serial_line_that_is_cut_trips_the_host_and_the_link_comes_back_by_itself(tmp_path):

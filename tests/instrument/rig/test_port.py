@@ -115,6 +115,21 @@ def test_what_is_written_arrives_byte_for_byte(far, port):
     assert far.receive(len(data)) == data
 
 
+def test_what_arrived_although_the_processor_was_away_is_no_lost_port(far, monkeypatch):
+    monkeypatch.setattr("instrument.rig.port.WRITE_S", 1e-9)
+    with contextlib.closing(SerialPort(far.url)) as port:
+        far.accept()
+        for _ in range(10):
+            port.write(b"x" * 24)
+        assert far.receive(240) == b"x" * 240
+
+
+def test_a_far_end_that_takes_no_bytes_is_an_oserror(port):
+    with pytest.raises(OSError, match=r"."):  # noqa: PT012
+        for _ in range(10_000):
+            port.write(b"x" * 4096)
+
+
 def test_a_far_end_that_is_gone_is_an_oserror_at_the_next_read(far, port):
     far.go()
     assert readable(port)

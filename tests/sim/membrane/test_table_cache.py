@@ -1,3 +1,7 @@
+import gc
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
 import numpy as np
 import pytest
 
@@ -59,6 +63,51 @@ def test_a_file_that_is_not_a_table_is_replaced(builds, spoil):
         table()
         assert len(builds) == 2
     assert [p.name for p in kept.directory().iterdir()] == [path.name]
+
+
+def encrypted(whole):
+    """A zip file whose entries say that they are encrypted."""
+    return whole.replace(b"PK\x01\x02\x2d\x03\x2d\x00\x00\x00", b"PK\x01\x02\x2d\x03\x2d\x00\x01\x00")
+
+
+def packed_oddly(whole):
+    """A zip file by a method of packing that nobody knows."""
+    head = b"PK\x01\x02\x2d\x03\x2d\x00\x00\x00"
+    return whole.replace(head + b"\x00\x00", head + b"\x63\x00")
+
+
+def unclosed(whole):
+    """An array whose header never ends."""
+    return whole.replace(b"'fortran_order': False", b"'fortran_order': ((((((")
+
+
+@pytest.mark.parametrize("spoil", [encrypted, packed_oddly, unclosed])
+@pytest.mark.filterwarnings("error")
+def test_a_file_that_lies_about_itself_is_replaced_and_closed(builds, spoil):
+    sound = table()
+    (path,) = kept.directory().iterdir()
+    spoilt = spoil(path.read_bytes())
+    assert spoilt != path.read_bytes()
+    path.write_bytes(spoilt)
+    assert (table().pressure_kpa == sound.pressure_kpa).all()
+    gc.collect()
+    assert len(builds) == 2
+    table()
+    assert len(builds) == 2
+
+
+def test_two_that_build_at_once_both_have_a_table_and_leave_one(builds, monkeypatch):
+    quick, both_in = kept.build, Barrier(2, timeout=10)
+
+    def build(rubber, sides, progress):
+        both_in.wait()
+        return quick(rubber, sides, progress)
+
+    monkeypatch.setattr(kept, "build", build)
+    with ThreadPoolExecutor(2) as pool:
+        tables = list(pool.map(lambda _: table(), range(2)))
+    assert (tables[0].pressure_kpa == tables[1].pressure_kpa).all()
+    assert len(list(kept.directory().iterdir())) == 1
 
 
 def test_a_cache_that_cannot_be_written_is_no_cache(builds, monkeypatch, tmp_path):
