@@ -14,7 +14,6 @@ from instrument.model.law import PAPER, Law
 from instrument.model.uncertainty import (
     InputErrors,
     ModelErrors,
-    Pressures,
     contributions_n,
     parameter_spreads_n,
 )
@@ -57,7 +56,7 @@ def budget(
     rise_kpa, drift_kpa = final_kpa - initial_kpa, errors.drift_kpa_per_s * contact_s
     curve = ContactCurve(initial_kpa, balloon, circuit, law, correction, errors)
     point = curve.at(rise_kpa)
-    known = Pressures(initial_kpa, final_kpa, errors.noise_kpa, errors.noise_kpa)
+    known = errors.at_rest(initial_kpa, final_kpa, 0.0)
     force_n, spread = point.estimate.force_n, point.spread
     by_initial, by_final, by_gain, _, by_law, by_join = contributions_n(
         force_n, spread, known, errors, model, balloon
@@ -65,8 +64,8 @@ def budget(
     by_drift = spread.initial_n_per_kpa * drift_kpa
     share = model.share(initial_kpa, balloon)
     return (
-        Line("noise of ΔP_i", errors.noise_kpa, "kPa", abs(by_initial)),
-        Line("noise of ΔP_f", errors.noise_kpa, "kPa", abs(by_final)),
+        Line("noise of ΔP_i", errors.initial_noise_kpa, "kPa", abs(by_initial)),
+        Line("noise of ΔP_f", errors.final_noise_kpa, "kPa", abs(by_final)),
         Line("sensor's gain after its zero", 100 * errors.gain, "%", abs(by_gain)),
         Line(f"drift of ΔP_i in {contact_s:g} s", drift_kpa, "kPa", abs(by_drift)),
         *_parameters(initial_kpa, rise_kpa, spread.parameters_n, balloon, circuit, law, errors),

@@ -14,22 +14,29 @@ from instrument.model.derivatives import Derivatives
 class InputErrors:
     """Standard uncertainties of what goes into the model."""
 
-    noise_kpa: float = (
-        0.002  #: of each pressure: 0.7 counts rms (0.038 kPa) over 16 conversions and the filter
-    )
-    gain: float = 0.01 / math.sqrt(
-        3
-    )  #: MPXV5050DP after its zero: ± 1 % of the reading, common to both pressures
+    #: Of ΔP_i: 0.7 counts rms (0.038 kPa), 16 conversions averaged, and smoothed while the balloon is free.
+    initial_noise_kpa: float = 0.002
+    #: Of ΔP_f in the balloon now, its lag undone: what the Kalman filter of a tube of 60 ms lets through.
+    final_noise_kpa: float = 0.026
+    #: MPXV5050DP after its zero: ± 1 % of the reading, taken as rectangular, common to both pressures.
+    gain: float = 0.01 / math.sqrt(3)
     radius_mm: float = 0.03  #: residual of the quadratic of Fig. 4, and the caliper
     volume_mm3: float = 100.0  #: V_c
     ambient_kpa: float = 1.0  #: P_0: the weather
     young_kpa: float = 100.0  #: E of natural latex from one lot to the next
     rest_thickness_mm: float = 0.005  #: h_0
     poisson: float = 0.005  #: ν
-    polytropic: float = 0.2 / math.sqrt(
-        3
-    )  #: n from 1.0 (isothermal) to 1.2 (half of adiabatic): rms distance
+    #: n from 1.0 (isothermal) to 1.2 (half of adiabatic): root mean square distance from 1.0.
+    polytropic: float = 0.2 / math.sqrt(3)
     drift_kpa_per_s: float = 0.0005  #: of the baseline while a contact hides it: creep and leak
+
+    def at_rest(
+        self, initial_kpa: float, final_kpa: float, contact_s: float, drifted_kpa: float = 0.0
+    ) -> Pressures:
+        """Two pressures that do not move, `contact_s` after the balloon was free and was seen to drift."""
+        drift_kpa = drifted_kpa + self.drift_kpa_per_s * contact_s
+        initial_std_kpa = math.hypot(self.initial_noise_kpa, drift_kpa)
+        return Pressures(initial_kpa, final_kpa, initial_std_kpa, self.final_noise_kpa)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,19 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers
 from instrument.calibration.contacts import Contacts
-from instrument.calibration.residuals import figures
+from instrument.calibration.residuals import residual_of
 from instrument.chain import ChainSettings
-from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from instrument.columns import Numbers
+from instrument.fifths import COUNT, fifths_of
+from instrument.model.budget import CONTACT_S
 from instrument.model.curve import ContactCurve
-from instrument.model.uncertainty import Pressures, std_n
-
-BINS = 5
-EDGES_KPA = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, BINS + 1)
+from instrument.model.uncertainty import std_n
 
 
-class Errors(NamedTuple):
+class Score(NamedTuple):
     """Errors of one estimator on some contacts; NaN where there are none of the kind."""
 
     mean_percent: float  #: mean absolute error of forces from 1 to 3.5 N
@@ -31,30 +29,30 @@ class Estimator(NamedTuple):
     """One way to a force, and its errors: over all contacts, and by fifths of the pressures."""
 
     name: str
-    all: Errors
-    by_pressure: tuple[Errors, ...]
+    all: Score
+    by_pressure: tuple[Score, ...]
 
 
-def evaluated(contacts: Contacts, estimators: Mapping[str, Sequence[ChainSettings]]) -> list[Estimator]:
+def scored(contacts: Contacts, estimators: Mapping[str, Sequence[ChainSettings]]) -> list[Estimator]:
     """Errors of each estimator: settings under a name; several, such as calibrations, are averaged."""
     return [_of(name, contacts, settings) for name, settings in estimators.items()]
 
 
 def _of(name: str, contacts: Contacts, settings: Sequence[ChainSettings]) -> Estimator:
     each = [_forces(contacts, own) for own in settings]
-    fifth = np.clip(np.searchsorted(EDGES_KPA, contacts.initial_kpa) - 1, 0, BINS - 1)
-    groups = [np.ones(len(contacts), bool), *(fifth == n for n in range(BINS))]
+    fifths = fifths_of(contacts.initial_kpa)
+    groups = [np.ones(len(contacts), bool), *(fifths == n for n in range(COUNT))]
     means = [
-        Errors(*np.mean([_errors(contacts.only(g), force[g], std[g]) for force, std in each], axis=0))
+        Score(*np.mean([_score(contacts.only(g), force[g], std[g]) for force, std in each], axis=0))
         for g in groups
     ]
     return Estimator(name, means[0], tuple(means[1:]))
 
 
-def _errors(contacts: Contacts, force_n: Numbers, std: Numbers) -> Errors:
-    found = figures(force_n, contacts)
+def _score(contacts: Contacts, force_n: Numbers, std: Numbers) -> Score:
+    found = residual_of(force_n, contacts)
     held = np.abs(force_n - contacts.force_n) <= 2 * np.hypot(std, contacts.std_n)
-    return Errors(found.mean_error_percent, found.rmse_n, 100 * float(held.mean()))
+    return Score(found.mean_error_percent, found.rmse_n, 100 * float(held.mean()))
 
 
 def _forces(contacts: Contacts, own: ChainSettings) -> tuple[Numbers, Numbers]:
@@ -68,6 +66,6 @@ def _force(initial_kpa: float, rise_kpa: float, own: ChainSettings) -> tuple[flo
     initial, rise = float(initial_kpa), float(rise_kpa)
     curve = ContactCurve(initial, own.balloon, own.circuit, own.law, own.correction, own.errors)
     point = curve.at(rise)
-    known = Pressures(initial, initial + rise, own.errors.noise_kpa, own.errors.noise_kpa)
+    known = own.errors.at_rest(initial, initial + rise, CONTACT_S)
     force_n = point.estimate.force_n
     return force_n, std_n(force_n, point.spread, known, own.errors, own.model, own.balloon)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from instrument.chain import Chain, ChainSettings
 from instrument.measurement import Quality
-from instrument.model import METHODS, Law, estimate
+from instrument.model import METHODS, Correction, Law, estimate
+from instrument.model.budget import budget, total_n
 from instrument.rig.frames import COUNTS_LIMIT, BoardState, Sample
 from instrument.rig.limits import nominal_pressure_kpa
 from instrument.rig.link import LONGEST_STEP_S, RawSample
@@ -169,9 +170,9 @@ def test_the_force_is_the_models_at_the_two_pressures(method, initial_kpa, rise_
     m = feed.press(initial_kpa + rise_kpa, 2.0)
     own = feed.chain.settings
     expected = estimate(m.initial_kpa, m.initial_kpa + m.rise_kpa, own.balloon, own.circuit, own.law)
-    assert m.force_n == pytest.approx(expected.force_n, abs=1e-4)
+    assert m.force_n == pytest.approx(expected.force_n, abs=1e-3)
     assert m.force_uncompensated_n == pytest.approx(expected.force_n, abs=1e-3)
-    assert m.indentation_mm == pytest.approx(expected.indentation_mm, abs=1e-4)
+    assert m.indentation_mm == pytest.approx(expected.indentation_mm, abs=1e-3)
     assert (m.in_contact, m.quality) == (True, Quality.GOOD)
     assert 0 < m.force_std_n < 0.5
 
@@ -182,7 +183,7 @@ def test_under_insufflation_the_model_sees_the_pressures_above_the_reference_and
     m, own = feed.press(10.0), feed.chain.settings
     denser = replace(own.circuit, ambient_kpa=own.circuit.ambient_kpa + 1.6)
     initial_kpa, final_kpa = m.initial_kpa - 1.6, m.initial_kpa + m.rise_kpa - 1.6
-    assert m.force_n == pytest.approx(estimate(initial_kpa, final_kpa, own.balloon, denser).force_n, abs=1e-4)
+    assert m.force_n == pytest.approx(estimate(initial_kpa, final_kpa, own.balloon, denser).force_n, abs=1e-3)
     assert m.force_n != pytest.approx(
         estimate(initial_kpa, final_kpa, own.balloon, own.circuit).force_n, abs=1e-3
     )
@@ -219,6 +220,53 @@ def test_outside_the_validated_range_there_is_no_force_and_a_reason(initial_kpa,
     assert (m.quality == Quality.OUT_OF_RANGE) is not inside
     assert math.isfinite(m.force_n) is inside
     assert math.isfinite(m.pressure_kpa)
+
+
+class TestUncertainty:
+    """The one that is stated live: the budget's at rest, more where pressure or baseline move."""
+
+    @pytest.mark.parametrize("rise_kpa", [0.3, 1.5])
+    def test_at_rest_it_is_the_budgets(self, rise_kpa):
+        feed = Feed.locked()
+        m = feed.press(8.0 + rise_kpa, 3.0)
+        own, age_s = feed.chain.settings, feed.chain.tracker.baseline_age_s
+        final_kpa = m.initial_kpa + m.rise_kpa
+        lines = budget(m.initial_kpa, final_kpa, own.balloon, own.circuit, own.law, contact_s=age_s)
+        assert m.force_std_n == pytest.approx(total_n(lines), rel=0.02)
+
+    def test_a_moving_pressure_is_less_certain_by_what_the_lag_is_uncertain(self):
+        sure, unsure = Feed.locked(lag_share=0.0), Feed.locked(lag_share=0.3)
+        for feed in (sure, unsure):
+            feed.press(9.5, 0.1)
+        rate = unsure.chain._lag.rate_kpa_per_s
+        by_final = unsure.chain._curve[0].at(unsure.last.rise_kpa).spread.final_n_per_kpa
+        added_n = 0.3 * 0.06 * rate * by_final
+        assert rate > 2
+        assert unsure.last.force_std_n == pytest.approx(math.hypot(sure.last.force_std_n, added_n), rel=1e-3)
+
+    def test_a_drift_that_was_seen_before_the_contact_grows_with_it(self):
+        feed = Feed.locked()
+        for n in range(5000):
+            feed.jump(8.0 + 0.01 * n * 0.002)
+        feed.tube = Tube(8.1, 8.1)
+        early = feed.press(8.4, 1.0).force_std_n
+        later = feed.press(8.4, 20.0).force_std_n
+        drift = feed.chain.tracker.drift_kpa_per_s
+        assert drift == pytest.approx(0.01, rel=0.2)
+        spread = feed.chain._curve[0].at(feed.last.rise_kpa).spread
+        grown = math.sqrt(later**2 - early**2)
+        assert grown == pytest.approx(abs(spread.initial_n_per_kpa) * 20.0 * (drift + 0.0005), rel=0.15)
+
+    def test_a_new_balloon_is_not_judged_by_the_calibration_of_the_old(self):
+        taught = Correction(
+            constant=0.5, by_rise=0.0, by_initial=0.0, by_both=0.0,
+            rise_span_kpa=(0.1, 5.0), initial_span_kpa=(5.0, 11.0),
+        )  # fmt: skip
+        feed = Feed.locked(correction=taught)
+        calibrated_n = feed.press(9.5, 2.0).force_n
+        feed.chain.uncalibrate()
+        bare_n = feed.press(9.5, 0.01).force_n
+        assert calibrated_n == pytest.approx(math.exp(0.5) * bare_n, rel=0.01)
 
 
 @pytest.mark.parametrize("adc_sum", [0, 16, 163, 16041, COUNTS_LIMIT, 65535])

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from instrument.lag import LagCompensator
 from instrument.model import LIVE, METHODS, PAPER, Balloon, Circuit, Correction, Law, contact, estimate
 from instrument.model.budget import budget, total_n
 from instrument.model.curve import ContactCurve
@@ -16,6 +17,8 @@ from instrument.model.uncertainty import (
     InputErrors,
     ModelErrors,
     Pressures,
+    Spread,
+    contributions_n,
     std_n,
 )
 from sim.plant import Gas, amount_kpa_mm3
@@ -136,10 +139,46 @@ def test_the_spread_by_pressure_is_how_the_curves_differ(initial_kpa, rise_kpa, 
 @pytest.mark.parametrize(("initial_kpa", "final_kpa"), [(8.0, 8.2), (5.0, 6.0), (8.0, 9.5), (11.0, 13.0)])
 def test_the_budget_adds_up_to_the_uncertainty_that_the_chain_states(initial_kpa, final_kpa):
     force_n, spread = spread_of(initial_kpa, final_kpa - initial_kpa)
-    drift_kpa = ERRORS.drift_kpa_per_s * 5.0
-    known = Pressures(initial_kpa, final_kpa, math.hypot(ERRORS.noise_kpa, drift_kpa), ERRORS.noise_kpa)
+    known = ERRORS.at_rest(initial_kpa, final_kpa, 5.0)
     stated = std_n(force_n, spread, known, ERRORS, MODEL, BALLOON)
     assert total_n(budget(initial_kpa, final_kpa, BALLOON, CIRCUIT)) == pytest.approx(stated)
+
+
+def test_each_part_of_an_uncertainty_counts_as_it_must():
+    """By hand: 2 N/kPa × 3 Pa, 4 × 5 Pa, gain (−2·8 + 4·9) × 0.58 %, and so on."""
+    spread, known = Spread(-2.0, 4.0, 0.07, 0.3), Pressures(8.0, 9.0, 0.003, 0.005)
+    model = ModelErrors(share_below=0.1, share_above=0.2, floor_n=0.05)
+    by_initial, by_final, by_gain, parameters, law, join = contributions_n(
+        3.0, spread, known, ERRORS, model, BALLOON
+    )
+    assert abs(by_initial) == pytest.approx(0.006)
+    assert by_final == pytest.approx(0.020)
+    assert by_gain == pytest.approx(20 * 0.01 / math.sqrt(3))
+    assert parameters == 0.07
+    assert law == pytest.approx(math.hypot(0.3, 0.05))
+    assert join == pytest.approx(0.3 / math.sqrt(3))
+    above = contributions_n(3.0, spread, Pressures(9.0, 10.0, 0.0, 0.0), ERRORS, model, BALLOON)
+    assert above[4] == pytest.approx(math.hypot(0.6, 0.05))
+
+
+def test_the_laws_own_error_is_what_the_paper_printed():
+    """9.14 % over 27 pressures, 6.77 % over the 11 above 8.85 kPa; a normal error is √(π/2) times that."""
+    below = (27 * 9.14 - 11 * 6.77) / 16
+    assert MODEL.share(8.0, BALLOON) == pytest.approx(below / 100 * math.sqrt(math.pi / 2), rel=1e-3)
+    assert MODEL.share(9.0, BALLOON) == pytest.approx(0.0677 * math.sqrt(math.pi / 2))
+
+
+def test_the_noise_of_the_budget_is_what_the_lag_filter_lets_through():
+    assert ERRORS.final_noise_kpa == pytest.approx(LagCompensator(0.06).noise_kpa, rel=0.01)
+
+
+def test_a_calibrated_curve_scales_what_the_force_is_made_of():
+    plain, taught = (ContactCurve(8.0, BALLOON, CIRCUIT, PAPER, c).at(0.3) for c in (None, CORRECTION))
+    factor = CORRECTION.factor(0.3, 8.0)
+    assert taught.estimate.force_n == pytest.approx(factor * plain.estimate.force_n)
+    assert taught.estimate.contact_radius_mm**2 == pytest.approx(factor * plain.estimate.contact_radius_mm**2)
+    assert taught.spread.parameters_n == pytest.approx(factor * plain.spread.parameters_n)
+    assert taught.spread.join_n == pytest.approx(factor * plain.spread.join_n)
 
 
 class Drawn:
@@ -160,8 +199,8 @@ class Drawn:
         )
         self.plant = PublishedPlant(balloon, self.circuit)
 
-    def measured(self, pressure_kpa):
-        return pressure_kpa * self.gain + self.draw.gauss(0, ERRORS.noise_kpa)
+    def measured(self, pressure_kpa, noise_kpa):
+        return pressure_kpa * self.gain + self.draw.gauss(0, noise_kpa)
 
     def contact(self, model):
         """A force, and the two pressures that the sensor shows; the law itself errs as `model` says."""
@@ -177,7 +216,8 @@ class Drawn:
             obeyed_n = self.draw.uniform(0.4, 5.0)
             rise = self.plant.settle(gas, obeyed_n).pressure_kpa - initial
         truth_n = obeyed_n / (1 + self.draw.gauss(0, model.share(initial, BALLOON)))
-        return truth_n, self.measured(initial), self.measured(initial + rise)
+        initial_kpa = self.measured(initial, ERRORS.initial_noise_kpa)
+        return truth_n, initial_kpa, self.measured(initial + rise, ERRORS.final_noise_kpa)
 
 
 @pytest.mark.parametrize("model", [MODEL, NO_MODEL], ids=["with the law's own error", "inputs alone"])
@@ -189,7 +229,7 @@ def test_truths_drawn_from_the_budget_lie_within_two_u_in_95_of_100(model):
         for _ in range(25):
             truth_n, initial_kpa, final_kpa = rig.contact(model)
             force_n, spread = spread_of(initial_kpa, final_kpa - initial_kpa)
-            known = Pressures(initial_kpa, final_kpa, ERRORS.noise_kpa, ERRORS.noise_kpa)
+            known = ERRORS.at_rest(initial_kpa, final_kpa, 0.0)
             u = std_n(force_n, spread, known, ERRORS, model, BALLOON)
             held += abs(force_n - truth_n) <= 2 * u
             count += 1
