@@ -5,8 +5,7 @@
 
 #include "numbers.h"
 
-#define SAMPLE_MS (1000u / SAMPLES_PER_S)
-#define SAMPLE_S (1.0f / SAMPLES_PER_S)
+#define SAMPLE_S (SAMPLE_MS * 1e-3f)
 
 /* One sample later. */
 static void elapse(uint16_t *since_ms)

@@ -90,6 +90,7 @@
 /* sim.board.board */
 #define FIRMWARE 256u
 #define HELLO_EVERY_US 200000u
+#define SAMPLE_MS 2u
 #define SYNC_0 0xA5u
 #define SYNC_1 0x5Au
 

@@ -7,6 +7,8 @@
 
 #define MOST_CHANGES 8u
 #define NEVER (-1)
+/* Divided by, not multiplied with its inverse: the edges of spans stay what they are in decimals. */
+#define PA_PER_KPA 1000.0f
 
 /* A state entered, or a fault latched. */
 struct change {
@@ -121,16 +123,16 @@ static void obey(struct pressure *p, const struct command *c)
 
     now->silent_ms = 0;
     now->in_contact = (c->flags & FLAG_IN_CONTACT) != 0;
-    now->contact_limit_kpa = fminf(c->contact_limit_pa * 1e-3f, HARD_LIMIT_KPA);
+    now->contact_limit_kpa = fminf(c->contact_limit_pa / PA_PER_KPA, HARD_LIMIT_KPA);
     now->vent_after_ms = within(c->vent_after_ms, VENT_AFTER_MS_LEAST, VENT_AFTER_MS_MOST);
     if (!among(PRESSURISED_STATES, now->state))
-        set_zero(&now->reading, c->zero_pa * 1e-3f, zeroed);
+        set_zero(&now->reading, c->zero_pa / PA_PER_KPA, zeroed);
     clear_faults(p, c->clear);
     if (c->mode == MODE_VENT) {
         vent(p);
         p->armed = now->state != STATE_TRIPPED;
     } else if (zeroed && SETPOINT_PA_LEAST <= c->setpoint_pa && c->setpoint_pa <= SETPOINT_PA_MOST) {
-        p->wanted_kpa = c->setpoint_pa * 1e-3f;
+        p->wanted_kpa = c->setpoint_pa / PA_PER_KPA;
     }
 }
 

@@ -26,6 +26,7 @@ from sim.board.states import UNASKED, ResetCause
 
 FIRMWARE = 0x0100
 HELLO_EVERY_US = 200_000
+SAMPLE_S = 1 / SAMPLES_PER_S
 
 
 class Board:
@@ -62,7 +63,7 @@ class Board:
         answers = (
             b"".join([self._handle(frame) for frame in self._decoder.feed(received)]) if received else b""
         )
-        self._pressure.step(adc_sum, supply_mv, 1 / SAMPLES_PER_S)
+        self._pressure.step(adc_sum, supply_mv, SAMPLE_S)
         return answers + self._greeting() + self._events() + self._sample(adc_sum)
 
     def _handle(self, frame: Frame) -> bytes:
