@@ -33,8 +33,10 @@ static volatile uint16_t bandgap_conversion = CONVERSION_STEPS - 1;
 static volatile uint8_t converted;
 static volatile bool converting_bandgap, sampled;
 
-/* Rings whose places are the low bits of counters: RX holds what the line brings in a sample, TX two samples' answers. */
+/* Rings whose places are the low bits of counters. RX holds what the line can bring in a sample; of it two frames
+ * are heard in each, so that nonsense at the full rate of the line cannot delay a sample. */
 #define RX_BYTES 128u
+#define MOST_HEARD (2 * FRAME_BYTES)
 static volatile uint8_t rx[RX_BYTES], tx[256];
 static volatile uint8_t rx_in, rx_out, tx_in, tx_out;
 
@@ -175,7 +177,7 @@ void loop(void)
     conversion = bandgap_conversion;
     sei();
     board_tick(&board, now_us);
-    for (n = rx_in; rx_out != n; rx_out++)
+    for (n = 0; n < MOST_HEARD && rx_out != rx_in; n++, rx_out++)
         board_hear(&board, rx[rx_out % RX_BYTES]);
     drive(board_step(&board, adc_sum, supply_mv_of(conversion)));
     show();
