@@ -10,6 +10,9 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from instrument.errors import ConfigurationError
+from instrument.whole_file import content_of
+
+MOST_SHOWN = 80
 
 
 class Section(BaseModel):
@@ -23,14 +26,27 @@ Whole = TypeVar("Whole", bound=Section)
 
 def tables_of(path: Path, remedy: str) -> dict[str, Any]:
     """What a TOML file holds. Raises ConfigurationError; `remedy` tells how to get such a file."""
+    return tables_in(text_of(path, remedy), str(path))
+
+
+def text_of(path: Path, remedy: str) -> str:
+    """The text of a file. Raises ConfigurationError; `remedy` tells how to get such a file."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigurationError(f"{path}: no such file ({remedy})") from None
-    except (OSError, UnicodeDecodeError) as error:
+        return content_of(path, remedy).decode("utf-8")
+    except UnicodeDecodeError as error:
         raise ConfigurationError(f"{path}: cannot be read: {error}") from None
+
+
+def tables_in(text: str, name: str) -> dict[str, Any]:
+    """What a TOML text holds. Raises ConfigurationError."""
+    try:
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{path}: not TOML: {error}") from None
+        raise ConfigurationError(f"{name}: not TOML: {error}") from None
+    except ValueError:
+        raise ConfigurationError(f"{name}: not TOML: a number of thousands of digits") from None
+    except RecursionError:
+        raise ConfigurationError(f"{name}: not TOML: brackets within brackets, too deep") from None
 
 
 def checked(whole: type[Whole], tables: dict[str, Any], name: str) -> Whole:
@@ -50,11 +66,20 @@ def _sentence(whole: type[Section], location: tuple[int | str, ...], error: Any)
     if error["type"] == "missing":
         return f"{key}: missing"
     if error["type"] == "model_type":
-        return f"{key} = {error['input']!r}: must be a table, [{key}]"
+        return f"{key} = {_shown(error['input'])}: must be a table, [{key}]"
     span = _span_at(whole, location)
     message = error["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]
-    return f"{key} = {error['input']!r}: {message}" + (f"; allowed: {span}" if span else "")
+    return f"{key} = {_shown(error['input'])}: {message}" + (f"; allowed: {span}" if span else "")
+
+
+def _shown(value: Any) -> str:
+    """A value as it was given, not all of it where it is long."""
+    try:
+        shown = repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+    return shown if len(shown) <= MOST_SHOWN else f"{shown[:MOST_SHOWN]}…"
 
 
 def section_at(whole: type[Section], location: tuple[int | str, ...]) -> type[Section] | None:

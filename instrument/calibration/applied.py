@@ -8,6 +8,7 @@ from instrument.calibration.file import Calibration, ForcePart, MadeFor, rounded
 from instrument.chain import ChainSettings
 from instrument.errors import ConfigurationError
 from instrument.model import Correction
+from instrument.model.correction import MIDDLE_KPA
 from instrument.model.law import BLEND_KPA
 from instrument.model.uncertainty import ModelErrors
 
@@ -20,6 +21,11 @@ SECTION_OF = {
     "low": "measurement",
     "volume_mm3": "circuit",
     "tube_s": "measurement",
+}
+#: What a release decides, not a configuration.
+OF_RELEASE = {
+    "blend_kpa": "the width of the blend",
+    "middle_kpa": "the ΔP_i at which p is 0",
 }
 #: What is wrong with these is the same in every contact of one balloon on one circuit: the force calibration
 #: has taken it in, and what it left is in its residual.
@@ -41,6 +47,7 @@ def made_for(own: ChainSettings) -> MadeFor:
         switch=law.switch,
         blend_kpa=BLEND_KPA,
         low=law.low,
+        middle_kpa=MIDDLE_KPA,
         young_kpa=balloon.young_kpa,
         poisson=balloon.poisson,
         rest_radius_mm=balloon.rest_radius_mm,
@@ -62,8 +69,8 @@ def stale(own: ChainSettings, force: ForcePart) -> list[str]:
 
 
 def _place(key: str) -> str:
-    """How a user names a key; the blend's width is this release's, not the configuration's."""
-    return "the width of the blend" if key == "blend_kpa" else f"{SECTION_OF.get(key, 'balloon')}.{key}"
+    """How a user names a key."""
+    return OF_RELEASE.get(key) or f"{SECTION_OF.get(key, 'balloon')}.{key}"
 
 
 def _radius(own: ChainSettings, calibration: Calibration) -> ChainSettings:

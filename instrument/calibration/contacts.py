@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers, Recording
 from instrument.calibration.radius import unit_of_pressures
 from instrument.chain import ChainSettings
+from instrument.columns import Numbers, Points
 from instrument.contact import ONSET_KPA
 from instrument.model import estimate
 from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
@@ -39,7 +39,7 @@ class Contacts:
         return Contacts(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
-def contacts_in(points: Recording, own: ChainSettings) -> Contacts:
+def contacts_in(points: Points, own: ChainSettings) -> Contacts:
     """The contacts of a recording, and what the law of these settings says of them.
 
     Raises ConfigurationError with the line of one that is none.
@@ -68,7 +68,7 @@ def contacts_in(points: Recording, own: ChainSettings) -> Contacts:
     return Contacts(initial, rise, force, std, law_n, weight)
 
 
-def _check_units(points: Recording) -> None:
+def _check_units(points: Points) -> None:
     unit = unit_of_pressures(points["final_kpa"])
     if unit:
         raise points.refusal(f"the pressures look like {unit}; they must be in kPa (gauge)")

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import os
+import re
 from datetime import date
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from instrument import whole_file
+from instrument.columns import MOST_ROWS
 from instrument.errors import ConfigurationError
-from instrument.tables import Section, checked, tables_of, toml_text
+from instrument.model.law import Low, MethodName, Switch
+from instrument.tables import Section, checked, tables_in, text_of, toml_text
 
 DIGITS = 9
+_END = re.compile(r"^\[end\]\s*^whole\s*=\s*(true|false)", re.MULTILINE)
 
 
 def rounded(value: float) -> float:
@@ -36,7 +40,7 @@ class Part(Section):
     date: Date
     source: str = Field(max_length=500)
     source_sha256: str = Field(pattern="^([0-9a-f]{64})?$")
-    points: int = Field(ge=1, le=1_000_000)
+    points: int = Field(ge=1, le=MOST_ROWS)
 
 
 class RadiusPart(Part):
@@ -79,10 +83,11 @@ class LagPart(Part):
 class MadeFor(Section):
     """The law that the force calibration corrects, and the balloon and the circuit that it had."""
 
-    method: Literal["energetic", "lulevich", "shanahan"]
-    switch: Literal["paper", "blend"]
+    method: MethodName
+    switch: Switch
     blend_kpa: Annotated[float, Field(ge=0, le=10), Rounded]  # to either side of the switch
-    low: Literal["line", "smooth"]
+    low: Low
+    middle_kpa: Annotated[float, Field(ge=0, le=50), Rounded]  # ΔP_i at which p is 0
     young_kpa: Annotated[float, Field(ge=100, le=20_000), Rounded]
     poisson: Annotated[float, Field(ge=0.3, le=0.5), Rounded]
     rest_radius_mm: Annotated[float, Field(ge=1, le=30), Rounded]
@@ -104,7 +109,7 @@ class PressureBin(Section):
 
     low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
-    contacts: int = Field(ge=1, le=1_000_000)
+    contacts: int = Field(ge=1, le=MOST_ROWS)
     before_percent: Percent
     after_percent: Percent
 
@@ -112,8 +117,8 @@ class PressureBin(Section):
 class ForcePart(Part):
     """Force = law · exp(constant + by_rise L + by_initial p + by_both L p + by_step w).
 
-    L = ln(rise / 1 kPa), p = ΔP_i − 8 kPa, w: weight of stretching energy (4) in the law. Coefficients that
-    were not fitted are 0.
+    L = ln(rise / 1 kPa), p = ΔP_i − middle_kpa (of `made_for`), w: weight of stretching energy (4) in the
+    law. Coefficients that were not fitted are 0.
     """
 
     constant: Coefficient
@@ -178,8 +183,10 @@ def empty(balloon_id: int) -> Calibration:
 
 def load(path: Path) -> Calibration:
     """The calibration of a file. Raises ConfigurationError with file, key and allowed span."""
-    remedy = f"pneuforce calibrate force contacts.csv --out {path} writes one"
-    return checked(Calibration, tables_of(path, remedy), str(path))
+    text = text_of(path, f"pneuforce calibrate force contacts.csv --out {path} writes one")
+    if not _END.search(text):
+        raise ConfigurationError(f"{path}: cut short: its last lines, [end] and whole = true, are missing")
+    return checked(Calibration, tables_in(text, str(path)), str(path))
 
 
 def text(calibration: Calibration) -> str:
@@ -190,12 +197,4 @@ def text(calibration: Calibration) -> str:
 
 def save(calibration: Calibration, path: Path) -> None:
     """Write the file: the old one stays until the new one is whole. Raises ConfigurationError."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        try:
-            beside.write_text(text(calibration), encoding="utf-8")
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be written: {error.strerror or error}") from None
+    whole_file.write(path, [text(calibration)])

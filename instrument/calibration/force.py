@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers
 from instrument.calibration.contacts import TURN_N, Contacts
 from instrument.calibration.least_squares import Fit, fit
 from instrument.chain import ChainSettings
+from instrument.columns import Numbers
 from instrument.errors import ConfigurationError
 from instrument.model import estimate
 from instrument.model.correction import MIDDLE_KPA, Correction

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers, Recording
+from instrument.columns import Numbers, Points
 
 COLUMNS = (("t_s", "pressure_kpa"),)
 LEAST_POINTS = 30
@@ -29,7 +29,7 @@ class Lag:
     residual_kpa: float
 
 
-def lag_of(points: Recording, filter_s: float = 0.0) -> Lag:
+def lag_of(points: Points, filter_s: float = 0.0) -> Lag:
     """The lag, where the recorded pressure went through a first-order filter of `filter_s`, or none.
 
     Raises ConfigurationError where there is no step, or none of first order.
@@ -63,7 +63,7 @@ def _curve(
     return curve
 
 
-def _check_times(points: Recording, times_s: Numbers) -> None:
+def _check_times(points: Points, times_s: Numbers) -> None:
     steps = np.diff(times_s)
     if not (steps > 0).all():
         raise points.refusal("t_s does not grow", int((steps <= 0).argmax()) + 1)
@@ -79,7 +79,7 @@ def _resting(times_s: Numbers) -> int:
     return max(len(times_s) // 20, 5)
 
 
-def _guess(points: Recording, times_s: Numbers, pressure_kpa: Numbers) -> tuple[float, float, float, float]:
+def _guess(points: Points, times_s: Numbers, pressure_kpa: Numbers) -> tuple[float, float, float, float]:
     part = _resting(times_s)
     before, after = float(np.median(pressure_kpa[:part])), float(np.median(pressure_kpa[-part:]))
     noise = float(pressure_kpa[:part].std())
@@ -95,7 +95,7 @@ def _guess(points: Recording, times_s: Numbers, pressure_kpa: Numbers) -> tuple[
 
 
 def _fitted(
-    points: Recording,
+    points: Points,
     times_s: Numbers,
     pressure_kpa: Numbers,
     start: tuple[float, float, float, float],
@@ -121,7 +121,7 @@ def _std_s(covariance: Numbers, times_s: Numbers, filter_s: float) -> float:
     return math.sqrt(covariance[1, 1] * (1 + alike) / (1 - alike))
 
 
-def _check_order(points: Recording, lag: Lag, moving_kpa: Numbers, noise_kpa: float) -> None:
+def _check_order(points: Points, lag: Lag, moving_kpa: Numbers, noise_kpa: float) -> None:
     if len(moving_kpa) < 5:
         raise points.refusal("the step is shown by fewer than 5 samples")
     left_kpa = float(np.sqrt((moving_kpa**2).mean()))

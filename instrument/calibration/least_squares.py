@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers
+from instrument.columns import Numbers
 
 
 @dataclass(frozen=True, slots=True)

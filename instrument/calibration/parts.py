@@ -7,20 +7,20 @@ from datetime import date
 from typing import Any
 
 from instrument.calibration.applied import made_for
-from instrument.calibration.columns import Recording
 from instrument.calibration.file import Agreement, ForcePart, LagPart, PressureBin, RadiusPart, VolumePart
 from instrument.calibration.force import CANDIDATES, ForceCalibration
 from instrument.calibration.lag import Lag
 from instrument.calibration.radius import Radius
-from instrument.calibration.residuals import Bin, Figures, figures, share_and_floor
+from instrument.calibration.residuals import Bin, Residual, residual_of, share_and_floor
 from instrument.calibration.volume import Volume
 from instrument.chain import ChainSettings
+from instrument.columns import Points
 
 #: What the file adds to the names of coefficients.
 _UNITS = {"by_initial": "_per_kpa", "by_both": "_per_kpa"}
 
 
-def radius_part(found: Radius, points: Recording, today: date) -> RadiusPart:
+def radius_part(found: Radius, points: Points, today: date) -> RadiusPart:
     """The part of a radius."""
     (rest, linear, square), (rest_std, linear_std, square_std) = (
         values.tolist() for values in (found.quadratic.coefficients, found.quadratic.stds)
@@ -44,7 +44,7 @@ def radius_part(found: Radius, points: Recording, today: date) -> RadiusPart:
     )
 
 
-def volume_part(found: Volume, points: Recording, ambient_kpa: float, today: date) -> VolumePart:
+def volume_part(found: Volume, points: Points, ambient_kpa: float, today: date) -> VolumePart:
     """The part of a volume."""
     return VolumePart(
         **_origin(points, today),
@@ -55,7 +55,7 @@ def volume_part(found: Volume, points: Recording, ambient_kpa: float, today: dat
     )
 
 
-def lag_part(found: Lag, points: Recording, today: date) -> LagPart:
+def lag_part(found: Lag, points: Points, today: date) -> LagPart:
     """The part of a lag."""
     return LagPart(
         **_origin(points, today),
@@ -67,7 +67,7 @@ def lag_part(found: Lag, points: Recording, today: date) -> LagPart:
 
 
 def force_part(
-    found: ForceCalibration, by_pressure: list[Bin], points: Recording, own: ChainSettings, today: date
+    found: ForceCalibration, by_pressure: list[Bin], points: Points, own: ChainSettings, today: date
 ) -> ForcePart:
     """The part of a force calibration of these settings."""
     correction, unseen_n = found.correction, found.chosen.unseen_n
@@ -88,13 +88,13 @@ def force_part(
         residual_share=share,
         residual_floor_n=floor_n,
         made_for=made_for(own),
-        before=_agreement(figures(found.contacts.law_n, found.contacts)),
-        after_unseen=_agreement(figures(unseen_n, found.contacts)),
+        before=_agreement(residual_of(found.contacts.law_n, found.contacts)),
+        after_unseen=_agreement(residual_of(unseen_n, found.contacts)),
         bin=[PressureBin(**b._asdict()) for b in by_pressure],
     )
 
 
-def _origin(points: Recording, today: date) -> dict[str, Any]:
+def _origin(points: Points, today: date) -> dict[str, Any]:
     return {
         "date": today,
         "source": points.name,
@@ -103,7 +103,7 @@ def _origin(points: Recording, today: date) -> dict[str, Any]:
     }
 
 
-def _agreement(of: Figures) -> Agreement:
+def _agreement(of: Residual) -> Agreement:
     return Agreement(mean_error_percent=_known(of.mean_error_percent), below_1_n_rmse_n=_known(of.rmse_n))
 
 

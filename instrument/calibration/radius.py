@@ -7,9 +7,9 @@ from statistics import median
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers, Recording
 from instrument.calibration.least_squares import Fit, fit
 from instrument.calibration.rubber import Rubber, rubber_of
+from instrument.columns import Numbers, Points
 from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 
 COLUMNS = (("pressure_kpa", "diameter_mm"), ("pressure_kpa", "radius_mm"))
@@ -40,7 +40,7 @@ class Radius:
         return float(np.sqrt(x @ self.quadratic.covariance @ x))
 
 
-def radius_of(points: Recording) -> Radius:
+def radius_of(points: Points) -> Radius:
     """The fit. Raises ConfigurationError, with the line, where the points cannot be a balloon's."""
     points.at_least(LEAST_POINTS)
     pressure, radius = points["pressure_kpa"], radii_mm(points)
@@ -57,7 +57,7 @@ def radius_of(points: Recording) -> Radius:
     return found
 
 
-def radii_mm(points: Recording) -> Numbers:
+def radii_mm(points: Points) -> Numbers:
     """The radii, halves of the diameters where those were measured."""
     return points["radius_mm"] if "radius_mm" in points.columns else points["diameter_mm"] / 2
 
@@ -66,7 +66,7 @@ def _basis(pressure_kpa: Numbers) -> Numbers:
     return np.stack([np.ones_like(pressure_kpa), pressure_kpa, pressure_kpa**2], axis=1)
 
 
-def _check_units(points: Recording, pressure_kpa: Numbers, radius_mm: Numbers) -> None:
+def _check_units(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> None:
     pressure_unit = unit_of_pressures(pressure_kpa)
     if pressure_unit:
         raise points.refusal(
@@ -91,7 +91,7 @@ def unit_of_pressures(pressure_kpa: Numbers) -> str:
     )
 
 
-def _check_growth(points: Recording, pressure_kpa: Numbers, radius_mm: Numbers) -> None:
+def _check_growth(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> None:
     order = np.argsort(pressure_kpa, kind="stable")
     highest = np.maximum.accumulate(radius_mm[order])
     falls = np.flatnonzero(radius_mm[order] < highest - FALL_MM)
@@ -104,7 +104,7 @@ def _check_growth(points: Recording, pressure_kpa: Numbers, radius_mm: Numbers) 
         )
 
 
-def _check_reach(points: Recording, found: Radius) -> None:
+def _check_reach(points: Points, found: Radius) -> None:
     for pressure_kpa in (0.0, VALID_LOW_KPA, VALID_HIGH_KPA):
         std_mm = found.std_mm(pressure_kpa)
         if not std_mm <= MOST_STD_MM:

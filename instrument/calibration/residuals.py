@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from instrument.calibration.columns import Numbers
 from instrument.calibration.contacts import TURN_N, Contacts
-from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from instrument.columns import Numbers
+from instrument.fifths import EDGES_KPA, fifths_of
 
 MOST_N = 3.5  #: the paper's highest force
-BINS = 5  #: of the paper's Fig. 7
 
 
-class Figures(NamedTuple):
+class Residual(NamedTuple):
     """How well forces agree with those of the cell; NaN where there are no such contacts."""
 
     rmse_n: float  #: of forces below 1 N
@@ -25,7 +24,7 @@ class Figures(NamedTuple):
 
 
 class Bin(NamedTuple):
-    """The contacts from 1 to 3.5 N in a part of the pressures."""
+    """The contacts from 1 to 3.5 N in a fifth of the pressures."""
 
     low_kpa: float
     high_kpa: float
@@ -34,12 +33,12 @@ class Bin(NamedTuple):
     after_percent: float  #: of the calibration, contact by contact left out
 
 
-def figures(force_n: Numbers, contacts: Contacts) -> Figures:
-    """The figures of some forces."""
+def residual_of(force_n: Numbers, contacts: Contacts) -> Residual:
+    """What some forces are off by."""
     truth = contacts.force_n
     error = force_n - truth
     rmse_n = math.sqrt(_mean(error[truth < TURN_N] ** 2))
-    return Figures(rmse_n, 100 * _mean(np.abs(error / truth)[large(contacts)]))
+    return Residual(rmse_n, 100 * _mean(np.abs(error / truth)[large(contacts)]))
 
 
 def large(contacts: Contacts) -> NDArray[np.bool_]:
@@ -48,15 +47,14 @@ def large(contacts: Contacts) -> NDArray[np.bool_]:
 
 
 def bins(unseen_n: Numbers, contacts: Contacts) -> list[Bin]:
-    """Mean errors before and after, in those of five parts of the validated pressures that have contacts."""
-    edges = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, BINS + 1).tolist()
-    found = []
-    for low, high in itertools.pairwise(edges):
-        inside = (contacts.initial_kpa >= low) & (contacts.initial_kpa <= high) & large(contacts)
+    """Mean errors before and after, in those fifths of the validated pressures that have contacts."""
+    fifths, found = fifths_of(contacts.initial_kpa), []
+    for n, (low, high) in enumerate(pairwise(EDGES_KPA)):
+        inside = (fifths == n) & large(contacts)
         if not inside.any():
             continue
         part = contacts.only(inside)
-        before, after = (figures(force_n[inside], part) for force_n in (contacts.law_n, unseen_n))
+        before, after = (residual_of(force_n[inside], part) for force_n in (contacts.law_n, unseen_n))
         found.append(Bin(low, high, len(part), before.mean_error_percent, after.mean_error_percent))
     return found
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers
+from instrument.columns import Numbers
 
 LIMIT_STRETCH = 7 ** (1 / 6)
 LIMIT_SHARE = 1 / LIMIT_STRETCH - LIMIT_STRETCH**-7  #: limit pressure over 2 μh_0/R_0

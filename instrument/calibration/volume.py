@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.calibration.columns import Numbers, Recording
 from instrument.calibration.least_squares import fit
+from instrument.columns import MOST, Numbers, Points
 from instrument.errors import ConfigurationError
 
 COLUMNS = (("syringe_ml", "pressure_kpa"), ("volume_mm3", "pressure_kpa"))
@@ -31,7 +31,7 @@ DISAGREEMENT = 0.15
 class Strokes:
     """Strokes of a syringe, each from full to empty."""
 
-    points: Recording
+    points: Points
     displaced_mm3: Numbers
     before_kpa: Numbers
     after_kpa: Numbers
@@ -46,7 +46,7 @@ class Volume:
     residual_kpa: float
 
 
-def strokes_in(points: Recording) -> Strokes:
+def strokes_in(points: Points) -> Strokes:
     """The strokes of a recording; without `before_kpa` each began at ambient pressure."""
     if "syringe_ml" in points.columns:
         displaced_mm3 = points["syringe_ml"] * MM3_PER_ML
@@ -65,11 +65,12 @@ def strokes_typed(
         raise ConfigurationError(
             "--displaced-ml, --before-kpa and --after-kpa: give each once for every stroke"
         )
-    points = Recording("options", "", {}, tuple(range(1, count + 1)))
-    columns = (np.array(column, float) for column in (displaced_ml, before_kpa, after_kpa))
-    displaced, before, after = columns
-    if not np.isfinite(displaced + before + after).all():
-        raise ConfigurationError("--displaced-ml, --before-kpa and --after-kpa must be numbers")
+    points = Points("options", "", {}, tuple(range(1, count + 1)))
+    displaced, before, after = strokes = np.array([displaced_ml, before_kpa, after_kpa], float)
+    if not (np.abs(strokes) <= MOST).all():
+        raise ConfigurationError(
+            f"--displaced-ml, --before-kpa and --after-kpa must be numbers up to {MOST:g}"
+        )
     return Strokes(points, displaced * MM3_PER_ML, before, after)
 
 

@@ -1,13 +1,12 @@
-"""`pneuforce accuracy`: each estimator against the truth of each simulated balloon, as a page."""
+"""`pneuforce accuracy`: each estimator against the truth of each simulated balloon."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from datetime import date
 from itertools import pairwise
-from typing import get_args
+from typing import NamedTuple, get_args
 
 from rich.console import Console
 from rich.progress import Progress
@@ -15,17 +14,17 @@ from rich.progress import Progress
 from instrument.calibration import contacts as cell
 from instrument.calibration import file, parts
 from instrument.calibration.applied import calibrated
-from instrument.calibration.columns import Recording, recording
 from instrument.calibration.force import calibration_of
 from instrument.calibration.residuals import bins
 from instrument.chain import ChainSettings
-from instrument.cli.contacts import as_csv
+from instrument.cli.accuracy_page import CONTACTS_PER_CALIBRATION, TITLES, Campaign, Judged, page
+from instrument.cli.reference_contacts import as_csv
+from instrument.columns import Points, points_in
 from instrument.errors import ConfigurationError
+from instrument.fifths import EDGES_KPA
 from instrument.model.law import MethodName
-from instrument.validation.accuracy import EDGES_KPA, Errors, Estimator, evaluated
+from instrument.validation.accuracy import Estimator, Score, scored
 
-PLANTS = ("published", "membrane")
-CONTACTS_PER_CALIBRATION = 24
 LIVE_SETTINGS = ChainSettings()
 BARE = {
     method: replace(LIVE_SETTINGS, law=replace(LIVE_SETTINGS.law, method=method))
@@ -35,97 +34,76 @@ CALIBRATED = {
     "energetic, calibrated": LIVE_SETTINGS,
     "the same, smooth": replace(LIVE_SETTINGS, law=replace(LIVE_SETTINGS.law, low="smooth")),
 }
-#: Calibrations have the seeds after that of the contacts on which they are judged.
-INTRODUCTION = """\
-Plateaus of 0.2 to 3.5 N at setpoints of 5.05 to 11.35 kPa on the simulated rig, with the noise of its ADC,
-its filter and its leak, through the instrument's own link and chain, as it is delivered; the truth is the
-simulator's, read by a force cell with a noise of 0.01 N. Each cell: mean absolute error of the forces from
-1 to 3.5 N · RMSE of the forces below 1 N · contacts whose truth lies within ±2u (a normal error: 95 %).
-
-*Calibrated* is the average over {calibrations} calibrations by `pneuforce calibrate force`, each with
-{points} contacts of its own, none of which is judged here. *Smooth* is the same with `low = "smooth"`.
-"""
-TITLES = {
-    "published": "The published balloon, which obeys the energetic law",
-    "membrane": "The rubber balloon, which nobody fitted to the law",
-}
 
 
-def accuracy(contacts: int, calibrations: int, seed: int, as_json: bool) -> str:
+class _Taught(NamedTuple):
+    """The settings after a calibration; the bare law's where it was refused."""
+
+    settings: ChainSettings
+    refused: bool
+
+
+def accuracy(campaign: Campaign, as_json: bool) -> str:
     """The page in Markdown, or its figures as JSON."""
-    found: dict[str, tuple[int, list[Estimator]]] = {}
+    judged: dict[str, Judged] = {}
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("contacts on the simulated rig", total=len(PLANTS) * (calibrations + 1))
-        for plant in PLANTS:
-            points = _points(plant, contacts, seed)
+        steps = len(TITLES) * (campaign.calibrations + 1)
+        task = progress.add_task("contacts on the simulated rig", total=steps)
+        for plant in TITLES:
+            points = _points(plant, campaign.contacts, campaign.seed)
             progress.advance(task)
-            estimators = {name: [own] for name, own in BARE.items()}
-            for n in range(1, calibrations + 1):
-                taught = _points(plant, CONTACTS_PER_CALIBRATION, seed + n)
+            taught: dict[str, list[_Taught]] = {name: [] for name in CALIBRATED}
+            # Calibrations have the seeds after that of the contacts on which they are judged.
+            for seed in range(campaign.seed + 1, campaign.seed + 1 + campaign.calibrations):
+                lesson = _points(plant, CONTACTS_PER_CALIBRATION, seed)
                 for name, own in CALIBRATED.items():
-                    estimators.setdefault(name, []).append(_calibrated(taught, own))
+                    taught[name].append(_taught(lesson, own))
                 progress.advance(task)
-            fresh = cell.contacts_in(points, ChainSettings())
-            found[plant] = len(fresh), evaluated(fresh, estimators)
+            judged[plant] = _judged(points, taught)
     if as_json:
-        return json.dumps({plant: _figures(*of) for plant, of in found.items()}, indent=2, ensure_ascii=False)
-    return "\n".join(_page(found, contacts, calibrations, seed))
+        tables = {plant: _figures(found) for plant, found in judged.items()}
+        return json.dumps(tables, indent=2, ensure_ascii=False)
+    return "\n".join(page(campaign, judged))
 
 
-def _points(plant: str, count: int, seed: int) -> Recording:
+def _points(plant: str, count: int, seed: int) -> Points:
     text = "\n".join(as_csv(plant, count, seed))
-    return recording(text.encode(), plant, cell.COLUMNS, cell.ALSO)
+    return points_in(text.encode(), plant, cell.COLUMNS, cell.ALSO)
 
 
-def _calibrated(points: Recording, own: ChainSettings) -> ChainSettings:
-    """The settings after a calibration on these contacts; unchanged where they support none."""
+def _taught(points: Points, own: ChainSettings) -> _Taught:
     try:
         fitted = calibration_of(cell.contacts_in(points, own), own)
     except ConfigurationError:
-        return own
+        return _Taught(own, True)
     part = parts.force_part(fitted, bins(fitted.chosen.unseen_n, fitted.contacts), points, own, date.today())
-    return calibrated(own, file.empty(0).model_copy(update={"force": part}))
+    return _Taught(calibrated(own, file.empty(0).model_copy(update={"force": part})), False)
 
 
-def _figures(count: int, estimators: list[Estimator]) -> dict[str, object]:
-    spans = [f"{low:.2f}–{high:.2f}" for low, high in pairwise(EDGES_KPA.tolist())]
+def _judged(points: Points, taught: dict[str, list[_Taught]]) -> Judged:
+    fresh = cell.contacts_in(points, LIVE_SETTINGS)
+    settings = {name: [own] for name, own in BARE.items()}
+    settings |= {name: [one.settings for one in several] for name, several in taught.items()}
+    refused = {name: sum(one.refused for one in several) for name, several in taught.items()}
+    return Judged(len(fresh), scored(fresh, settings), refused)
+
+
+def _figures(found: Judged) -> dict[str, object]:
     return {
-        "contacts": count,
-        "estimators": {
-            e.name: {
-                "all": _known(e.all),
-                "by_pressure_kpa": {
-                    s: _known(errors) for s, errors in zip(spans, e.by_pressure, strict=True)
-                },
-            }
-            for e in estimators
-        },
+        "contacts": found.contacts,
+        "refused_calibrations": found.refused,
+        "estimators": {estimator.name: _scores(estimator) for estimator in found.estimators},
     }
 
 
-def _known(errors: Errors) -> dict[str, float | None]:
-    return {name: value if value == value else None for name, value in errors._asdict().items()}
+def _scores(estimator: Estimator) -> dict[str, object]:
+    spans = [f"{low:.2f}–{high:.2f}" for low, high in pairwise(EDGES_KPA)]
+    by_pressure = zip(spans, estimator.by_pressure, strict=True)
+    return {
+        "all": _known(estimator.all),
+        "by_pressure_kpa": {span: _known(score) for span, score in by_pressure},
+    }
 
 
-def _page(
-    found: dict[str, tuple[int, list[Estimator]]], contacts: int, calibrations: int, seed: int
-) -> Iterator[str]:
-    yield "# Accuracy on the simulated balloons"
-    yield ""
-    yield f"Made by `pneuforce accuracy --contacts {contacts} --calibrations {calibrations} --seed {seed}`."
-    yield ""
-    yield from INTRODUCTION.format(calibrations=calibrations, points=CONTACTS_PER_CALIBRATION).splitlines()
-    for plant, (count, estimators) in found.items():
-        yield ""
-        yield f"## {TITLES[plant]} (`{plant}`)"
-        yield ""
-        spans = [f"{low:.2f}–{high:.2f} kPa" for low, high in pairwise(EDGES_KPA.tolist())]
-        yield "| " + " | ".join(["estimator", f"all {count} contacts", *spans]) + " |"
-        yield "| --- " * (len(spans) + 2) + "|"
-        for estimator in estimators:
-            cells = [_cell(errors) for errors in (estimator.all, *estimator.by_pressure)]
-            yield "| " + " | ".join([estimator.name, *cells]) + " |"
-
-
-def _cell(errors: Errors) -> str:
-    return f"{errors.mean_percent:.1f} % · {errors.rmse_n:.3f} N · {errors.held_percent:.0f} %"
+def _known(score: Score) -> dict[str, float | None]:
+    return {name: value if value == value else None for name, value in score._asdict().items()}

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import calibrating, measuring
+from instrument.cli import calibrate_commands, force_commands
+from instrument.cli.options import Json
 
 app = typer.Typer(
     name="pneuforce",
@@ -17,8 +18,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-app.add_typer(measuring.commands)
-app.add_typer(calibrating.commands, name="calibrate")
+app.add_typer(force_commands.commands)
+app.add_typer(calibrate_commands.commands, name="calibrate")
 
 LINK = Path("/tmp/pneuforce-rig")
 
@@ -46,7 +47,6 @@ class BoardName(Enum):
     AVR = "avr"
 
 
-Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 ScenarioName = Annotated[
     str, typer.Option(help="What happens: a name of pneuforce sim --list, or a TOML file.")
 ]

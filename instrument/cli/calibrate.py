@@ -14,15 +14,15 @@ from instrument.calibration import lag as lags
 from instrument.calibration import radius as radii
 from instrument.calibration import volume as volumes
 from instrument.calibration.applied import calibrated, stale
-from instrument.calibration.columns import Recording, recording
 from instrument.calibration.file import Calibration, Part
 from instrument.calibration.force import ForceCalibration, calibration_of
-from instrument.calibration.residuals import Bin, bins, figures
+from instrument.calibration.residuals import Bin, bins, residual_of
 from instrument.chain import ChainSettings
+from instrument.columns import Points, points_in
 from instrument.config import Configuration, read
 from instrument.errors import ConfigurationError
+from instrument.whole_file import check_writable, content_of
 
-MOST_BYTES = 100_000_000
 #: The highest setpoint that the registers accept [kPa].
 HIGHEST_SETPOINT_KPA = 12.0
 
@@ -57,6 +57,8 @@ class _Bench(NamedTuple):
 
     @classmethod
     def of(cls, target: Target) -> _Bench:
+        if target.out is not None:
+            check_writable(target.out)
         configuration = read(target.config) if target.config else Configuration()
         if target.out is None or not target.out.exists():
             return cls(configuration, file.empty(configuration.balloon.id))
@@ -132,8 +134,8 @@ def force(data: Path, target: Target) -> Result:
 
 
 def _told_of_force(found: ForceCalibration, by_pressure: list[Bin]) -> list[str]:
-    before = figures(found.contacts.law_n, found.contacts)
-    after = figures(found.chosen.unseen_n, found.contacts)
+    before = residual_of(found.contacts.law_n, found.contacts)
+    after = residual_of(found.chosen.unseen_n, found.contacts)
     chosen = [
         f"{term:<12}{value:+.4f} ± {std:.4f}"
         for term, value, std in zip(found.chosen.terms, found.fit.coefficients, found.fit.stds, strict=True)
@@ -163,14 +165,8 @@ def _row(what: str, before: float, after: float, form: str, unit: str) -> str:
     return f"{what:<28}{before:>8{form}} {unit}{after:>10{form}} {unit}"
 
 
-def _points(data: Path, choices: Sequence[Sequence[str]], also: Sequence[str] = ()) -> Recording:
-    try:
-        if data.stat().st_size > MOST_BYTES:
-            raise ConfigurationError(f"{data}: more than {MOST_BYTES:.0f} bytes")
-        content = data.read_bytes()
-    except OSError as error:
-        raise ConfigurationError(f"{data}: cannot be read: {error.strerror or error}") from None
-    return recording(content, str(data), choices, also)
+def _points(data: Path, choices: Sequence[Sequence[str]], also: Sequence[str] = ()) -> Points:
+    return points_in(content_of(data), str(data), choices, also)
 
 
 def _keep(name: str, result: Result, bench: _Bench, target: Target) -> Result:

@@ -16,6 +16,7 @@ from instrument.model import Law
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from instrument.validation import recording
 from instrument.validation.report import Report, as_tables, report_of, seen
+from instrument.whole_file import check_writable
 
 FEWEST_CONTACTS = 3
 
@@ -55,7 +56,7 @@ def _saveable(save: Path, choice: Choice) -> None:
     """Fail before the long run, not after it."""
     if choice.data is not None:
         raise ConfigurationError("--save is for what is simulated: it does not go with --data")
-    recording.write(save, ())
+    check_writable(save)
 
 
 def _enough(report: Report, name: str) -> None:

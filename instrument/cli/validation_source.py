@@ -13,10 +13,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from instrument.chain import ChainSettings
-from instrument.cli.trial import measured
+from instrument.cli.measured_scenario import measured
 from instrument.errors import ConfigurationError
 from instrument.validation import recording
-from instrument.validation.trial import Row, Trial, trials_of
+from instrument.validation.trial import Sample, Trial, trials_of
 from sim.headless import Playback
 from sim.rig import STEP_S
 from sim.scenario import PlantTable, Scenario, ScenarioError, load
@@ -105,10 +105,10 @@ def _bar(title: str) -> Iterator[Told]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _rows(playback: Playback, told: Told) -> Iterator[Row]:
+def _rows(playback: Playback, told: Told) -> Iterator[Sample]:
     """The samples of a scenario as a recording has them."""
     for number, (measurement, truth) in enumerate(measured(playback, ChainSettings())):
         if number % TOLD_EVERY == 0:
             told(number * STEP_S, playback.expected_s)
         locked = math.isfinite(measurement.initial_kpa)
-        yield Row(truth.t_s, measurement.unfiltered_kpa, truth.force_n, "locked" if locked else None)
+        yield Sample(truth.t_s, measurement.unfiltered_kpa, truth.force_n, "locked" if locked else None)

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 
 from instrument.chain import ChainSettings
 from instrument.model import Balloon, Circuit
+from instrument.model.law import Low, MethodName, Switch
 from instrument.settings import Settings
 from instrument.tables import Section
 
@@ -68,11 +69,11 @@ class CircuitSection(Section):
 class MeasurementSection(Section):
     """From pressure to force."""
 
-    method: Literal["energetic", "lulevich", "shanahan"] = Field("energetic", description="force model")
-    switch: Literal["paper", "blend"] = Field(
+    method: MethodName = Field(_CHAIN.law.method, description="force model")
+    switch: Switch = Field(
         _CHAIN.law.switch, description="change of the stretching energy at 8.85 kPa: at once, or blended"
     )
-    low: Literal["line", "smooth"] = Field(
+    low: Low = Field(
         _CHAIN.law.low, description="force below a rise of 0.5 kPa: straight to zero, or joined smoothly"
     )
     filter_s: float = Field(

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA, Balloon
+from instrument.fifths import COUNT, EDGES_KPA, fifths_of
+from instrument.model.balloon import Balloon
 from instrument.validation.trial import Bools, Floats
 
 CONTACTS = 324
@@ -19,9 +20,6 @@ RMSE_N, SHIFT_S = 0.578, 0.12
 VOLUME_CHANGE = (0.01, 0.18, 0.095)
 #: Mean errors [%] of the trials in Figs. 6a (slow) and 6b (fast).
 SLOW_PERCENT, FAST_PERCENT = 2.88, 6.19
-#: The subsets of Fig. 7, whose errors are a chart only. They are taken for fifths of the range, because
-#: 8.85 kPa is said to set off its last two fifths.
-BINS = 5
 
 #: Of ΔP_i [kPa], ΔV/V_i and the true force [N]; true where a contact belongs.
 Selection = Callable[[Floats, Floats, Floats], Bools]
@@ -35,21 +33,17 @@ class Group(NamedTuple):
     printed: Mapping[str, float]
 
 
-def _between(low_kpa: float, high_kpa: float) -> Selection:
-    return lambda initial_kpa, _change, _force_n: (low_kpa < initial_kpa) & (initial_kpa <= high_kpa)
-
-
-def _bins() -> tuple[Group, ...]:
-    width_kpa = (VALID_HIGH_KPA - VALID_LOW_KPA) / BINS
-    edges = [VALID_LOW_KPA + n * width_kpa for n in range(BINS + 1)]
-    reach = [edges[0] - HYSTERESIS_KPA, *edges[1:-1], edges[-1] + HYSTERESIS_KPA]
-    return tuple(
-        Group(f"{edges[n]:.2f}–{edges[n + 1]:.2f} kPa", _between(reach[n], reach[n + 1]), {})
-        for n in range(BINS)
+def _fifth(n: int) -> Group:
+    low_kpa, high_kpa = EDGES_KPA[n : n + 2]
+    return Group(
+        f"{low_kpa:.2f}–{high_kpa:.2f} kPa",
+        lambda initial_kpa, _change, _force_n: fifths_of(initial_kpa) == n,
+        {},
     )
 
 
-FIFTHS = _bins()
+#: The subsets of Fig. 7, whose errors are a chart only.
+FIFTHS = tuple(_fifth(n) for n in range(COUNT))
 ALL = Group("all contacts", lambda initial_kpa, _change, _force_n: initial_kpa > 0, {"energetic": 9.14})
 #: Section VI: the same error again, "in the range [1-3.5] N".
 USUAL = Group(

@@ -18,7 +18,7 @@ LONGEST_GAP_S = 0.1
 SHORTEST_S = 0.5
 
 
-class Row(NamedTuple):
+class Sample(NamedTuple):
     """One sample of a recording."""
 
     t_s: float
@@ -43,7 +43,7 @@ class Trial:
         return steps
 
 
-def trials_of(rows: Iterable[Row]) -> tuple[Trial, ...]:
+def trials_of(rows: Iterable[Sample]) -> tuple[Trial, ...]:
     """The trials of a recording whose time rises."""
     return tuple(
         Trial(t_s=part[:, 0], pressure_kpa=part[:, 1], force_n=part[:, 2])
@@ -52,7 +52,7 @@ def trials_of(rows: Iterable[Row]) -> tuple[Trial, ...]:
     )
 
 
-def _locked(rows: Iterable[Row]) -> Iterator[Floats]:
+def _locked(rows: Iterable[Sample]) -> Iterator[Floats]:
     for trial, samples in groupby(rows, key=lambda row: row.trial):
         if trial is not None:
             part = np.array([row[:3] for row in samples])

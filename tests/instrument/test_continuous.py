@@ -10,7 +10,7 @@ from functools import cache
 import pytest
 
 from instrument.chain import ChainSettings
-from instrument.cli.trial import measured
+from instrument.cli.measured_scenario import measured
 from sim.headless import Playback
 from sim.scenario import Scenario
 

@@ -5,11 +5,12 @@ import json
 import pytest
 
 from instrument.cli.accuracy import accuracy
+from instrument.cli.accuracy_page import Campaign
 
 
 @pytest.fixture(scope="module")
 def figures():
-    return json.loads(accuracy(contacts=45, calibrations=1, seed=1, as_json=True))
+    return json.loads(accuracy(Campaign(contacts=45, calibrations=1, seed=1), as_json=True))
 
 
 def test_each_estimator_is_judged_on_each_balloon(figures):
@@ -31,3 +32,8 @@ def test_on_the_published_balloon_the_law_is_right_away_from_its_step(figures):
     by_pressure = figures["published"]["estimators"]["energetic"]["by_pressure_kpa"]
     assert by_pressure["4.95–6.25"]["mean_percent"] < 1
     assert by_pressure["10.15–11.45"]["mean_percent"] < 1
+
+
+def test_a_calibration_that_gains_nothing_is_counted_as_refused(figures):
+    assert figures["published"]["refused_calibrations"]["energetic, calibrated"] == 1
+    assert set(figures["membrane"]["refused_calibrations"].values()) == {0}

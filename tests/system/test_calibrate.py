@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from instrument.calibration import file
 from instrument.cli.app import app
-from instrument.cli.trial import measured
+from instrument.cli.measured_scenario import measured
 from instrument.config import load
 from instrument.errors import ConfigurationError
 from sim.headless import Playback
@@ -148,7 +148,7 @@ def test_contacts_that_no_correction_helps_write_nothing(tmp_path):
 def test_a_spoilt_calibration_file_is_refused_and_left_alone(tmp_path):
     out = tmp_path / "calibration.toml"
     out.write_text("version = 1\n")
-    with pytest.raises(ConfigurationError, match="balloon_id: missing"):
+    with pytest.raises(ConfigurationError, match="cut short"):
         calibrate("lag", EXAMPLES / "lag.csv", "--out", out)
     assert out.read_text() == "version = 1\n"
 
@@ -189,10 +189,10 @@ def test_the_calibrated_instrument_measures_a_rubber_balloon_within_its_stated_u
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("radius", "absent.csv"), "absent.csv: cannot be read"),
+        (("radius", "absent.csv"), "absent.csv: no such file"),
         (("radius", "docs/examples/volume.csv"), "the first line must name the columns pressure_kpa"),
         (("volume",), "give either a CSV file, or --displaced-ml"),
-        (("lag", "docs"), "docs: cannot be read"),
+        (("lag", "docs"), "docs: cannot be read: not a regular file"),
     ],
 )  # fmt: skip
 def test_a_refusal_is_one_sentence_and_exit_code_2(words, said):

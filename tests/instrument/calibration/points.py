@@ -2,7 +2,7 @@
 
 import pytest
 
-from instrument.calibration.columns import recording
+from instrument.columns import points_in
 from instrument.errors import ConfigurationError
 
 
@@ -14,7 +14,7 @@ def csv_of(**columns):
 
 
 def points(**columns):
-    return recording(csv_of(**columns), "mine.csv", [tuple(columns)])
+    return points_in(csv_of(**columns), "mine.csv", [tuple(columns)])
 
 
 def refusal_of(act, *arguments):

@@ -1,18 +1,16 @@
 """The force calibration: what was put in comes out, no more terms than the contacts support, no harm done."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from instrument.calibration.columns import recording
-from instrument.calibration.contacts import COLUMNS, Contacts, contacts_in
+from instrument.calibration.contacts import Contacts, contacts_in
 from instrument.calibration.force import calibration_of
-from instrument.calibration.residuals import bins, figures, share_and_floor
+from instrument.calibration.residuals import bins, share_and_floor
 from instrument.chain import ChainSettings
-from instrument.cli.contacts import as_csv
-from instrument.model import Correction, Law, estimate
+from instrument.fifths import EDGES_KPA, fifths_of
+from instrument.model import Balloon, Correction, estimate
 from tests.instrument.calibration.points import points, refusal_of, share_within
 
 OWN = ChainSettings()
@@ -130,22 +128,15 @@ def test_the_bins_hold_every_contact_of_1_to_3_5_n_and_no_other():
     assert forces.max() > 3.5
 
 
-@cache
-def simulated(count, seed):
-    return "\n".join(as_csv("membrane", count, seed)).encode()
+def test_a_contact_on_the_edge_of_two_fifths_counts_once_and_with_the_lower():
+    contacts, _ = distorted(2, 60, **TRUTH)
+    edge = EDGES_KPA[3]
+    on_edge = replace(contacts, initial_kpa=np.full(60, edge))
+    [only] = bins(on_edge.law_n, on_edge)
+    assert (only.low_kpa, only.high_kpa) == (EDGES_KPA[2], edge)
 
 
-@pytest.mark.parametrize(("switch", "low"), [("blend", "line"), ("blend", "smooth")])
-def test_24_contacts_calibrate_the_rubber_balloon_to_5_percent_on_fresh_contacts(switch, low):
-    own = ChainSettings(law=Law(switch=switch, low=low))
-    seen, fresh = (
-        contacts_in(recording(simulated(count, seed), "simulated", COLUMNS), own)
-        for count, seed in ((24, 1), (36, 2))
-    )
-    found = calibration_of(seen, own)
-    bare = figures(fresh.law_n, fresh)
-    after = figures(fresh.law_n * found.correction.factor(fresh.rise_kpa, fresh.initial_kpa), fresh)
-    assert bare.mean_error_percent > 15
-    assert bare.rmse_n > 0.4
-    assert after.mean_error_percent <= 5.0
-    assert after.rmse_n < 0.1
+def test_the_step_of_the_law_lies_between_two_fifths():
+    assert Balloon().switch_kpa in EDGES_KPA
+    below, above = fifths_of(np.array([Balloon().switch_kpa, np.nextafter(Balloon().switch_kpa, 9)]))
+    assert (below, above) == (2, 3)

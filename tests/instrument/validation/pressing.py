@@ -5,7 +5,7 @@ import numpy as np
 from instrument.chain import ChainSettings
 from instrument.validation.contacts import contacts_of
 from instrument.validation.course import courses_of, exponential
-from instrument.validation.trial import Row, trials_of
+from instrument.validation.trial import Sample, trials_of
 
 SETTINGS = ChainSettings()
 STEP_S, BASELINE_KPA, KPA_PER_N = 0.002, 8.0, 1.2
@@ -28,7 +28,7 @@ def trial(t_s, force, noise_kpa=0.0, seed=1):
     pressure = exponential(BASELINE_KPA + KPA_PER_N * force, steps_s, SETTINGS.tube_s)
     pressure += np.random.default_rng(seed).normal(0.0, 1.0, len(t_s)) * noise_kpa
     rows = (
-        Row(*sample, "one") for sample in zip(t_s.tolist(), pressure.tolist(), force.tolist(), strict=True)
+        Sample(*sample, "one") for sample in zip(t_s.tolist(), pressure.tolist(), force.tolist(), strict=True)
     )
     [made] = trials_of(rows)
     return made

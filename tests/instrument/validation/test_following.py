@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from instrument.chain import ChainSettings
-from instrument.cli.trial import measured
+from instrument.cli.measured_scenario import measured
 from instrument.validation.continuous import Forces, continuous, forces_of
 from instrument.validation.course import courses_of
-from instrument.validation.trial import Row, trials_of
+from instrument.validation.trial import Sample, trials_of
 from sim.headless import Playback
 from sim.scenario import Scenario
 from tests.instrument.validation.pressing import SETTINGS, force_n, trial
@@ -61,7 +61,7 @@ def test_the_recordings_forces_are_those_that_the_instrument_showed():
     scenario = Scenario(doc="fast", phase=[{"setpoint_kpa": [8.0], "contact": [contact]}])
     settings = ChainSettings()
     held = [pair for pair in measured(Playback(scenario), settings) if math.isfinite(pair[0].initial_kpa)]
-    [made] = trials_of(Row(truth.t_s, m.unfiltered_kpa, truth.force_n, "held") for m, truth in held)
+    [made] = trials_of(Sample(truth.t_s, m.unfiltered_kpa, truth.force_n, "held") for m, truth in held)
     [course] = courses_of([made], settings)
     again = forces_of(course, settings)
     pressed = np.array([m.in_contact for m, _ in held])

@@ -61,29 +61,29 @@ def test_trials_end_at_gaps_and_where_phase_or_setpoint_change(tmp_path, text, c
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "row 1: the column t_s is missing"),
-        ("t_s,pressure,force_n\n0,8,0\n", "row 1: the column pressure_kpa is missing"),
-        (HEADER + "0,8,0\n0.002,much,0\n", "row 3, column pressure_kpa: 'much' is not a number"),
-        (HEADER + "0,8,0\n0.002,8,\n", "row 3, column force_n: '' is not a number"),
-        (HEADER + "0,8,nan\n", "row 2, column force_n: nan is not a finite number"),
-        (HEADER + "inf,8,0\n", "row 2, column t_s: inf is not a finite number"),
-        (HEADER + "0,8\n", "row 2: 2 columns, the header has 3"),
-        (HEADER + "0,8,0\n1,8,0\n0.5,8,0\n", "row 4, column t_s: time must rise, from 1 s to 0.5 s"),
-        (HEADER + "0,8,0\n0,8,0\n", "row 3, column t_s: time must rise"),
+        ("", ": empty"),
         (
-            HEADER + "0,8000,0\n",
-            "row 2, column pressure_kpa: 8000 is more than the sensor can tell: is this Pa",
+            "t_s,pressure,force_n\n0,8,0\n",
+            "must name the columns t_s, pressure_kpa, force_n, not t_s, pressure,",
         ),
+        (HEADER + "0,8,0\n0.002,much,0\n", "line 3: pressure_kpa = 'much' is not a number"),
+        (HEADER + "0,8,0\n0.002,8,\n", "line 3: force_n = '' is not a number"),
+        (HEADER + "0,8,nan\n", "line 2: force_n = 'nan' is not a number"),
+        (HEADER + "inf,8,0\n", "line 2: t_s = 'inf' is not a number"),
+        (HEADER + "0,8\n", "line 2: 2 columns, the header has 3"),
+        (HEADER + "# comment\n0,8,0\n1,8,0\n0.5,8,0\n", "line 5: t_s: time must rise, from 1 s to 0.5 s"),
+        (HEADER + "0,8,0\n0,8,0\n", "line 3: t_s: time must rise"),
+        (HEADER + "0,8000,0\n", "line 2: pressure_kpa = 8000 is more than the sensor can tell: is this Pa"),
         (HEADER + "0,80.5,0\n", "is this Pa, hPa or absolute?"),
         (
             HEADER + "0,8,1500\n",
-            "row 2, column force_n: 1500 is more than the balloon can bear: is this mN or g?",
+            "line 2: force_n = 1500 is more than the balloon can bear: is this mN or g?",
         ),
         (HEADER + lines(step_s=2.0), "is t_s in seconds?"),
         (HEADER, "no samples of a locked balloon"),
     ],
 )
-def test_a_bad_file_is_refused_with_file_row_and_column(tmp_path, text, said):
+def test_a_bad_file_is_refused_with_file_line_and_column(tmp_path, text, said):
     file = file_with(tmp_path, text)
     with pytest.raises(ConfigurationError) as refused:
         read(file)
@@ -95,7 +95,7 @@ def test_a_bad_file_is_refused_with_file_row_and_column(tmp_path, text, said):
 def test_a_file_that_is_no_text_is_refused(tmp_path):
     file = tmp_path / "rig.csv"
     file.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigurationError, match="cannot be read"):
+    with pytest.raises(ConfigurationError, match="not a text in UTF-8"):
         read(file)
 
 
@@ -107,3 +107,18 @@ def test_a_file_that_does_not_exist_is_refused(tmp_path):
 def test_a_folder_that_does_not_exist_cannot_be_written_into(tmp_path):
     with pytest.raises(ConfigurationError, match="cannot be written"):
         write(tmp_path / "nothing" / "rig.csv", [])
+
+
+def test_a_disk_that_is_full_leaves_the_old_recording(tmp_path):
+    file = tmp_path / "rig.csv"
+    write(file, [trial(*force_n(2.0, (0.5, 0.3, 0.3, 1.0)))])
+    old = file.read_bytes()
+
+    def torn():
+        yield trial(*force_n(2.0, (0.5, 0.3, 0.3, 1.0)))
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(ConfigurationError, match=r"cannot be written: No space left"):
+        write(file, torn())
+    assert file.read_bytes() == old
+    assert [path.name for path in tmp_path.iterdir()] == ["rig.csv"]

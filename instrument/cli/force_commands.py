@@ -1,64 +1,29 @@
-"""The commands about the number itself: estimate, budget, validate, accuracy."""
+"""The commands about the force itself, and their help: estimate, budget, validate, accuracy."""
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from instrument.cli.options import Json, Low, Method, PlantName, Switch
+from instrument.model import Law
+
 commands = typer.Typer()
 
 
-class MethodName(Enum):
-    """The force models."""
-
-    ENERGETIC = "energetic"
-    LULEVICH = "lulevich"
-    SHANAHAN = "shanahan"
-
-
-class SwitchName(Enum):
-    """How the stretching energy changes at 8.85 kPa."""
-
-    PAPER = "paper"
-    BLEND = "blend"
-
-
-class LowName(Enum):
-    """How the force goes to zero below a rise of 0.5 kPa."""
-
-    LINE = "line"
-    SMOOTH = "smooth"
-
-
-class PlantName(Enum):
-    """The simulated balloons."""
-
-    PUBLISHED = "published"
-    MEMBRANE = "membrane"
-
-
-Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 Dpi = Annotated[float, typer.Option("--dpi", help="Gauge pressure before contact ΔP_i, in kPa.")]
 Dpf = Annotated[float, typer.Option("--dpf", help="Gauge pressure in contact ΔP_f, in kPa.")]
-Method = Annotated[MethodName, typer.Option(help="Force model.")]
-Switch = Annotated[
-    SwitchName, typer.Option(help="At ΔP_i = 8.85 kPa: the paper's step, or a blend without one.")
-]
-Low = Annotated[
-    LowName, typer.Option(help="Below a rise of 0.5 kPa: the paper's line to zero, or a smooth join.")
-]
 
 
 @commands.command()
 def estimate(
     dpi: Dpi,
     dpf: Dpf,
-    method: Method = MethodName.ENERGETIC,
-    switch: Switch = SwitchName.PAPER,
-    low: Low = LowName.LINE,
+    method: Method = "energetic",
+    switch: Switch = "paper",
+    low: Low = "line",
     as_json: Json = False,
 ) -> None:
     """The force of one contact from the pressures before and during it.
@@ -66,9 +31,8 @@ def estimate(
     Example: pneuforce estimate --dpi 8.0 --dpf 9.2
     """
     from instrument.cli import estimate
-    from instrument.model import Law
 
-    contact = estimate.contact_of(dpi, dpf, Law(method=method.value, switch=switch.value, low=low.value))
+    contact = estimate.contact_of(dpi, dpf, Law(method=method, switch=switch, low=low))
     typer.echo(estimate.as_json(contact) if as_json else estimate.report(contact))
 
 
@@ -76,9 +40,9 @@ def estimate(
 def budget(
     dpi: Dpi,
     dpf: Dpf,
-    method: Method = MethodName.ENERGETIC,
-    switch: Switch = SwitchName.PAPER,
-    low: Low = LowName.LINE,
+    method: Method = "energetic",
+    switch: Switch = "paper",
+    low: Low = "line",
     as_json: Json = False,
 ) -> None:
     """Where the uncertainty of that force comes from, input by input.
@@ -86,9 +50,8 @@ def budget(
     Example: pneuforce budget --dpi 8.0 --dpf 9.2
     """
     from instrument.cli import estimate
-    from instrument.model import Law
 
-    contact = estimate.contact_of(dpi, dpf, Law(method=method.value, switch=switch.value, low=low.value))
+    contact = estimate.contact_of(dpi, dpf, Law(method=method, switch=switch, low=low))
     typer.echo(estimate.budget_json(contact) if as_json else estimate.budget_report(contact))
 
 
@@ -106,8 +69,8 @@ def validate(
     seed: Annotated[
         int | None, typer.Option(help="Seed of the noise, instead of the scenario's.", min=0, max=0xFFFF_FFFF)
     ] = None,
-    switch: Switch = SwitchName.PAPER,
-    low: Low = LowName.LINE,
+    switch: Switch = "paper",
+    low: Low = "line",
     save: Annotated[Path | None, typer.Option(help="Write the recording to this CSV file.")] = None,
     figures: Annotated[Path | None, typer.Option(help="Draw the paper's figures into this folder.")] = None,
     as_json: Json = False,
@@ -118,10 +81,9 @@ def validate(
     """
     from instrument.cli import validate
     from instrument.cli.validation_source import Choice
-    from instrument.model import Law
 
-    choice = Choice(data=data, scenario=scenario, plant=plant.value if plant else None, seed=seed)
-    validate.validate(choice, Law(switch=switch.value, low=low.value), save, figures, as_json)
+    choice = Choice(data=data, scenario=scenario, plant=plant, seed=seed)
+    validate.validate(choice, Law(switch=switch, low=low), save, figures, as_json)
 
 
 @commands.command()
@@ -137,6 +99,7 @@ def accuracy(
 
     Takes some minutes. Example: pneuforce accuracy > docs/accuracy.md
     """
-    from instrument.cli import accuracy
+    from instrument.cli.accuracy import accuracy
+    from instrument.cli.accuracy_page import Campaign
 
-    typer.echo(accuracy.accuracy(contacts, calibrations, seed, as_json))
+    typer.echo(accuracy(Campaign(contacts, calibrations, seed), as_json))

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from instrument.cli.options import Json, PlantName
 
 commands = typer.Typer(
     name="calibrate",
     help="Measure one balloon and its circuit: recorded points in, a dated calibration file out.",
     no_args_is_help=True,
 )
-
-
-class PlantName(Enum):
-    """The balloons of the simulator."""
-
-    MEMBRANE = "membrane"
-    PUBLISHED = "published"
 
 
 Data = Annotated[Path, typer.Argument(help="CSV file; its first line names the columns.")]
@@ -30,7 +24,6 @@ Config = Annotated[
     Path | None,
     typer.Option("--config", help="The instrument.toml of this balloon; without it, the defaults."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 
 
 @commands.command()
@@ -103,7 +96,7 @@ def force(data: Data, out: Out = None, config: Config = None, as_json: Json = Fa
 
 @commands.command()
 def contacts(
-    plant: Annotated[PlantName, typer.Option(help="Balloon of the simulator.")] = PlantName.MEMBRANE,
+    plant: Annotated[PlantName, typer.Option(help="Balloon of the simulator.")] = "membrane",
     count: Annotated[int, typer.Option(help="How many contacts.", min=1, max=2000)] = 24,
     seed: Annotated[int, typer.Option(help="Seed of setpoints, forces and noise.", min=0)] = 1,
 ) -> None:
@@ -111,7 +104,7 @@ def contacts(
 
     Example: pneuforce calibrate contacts --count 24 --seed 1 > contacts.csv
     """
-    from instrument.cli.contacts import as_csv
+    from instrument.cli.reference_contacts import as_csv
 
-    for line in as_csv(plant.value, count, seed):
+    for line in as_csv(plant, count, seed):
         typer.echo(line)

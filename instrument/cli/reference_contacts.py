@@ -9,7 +9,7 @@ from statistics import fmean
 from typing import NamedTuple
 
 from instrument.chain import ChainSettings
-from instrument.cli.trial import measured
+from instrument.cli.measured_scenario import measured
 from instrument.measurement import Measurement
 from sim.headless import Playback
 from sim.rig import Truth

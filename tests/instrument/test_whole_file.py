@@ -1,0 +1,53 @@
+"""Files are read whole or refused, and are there whole or not at all."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from instrument.errors import ConfigurationError
+from instrument.whole_file import MOST_BYTES, check_writable, content_of, write
+
+ENDLESS = ["/dev/zero", "/dev/full", "/dev/tty", "/dev"]
+
+
+def test_what_is_written_is_read(tmp_path):
+    write(tmp_path / "a", ["ΔP\n", "2\n"])
+    assert content_of(tmp_path / "a") == "ΔP\n2\n".encode()
+    assert os.listdir(tmp_path) == ["a"]
+
+
+@pytest.mark.parametrize("path", ENDLESS)
+def test_a_device_is_neither_read_nor_replaced(path):
+    for act in (content_of, check_writable, lambda path: write(path, [])):
+        with pytest.raises(ConfigurationError, match="not a regular file"):
+            act(Path(path))
+    assert not Path(path).is_file()
+
+
+def test_a_pipe_keeps_nobody_waiting(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for act in (content_of, check_writable):
+        with pytest.raises(ConfigurationError, match="not a regular file"):
+            act(tmp_path / "pipe")
+
+
+def test_a_file_that_is_not_there_is_told_with_a_remedy(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"absent: no such file \(make one\)"):
+        content_of(tmp_path / "absent", "make one")
+
+
+def test_a_huge_file_is_not_read(tmp_path):
+    with (tmp_path / "huge").open("wb") as file:
+        file.truncate(MOST_BYTES + 1)
+    with pytest.raises(ConfigurationError, match="more than 100 MB"):
+        content_of(tmp_path / "huge")
+
+
+def test_looking_whether_a_file_can_be_written_leaves_it_alone(tmp_path):
+    (tmp_path / "a").write_text("old")
+    check_writable(tmp_path / "a")
+    assert (tmp_path / "a").read_text() == "old"
+    assert os.listdir(tmp_path) == ["a"]
+    with pytest.raises(ConfigurationError, match="cannot be written"):
+        check_writable(tmp_path / "absent" / "a")
