@@ -4,9 +4,9 @@ import math
 import random
 
 import pytest
-from instrument.cli.measured_scenario import measured
 
 from instrument.chain import Chain, ChainSettings
+from instrument.cli.measured_scenario import measured
 from instrument.lag import MOST_STEPS, SAMPLE_S, LagCompensator
 from instrument.measurement import Quality
 from sim.headless import Playback
