@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 from instrument.rig.frames import (
-    BAUD,
-    FRAME_BYTES,
     PROTOCOL_VERSION,
+    SAMPLES_PER_S,
     BoardKind,
     BoardState,
     Decoder,
@@ -17,17 +15,17 @@ from instrument.rig.frames import (
 )
 from sim.avr.emulator import CYCLES_PER_US, Emulator, Reset
 from sim.avr.toolchain import program
+from sim.board.states import ResetCause
 from sim.faults import Refused
 
-FIRMWARE = Path(__file__).parents[2] / "firmware" / "pneuforce" / "pneuforce.ino"
-#: Relays of the shield: pins of port D.
-INLET_PIN, VENT_PIN = 4, 7
+#: What hangs at which pin: firmware/pneuforce/hardware.h.
+INLET_BIT, VENT_BIT, OK_BIT = 4, 7, 0
 CONVERSION_CYCLES = 13 * 128
-#: A step begins this long before its sum is complete, so that what it receives (24 bytes take 0.53 ms) is
-#: known by then, and what is sent goes out before it ends.
+#: A step begins this long before its sum is complete, so that a frame that it receives, of 0.5 ms, is known.
 AHEAD_CYCLES = 600 * CYCLES_PER_US
-BYTE_CYCLES = 10 * 1_000_000 // BAUD * CYCLES_PER_US
-LATEST_CYCLES = FRAME_BYTES * BYTE_CYCLES
+#: Two bytes' time: when nothing was sent for so long, nothing is under way.
+QUIET_CYCLES = 40 * CYCLES_PER_US
+STEP_US = 1_000_000 // SAMPLES_PER_S
 LONGEST_BOOT_CYCLES = 100_000 * CYCLES_PER_US
 
 
@@ -37,21 +35,28 @@ class AvrBoard:
     A sample shows what was given one step before, because its 16 conversions take that long.
     """
 
-    def __init__(self, serial: int = 1) -> None:
+    supply_step_mv = 25  #: one count of the bandgap's conversion, near 5 V
+
+    def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         """Raises ToolMissing."""
         self.samples = 0  #: sent since boot
         self._state = BoardState.BOOT
         self._decoder = Decoder.of_board()
-        self._binary = program(_source())
-        self._emulator = Emulator(self._binary, bytes([BoardKind.EMULATED]) + serial.to_bytes(4, "little"))
-        self._begin = 0  # cycle at which the first step begins
+        self.chip = Emulator(program(), bytes([BoardKind.EMULATED]) + serial.to_bytes(4, "little"))
+        self.chip.reset(Reset[reset_cause.name])
+        self._begun: int | None = None  # cycle at which the board's time began
 
     @property
     def valves(self) -> int:
         """`Valve` mask that the board drives now."""
-        high = self._emulator.high("D")
-        inlet, vent = (high >> pin & 1 for pin in (INLET_PIN, VENT_PIN))
+        high = self.chip.high("D")
+        inlet, vent = (high >> bit & 1 for bit in (INLET_BIT, VENT_BIT))
         return inlet * Valve.INLET_OPEN.value | vent * Valve.VENT_CLOSED.value
+
+    @property
+    def ok(self) -> bool:
+        """What the contact for others says."""
+        return bool(self.chip.high("B") >> OK_BIT & 1)
 
     @property
     def holds(self) -> bool:
@@ -69,16 +74,13 @@ class AvrBoard:
             raise Refused("the emulated board speaks the version of the protocol that it was flashed with")
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
-        """Bytes sent until `board_time_us` since boot; bytes received come in at the pace of the line.
-
-        Raises Crashed.
-        """
-        self._emulator.convert(adc_sum, supply_mv)
-        if not self._begin:
-            self._begin = _first_sum(self._binary) - AHEAD_CYCLES
-            self._emulator.run(self._begin)
-        self._emulator.receive(received)
-        sent = self._sent_until(self._begin + board_time_us * CYCLES_PER_US)
+        """Bytes sent until `board_time_us`; those received come at the pace of the line. Raises Crashed."""
+        self.chip.convert(adc_sum, supply_mv)
+        if self._begun is None:
+            self.chip.run(_first_sum() - AHEAD_CYCLES)
+            self._begun = self.chip.cycle + (STEP_US - board_time_us) * CYCLES_PER_US
+        self.chip.receive(received)
+        sent = self._sent_until(self._begun + board_time_us * CYCLES_PER_US)
         for frame in self._decoder.feed(sent):
             if isinstance(frame.message, Sample):
                 self.samples += 1
@@ -86,31 +88,20 @@ class AvrBoard:
         return sent
 
     def _sent_until(self, cycle: int) -> bytes:
-        """What is sent until then, and the rest of a frame that is under way."""
-        self._emulator.run(cycle)
-        sent = self._emulator.sent()
-        while len(sent) % FRAME_BYTES and self._emulator.cycle < cycle + LATEST_CYCLES:
-            self._emulator.run(self._emulator.cycle + BYTE_CYCLES)
-            sent += self._emulator.sent()
+        """What is sent until then, and the rest of what is under way: three frames can take too long."""
+        latest = cycle + STEP_US * CYCLES_PER_US
+        sent, more = b"", b""
+        while self.chip.cycle < cycle or (more and self.chip.cycle < latest):
+            self.chip.run(max(cycle, self.chip.cycle + QUIET_CYCLES))
+            more = self.chip.sent()
+            sent += more
         return sent
-
-    def reset(self, cause: Reset) -> None:
-        """Let the chip boot anew, now."""
-        self._emulator.reset(cause)
-
-
-def _source() -> Path:
-    if not FIRMWARE.exists():
-        raise FileNotFoundError(
-            f"the firmware's source is not here ({FIRMWARE}): the emulated board needs a clone"
-        )
-    return FIRMWARE
 
 
 @cache
-def _first_sum(binary: Path) -> int:
-    """Cycle at which the first sum of a program is complete."""
-    emulator = Emulator(binary)
-    while not emulator.sums and emulator.cycle < LONGEST_BOOT_CYCLES:
-        emulator.run(emulator.cycle + CYCLES_PER_US)
-    return emulator.cycle + CONVERSION_CYCLES
+def _first_sum() -> int:
+    """Cycle at which the first sum after a boot is complete."""
+    chip = Emulator(program())
+    while not chip.sums and chip.cycle < LONGEST_BOOT_CYCLES:
+        chip.run(chip.cycle + CYCLES_PER_US)
+    return chip.cycle + CONVERSION_CYCLES

@@ -38,10 +38,12 @@ class Crashed(RuntimeError):
 
 
 class Reset(IntFlag):
-    """Why the chip resets, as MCUSR tells it."""
+    """Why the chip has reset, as MCUSR tells it."""
 
+    POWER_ON = 1
     EXTERNAL = 2
     BROWN_OUT = 4
+    WATCHDOG = 8
 
 
 @cache

@@ -118,7 +118,7 @@ uint8_t chip_high(const struct chip *c, int port)
     return port_register[0] & port_register[-1];
 }
 
-/* Reset now, with these flags in MCUSR: 2 external, 4 brown-out. */
+/* Reset now, with these flags in MCUSR. */
 void chip_reset(struct chip *c, uint8_t flags)
 {
     avr_reset(c->avr);

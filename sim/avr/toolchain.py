@@ -13,7 +13,8 @@ from sim.kept import directory, whole
 HARNESS, WIRING = (Path(__file__).with_name(name) for name in ("harness.c", "wiring.h"))
 HEADERS = Path("/usr/include/simavr")
 FOR_HOST = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
-FOR_BOARD = ("avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-std=gnu11", "-Os")
+FIRMWARE = Path(__file__).parents[2] / "firmware"
+SKETCH, FLAGS = FIRMWARE / "pneuforce/pneuforce.ino", FIRMWARE / "flags"
 
 
 class ToolMissing(OSError):
@@ -22,23 +23,23 @@ class ToolMissing(OSError):
 
 def harness() -> Path:
     """The library around the emulator. Raises ToolMissing."""
-    _need(shutil.which("gcc"), "gcc", "gcc")
-    _need(HEADERS.is_dir(), "simavr", "libsimavr-dev")
-    return _compiled(
-        "harness", ".so", [HARNESS, WIRING, HEADERS / "sim_avr.h"], [*FOR_HOST, str(HARNESS), "-lsimavr"]
-    )
+    _need(shutil.which("gcc"), "gcc: apt-get install gcc")
+    _need(HEADERS.is_dir(), "simavr: apt-get install libsimavr-dev")
+    sources = [HARNESS, WIRING, HEADERS / "sim_avr.h"]
+    return _compiled("harness", ".so", sources, [*FOR_HOST, str(HARNESS), "-lsimavr"])
 
 
-def program(main: Path) -> Path:
+def program(main: Path = SKETCH) -> Path:
     """The board's program (ELF), from this C file and the headers beside it. Raises ToolMissing."""
-    _need(shutil.which("avr-gcc"), "avr-gcc", "gcc-avr avr-libc")
-    sources = [main, *sorted(main.parent.glob("*.h"))]
-    return _compiled(main.stem, ".elf", sources, [*FOR_BOARD, "-x", "c", str(main)])
+    _need(shutil.which("avr-gcc"), "avr-gcc: apt-get install gcc-avr avr-libc")
+    _need(main.exists(), f"the firmware's source, which is not here: {main}")
+    sources = [FLAGS, main, *sorted(main.parent.glob("*.h"))]
+    return _compiled(main.stem, ".elf", sources, ["avr-gcc", f"@{FLAGS}", "-x", "c", str(main)])
 
 
-def _need(there: object, name: str, package: str) -> None:
+def _need(there: object, what: str) -> None:
     if not there:
-        raise ToolMissing(f"the emulated board needs {name}: apt-get install {package}")
+        raise ToolMissing(f"the emulated board needs {what}")
 
 
 def _compiled(name: str, suffix: str, sources: Sequence[Path], command: Sequence[str]) -> Path:

@@ -21,9 +21,13 @@ from instrument.rig.frames import (
     encode,
 )
 from instrument.rig.limits import HALVED_KPA, HALVING_S
+from sim.avr.board import AvrBoard
 from sim.board import Board
 from tests.firmware.compiled import CBoard
 from tests.tools import needs
+
+#: Short enough to run on the emulated board each time; the others do so in `make test-board`.
+brief = pytest.mark.brief
 
 DT_S = 1 / SAMPLES_PER_S
 ZERO_PA = 250
@@ -53,6 +57,7 @@ class Bench:
         self.contact_kpa = 0.0  # what a hand adds
         self.adc_sum = None  # overrides the sensor
         self.supply_mv = 5000
+        self.supply_step_mv = getattr(board, "supply_step_mv", 1)  # finer it does not see
         self.frames = []
         self.valve_actions = 0
         self._sensed_kpa = 0.0
@@ -183,10 +188,28 @@ class Bench:
         return f"<Bench {self.all(Hello)[-1:]} {self.all(Event)}>"
 
 
-@pytest.fixture(params=[Board, pytest.param(CBoard, marks=needs("gcc"))], ids=["python", "c"])
+AVR_MARKS = [
+    pytest.mark.avr,
+    needs("gcc"),
+    needs("gcc-avr", "/usr/bin/avr-gcc"),
+    needs("avr-libc", "/usr/lib/avr/include/avr/io.h"),
+    needs("libsimavr-dev", "/usr/include/simavr"),
+]
+
+
+@pytest.fixture(
+    params=[Board, pytest.param(CBoard, marks=needs("gcc")), pytest.param(AvrBoard, marks=AVR_MARKS)],
+    ids=["python", "c", "avr"],
+)
 def board_type(request):
     """Each board that there is: what is said of a board is said of all."""
     return request.param
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if item.get_closest_marker("avr") and not item.get_closest_marker("brief"):
+            item.add_marker("slow")
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from instrument.rig.frames import (
     Vent,
 )
 from sim.board.states import ResetCause
-from tests.sim.conftest import ZERO_PA, Bench, hold, vent
+from tests.sim.conftest import ZERO_PA, Bench, brief, hold, vent
 
 LOCKED = Valve.VENT_CLOSED
 FILL = Valve.VENT_CLOSED | Valve.INLET_OPEN
@@ -34,6 +34,7 @@ def test_a_board_greets_five_times_a_second_and_streams_nothing_until_a_host_has
     assert len(bench.frames) == 6
 
 
+@brief
 def test_a_greeting_is_answered_at_once_and_500_samples_a_second_follow(bench):
     bench.run(0.05).greet()
     assert isinstance(bench.frames[-2].message, Hello)
@@ -43,12 +44,14 @@ def test_a_greeting_is_answered_at_once_and_500_samples_a_second_follow(bench):
     assert samples[-1].message.board_time_us - samples[0].message.board_time_us == 1_000_000
 
 
+@brief
 def test_a_greeting_says_what_the_board_is_and_when_it_gives_up_on_a_host(bench):
     hello = bench.greet().last(Hello)
     assert (hello.host_silence_ms, hello.vent_after_ms) == (250, 2000)
     assert hello.uptime_ms == 2
 
 
+@brief
 def test_a_host_of_another_version_gets_a_greeting_and_moves_nothing(bench):
     other = PROTOCOL_VERSION + 1
     bench.run(0.01).to_send = bench.frame(Identify(), version=other)
@@ -68,6 +71,7 @@ def test_commands_before_the_greeting_are_not_obeyed(bench):
     assert not bench.moved_a_valve
 
 
+@brief
 def test_a_sample_tells_which_command_was_obeyed_last(bench):
     bench.vented()
     bench.wanted = None
@@ -89,6 +93,7 @@ def test_sequence_and_board_time_wrap_without_a_stumble(board_type):
 # nothing inflates by surprise
 
 
+@brief
 @pytest.mark.parametrize("cause", [ResetCause.WATCHDOG, ResetCause.BROWN_OUT])
 def test_a_restart_that_nobody_asked_for_is_latched_until_it_is_cleared(board_type, cause):
     bench = Bench(board_type(reset_cause=cause)).greet().tell(vent()).run(2).tell(hold()).run(2)
@@ -111,6 +116,7 @@ def test_a_host_that_only_ever_says_hold_never_inflates_a_board_that_has_booted(
     assert bench.state is S.VENTED
 
 
+@brief
 def test_vent_and_then_hold_inflates(bench):
     bench.vented().tell(hold()).until_state(S.INFLATING, 0.1)
     bench.until(lambda: bench.last().valves == FILL, 0.1)
@@ -210,6 +216,7 @@ def test_a_vent_message_vents_and_a_continued_hold_does_not_inflate_again(bench,
     bench.tell(vent()).run(0.1).tell(hold()).until_state(S.HOLDING, 8)
 
 
+@brief
 def test_a_vent_message_needs_no_greeting_and_no_order(bench):
     bench.to_send = bench.frame(Vent())
     bench.run(1)
@@ -235,6 +242,7 @@ def test_a_host_that_was_silent_while_the_rig_was_empty_must_say_vent_again(benc
     assert not bench.moved_a_valve
 
 
+@brief
 def test_no_bytes_on_the_line_open_the_inlet_of_an_empty_rig(bench):
     noise = random.Random(3)
     bench.greet()

@@ -3,7 +3,7 @@
 import pytest
 
 from instrument.rig.frames import BoardState, CommandFlag, Event, Fault, Valve
-from tests.sim.conftest import hold, vent
+from tests.sim.conftest import brief, hold, vent
 
 LOCKED = Valve.VENT_CLOSED
 S = BoardState
@@ -64,6 +64,7 @@ def test_the_valves_stay_locked_through_contacts(bench):
     assert bench.valve_actions == 0
 
 
+@brief
 def test_every_change_of_state_is_told_as_an_event(bench):
     bench.holding().tell(vent()).until_state(S.VENTED, 3)
     path = [(e.was, e.state) for e in bench.all(Event)]

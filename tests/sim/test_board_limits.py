@@ -4,7 +4,7 @@ import pytest
 
 from instrument.rig.frames import BoardState, CommandFlag, Fault, Valve
 from instrument.rig.limits import HALVING_S
-from tests.sim.conftest import hold, vent
+from tests.sim.conftest import brief, hold, vent
 
 LOCKED = Valve.VENT_CLOSED
 S = BoardState
@@ -23,6 +23,7 @@ def seconds_to_trip(bench, fault, within_s):
 # the host
 
 
+@brief
 def test_a_silent_host_shuts_the_inlet_within_270_ms_and_the_rig_vents_2_s_after_it_was_last_heard(bench):
     bench.inflating(12_000)
     bench.until(lambda: bench.last().command == bench._sequence & 0xFF, 0.1)
@@ -71,9 +72,10 @@ def test_a_sensor_open_or_short_vents_within_100_ms(bench, where, adc_sum):
     assert seconds_to_trip(bench, Fault.SENSOR, 0.2) <= 0.1
 
 
+@brief
 def test_a_sensor_that_is_lost_shuts_the_inlet_at_the_first_sample(bench):
     bench.inflating().adc_sum = 0
-    bench.step()
+    bench.until(lambda: bench.last().adc_sum == 0, 0.006)
     assert bench.last().valves == LOCKED
 
 
@@ -100,16 +102,17 @@ def test_an_adc_sum_that_stands_still_in_a_locked_balloon_is_no_fault(bench):
     assert bench.state is S.HOLDING
 
 
-@pytest.mark.parametrize("supply_mv", [0, 4749, 5251, 65535])
+@pytest.mark.parametrize(("edge_mv", "steps"), [(0, 0), (4750, -1), (5250, 1), (65535, 0)])
 @pytest.mark.parametrize("where", ["vented", "inflating", "holding"])
-def test_a_supply_outside_its_span_vents(bench, where, supply_mv):
-    getattr(bench, where)().supply_mv = supply_mv
+def test_a_supply_outside_its_span_vents(bench, where, edge_mv, steps):
+    getattr(bench, where)().supply_mv = edge_mv + steps * bench.supply_step_mv
     assert seconds_to_trip(bench, Fault.SUPPLY_VOLTAGE, 0.1) <= 0.01
 
 
-@pytest.mark.parametrize("supply_mv", [4750, 5250])
-def test_a_supply_at_the_edge_of_its_span_is_allowed(bench, supply_mv):
-    bench.supply_mv = supply_mv
+@brief
+@pytest.mark.parametrize(("edge_mv", "steps"), [(4750, 1), (5250, -1)])
+def test_a_supply_just_within_its_span_is_allowed(bench, edge_mv, steps):
+    bench.supply_mv = edge_mv + steps * (bench.supply_step_mv - 1)
     bench.holding()
 
 
@@ -146,6 +149,7 @@ def test_no_host_can_raise_the_hard_limit_of_25_kpa(bench):
     seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
 
 
+@brief
 def test_the_hard_limit_holds_in_a_vented_rig_too(bench):
     bench.vented().contact_kpa = 40.0
     assert seconds_to_trip(bench, Fault.OVERPRESSURE, 1) <= 0.07
@@ -175,6 +179,7 @@ def test_a_pressure_that_falls_with_the_inlet_open_is_the_limit_point(bench):
     assert seconds_to_trip(bench, Fault.LIMIT_POINT, 0.5) <= 0.3
 
 
+@brief
 def test_a_burst_balloon_is_seen_within_150_ms(bench):
     bench.holding().gas_kpa = 0.0
     assert seconds_to_trip(bench, Fault.BURST, 0.3) <= 0.15
@@ -244,6 +249,7 @@ def test_a_setpoint_that_cannot_be_held_ends_in_a_time_out_and_not_in_endless_cl
     assert bench.valve_actions <= 25
 
 
+@brief
 def test_a_second_fault_is_latched_beside_the_first(bench):
     bench.tripped().adc_sum = 0
     bench.run(0.1)
