@@ -27,20 +27,22 @@ docs: $(VENV)/installed
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 BUILT := build/firmware/pneuforce
+# Of an UNO's 32 and 2 KB: the bootloader's and the stack's are left.
+MOST_FLASH := 30720
+MOST_RAM := 1600
 
 firmware: $(BUILT).hex
 
 $(BUILT).hex: $(BUILT).elf
 	@avr-objcopy -O ihex -R .eeprom $< $@
 
-# Flash and RAM of an UNO that the program may take; the rest of the RAM is the stack's.
 $(BUILT).elf: $(wildcard firmware/pneuforce/*) firmware/flags
 	@command -v avr-gcc >/dev/null || { echo "avr-gcc is missing: apt-get install gcc-avr avr-libc"; exit 1; }
 	@mkdir -p $(@D)
 	@avr-gcc @firmware/flags -Wall -Wextra -Werror -x c $(SKETCH) -o $@
 	@avr-size $@ | awk 'NR == 2 { flash = $$1 + $$2; ram = $$2 + $$3; \
-		printf "$(BUILT).hex: %d bytes of flash (limit 30720), %d of RAM (limit 1600)\n", flash, ram; \
-		exit flash > 30720 || ram > 1600 }' || { rm $@; exit 1; }
+		printf "$(BUILT).hex: %d bytes of flash (limit $(MOST_FLASH)), %d of RAM (limit $(MOST_RAM))\n", flash, ram; \
+		exit flash > $(MOST_FLASH) || ram > $(MOST_RAM) }' || { rm $@; exit 1; }
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
