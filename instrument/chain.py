@@ -33,9 +33,8 @@ class ChainSettings:
     correction: Correction | None = None
     errors: InputErrors = field(default_factory=InputErrors)
     model: ModelErrors = field(default_factory=ModelErrors)
-    filter_s: float = (
-        0.06  #: time constant of the first-order exponential filter of the pressure that is shown
-    )
+    #: Time constant of the first-order exponential filter of the pressure that is shown.
+    filter_s: float = 0.06
     tube_s: float = 0.06  #: lag between balloon and sensor
     lag_share: float = 0.15  #: its standard uncertainty, as a share of it
 

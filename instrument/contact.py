@@ -47,9 +47,8 @@ class ContactTracker:
     finished: int = 0  #: contacts ended
     drift_kpa_per_s: float = math.nan  #: of the baseline; in contact, what it was before
     baseline_age_s: float = math.inf  #: where there was none yet
-    lost: bool = (
-        False  #: a contact ended that its drift may have hidden: nothing is known until the next lock
-    )
+    #: A contact ended that its drift may have hidden: nothing is known until the next lock.
+    lost: bool = False
     _leak_kpa_per_s: float = 0.0
     _rest_kpa: float = math.nan  # the floor when the pressure was last at rest on it
     _peak_kpa: float = math.nan

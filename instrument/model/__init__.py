@@ -8,7 +8,7 @@ from instrument.model.balloon import Balloon, Circuit
 from instrument.model.correction import Correction
 from instrument.model.force import Estimate, contact
 from instrument.model.law import LIVE, PAPER, Law
-from instrument.model.low_end import LowEnd, estimate
+from instrument.model.low_end import estimate
 from instrument.model.methods import METHODS, Method
 
 __all__ = [
@@ -20,7 +20,6 @@ __all__ = [
     "Correction",
     "Estimate",
     "Law",
-    "LowEnd",
     "Method",
     "contact",
     "estimate",

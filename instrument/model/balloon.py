@@ -36,10 +36,6 @@ class Balloon:
             * pressure_kpa
         )
 
-    def radius_slope_mm_per_kpa(self, pressure_kpa: Number) -> Number:
-        """Slope dR_i/dΔP_i [mm/kPa] of that quadratic."""
-        return 2 * self.radius_quadratic_mm_per_kpa2 * pressure_kpa + self.radius_linear_mm_per_kpa
-
     def thickness_mm(self, radius_mm: Number) -> Number:
         """Membrane thickness h [mm] at radius R_i: the membrane's own volume is constant."""
         return self.rest_thickness_mm * (self.rest_radius_mm / radius_mm) ** 2
@@ -51,9 +47,8 @@ class Circuit:
 
     volume_mm3: float = 12.68e3
     ambient_kpa: float = 101.325
-    polytropic: float = (
-        1.0  #: exponent n of the gas during a contact: 1 isothermal (the paper's), 1.4 adiabatic
-    )
+    #: Exponent n of the gas during a contact: 1 isothermal (the paper's), 1.4 adiabatic.
+    polytropic: float = 1.0
 
 
 def sphere_volume(radius_mm: Number) -> Number:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from instrument.model.balloon import LOWEST_RISE_KPA, Balloon, Circuit
 from instrument.model.correction import Correction
-from instrument.model.derivatives import Derivatives, Inputs
+from instrument.model.derivatives import Derivatives, Inputs, Slope
 from instrument.model.force import NO_FORCE, Estimate, contact
 from instrument.model.law import PAPER, Law
 from instrument.model.low_end import LowEnd, joined, joined_slope
@@ -30,7 +30,7 @@ class _Node(NamedTuple):
 
     rise_kpa: float
     solved: Estimate
-    indentation_slope: float
+    by_final: Slope
     spread: Spread
 
 
@@ -89,13 +89,13 @@ class ContactCurve:
         initial, final = self.initial_kpa, self.initial_kpa + rise_kpa
         solved = contact(initial, final, self.balloon, self.circuit, self.law)
         if not math.isfinite(solved.force_n):
-            return _Node(rise_kpa, solved, math.nan, _UNKNOWN)
+            return _Node(rise_kpa, solved, _NO_SLOPE, _UNKNOWN)
         inputs = Inputs(initial, final, self.balloon, self.circuit)
         derivatives = Derivatives(solved.indentation_mm, inputs, self.law)
         by_initial, by_final = derivatives.by(initial_kpa=1.0), derivatives.by(final_kpa=1.0)
         parameters_n = math.hypot(*parameter_spreads_n(derivatives, self.errors).values())
         spread = Spread(by_initial.force_n, by_final.force_n, parameters_n)
-        return _Node(rise_kpa, solved, by_final.indentation_mm, spread)
+        return _Node(rise_kpa, solved, by_final, spread)
 
     def _below(self, rise_kpa: float) -> Point:
         """On the join to zero; the parameters' share of the force is the low end's."""
@@ -103,22 +103,15 @@ class ContactCurve:
         low_n, spread = node.solved.force_n, node.spread
         if not low_n > 0:
             return Point(NO_FORCE, _UNKNOWN)
-        smooth = LOWEST_RISE_KPA * spread.final_n_per_kpa / low_n
-        line = self.law.low == "line"
-        m = 1.0 if line else smooth
-        share = rise_kpa / LOWEST_RISE_KPA
+        smooth = LowEnd.smooth(node.solved, node.by_final)
+        low_end = LowEnd(node.solved) if self.law.low == "line" else smooth
+        m, share = low_end.force_shape, rise_kpa / LOWEST_RISE_KPA
         g = joined(share, m)
         slope = low_n / LOWEST_RISE_KPA * joined_slope(max(share, _LEAST_SHARE), m)
         by_initial = g * (spread.initial_n_per_kpa + spread.final_n_per_kpa) - slope
-        other = joined(share, smooth) - share
-        low_end = LowEnd(node.solved, m, 1.0 if line else self._indentation_shape(node))
+        other = joined(share, smooth.force_shape) - share
         spread = Spread(by_initial, slope, g * spread.parameters_n, other * low_n)
         return Point(low_end.join(rise_kpa), spread)
-
-    @staticmethod
-    def _indentation_shape(node: _Node) -> float:
-        shape: float = LOWEST_RISE_KPA * node.indentation_slope / node.solved.indentation_mm
-        return shape
 
 
 def corrected(point: Point, correction: Correction, initial_kpa: float, rise_kpa: float) -> Point:
@@ -142,6 +135,7 @@ _LOG_RATIO = math.log(RATIO)
 #: A square root is infinitely steep at zero: its slope is taken where the pressure stands out of the noise.
 _LEAST_SHARE = 0.02
 _UNKNOWN = Spread(math.nan, math.nan, math.nan)
+_NO_SLOPE = Slope(math.nan, math.nan)
 
 
 def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Point:
@@ -152,7 +146,8 @@ def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Po
     force = _force_between(left, right, rise_kpa)
     if not force > 0:  # far beyond any balloon the law grows so steeply that a cubic swings below zero
         return Point(NO_FORCE, _UNKNOWN)
-    d = _cubic(x, a.indentation_mm, b.indentation_mm, h * left.indentation_slope, h * right.indentation_slope)
+    slopes = h * left.by_final.indentation_mm, h * right.by_final.indentation_mm
+    d = _cubic(x, a.indentation_mm, b.indentation_mm, *slopes)
     a_squared = force * 1e3 / (math.pi * final_kpa)
     gap = a.radius_mm - d
     estimate = Estimate(force, d, math.sqrt(a_squared), a.radius_mm, math.sqrt(a_squared + gap * gap))

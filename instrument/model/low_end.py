@@ -15,8 +15,8 @@ class LowEnd(NamedTuple):
     """The contact at a rise of 0.5 kPa, and the slopes of the join there over those of a line to zero."""
 
     estimate: Estimate
-    force_shape: Number  #: 1 for the line
-    indentation_shape: Number
+    force_shape: Number = 1.0  #: 1 for the line
+    indentation_shape: Number = 1.0
 
     @classmethod
     def of(cls, initial_kpa: Number, balloon: Balloon, circuit: Circuit, law: Law = PAPER) -> LowEnd:
@@ -24,15 +24,13 @@ class LowEnd(NamedTuple):
         final_kpa = initial_kpa + LOWEST_RISE_KPA
         solved = contact(initial_kpa, final_kpa, balloon, circuit, law)
         if law.low == "line" or _none(solved.force_n):
-            return cls(solved, 1.0, 1.0)
+            return cls(solved)
         inputs = Inputs(initial_kpa, final_kpa, balloon, circuit)
-        return cls.joined(solved, Derivatives(solved.indentation_mm, inputs, law).by(final_kpa=1.0), law)
+        return cls.smooth(solved, Derivatives(solved.indentation_mm, inputs, law).by(final_kpa=1.0))
 
     @classmethod
-    def joined(cls, solved: Estimate, slope: Slope, law: Law) -> LowEnd:
-        """The join to a solved contact whose slopes by ΔP_f are known."""
-        if law.low == "line":
-            return cls(solved, 1.0, 1.0)
+    def smooth(cls, solved: Estimate, slope: Slope) -> LowEnd:
+        """The smooth join to a solved contact whose slopes by ΔP_f are known."""
         return cls(
             solved,
             LOWEST_RISE_KPA * slope.force_n / solved.force_n,

@@ -39,7 +39,7 @@ class Continuous(NamedTuple):
 
 
 def forces_of(course: Course, settings: ChainSettings) -> Forces:
-    """The forces of a course, as the chain reckons them."""
+    """The forces of a course by the bare law: a correction is left out."""
     pressed = course.contact > 0
     initial_kpa = course.initial_kpa[pressed]
     known = (initial_kpa >= VALID_LOW_KPA) & (initial_kpa <= VALID_HIGH_KPA)
