@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from sim.contacts.table import is_number
 from sim.faults import Refused
+from sim.plant import HARDEST_N
 from sim.scenario import ScenarioError, contacts_of
 from sim.world import World
-
-HARDEST_N = 20.0
 
 
 class Order(NamedTuple):
@@ -18,11 +18,6 @@ class Order(NamedTuple):
     accepts: Callable[[Any], bool]
     expected: str
     act: Callable[[World, Any], dict[str, Any] | None]
-
-
-def is_number(value: object) -> bool:
-    """Whether a value of JSON is a number."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _names_a_fault(value: Any) -> bool:

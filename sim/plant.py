@@ -8,8 +8,8 @@ from typing import NamedTuple, Protocol
 #: Volume of the paper's pipes [mm³] (Section IV-B), and the pressure of a standard day [kPa].
 TUBES_MM3 = 12.68e3
 AMBIENT_KPA = 101.325
-#: A push that no balloon withstands [N], and how close `force_at` comes to an indentation [mm].
-HARDEST_N, FINEST_MM = 50.0, 1e-6
+#: The hardest push that a hand, a scenario or a tool can make [N]; balloons are known up to it.
+HARDEST_N = 20.0
 
 
 class Gas(NamedTuple):
@@ -47,28 +47,3 @@ def amount_kpa_mm3(
     """Gas [kPa·mm³] in tubes and free balloon at a pressure above that around it [kPa]."""
     volume_mm3 = 4 / 3 * math.pi * plant.radius_mm(pressure_kpa) ** 3
     return (outside_kpa + pressure_kpa) * (tubes_mm3 + volume_mm3)
-
-
-def force_at(plant: Plant, gas: Gas, indentation_mm: float) -> float:
-    """Force [N] that presses a balloon with this gas in so far; 50 N where none does.
-
-    By the Illinois rule on √force, over which indentation is nearly straight.
-    """
-    if not indentation_mm > 0:
-        return 0.0
-    low, high, stayed = 0.0, math.sqrt(HARDEST_N), 0
-    low_mm, high_mm = -indentation_mm, plant.settle(gas, HARDEST_N).indentation_mm - indentation_mm
-    if high_mm <= 0:
-        return HARDEST_N
-    for _ in range(60):
-        root = high - high_mm * (high - low) / (high_mm - low_mm)
-        missing_mm = plant.settle(gas, root * root).indentation_mm - indentation_mm
-        if abs(missing_mm) < FINEST_MM:
-            break
-        if missing_mm < 0:
-            high_mm *= 0.5 if stayed < 0 else 1.0
-            low, low_mm, stayed = root, missing_mm, -1
-        else:
-            low_mm *= 0.5 if stayed > 0 else 1.0
-            high, high_mm, stayed = root, missing_mm, 1
-    return root * root

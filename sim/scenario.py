@@ -21,16 +21,18 @@ from pydantic import (
     model_validator,
 )
 
+from instrument.rig.limits import SETPOINT_PA
 from sim.contacts.contact import Contact, Phase
 from sim.contacts.kinds import KINDS, Kind
 from sim.contacts.laws import Hertz, Linear
-from sim.contacts.table import Spread, Table, sentences
+from sim.contacts.table import Spread, Table, is_number, sentences, shown
 from sim.faults.injection import checked
 from sim.pneumatics import PneumaticSettings
 from sim.sensor import SensorSettings
 
+TOO_LONG = "a whole number has at most 64 bits"
 LIBRARY = Path(__file__).with_name("scenarios")
-Setpoint = Annotated[float, Field(ge=2, le=12)]
+Setpoint = Annotated[float, Field(ge=SETPOINT_PA[0] * 1e-3, le=SETPOINT_PA[1] * 1e-3)]
 
 
 class ScenarioError(ValueError):
@@ -79,9 +81,9 @@ def _settings(kind: type) -> BeforeValidator:
         for name, value in table.items():
             if name not in known:
                 raise ValueError(f"{name}: unknown key; known here: {', '.join(known)}")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise ValueError(f"{name} = {value!r}: a number is expected")
-        return kind(**table)
+            if not is_number(value):
+                raise ValueError(f"{name} = {shown(value)}: a number is expected")
+        return kind(**{name: float(value) for name, value in table.items()})
 
     return BeforeValidator(made)
 
@@ -140,19 +142,40 @@ def load(name: str) -> Scenario:
 
 
 def _read(path: Path) -> Scenario:
+    tables = _tables(path)
     try:
-        text = path.read_text(encoding="utf-8")
-        tables = tomllib.loads(text)
+        return Scenario.model_validate(tables, context={"folder": path.parent})
+    except ValidationError as error:
+        raise ScenarioError("\n".join(f"{path}: {told}" for told in sentences(error, TABLES))) from None
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    try:
+        if path.exists() and not path.is_file():
+            raise OSError("not a regular file")
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ScenarioError(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"{path}: cannot be read: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}") from None
-    try:
-        return Scenario.model_validate(tables, context={"folder": path.parent})
-    except ValidationError as error:
-        raise ScenarioError("\n".join(f"{path}: {told}" for told in sentences(error, TABLES))) from None
+    except RecursionError:
+        raise ScenarioError(f"{path}: not TOML: brackets within brackets, too deep") from None
+    except ValueError:  # Python reads no number of more than 4300 digits
+        raise ScenarioError(f"{path}: not TOML: {TOO_LONG}") from None
+    if not _fits(tables):
+        raise ScenarioError(f"{path}: not TOML: {TOO_LONG}")
+    return tables
+
+
+def _fits(value: Any) -> bool:
+    """Whether TOML allows every whole number in a value."""
+    if isinstance(value, dict):
+        return all(map(_fits, value.values()))
+    if isinstance(value, list):
+        return all(map(_fits, value))
+    return not isinstance(value, int) or -(2**63) <= value < 2**63
 
 
 _KIND: TypeAdapter[Any] = TypeAdapter(Kind)

@@ -29,7 +29,8 @@ from sim.contacts.course import (
 from sim.contacts.laws import Hertz, Linear
 from sim.contacts.recorded import recorded
 from sim.contacts.table import Spread, Table
-from sim.contacts.tissue import HARDEST_N, Rigid
+from sim.contacts.tissue import Rigid
+from sim.plant import HARDEST_N
 
 Force = Annotated[float, Field(ge=0, le=HARDEST_N)]
 Travel = Annotated[float, Field(ge=0, le=50)]

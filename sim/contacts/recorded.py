@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sim.contacts.course import Recorded
-from sim.contacts.tissue import HARDEST_N
+from sim.contacts.table import shown
+from sim.plant import HARDEST_N
 
 HEADER = ["t_s", "force_n"]
 
@@ -20,6 +21,8 @@ def recorded(path: Path) -> Recorded:
     is outside 0 to 20 N.
     """
     try:
+        if path.exists() and not path.is_file():
+            raise OSError("not a regular file")
         with path.open(newline="", encoding="utf-8") as file:
             points = list(_points(path, file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -48,7 +51,7 @@ def _point(place: str, row: list[str]) -> tuple[float, float]:
     try:
         t_s, force_n = (float(cell) for cell in row)
     except ValueError:
-        raise ValueError(f"{place}: two numbers are expected, not {','.join(row)!r}") from None
+        raise ValueError(f"{place}: two numbers are expected, not {shown(','.join(row))}") from None
     if not math.isfinite(t_s):
         raise ValueError(f"{place}: {t_s} is not a time")
     if not 0 <= force_n <= HARDEST_N:

@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 MOST_VALUES = 1000
+MOST_SHOWN = 60  #: letters of a value
 
 
 class Table(BaseModel):
     """Unknown keys, wrong types and NaN are refused, nothing is converted silently."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+def is_number(value: object) -> bool:
+    """Whether it is a number: not true, not NaN, and none too large for a float."""
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max  # type: ignore[arg-type]
+
+
+def shown(value: object) -> str:
+    """A value as it was written; a long one only begins."""
+    try:
+        text = repr(value)
+    except RecursionError:
+        return "…"
+    return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "…"
 
 
 def spread(value: Any) -> tuple[Any, ...]:
@@ -25,7 +41,7 @@ def spread(value: Any) -> tuple[Any, ...]:
 
 def _steps(table: dict[str, Any]) -> tuple[float, ...]:
     wanted = {"from", "to", "step"} == table.keys()
-    if not wanted or not all(type(number) in (int, float) for number in table.values()):
+    if not wanted or not all(map(is_number, table.values())):
         raise ValueError("a number, a list of numbers or {from = …, to = …, step = …} is expected")
     low, high, step = (float(table[key]) for key in ("from", "to", "step"))
     count = (high - low) / step if step else -1.0
@@ -57,7 +73,7 @@ def _sentence(location: tuple[int | str, ...], error: Any, tables: Mapping[str, 
     if error["type"].startswith("union_tag"):
         return _untagged(place, error)
     message = error["msg"].removeprefix("Value error, ")
-    value = "" if isinstance(error["input"], dict) else f" = {error['input']!r}"
+    value = "" if isinstance(error["input"], dict) else f" = {shown(error['input'])}"
     span = _span(names, tables)
     return f"{place}{value}: {message[:1].lower()}{message[1:]}" + (f"; allowed: {span}" if span else "")
 
@@ -68,7 +84,7 @@ def _untagged(place: str, error: Any) -> str:
     known = error["ctx"].get("expected_tags")
     if known is None:
         return f"{place}: a table with the key {key} is expected"
-    return f"{place}, {key} = {error['input'][key]!r}: allowed: {known}"
+    return f"{place}, {key} = {shown(error['input'][key])}: allowed: {known}"
 
 
 def _place(location: tuple[int | str, ...]) -> str:

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-HARDEST_N = 20.0
+from sim.plant import HARDEST_N
+
 FINEST_MM = 1e-6
 FINEST_N = 1e-14  # a Hertz body is infinitely soft at first: nanonewtons are micrometres
 MOST_STEPS = 100

@@ -12,8 +12,8 @@ import numpy as np
 from sim.kept import directory, whole
 from sim.membrane.family import Progress
 from sim.membrane.material import Rubber
-from sim.membrane.table import COLUMNS, HARDEST_N, LEAST_FREE_KPA, MOST_FREE_STRETCH, ROWS, Table, build
-from sim.plant import AMBIENT_KPA, TUBES_MM3
+from sim.membrane.table import COLUMNS, LEAST_FREE_KPA, MOST_FREE_STRETCH, ROWS, Table, build
+from sim.plant import AMBIENT_KPA, HARDEST_N, TUBES_MM3
 
 #: To be raised with every change of what a table holds or of how it is computed.
 TABLE_VERSION = 1

@@ -12,8 +12,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-#: The paper's inflation pressures [kPa], at which its Fig. 4 was measured.
-MEASURED_KPA = np.linspace(4.95, 11.45, 27)
 #: A free sphere larger than this times its rest radius is not looked for.
 WIDEST_STRETCH = 4.0
 
@@ -44,7 +42,7 @@ class Material(Protocol):
 class Rubber:
     """A rubber skin.
 
-    The default is the Mooney–Rivlin balloon that `identify` finds in the paper's R_i(ΔP_i).
+    The default is the Mooney–Rivlin balloon whose free inflation is nearest to the paper's R_i(ΔP_i).
     """
 
     mu_kpa: float = 263.022
@@ -66,13 +64,6 @@ class Rubber:
             hoop * (3 * thinning - along / around) / around + 2 * stiffness * self.alpha * around * pull,
         )
 
-    def energy_kpa_mm(self, along: Any, around: Any) -> Any:
-        """Energy per area at rest, W·h₀ [kPa·mm]."""
-        a, b = along * along, around * around
-        first = a + b + 1 / (a * b) - 3
-        second = 1 / a + 1 / b + a * b - 3
-        return 0.5 * self.mu_kpa * self.thickness_mm * (first + self.alpha * second)
-
     def free_kpa(self, stretch: Any) -> Any:
         """Pressure [kPa] of the free sphere at a stretch: ΔP = (2μh₀/R₀)(λ⁻¹ − λ⁻⁷)(1 + αλ²)."""
         stiffness = 2 * self.mu_kpa * self.thickness_mm / self.radius_mm
@@ -82,11 +73,6 @@ class Rubber:
         """dΔP/dλ [kPa] of the free sphere; zero at the limit point, λ = 7^(1/6) where α = 0."""
         stiffness = 2 * self.mu_kpa * self.thickness_mm / self.radius_mm
         return stiffness * (7 * stretch**-8 - stretch**-2 + self.alpha * (1 + 5 * stretch**-6))
-
-    @property
-    def limit_stretch(self) -> float:
-        """Stretch beyond which the free sphere's pressure falls; `WIDEST_STRETCH` where it never does."""
-        return float(_rising_branch(self)[0][-1])
 
     def free_stretch(self, pressure_kpa: Any) -> Any:
         """Stretch of the free sphere at a pressure, up to the limit point; 1 where there is no pressure."""
@@ -101,24 +87,6 @@ def _rising_branch(rubber: Rubber) -> tuple[Any, Any]:
     falling = np.flatnonzero(rubber.free_slope_kpa(stretches) < 0)
     stretches = stretches[: falling[0] if falling.size else None]
     return stretches, rubber.free_kpa(stretches)
-
-
-def identify(alpha_too: bool) -> Rubber:
-    """The rubber whose free inflation lies closest to the paper's 27 inflation pressures, by least squares.
-
-    ΔP is linear in μ and μα. Neo-Hookean without `alpha_too`.
-    """
-    stretch = measured_radius_mm(MEASURED_KPA) / Rubber().radius_mm
-    parts = [Rubber(mu_kpa=1.0, alpha=0.0).free_kpa(stretch)]
-    if alpha_too:
-        parts.append(parts[0] * stretch**2)
-    mu_kpa, *rest = np.linalg.lstsq(np.stack(parts, axis=1), MEASURED_KPA)[0]
-    return Rubber(mu_kpa=float(mu_kpa), alpha=float(rest[0] / mu_kpa) if rest else 0.0)
-
-
-def measured_radius_mm(pressure_kpa: Any) -> Any:
-    """R_i [mm], the quadratic of the paper's Fig. 4: all that is known of the real balloon's skin."""
-    return 7.503 + (5.9695 * pressure_kpa + 44.652) * pressure_kpa * 1e-3
 
 
 MOONEY_RIVLIN = Rubber()

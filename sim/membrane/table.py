@@ -13,11 +13,10 @@ import numpy as np
 from sim.membrane.family import Progress, columns, reference_gas, reference_volume
 from sim.membrane.material import Rubber
 from sim.membrane.shooting import EQUATOR, Array, slack
-from sim.plant import AMBIENT_KPA, TUBES_MM3
+from sim.plant import AMBIENT_KPA, HARDEST_N, TUBES_MM3
 
 ROWS, COLUMNS = 400, 160
 LEAST_FREE_KPA, MOST_FREE_STRETCH = 0.05, 1.85
-HARDEST_N = 20.0
 FINE = 20_001
 
 

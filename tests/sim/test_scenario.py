@@ -1,9 +1,11 @@
 import itertools
+import os
 
 import pytest
 
 from sim.scenario import ScenarioError, library, load
 
+NOT_64_BITS = "not TOML: a whole number has at most 64 bits"
 MINE = 'doc = "mine"\n'
 FAULT = "[[fault]]\nat_s = 1.0\n"
 CONTACT = '\n[[phase]]\nsetpoint_kpa = 8.0\n[[phase.contact]]\nkind = "tap"\nforce_n = 1.0\n'
@@ -88,6 +90,13 @@ def test_a_recorded_course_lies_beside_its_scenario(tmp_path):
         (MINE + '[pneumatics]\ntube_s = "slow"' + CONTACT, "tube_s = 'slow': a number is expected"),
         (MINE + '[pneumatics]\ntube_s = nan' + CONTACT, "pneumatics: tube_s = nan: a number is expected"),
         (MINE + '[pneumatics]\ntube_s = -1' + CONTACT, "tube_s is -1, and must be from "),
+        (MINE + f"[pneumatics]\ntube_s = 1{400 * '0'}" + CONTACT, NOT_64_BITS),
+        (MINE + f"[sensor]\nbow_kpa = 1{5000 * '0'}" + CONTACT, NOT_64_BITS),
+        (MINE + f"seed = 0x{5000 * 'f'}" + CONTACT, NOT_64_BITS),
+        (MINE + CONTACT.replace("8.0", f"[8, -1{300 * '0'}]"), NOT_64_BITS),
+        (MINE + "[sensor]\nbow_kpa = 1e308" + CONTACT, "kPa; the data sheet allows 1.25 kPa"),
+        ("doc = " + 100_000 * "[", "not TOML: brackets within brackets, too deep"),
+        ("doc = " + 300 * "[" + 300 * "]" + CONTACT, "doc = [[[[[[[["),
         (MINE + '[[fault]]\nname = "leak"' + CONTACT, "fault 1, at_s: is missing"),
         (MINE + FAULT + 'name = "gremlin"' + CONTACT, "fault 1: there is no fault 'gremlin', only "),
         (MINE + FAULT + 'name = "leak"\nkpa_per_s = -1' + CONTACT, "kpa_per_s of leak is a number from "),
@@ -105,6 +114,17 @@ def test_a_bad_file_is_refused_in_a_sentence_with_file_key_and_span(tmp_path, te
         load(path)
     assert all(line.startswith(f"{path}: ") for line in str(refused.value).splitlines())
     assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize("special", ["/dev/zero", "/dev/full", "./pipe"])
+def test_what_may_never_end_is_not_read_neither_as_a_scenario_nor_as_a_course(tmp_path, monkeypatch, special):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    with pytest.raises(ScenarioError, match=r"^[a-z/]+: cannot be read: not a regular file$"):
+        load(special)
+    profile = CONTACT.replace('"tap"\nforce_n = 1.0', f'"profile"\nfile = "{special}"')
+    with pytest.raises(ScenarioError, match=r"profile, file = .*: cannot be read: not a regular file"):
+        load(written(tmp_path, MINE + profile))
 
 
 def test_a_scenario_that_is_not_there_is_told_with_those_that_are():
