@@ -1,5 +1,6 @@
 # make run    the instrument on a simulated rig (ARGS="--seconds 20" is passed on)
 # make test   everything that is tested
+# make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: three minutes
 # make bench  figures of speed, measured in one run
 # make docs   what is made from the register map, the catalogue of faults and the board: documents, a C header
 # make firmware   build/firmware/pneuforce.hex for an Arduino UNO
@@ -8,7 +9,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test bench docs firmware clean
+.PHONY: run test test-board bench docs firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed
@@ -16,6 +17,9 @@ run: $(VENV)/installed
 
 test: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest $(ARGS)
+
+test-board: $(VENV)/test-tools $(VENV)/debian-tools
+	@$(BIN)/python -m pytest -m avr tests/sim $(ARGS)
 
 bench: $(VENV)/test-tools
 	@$(BIN)/python -m tests.bench $(ARGS)

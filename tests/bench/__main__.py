@@ -20,6 +20,7 @@ from sim.pneumatics import PneumaticSettings
 from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
 from sim.sensor import SensorSettings
+from tests.bench.avr import bench_avr
 from tests.bench.model import bench_arrays, bench_chain
 from tests.system.waiting import inflate
 from teststand.children import Child
@@ -137,5 +138,6 @@ if __name__ == "__main__":
     bench_arrays()
     bench_chain()
     bench_rig()
+    bench_avr()
     bench_estimate()
     bench_latency()

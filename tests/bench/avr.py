@@ -1,0 +1,127 @@
+"""Figures of the firmware's binary on the emulated chip, in the board's own time."""
+
+import subprocess
+import time
+
+from instrument.rig.frames import (
+    BoardState,
+    Command,
+    CommandFlag,
+    Decoder,
+    Identify,
+    Mode,
+    Sample,
+    Valve,
+    encode,
+)
+from sim.avr.board import AvrBoard
+from sim.avr.emulator import CYCLES_PER_US
+from sim.avr.toolchain import program
+from sim.board import Board
+from sim.hand import Hand
+from sim.published import PublishedPlant
+from sim.rig import STEP_S, Rig
+from tests.sim.conftest import Bench
+
+CYCLES_PER_MS = 1000 * CYCLES_PER_US
+LOOK_EACH_CYCLES = 20 * CYCLES_PER_US
+PHASES = 10  #: moments within one sample at which the world changes
+SUM_OF_19_KPA, SUM_OF_26_KPA = (round(16384 * (0.018 * (kpa + 0.25) + 0.04) - 8) for kpa in (19.0, 26.0))
+
+
+def _ms_to_vent(adc_sum, phase):
+    """From the change at the sensor to the vent's pin."""
+    board = Bench(AvrBoard()).holding().board
+    chip, supply_mv = board.chip, 5000
+    chip.run(chip.cycle + phase * 2 * CYCLES_PER_MS // PHASES)
+    begun = chip.cycle
+    chip.convert(adc_sum, supply_mv)
+    while board.valves & Valve.VENT_CLOSED and chip.cycle < begun + 200 * CYCLES_PER_MS:
+        chip.run(chip.cycle + LOOK_EACH_CYCLES)
+    return (chip.cycle - begun) / CYCLES_PER_MS
+
+
+def _ms_to_shut():
+    """From the host's last command to the inlet's pin, while inflating."""
+    bench = Bench(AvrBoard()).inflating(12_000)
+    bench.until(lambda: bench.last().command == bench._sequence & 0xFF, 0.1)
+    sent_us = next(s for s in bench.all(Sample) if s.command == bench.last().command).board_time_us
+    bench.wanted = None
+    bench.until(lambda: not bench.board.valves & Valve.INLET_OPEN, 1)
+    return (bench.now_us - sent_us) / 1e3 + 2  # it was sent at most one sample before it was obeyed
+
+
+def bench_reactions():
+    """How fast the valves answer."""
+    for name, adc_sum, limit_ms in (
+        ("contact limit passed (19 kPa) → vent pin", SUM_OF_19_KPA, 20),
+        ("hard limit passed (26 kPa) → vent pin", SUM_OF_26_KPA, 20),
+        ("sensor open → vent pin", 16_368, 100),
+        ("sensor short → vent pin", 0, 100),
+    ):
+        took_ms = [_ms_to_vent(adc_sum, phase) for phase in range(PHASES)]
+        print(f"board, {name}: {min(took_ms):.1f} to {max(took_ms):.1f} ms (target {limit_ms})")
+    print(f"board, last command → inlet pin low: {_ms_to_shut():.0f} ms (target 270)")
+
+
+def _settle(new_board, setpoint_pa):
+    """Seconds from the command to HOLDING, valve actions, and the balloon's pressure 2 s later."""
+    rig, decoder = Rig(PublishedPlant(), Hand(False), new_board=new_board), Decoder.of_board()
+    state, valves, actions, held_s = BoardState.BOOT, 0, 0, None
+    for n in range(round(12 / STEP_S)):
+        mode = Mode.VENT if n * STEP_S < 1.5 else Mode.HOLD
+        command = Command(mode, CommandFlag.ZEROED, setpoint_pa, 250)
+        received = encode(command if n else Identify(), n) if n % 25 == 0 else b""
+        samples = [f.message for f in decoder.feed(rig.step(received)) if isinstance(f.message, Sample)]
+        state = samples[-1].state if samples else state
+        actions += rig.board.valves != valves
+        valves = rig.board.valves
+        if state == BoardState.HOLDING and held_s is None:
+            held_s = n * STEP_S - 1.5
+        if held_s is not None and n * STEP_S > held_s + 3.5:
+            break
+    return held_s, actions, rig.truth.balloon_kpa
+
+
+def bench_settling():
+    """The way to three setpoints on the whole simulated rig."""
+    for setpoint_pa in (5000, 8000, 11_450):
+        for new_board in (AvrBoard, Board):
+            held_s, actions, balloon_kpa = _settle(new_board, setpoint_pa)
+            print(
+                f"{new_board.__name__} to {setpoint_pa / 1e3:g} kPa: held after {held_s:.2f} s (target 8), "
+                f"{actions} valve actions (target 20), {balloon_kpa:.3f} kPa (target ± 0.1)"
+            )
+
+
+def bench_speed(seconds=10):
+    """Virtual time over processor time, while holding, and how long a sample takes the chip."""
+    bench = Bench(AvrBoard()).holding()
+    begun_s = time.process_time()
+    bench.run(seconds)
+    took_s = time.process_time() - begun_s
+    chip = bench.board.chip
+    print(f"emulated board with its bench: {seconds / took_s:.1f} × real time (target 5)")
+    print(
+        f"longest work on one sample: {chip.longest_cycles} of 32000 cycles, frames handed over; "
+        f"bytes that a UART would have lost: {chip.overruns}"
+    )
+
+
+def bench_size():
+    """Flash and RAM."""
+    said = subprocess.run(["avr-size", program()], check=True, capture_output=True, text=True).stdout
+    text, data, bss = map(int, said.splitlines()[1].split()[:3])
+    print(f"firmware: {text + data} bytes of flash (limit 30720), {data + bss} of RAM (limit 1600)")
+
+
+def bench_avr():
+    """All of them."""
+    bench_size()
+    bench_speed()
+    bench_reactions()
+    bench_settling()
+
+
+if __name__ == "__main__":
+    bench_avr()
