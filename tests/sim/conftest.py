@@ -197,6 +197,13 @@ AVR_MARKS = [
 ]
 
 
+def emulated(test):
+    """A test of the emulated board alone: run each time."""
+    for mark in (*AVR_MARKS, brief):
+        test = mark(test)
+    return test
+
+
 @pytest.fixture(
     params=[Board, pytest.param(CBoard, marks=needs("gcc")), pytest.param(AvrBoard, marks=AVR_MARKS)],
     ids=["python", "c", "avr"],
