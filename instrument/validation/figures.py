@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,7 +33,7 @@ BLUE, GREEN, RED, YELLOW, GREY = "#1f4e9c", "#2e8b57", "#c8102e", "#f2b705", "#6
 def prepared(folder: Path) -> None:
     """Make the folder. Raises ConfigurationError where that, or drawing, is not possible."""
     if find_spec("matplotlib") is None:
-        raise ConfigurationError("--figures needs matplotlib: pip install 'pneuforce[figures]'")
+        raise ConfigurationError(f"--figures needs matplotlib: {sys.executable} -m pip install matplotlib")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

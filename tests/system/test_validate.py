@@ -152,6 +152,6 @@ def test_too_few_contacts_are_refused_with_what_became_of_those_that_were_found(
 
 def test_a_missing_matplotlib_is_one_sentence_that_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(ConfigurationError, match=r"pip install 'pneuforce\[figures\]'"):
+    with pytest.raises(ConfigurationError, match="-m pip install matplotlib"):
         prepared(tmp_path / "figures")
     assert not (tmp_path / "figures").exists()
