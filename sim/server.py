@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import select
 import signal
 import sys
@@ -11,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 from sim.cable import Cable
 from sim.control import Control
@@ -50,8 +53,8 @@ def serve(options: Options) -> None:
     link = Path(options.link) if options.link else None
     with (
         closing(Control(options.control_port, world)) as control,
-        closing(Cable(link)) as cable,
         _told_beside(link, control.port),
+        closing(Cable(link)) as cable,
     ):
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
         _run(world, cable, control, ended)
@@ -59,18 +62,47 @@ def serve(options: Options) -> None:
 
 @contextmanager
 def _told_beside(link: Path | None, port: int) -> Iterator[None]:
-    """While it runs, the control port stands in a file beside the link, for whoever knows the link only."""
+    """While it runs, the control port stands in a file beside the link, for whoever knows the link only.
+
+    The file is locked, which ends with the process: raises FileExistsError where another has the link.
+    """
     if link is None:
         yield
         return
-    file, told = beside(link), f"{port}\n"
-    file.write_text(told)
-    try:
-        yield
-    finally:
-        with suppress(OSError):
-            if file.read_text() == told:  # not another's, who has taken the link over
-                file.unlink()
+    with _locked(link) as file:
+        file.truncate(0)
+        file.write(f"{port}\n")
+        file.flush()
+        try:
+            yield
+        finally:
+            if _stands(file, beside(link)):
+                beside(link).unlink()
+
+
+def _locked(link: Path) -> TextIO:
+    """The file beside the link, ours alone."""
+    while True:
+        file = beside(link).open("a+")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            with file:
+                file.seek(0)
+                raise FileExistsError(
+                    f"{link} is in use by a running simulator (control port {file.read().strip()}): "
+                    "end it, or name another --link"
+                ) from None
+        if _stands(file, beside(link)):
+            return file
+        file.close()  # whoever had it ended meanwhile, and took it away
+
+
+def _stands(file: TextIO, path: Path) -> bool:
+    """Whether an open file still is the one of that name."""
+    with suppress(OSError):
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    return False
 
 
 def _reckoning(done: int, total: int) -> None:

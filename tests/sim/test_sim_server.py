@@ -213,6 +213,31 @@ def test_an_old_link_is_replaced_and_anything_else_is_left_alone(tmp_path):
     assert link.read_text() == "precious"
 
 
+def test_a_link_in_use_is_refused_and_the_link_of_a_simulator_that_was_killed_is_replaced(tmp_path):
+    link = tmp_path / "rig"
+    with simulator(link) as (process, told):
+        second = subprocess.run(
+            [sys.executable, "-m", "instrument", "sim", "--link", str(link)],
+            capture_output=True,
+            text=True,
+            timeout=20,
+        )
+        assert (second.returncode, second.stdout) == (2, "")
+        assert second.stderr == (
+            f"pneuforce: the simulator cannot start: {link} is in use by a running simulator (control port "
+            f"{told['control']}): end it, or name another --link\n"
+        )
+        assert os.readlink(link) == told["port"]
+        assert (tmp_path / "rig.control").read_text() == f"{told['control']}\n"
+        process.kill()
+        process.wait(5)
+        assert os.path.lexists(link)
+        with simulator(link) as (_, again):
+            assert os.readlink(link) == again["port"]
+            assert (tmp_path / "rig.control").read_text() == f"{again['control']}\n"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_hand_obeys_and_nonsense_is_answered_with_a_sentence(tmp_path):
     with simulator(tmp_path / "rig", hand=False) as (_, told):
         host = Host(told["port"])
