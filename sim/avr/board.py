@@ -70,6 +70,7 @@ class AvrBoard:
 
     @version.setter
     def version(self, version: int) -> None:
+        """Raises Refused where it is another."""
         if version != self.version:
             raise Refused("the emulated board speaks the version of the protocol that it was flashed with")
 
