@@ -35,8 +35,11 @@ def inject(control_port: int, name: str | None, pairs: Sequence[str], off: bool,
     Raises ConfigurationError where the simulator refuses, RigError where none answers.
     """
     arguments = arguments_of(pairs)
+    if off and (name is None or arguments):
+        raise ConfigurationError("--off takes the name of one fault alone, as pneuforce fault leak --off")
     simulator = Remote(control_port)
     try:
+        before = simulator.faults()
         if name is not None:
             simulator.order(fault={"name": name, "on": not off, **arguments})
         present = simulator.faults()
@@ -44,9 +47,10 @@ def inject(control_port: int, name: str | None, pairs: Sequence[str], off: bool,
         raise RigError(str(error)) from None
     except Refused as error:
         raise ConfigurationError(str(error)) from None
-    if as_json:
-        return json.dumps(present)
-    return "\n".join(_line(**fault) for fault in present) or "no fault is in"
+    told = "\n".join(_line(**fault) for fault in present) or "no fault is in"
+    if off and name not in [fault["name"] for fault in before]:
+        raise ConfigurationError(f"{name} was not in: {told.replace(chr(10), ', ')}")
+    return json.dumps(present) if as_json else told
 
 
 def control_beside(link: Path) -> int:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import logging
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
-from registers.map import BY_NAME, REGISTERS
+from registers.field import plain_unit
+from registers.map import BY_NAME, REGISTERS, Register
 from registers.modbus.bank import MODE, Bank
 from registers.modbus.codes import Code
+from registers.views.facts import span_text
 
 if TYPE_CHECKING:
     from pymodbus.client import ModbusTcpClient
@@ -79,17 +82,19 @@ class Plc:
     def write(self, name: str, value: object) -> None:
         """Write one register by name: a number in the quantity's unit, or the name of a code.
 
-        Raises PlcError with the exception's name, and the refusal's where the instrument gives one.
+        Raises PlcError with what is allowed, or the exception's name, and the refusal's where the instrument
+        gives one.
         """
+        register = _writable(name)
         try:
-            register = BY_NAME[name]
             words = self._bank.words(register, register.encode(value))
         except (LookupError, TypeError, ValueError, OverflowError):
-            raise PlcError(f"{name} = {value} cannot be put on the wire: no such register or value") from None
+            raise PlcError(f"{name} = {value} cannot be put on the wire{_allowed(register)}") from None
         numbers = [int.from_bytes(words[at : at + 2], "big") for at in range(0, len(words), 2)]
         answer = self._ask(self._client.write_registers, register.address, values=numbers)
         if answer.isError():
-            raise PlcError(f"{name} = {value} was refused: {self._why(answer)}")
+            allowed = _allowed(register) if answer.exception_code == Code.ILLEGAL_VALUE else ""
+            raise PlcError(f"{name} = {value} was refused: {self._why(answer)}{allowed}")
 
     def vent(self) -> None:
         """Open the vent. Raises PlcError where the instrument cannot be reached."""
@@ -130,3 +135,22 @@ class Plc:
             return f"{name} ({code:02X}h)"
         reason = self._values(range(_REFUSAL.address, _REFUSAL.end))[_REFUSAL.name]
         return f"{name} ({code:02X}h), reason {reason}"
+
+
+def _writable(name: str) -> Register:
+    """The register of this name. Raises PlcError."""
+    if name not in BY_NAME:
+        near = get_close_matches(name, [register.name for register in REGISTERS if register.writable])
+        told = f"; near: {', '.join(near)}" if near else ""
+        raise PlcError(f"there is no register {name}{told}")
+    if not BY_NAME[name].writable:
+        raise PlcError(f"{name} is read only")
+    return BY_NAME[name]
+
+
+def _allowed(register: Register) -> str:
+    if register.values:
+        return f"; allowed: {', '.join(register.values.codes)}"
+    unit = plain_unit(register.unit)
+    span = span_text(register.on_wire(register.wire, unit))
+    return f"; allowed: {span} {unit}".rstrip() if span else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import reduce
 from typing import Any
 
@@ -58,7 +59,8 @@ class Faults:
 def kind_of(name: str) -> FaultKind:
     """The fault of this name. Raises Refused."""
     if name not in CATALOGUE:
-        raise Refused(f"there is no fault {name!r}, only {', '.join(CATALOGUE)}")
+        near = f" (near: {', '.join(found)})" if (found := get_close_matches(name, CATALOGUE)) else ""
+        raise Refused(f"there is no fault {name!r}{near}; pneuforce fault --list shows all")
     return CATALOGUE[name]
 
 

@@ -79,8 +79,8 @@ def test_a_fault_is_put_in_listed_seen_by_the_board_and_taken_out(rig, control):
         ("leak", 'fault expects an object with "name"'),
         ({"name": 1}, 'fault expects an object with "name"'),
         ({"name": "leak", "on": 0}, 'fault expects an object with "name"'),
-        ({"name": "gremlin"}, "there is no fault 'gremlin', only no_supply, "),
-        ({"name": "gremlin", "on": False}, "there is no fault 'gremlin', only no_supply, "),
+        ({"name": "gremlin"}, "there is no fault 'gremlin'; pneuforce fault --list shows all"),
+        ({"name": "gremlin", "on": False}, "there is no fault 'gremlin'; pneuforce fault --list shows all"),
         ({"name": "leak", "colour": 1}, "leak takes kpa_per_s, not 'colour'"),
         ({"name": "leak", "kpa_per_s": "1"}, "kpa_per_s of leak is a number from 0 to 5 kPa/s at 8 kPa"),
         ({"name": "leak", "kpa_per_s": float("nan")}, "kpa_per_s of leak is a number from 0 to 5"),
@@ -188,6 +188,28 @@ def test_what_the_simulator_refuses_the_command_says(rig):
         2,
         "pneuforce: kpa_per_s of leak is a number from 0 to 5 kPa/s at 8 kPa\n",
     )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("leak", "--off"), "leak was not in: supply_low mv=4600"),
+        (("leek",), "there is no fault 'leek' (near: leak); pneuforce fault --list shows all"),
+        (("leek", "--off"), "there is no fault 'leek' (near: leak); pneuforce fault --list shows all"),
+        (("--off",), "--off takes the name of one fault alone, as pneuforce fault leak --off"),
+        (
+            ("supply_low", "mv=4600", "--off"),
+            "--off takes the name of one fault alone, as pneuforce fault leak",
+        ),
+    ],
+)
+def test_taking_out_what_is_not_in_is_an_error_that_says_what_is(rig, control, arguments, said):
+    control.ask({"fault": {"name": "supply_low"}})
+    done = pneuforce_fault(*arguments, "--link", rig["link"])
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"pneuforce: {said}")
+    assert len(done.stderr.splitlines()) == 1
+    assert present(control) == [{"name": "supply_low", "mv": 4600}]
 
 
 def test_the_list_has_every_fault():

@@ -187,7 +187,7 @@ def test_faults_of_different_parts_are_in_side_by_side(world):
 
 def test_an_unknown_fault_is_refused_by_the_names_of_those_that_there_are(world):
     for act in (world.faults.put_in, world.faults.take_out):
-        with pytest.raises(Refused, match="there is no fault 'gremlin', only no_supply, "):
+        with pytest.raises(Refused, match="there is no fault 'gremlin'; pneuforce fault --list shows all"):
             act("gremlin")
 
 

@@ -98,7 +98,7 @@ def test_a_recorded_course_lies_beside_its_scenario(tmp_path):
         ("doc = " + 100_000 * "[", "not TOML: brackets within brackets, too deep"),
         ("doc = " + 300 * "[" + 300 * "]" + CONTACT, "doc = [[[[[[[["),
         (MINE + '[[fault]]\nname = "leak"' + CONTACT, "fault 1, at_s: is missing"),
-        (MINE + FAULT + 'name = "gremlin"' + CONTACT, "fault 1: there is no fault 'gremlin', only "),
+        (MINE + FAULT + 'name = "gremlin"' + CONTACT, "fault 1: there is no fault 'gremlin'; pneuforce fault --list"),
         (MINE + FAULT + 'name = "leak"\nkpa_per_s = -1' + CONTACT, "kpa_per_s of leak is a number from "),
         (MINE + FAULT + 'name = "leak"\nlitres = 1' + CONTACT, "leak takes kpa_per_s, not 'litres'"),
         (MINE + CONTACT.replace("8.0", "13"), "phase 1, setpoint_kpa = 13: "),

@@ -52,12 +52,17 @@ def test_a_plc_sets_the_pressure_holds_and_vents(plc, source):
 @pytest.mark.parametrize(
     ("name", "value", "why"),
     [
-        ("setpoint_requested", 12.5, "illegal value (03h)"),
-        ("setpoint_requested", math.nan, "illegal value (03h)"),
-        ("force", 1.0, "illegal address (02h)"),
-        ("mode", "push", "cannot be put on the wire"),
-        ("setpoint_requested", 1e40, "cannot be put on the wire"),
-        ("colour", 1, "cannot be put on the wire"),
+        ("setpoint_requested", 12.5, "illegal value (03h); allowed: 2 … 12 kPa"),
+        ("setpoint_requested", math.nan, "illegal value (03h); allowed: 2 … 12 kPa"),
+        ("setpoint_requested_pa", 30.0, "illegal value (03h); allowed: 2 … 12 kPa"),
+        ("lease", 70.0, "allowed: 0 or 0.2 … 60 s"),
+        ("force", 1.0, "force is read only"),
+        ("mode", "hodl", "mode = hodl cannot be put on the wire; allowed: vent, hold"),
+        ("mode", [], "mode = [] cannot be put on the wire; allowed: vent, hold"),
+        ("setpoint_requested", 1e40, "cannot be put on the wire; allowed: 2 … 12 kPa"),
+        ("setpoint_requested", "eight", "cannot be put on the wire; allowed: 2 … 12 kPa"),
+        ("forcelimit", 1, "there is no register forcelimit; near: force_limit"),
+        ("colour", 1, "there is no register colour"),
     ],
 )
 def test_a_refusal_is_told_in_a_sentence(plc, name, value, why):
