@@ -61,7 +61,9 @@ class Chain:
 
     def uncalibrate(self) -> None:
         """Another balloon is fitted: the bare law from now on, with the uncertainty of an unknown balloon."""
-        self.settings = replace(self.settings, correction=None, errors=InputErrors(), model=ModelErrors())
+        own = self.settings
+        model = ModelErrors.of(own.law.method)
+        self.settings = replace(own, correction=None, errors=InputErrors(), model=model)
         self._curve = None
 
     def step(self, sample: RawSample) -> Measurement:

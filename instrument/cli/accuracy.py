@@ -23,11 +23,14 @@ from instrument.columns import Points, points_in
 from instrument.errors import ConfigurationError
 from instrument.fifths import EDGES_KPA
 from instrument.model.law import MethodName
+from instrument.model.uncertainty import ModelErrors
 from instrument.validation.accuracy import Estimator, Score, scored
 
 LIVE_SETTINGS = ChainSettings()
 BARE = {
-    method: replace(LIVE_SETTINGS, law=replace(LIVE_SETTINGS.law, method=method))
+    method: replace(
+        LIVE_SETTINGS, law=replace(LIVE_SETTINGS.law, method=method), model=ModelErrors.of(method)
+    )
     for method in get_args(MethodName)
 }
 CALIBRATED = {

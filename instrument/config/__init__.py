@@ -24,6 +24,7 @@ from instrument.config.sections import (
 )
 from instrument.errors import ConfigurationError
 from instrument.model import Balloon, Circuit, Law
+from instrument.model.uncertainty import ModelErrors
 from instrument.settings import Identity, Settings
 from instrument.tables import Section, checked, span_of, tables_of, toml_of
 
@@ -76,6 +77,7 @@ class Configuration(Section):
             balloon=Balloon(**self.balloon.model_dump(exclude={"id"})),
             circuit=Circuit(**self.circuit.model_dump()),
             law=Law(**self.measurement.model_dump(include={"method", "switch", "low"})),
+            model=ModelErrors.of(self.measurement.method),
             **self.measurement.model_dump(include={"filter_s", "tube_s"}),
         )
 

@@ -52,7 +52,7 @@ def budget(
     contact_s: float = CONTACT_S,
 ) -> tuple[Line, ...]:
     """Every input's part in the uncertainty of a force, `contact_s` after the contact began."""
-    errors, model = errors or InputErrors(), model or ModelErrors()
+    errors, model = errors or InputErrors(), model or ModelErrors.of(law.method)
     rise_kpa, drift_kpa = final_kpa - initial_kpa, errors.drift_kpa_per_s * contact_s
     curve = ContactCurve(initial_kpa, balloon, circuit, law, correction, errors)
     point = curve.at(rise_kpa)

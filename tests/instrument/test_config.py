@@ -6,10 +6,12 @@ import tomllib
 import pytest
 
 from instrument import config
+from instrument.chain import Chain
 from instrument.config import Configuration, example, load, parse
 from instrument.errors import ConfigurationError
 from instrument.interlocks import HARD_LIMIT_KPA
 from instrument.model import METHODS
+from instrument.model.uncertainty import ModelErrors
 from registers.map import BY_NAME
 
 KEYS = [
@@ -216,3 +218,13 @@ def test_the_spans_agree_with_what_they_configure():
     assert (safety["force_limit_n"]["minimum"], safety["force_limit_n"]["maximum"]) == (limit.low, limit.high)
     assert safety["contact_limit_kpa"]["maximum"] == HARD_LIMIT_KPA
     assert set(config.MeasurementSection.model_json_schema()["properties"]["method"]["enum"]) == set(METHODS)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_chain_states_the_error_of_the_method_that_it_was_configured_to(method, tmp_path):
+    path = tmp_path / "instrument.toml"
+    path.write_text(f'[measurement]\nmethod = "{method}"\n')
+    chain = Chain(load(path).chain)
+    assert chain.settings.model == ModelErrors.of(method)
+    chain.uncalibrate()
+    assert chain.settings.model == ModelErrors.of(method)

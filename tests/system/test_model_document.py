@@ -41,6 +41,10 @@ PASCAL = 1e-3
         f"1.0 to 1.2, {ERRORS.polytropic:.3f}",
         f"| the law | {100 * LAW.share_below:.1f} % of the force up to {BALLOON.switch_kpa:g} kPa, "
         f"{100 * LAW.share_above:.1f} % above",
+        *(
+            f"{100 * errors.share_below:.3g} % and {100 * errors.share_above:.3g} % ({method.capitalize()})"
+            for method, errors in ((m, ModelErrors.of(m)) for m in ("lulevich", "shanahan"))
+        ),
         f"a rise of {ONSET_KPA:g} kPa",
         f"lags by about {1e3 * OWN.tube_s:.0f} ms",
         f"passes a {1e3 * OWN.filter_s:.0f} ms filter",

@@ -32,6 +32,25 @@ each_contact = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.parametrize(
+    ("method", "initial_kpa", "mean_percent"),
+    [
+        ("energetic", 9.0, 6.77),
+        ("lulevich", 9.0, 14.15),
+        ("shanahan", 9.0, 14.12),
+        ("lulevich", 8.0, 43.88),
+        ("shanahan", 8.0, 52.27),
+    ],
+)
+def test_a_method_states_the_error_that_the_paper_measured_of_it(method, initial_kpa, mean_percent):
+    [share] = [
+        line.std
+        for line in budget(initial_kpa, initial_kpa + 1.5, BALLOON, CIRCUIT, Law(method=method))
+        if line.what == "the law itself"
+    ]
+    assert share == pytest.approx(mean_percent * math.sqrt(math.pi / 2))
+
+
 def quotient(solve, h):
     """Difference quotient of force and indentation."""
     up, down = solve(h), solve(-h)
