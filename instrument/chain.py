@@ -82,11 +82,11 @@ class Chain:
         if not locked:
             why = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED
             return Measurement(
-                t_s=sample.received_s, pressure_kpa=pressure_kpa, unfiltered_kpa=unfiltered_kpa, quality=why
+                t_s=sample.t_s, pressure_kpa=pressure_kpa, unfiltered_kpa=unfiltered_kpa, quality=why
             )
         if self.tracker.in_contact:
-            return self._pressed(sample.received_s, pressure_kpa, unfiltered_kpa, now_kpa)
-        return self._free(sample.received_s, pressure_kpa, unfiltered_kpa)
+            return self._pressed(sample.t_s, pressure_kpa, unfiltered_kpa, now_kpa)
+        return self._free(sample.t_s, pressure_kpa, unfiltered_kpa)
 
     def _blind(self, sample: RawSample) -> Measurement:
         """A sample that tells nothing. Some of them do not end a contact; more trip the board."""
@@ -98,7 +98,7 @@ class Chain:
             self.tracker.blind(dt_s)
         else:
             self.tracker.step(math.nan, math.nan, False, dt_s)
-        return Measurement(t_s=sample.received_s, quality=Quality.SENSOR)
+        return Measurement(t_s=sample.t_s, quality=Quality.SENSOR)
 
     def _filter(self, nominal_kpa: float, dt_s: float) -> None:
         if not math.isfinite(self._filtered_kpa):

@@ -96,7 +96,7 @@ class Instrument:
         self.raw, self.measurement = raw, m
         self.sample_counter += 1
         self._vented.step(raw, m.pressure_kpa, self.chain.zero.taken)
-        self._follow_board(message, raw.received_s)
+        self._follow_board(message, raw.t_s)
         fault = self._interlocks.step(raw, m, self.settings.contact_limit_kpa)
         if fault is not None:
             self.trip(fault)

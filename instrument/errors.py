@@ -6,7 +6,8 @@
     │   ├── PortBusy (OSError)             another process holds the port
     │   ├── PortUnavailable (OSError)      no such port, or no permission
     │   ├── RigSilent (TimeoutError)       nothing, or nothing of ours, came over the cable
-    │   └── ProtocolMismatch (ValueError)  a board that speaks another version
+    │   ├── ProtocolMismatch (ValueError)  a board that speaks another version
+    │   └── TimeOutMismatch (ValueError)   a board that reacts to a silent host after another time
     └── FaceError (OSError)                a bus that cannot be served
 
 Bad measurements and bad requests are never exceptions: they are codes and bits.
@@ -65,6 +66,18 @@ class ProtocolMismatch(RigError, ValueError):
             "flash the firmware that came with this release; no valve was moved"
         )
         self.board_version = board_version
+
+
+class TimeOutMismatch(RigError, ValueError):
+    """The board reacts to a silent host after another time than the host counts on."""
+
+    def __init__(self, what: str, board_ms: int, host_ms: int) -> None:
+        super().__init__(
+            f"the board {what} when its host is silent for {board_ms} ms, this host counts on {host_ms} ms: "
+            "flash the firmware that came with this release; nothing was inflated"
+        )
+        self.board_ms = board_ms
+        self.host_ms = host_ms
 
 
 class FaceError(PneuforceError, OSError):

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from instrument.core import Instrument
-from instrument.errors import ProtocolMismatch, RigError, RigSilent
+from instrument.errors import ProtocolMismatch, RigError, RigSilent, TimeOutMismatch
 from instrument.faults import name_of
 from instrument.rig.frames import BoardState, Valve
 from instrument.rig.link import Link, Phase, RawSample
@@ -22,7 +22,7 @@ TICK_S = 0.01
 GREETING_S = 5.0  #: an UNO that was reset by opening its port needs two of them
 SILENT_S = 1.0  #: then the board is greeted anew
 REOPEN_S = 3.0  #: then the port is opened anew
-BACK_OFF_S = (0.1, 2.0)
+BACK_OFF_S = (0.1, 1.0)
 VENT_ANSWER_S = 0.3
 STALL_S = 0.1  #: a beat that comes later than this: the process was stopped, or starved
 
@@ -51,7 +51,7 @@ class Host:
     ) -> None:
         self.instrument = instrument
         self.url = url
-        self.link = Link()
+        self.link = Link(round(instrument.settings.vent_after_s * 1e3))
         self.faces: list[Face] = []
         self.reconnects = 0
         self._open_port = open_port
@@ -59,11 +59,13 @@ class Host:
         self._port: RigLink | None = None
         self._back_off_s = BACK_OFF_S[0]
         self._try_again_s = 0.0
-        self._opened_s = 0.0
+        self._heard_s = 0.0  # when samples came, or the port was opened
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
         self._restarts_seen = 0
         self._complaint = ""
+        self._down_because = ""
+        self._bytes_before = 0  # heard until then, for whoever asks what came in a silence
         self._beat_s = clock()
 
     async def connect(self, stop: asyncio.Event) -> None:
@@ -81,7 +83,7 @@ class Host:
 
     async def _greet(self, stop: asyncio.Event) -> None:
         deadline_s = self._clock() + GREETING_S
-        while self.link.phase is Phase.GREETING and not stop.is_set():
+        while self.link.phase is not Phase.READY and not stop.is_set():
             self._beat()
             if self._failure is not None:
                 raise self._failure
@@ -110,11 +112,11 @@ class Host:
         if self._port is None:
             self._reopen_later(now_s)
             return
-        silent_s = now_s - max(self.instrument.measurement.t_s, self._opened_s)
+        silent_s = now_s - self._heard_s
         if silent_s > REOPEN_S:
-            self._detach(f"silent for {silent_s:.1f} s")
+            self._detach(str(RigSilent(self.url, silent_s, self.link.heard_bytes - self._bytes_before)))
             return
-        if silent_s > SILENT_S and self.link.phase is Phase.READY:
+        if silent_s > SILENT_S and self.link.phase is not Phase.GREETING:
             self.link.restart()
         self._send(self.link.tick(self.instrument.command(), now_s))
 
@@ -130,9 +132,12 @@ class Host:
 
     def _attach(self, port: RigLink) -> None:
         self._port = port
-        self._opened_s = self._clock()
+        self._heard(self._clock())
         self.link.restart()
         asyncio.get_running_loop().add_reader(port.fileno(), self._readable)
+
+    def _heard(self, now_s: float) -> None:
+        self._heard_s, self._bytes_before = now_s, self.link.heard_bytes
 
     def _detach(self, why: str) -> None:
         log.warning("rig link down: %s", why)
@@ -160,7 +165,8 @@ class Host:
         try:
             port = await asyncio.to_thread(self._open_port, self.url)
         except Exception as error:
-            log.info("rig link still down: %s", error)
+            again, self._down_because = str(error) == self._down_because, str(error)
+            log.log(logging.INFO if again else logging.WARNING, "rig link still down: %s", error)
             self._wait_longer()
             return
         self.reconnects += 1
@@ -169,14 +175,12 @@ class Host:
 
     def _readable(self) -> None:
         assert self._port is not None
+        now_s = self._clock()
+        if now_s > self._beat_s + STALL_S:
+            self.instrument.tick(now_s)  # a silence is one, though what was sent in it is about to be read
         try:
-            data = self._port.read()
-            now_s = self._clock()
-            if now_s > self._beat_s + STALL_S:
-                self._skip_backlog(data)
-                return
-            samples = self.link.feed(data, now_s)
-        except ProtocolMismatch as error:
+            samples = self.link.feed(self._port.read(), now_s)
+        except (ProtocolMismatch, TimeOutMismatch) as error:
             self._failure = error
             self.link.forget()
             self._detach(str(error))
@@ -189,17 +193,12 @@ class Host:
             self._restarts_seen = self.link.board_restarts
             self.instrument.board_restarted()
         if samples:
-            self._back_off_s = BACK_OFF_S[0]
+            self._back_off_s, self._down_because = BACK_OFF_S[0], ""
+            self._heard(now_s)
             if self.link.hello is not None:
                 self.instrument.greeted(self.link.hello)
         for sample in samples:
-            self._guarded(self._use, sample)
-
-    def _skip_backlog(self, data: bytes) -> None:
-        """Forget what came while our process was stopped: it is old, and would look fresh."""
-        while data and self._port is not None:
-            data = self._port.read()
-        self.link.skip()
+            self._guarded(self._use, sample, now_s)
 
     def _log_events(self) -> None:
         for event in self.link.events:
@@ -208,10 +207,10 @@ class Host:
             log.info("board: %s to %s%s", was, state, why)
         self.link.events.clear()
 
-    def _use(self, sample: RawSample) -> None:
+    def _use(self, sample: RawSample, now_s: float) -> None:
         self.instrument.take(sample)
         for face in self.faces:
-            self._guarded(face.on_sample, sample.received_s)
+            self._guarded(face.on_sample, now_s)
 
     def _guarded(self, handle: Callable[..., object], *arguments: object) -> None:
         """One frame, one beat: what goes wrong in it costs no more than it, and is logged once."""

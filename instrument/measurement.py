@@ -24,7 +24,7 @@ class Quality(Flag):
 class Measurement:
     """What the instrument knows at one instant, derived from exactly one rig frame."""
 
-    t_s: float  # host monotonic clock at reception [s]
+    t_s: float  # when the board took it, on the host's monotonic clock [s]
     pressure_kpa: float = math.nan  # filtered gauge pressure [kPa]
     unfiltered_kpa: float = math.nan  # gauge pressure as sampled, for the interlocks [kPa]
     initial_kpa: float = math.nan  # ΔP_i of the contact in progress, else the baseline [kPa]

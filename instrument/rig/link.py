@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
-from instrument.errors import ProtocolMismatch
+from instrument.errors import ProtocolMismatch, TimeOutMismatch
+from instrument.rig.clock import BoardClock
 from instrument.rig.frames import (
     COUNTS_LIMIT,
     PROTOCOL_VERSION,
@@ -18,12 +19,15 @@ from instrument.rig.frames import (
     Hello,
     Identify,
     Message,
+    Mode,
     Sample,
     Vent,
     encode,
 )
+from instrument.rig.limits import HOST_SILENCE_S
 
 IDENTIFY_EVERY_S = 0.2
+AGREE_S = 1.0  #: a board that was told when to vent has to say so within this time
 KEEP_ALIVE_S = 0.05
 #: A board's uptime may lag behind ours by its clock's error and by this, without having restarted.
 CLOCK_TOLERANCE = 0.01
@@ -41,15 +45,16 @@ class Phase(Enum):
     """How far host and board have come."""
 
     GREETING = auto()  #: Identify is sent until samples come: a board streams to a host of its version only
+    AGREEING = auto()  #: samples are used; the board is told to vent, and asked after which silence it would
     READY = auto()  #: samples are used, commands are sent
 
 
 @dataclass(frozen=True, slots=True)
 class RawSample:
-    """A sample still in counts, with its sequence and the host's monotonic time of reception [s]."""
+    """A sample still in counts, with its sequence and when the board took it, by the host's clock [s]."""
 
     sequence: int
-    received_s: float
+    t_s: float
     message: Sample
     elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the sample before, at most 0.5 s
     frozen: bool = False  #: the board's clock has stood still for 10 samples
@@ -59,7 +64,9 @@ class RawSample:
 class Link:
     """Bytes from the board become samples; the wanted command becomes bytes for the board."""
 
+    vent_after_ms: int = 2_000  #: what the host was configured for; a board that does otherwise is refused
     phase: Phase = Phase.GREETING
+    clock: BoardClock = field(default_factory=BoardClock)
     hello: Hello | None = None
     board_restarts: int = 0  #: greetings by another board, or with less uptime than it must have
     lost_frames: int = 0  #: gaps in the sequence
@@ -72,6 +79,7 @@ class Link:
     _last: tuple[int, Sample] | None = None
     _still_frames: int = 0
     _greeted_s: float = 0.0
+    _agreeing_s: float = float("inf")
     _sent_s: float = float("-inf")
     _sent: Command | None = None
     _vent_asked: bool = False
@@ -81,12 +89,9 @@ class Link:
         self.phase = Phase.GREETING
         self._last = None
         self._still_frames = 0
+        self.clock.restart()
         self._sent_s = float("-inf")
         self._sent = None
-        self.decoder = Decoder.of_board()
-
-    def skip(self) -> None:
-        """Bytes were lost on purpose: begin with the next whole frame."""
         self.decoder = Decoder.of_board()
 
     def forget(self) -> None:
@@ -96,7 +101,8 @@ class Link:
     def feed(self, data: bytes, now_s: float) -> list[RawSample]:
         """Samples completed by `data`.
 
-        Raises ProtocolMismatch where a board of another version greets.
+        Raises ProtocolMismatch where a board of another version greets, TimeOutMismatch where it reacts to
+        a silent host after another time than this host counts on.
         """
         self.heard_bytes += len(data)
         samples: list[RawSample] = []
@@ -104,7 +110,7 @@ class Link:
             message = frame.message
             if isinstance(message, Sample):
                 before_us = self._board_time_us
-                if self._is_new(frame, message):
+                if self._is_new(frame, message, now_s):
                     samples.append(self._raw(frame.sequence, message, before_us, now_s))
             elif isinstance(message, Hello):
                 self._greet(message, frame.version, now_s)
@@ -112,7 +118,7 @@ class Link:
                 self.events.append(message)
         return samples
 
-    def _is_new(self, frame: Frame, message: Sample) -> bool:
+    def _is_new(self, frame: Frame, message: Sample, now_s: float) -> bool:
         if message.state not in _STATES or message.adc_sum > COUNTS_LIMIT:
             self.implausible_frames += 1
             return False
@@ -124,7 +130,9 @@ class Link:
             self.repeated_frames += 1
             return False
         self._last = (frame.sequence, message)
-        self.phase = Phase.READY
+        if self.phase is Phase.GREETING:
+            self.phase, self._agreeing_s = Phase.AGREEING, float("inf")
+            self._agree(self.hello, now_s)
         self.lost_frames += step - 1
         return True
 
@@ -135,15 +143,20 @@ class Link:
 
     def _raw(self, sequence: int, message: Sample, before_us: int | None, now_s: float) -> RawSample:
         if before_us is None:
-            return RawSample(sequence, now_s, message)
+            return RawSample(sequence, self.clock.taken_s(message.board_time_us, now_s), message)
         passed_us = (message.board_time_us - before_us) & 0xFFFF_FFFF
         self._still_frames = 0 if passed_us else self._still_frames + 1
-        elapsed_s = min(passed_us * 1e-6, LONGEST_STEP_S)
-        return RawSample(sequence, now_s, message, elapsed_s, self._still_frames >= FROZEN_FRAMES)
+        frozen = self._still_frames >= FROZEN_FRAMES
+        if frozen:
+            self.clock.restart()
+        t_s = self.clock.taken_s(message.board_time_us, now_s)
+        return RawSample(sequence, t_s, message, min(passed_us * 1e-6, LONGEST_STEP_S), frozen)
 
     def _greet(self, hello: Hello, version: int, now_s: float) -> None:
         if version != PROTOCOL_VERSION:
             raise ProtocolMismatch(version, PROTOCOL_VERSION)
+        if hello.host_silence_ms != round(HOST_SILENCE_S * 1e3):
+            raise TimeOutMismatch("shuts its inlet", hello.host_silence_ms, round(HOST_SILENCE_S * 1e3))
         if self.hello is not None:
             passed_ms = (now_s - self._greeted_s) * 1e3 * (1 - CLOCK_TOLERANCE)
             least_ms = (self.hello.uptime_ms + passed_ms) % UPTIME_WRAP_MS - RESTART_MS
@@ -151,6 +164,15 @@ class Link:
                 self.board_restarts += 1
                 self.restart()
         self.hello, self._greeted_s = hello, now_s
+        if self.phase is Phase.AGREEING:
+            self._agree(hello, now_s)
+
+    def _agree(self, hello: Hello, now_s: float) -> None:
+        """Compare when the board vents with when it is meant to; it learns of that with the first command."""
+        if hello.vent_after_ms == self.vent_after_ms:
+            self.phase = Phase.READY
+        elif now_s > self._agreeing_s + AGREE_S:
+            raise TimeOutMismatch("vents", hello.vent_after_ms, self.vent_after_ms)
 
     def vent(self) -> None:
         """Ask for the vent message in front of whatever is sent next, once."""
@@ -168,10 +190,21 @@ class Link:
                 return urgent
             self._sent_s = now_s
             return urgent + self._encode(Identify())
+        if self.phase is Phase.AGREEING:
+            return urgent + self._ask_to_agree(now_s)
         if wanted == self._sent and now_s - self._sent_s < KEEP_ALIVE_S and not urgent:
             return b""
         self._sent, self._sent_s = wanted, now_s
         return urgent + self._encode(wanted)
+
+    def _ask_to_agree(self, now_s: float) -> bytes:
+        """Tell the board when to vent in a silence, and ask it: nothing is inflated before it says so."""
+        if now_s - self._sent_s < KEEP_ALIVE_S:
+            return b""
+        self._sent_s = now_s
+        self._agreeing_s = min(self._agreeing_s, now_s)
+        vent = Command(mode=Mode.VENT, vent_after_ms=self.vent_after_ms)
+        return self._encode(vent) + self._encode(Identify())
 
     def _encode(self, message: Message) -> bytes:
         self.command_sequence = (self.command_sequence + 1) & 0xFFFF

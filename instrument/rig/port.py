@@ -72,9 +72,9 @@ class SerialPort:
 
 
 def _sentence(url: str, error: Exception) -> PortBusy | PortUnavailable:
-    if "exclusively lock" in str(error):
-        return PortBusy(url)
     code = getattr(error, "errno", None)
+    if "exclusively lock" in str(error) or code == errno.EBUSY:
+        return PortBusy(url)
     if code == errno.EACCES:
         return PortUnavailable(url, "no permission (add yourself to the group of the device: dialout)")
     if code == errno.ENOENT:

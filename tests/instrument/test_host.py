@@ -13,7 +13,7 @@ import tty
 import pytest
 
 from instrument.core import Instrument
-from instrument.errors import PortBusy, PortUnavailable, ProtocolMismatch, RigSilent
+from instrument.errors import PortBusy, PortUnavailable, ProtocolMismatch, RigSilent, TimeOutMismatch
 from instrument.faults import HostFault
 from instrument.host import BACK_OFF_S, Host
 from instrument.rig.frames import (
@@ -41,7 +41,7 @@ PATIENCE_S = 5.0
 class Board(threading.Thread):
     """Obeys at once and streams 500 samples a second; its log is what it heard, and when."""
 
-    def __init__(self, uptime_ms=1000, version=PROTOCOL_VERSION):
+    def __init__(self, uptime_ms=1000, version=PROTOCOL_VERSION, silence_ms=250, vent_after_ms=2000):
         super().__init__(daemon=True)
         self.far, self._near = os.openpty()
         tty.setraw(self._near)
@@ -50,6 +50,8 @@ class Board(threading.Thread):
         self.state = BoardState.VENTED
         self.mute = False
         self.uptime_ms, self.version = uptime_ms, version
+        self.silence_ms, self.vent_after_ms = silence_ms, vent_after_ms
+        self.deaf_to_time_outs = False
         self.noise = b""
         self._identified = False
         self._started_s = time.monotonic()
@@ -72,11 +74,16 @@ class Board(threading.Thread):
             self.heard.append((time.monotonic(), message))
             if isinstance(message, Identify):
                 self._identified = self.version == PROTOCOL_VERSION
-                self._send(Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, 250, 2000))
+                self._send(self._hello())
             elif isinstance(message, Vent):
                 self.state = BoardState.VENTED
             elif isinstance(message, Command):
                 self.state = BoardState.HOLDING if message.mode == Mode.HOLD else BoardState.VENTED
+                if not self.deaf_to_time_outs:
+                    self.vent_after_ms = message.vent_after_ms
+
+    def _hello(self):
+        return Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, self.silence_ms, self.vent_after_ms)
 
     def _age_ms(self):
         return self.uptime_ms + round((time.monotonic() - self._started_s) * 1e3)
@@ -98,7 +105,7 @@ class Board(threading.Thread):
         """Like a brown-out: vented, forgotten, and a greeting of its own."""
         self.state, self._identified, self._samples = BoardState.VENTED, False, 0
         self.uptime_ms, self._started_s = 0, time.monotonic()
-        self._send(Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, 250, 2000))
+        self._send(self._hello())
 
     def messages(self, kind):
         return [(t_s, message) for t_s, message in list(self.heard) if isinstance(message, kind)]
@@ -218,19 +225,31 @@ def test_the_board_is_kept_alive_and_heard_of_every_change_at_once(cable):
     asyncio.run(story())
 
 
-def test_what_came_while_the_process_was_stopped_is_not_used(cable):
+def test_what_came_while_the_process_was_stopped_is_used_with_its_age(cable):
     async def story():
         board = cable.plug()
         async with running(cable) as host:
-            await until(lambda: see(host).sample_counter > 10)
-            lost, first = host.link.lost_frames, board._samples
-            deadline_s = time.monotonic() + PATIENCE_S
+            await until(lambda: see(host).sample_counter > 100)
+            ages, take = [], host.instrument.take
+            host.instrument.take = lambda raw: ages.append(time.monotonic() - raw.t_s) or take(raw)
+            first, deadline_s = board._samples, time.monotonic() + PATIENCE_S
             while board._samples < first + 75 and time.monotonic() < deadline_s:
                 time.sleep(0.01)  # the whole loop stands still
-            used = host.instrument.sample_counter
-            await until(lambda: host.instrument.sample_counter > used)
-            assert host.link.lost_frames - lost >= 70
-            assert host.instrument.sample_counter - used < 20
+            await until(lambda: len(ages) > 75)
+            await until(lambda: see(host).age_s < 0.05)
+            assert max(ages) > 0.1
+            assert host.link.lost_frames == 0
+
+    asyncio.run(story())
+
+
+def test_a_stop_longer_than_the_allowed_silence_trips_though_nothing_was_lost(cable):
+    async def story():
+        cable.plug()
+        async with running(cable) as host:
+            await inflate(host)
+            time.sleep(0.3)  # the whole loop stands still
+            await until(lambda: see(host).first_fault == HostFault.LINK_LOST)
 
     asyncio.run(story())
 
@@ -306,6 +325,21 @@ class TestNoBoard:
             self.connect(cable.path)
         assert {type(message) for _, message in board.heard} == {Identify}
 
+    def test_a_board_that_shuts_its_inlet_later_than_the_host_counts_on_is_refused(self, cable):
+        board = cable.plug(silence_ms=400)
+        with pytest.raises(TimeOutMismatch, match=r"shuts its inlet .* 400 ms, this host counts on 250 ms"):
+            self.connect(cable.path)
+        assert {type(message) for _, message in board.heard} == {Identify}
+
+    def test_a_board_that_does_not_take_over_when_to_vent_is_refused_having_been_told_to_vent_only(
+        self, cable
+    ):
+        board = cable.plug(vent_after_ms=3000)
+        board.deaf_to_time_outs = True
+        with pytest.raises(TimeOutMismatch, match=r"vents .* 3000 ms, this host counts on 2000 ms"):
+            self.connect(cable.path)
+        assert {message.mode for _, message in board.messages(Command)} == {Mode.VENT}
+
     def test_a_port_in_use_is_busy(self, cable):
         cable.plug()
         with contextlib.closing(SerialPort(str(cable.path))), pytest.raises(PortBusy, match="in use"):
@@ -325,8 +359,34 @@ class TestNoBoard:
         SerialPort(str(cable.path)).close()
 
 
+def test_a_board_that_another_host_told_otherwise_agrees_before_it_may_inflate(cable):
+    async def story():
+        board = cable.plug(vent_after_ms=9000)
+        async with running(cable) as host:
+            assert board.vent_after_ms == 2000
+            await inflate(host)
+
+    asyncio.run(story())
+
+
 class TestCable:
     """The cable is pulled, and put back under another name."""
+
+    def test_another_device_that_takes_the_ports_name_is_told_by_what_it_sends(self, cable, caplog):
+        async def story():
+            cable.plug()
+            async with running(cable) as host:
+                await until(lambda: see(host).sample_counter > 10)
+                cable.pull()
+                stranger = cable.plug()
+                stranger._listen = lambda data: None
+                stranger.noise = b"$GPGGA,123519,4807.038,N"
+                await until(lambda: "another device on that port" in caplog.text, 2 * PATIENCE_S)
+                cable.pull()
+                cable.plug()
+                await until(lambda: "link_lost" not in see(host).status)
+
+        asyncio.run(story())
 
     def test_it_reconnects_and_does_not_inflate_by_itself(self, cable):
         async def story():

@@ -18,7 +18,8 @@ class Station:
 
     def __init__(self, plant, schedule=None, **settings):
         self.world = World(Rig(plant, Hand(False)), schedule)
-        self.link, self.instrument = Link(), Instrument(Settings(**settings))
+        self.instrument = Instrument(Settings(**settings))
+        self.link = Link(round(self.instrument.settings.vent_after_s * 1e3))
         self.refused = None  #: what the greeting ended with
         self.used = 0  #: samples used
         self._restarts = 0

@@ -83,7 +83,7 @@ class TestGreeting:
 
     def test_hello_and_samples_may_come_in_one_read(self):
         samples = Link().feed(hello() + sample(5) + sample(6), 3.0)
-        assert [(s.sequence, s.received_s) for s in samples] == [(5, 3.0), (6, 3.0)]
+        assert [(s.sequence, s.t_s) for s in samples] == [(5, 3.0), (6, 3.0)]
 
     def test_a_boot_banner_and_half_a_line_are_skipped(self):
         link = Link()

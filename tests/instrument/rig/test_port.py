@@ -1,6 +1,7 @@
 """The serial port: one contract, on a real pty and on a real `socket://`."""
 
 import contextlib
+import errno
 import os
 import select
 import socket
@@ -159,6 +160,17 @@ def test_a_port_in_use_is_busy_and_the_sentence_names_it():
         with pytest.raises(PortBusy, match=f"{far.url} is in use") as told:
             SerialPort(far.url)
         assert isinstance(told.value, OSError)
+
+
+def test_a_port_that_its_owner_has_locked_is_busy(monkeypatch):
+    """TIOCEXCL, as others use it; root is let in nevertheless, so that the refusal is made up here."""
+
+    def refuse(*_, **__):
+        raise OSError(errno.EBUSY, "Device or resource busy")
+
+    monkeypatch.setattr("serial.serial_for_url", refuse)
+    with pytest.raises(PortBusy, match="in use"):
+        SerialPort("/dev/ttyACM0")
 
 
 @pytest.mark.parametrize(
