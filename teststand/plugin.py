@@ -54,7 +54,8 @@ def _pneuforce_stack(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator
         try:
             stack = start(children, tmp_path / "rig", wish.of_the_rig(), wish.instrument, line_seed=line_seed)
         except ChildFailed as error:
-            raise pytest.fail.Exception(str(error), pytrace=False) from None
+            told = str(error).replace("/dev/stdin", "instrument={…} of the marker pneuforce")
+            raise pytest.fail.Exception(told, pytrace=False) from None
         yield stack
 
 
@@ -85,7 +86,10 @@ def pneuforce_serial_proxy(_pneuforce_stack: Stack) -> SerialProxy:
 def wish_of(request: pytest.FixtureRequest) -> Wish:
     """What the test's marker asks for, the marker of a class or module where it has none of its own."""
     marker = request.node.get_closest_marker("pneuforce")
-    try:
-        return Wish(*marker.args, **marker.kwargs) if marker else Wish()
-    except TypeError as error:
-        raise pytest.fail.Exception(f"the marker is {MARKER}; {error}", pytrace=False) from None
+    if marker is None:
+        return Wish()
+    unknown = [*map(repr, marker.args), *(key for key in marker.kwargs if key not in Wish.__slots__)]
+    if unknown:
+        told = f"the marker pneuforce does not take {', '.join(unknown)}; it is {MARKER}"
+        raise pytest.fail.Exception(told, pytrace=False)
+    return Wish(**marker.kwargs)

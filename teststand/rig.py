@@ -32,6 +32,10 @@ class Tripped(PneuforceError):
     """The rig has tripped and cannot be inflated."""
 
 
+class NotHeld(PneuforceError):
+    """The balloon is not held, so that a press means nothing to the instrument."""
+
+
 class LiveRig:
     """The instrument's face, and the hand, the faults and the truth of the rig behind it.
 
@@ -87,13 +91,18 @@ class LiveRig:
     # ---- the world
 
     def press(self, force_n: float, wait: bool = True) -> None:
-        """Press with this force until it is released. Raises NotInTime.
+        """Press a held balloon with this force until it is released. Raises NotHeld, Tripped, NotInTime.
 
-        With `wait` it comes back when the force stands, and the instrument has had time to follow.
+        With `wait` it comes back when the force stands, and the instrument has had time to follow; where the
+        press trips the rig, it raises Tripped. `contact` presses whatever state the balloon is in.
         """
+        registers = self._untripped()
+        if registers["state"] != "holding":
+            raise NotHeld(f"the balloon is not held, inflate it first: {_in_words(registers)}")
         self._remote.order(press=force_n)
         if wait:
             self._settle(force_n)
+            self._untripped()
 
     def release(self, wait: bool = True) -> None:
         """Let go. `wait` as for `press`."""
@@ -128,6 +137,10 @@ class LiveRig:
         self._stack.check()
         with Plc.connect(port=self.modbus_port, unit=self._unit) as plc:
             yield plc
+
+    def _untripped(self) -> Values:
+        with self._plc() as plc:
+            return _untripped(plc)
 
     def _settle(self, force_n: float) -> None:
         def told(truth: Values) -> str:

@@ -11,7 +11,7 @@ from registers.modbus.client import PlcError
 from sim.faults import Refused
 from tests.system.test_demo import running
 from tests.system.waiting import wait_for
-from teststand.rig import NotInTime
+from teststand.rig import NotHeld, NotInTime, Tripped
 
 
 def pytest_in(folder, program):
@@ -60,8 +60,9 @@ def test_with_a_configuration_that_is_refused(pneuforce_rig): pass
 def test_what_cannot_start_is_one_sentence(tmp_path):
     said = pytest_in(tmp_path, WRONG).stdout
     assert "the simulator ended: there is no scenario 'palpate', only campaign, " in said
-    assert "got an unexpected keyword argument 'pressure'" in said
-    assert "the instrument ended: /dev/stdin: modbus.word_order = 'BADC'" in said
+    assert "the marker pneuforce does not take pressure; it is pneuforce(*, scenario=None, " in said
+    assert "__init__" not in said
+    assert "the instrument ended: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in said
     assert "3 errors" in said
     assert "Traceback" not in said
     assert "teststand/" not in said
@@ -85,12 +86,26 @@ def test_it_reads_and_writes_registers_by_name_and_says_in_sentences_what_cannot
     assert math.isnan(registers["force"])
     with pytest.raises(NotInTime, match=r"did not come in 0\.1 s: state vented, pressure "):
         rig.wait_for(lambda registers: registers["state"] == "holding", timeout_s=0.1)
-    with pytest.raises(PlcError, match=r"setpoint_requested = 12\.5 was refused"):
+    with pytest.raises(PlcError, match=r"setpoint_requested = 12\.5 was refused: .*; allowed: 2 … 12 kPa"):
         rig.inflate(12.5)
-    with pytest.raises(Refused, match="there is no fault 'leek'"):
+    with pytest.raises(
+        Refused, match=r"there is no fault 'leek' \(near: leak\); pneuforce fault --list shows all"
+    ):
         rig.fault("leek")
+    with pytest.raises(NotHeld, match="the balloon is not held, inflate it first: state vented, pressure "):
+        rig.press(2.0)
+    assert rig.truth()["applied_n"] == 0.0
+
+
+def test_a_press_that_trips_the_rig_says_so_unless_nobody_waits_for_it(pneuforce_rig):
+    pneuforce_rig.inflate(8.0)
     with pytest.raises(Refused, match="press expects a force from 0 to 20 N"):
-        rig.press(21.0)
+        pneuforce_rig.press(21.0)
+    with pytest.raises(Tripped, match=r"the rig has tripped: overpressure \(fault 4\)"):
+        pneuforce_rig.press(8.0)
+    with pytest.raises(Tripped, match="remove its cause, clear it"):
+        pneuforce_rig.press(1.0, wait=False)
+    pneuforce_rig.release()
 
 
 @pytest.mark.pneuforce(scenario="taps")
