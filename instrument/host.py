@@ -22,7 +22,8 @@ TICK_S = 0.01
 GREETING_S = 5.0  #: an UNO that was reset by opening its port needs two of them
 SILENT_S = 1.0  #: then the board is greeted anew
 REOPEN_S = 3.0  #: then the port is opened anew
-BACK_OFF_S = (0.1, 1.0)
+BACK_OFF_S = (0.1, 2.0)
+SAY_AGAIN_S = (10.0, 3600.0)  #: least and most between two words of the same trouble
 VENT_ANSWER_S = 0.3
 STALL_S = 0.1  #: a beat that comes later than this: the process was stopped, or starved
 
@@ -64,7 +65,7 @@ class Host:
         self._failure: RigError | None = None
         self._restarts_seen = 0
         self._complaint = ""
-        self._down_because = ""
+        self._down_because, self._hush_s, self._say_again_s = "", 0.0, 0.0
         self._bytes_before = 0  # heard until then, for whoever asks what came in a silence
         self._beat_s = clock()
 
@@ -165,13 +166,24 @@ class Host:
         try:
             port = await asyncio.to_thread(self._open_port, self.url)
         except Exception as error:
-            again, self._down_because = str(error) == self._down_because, str(error)
-            log.log(logging.INFO if again else logging.WARNING, "rig link still down: %s", error)
+            self._say_still_down(str(error))
             self._wait_longer()
             return
         self.reconnects += 1
         log.warning("rig port open again")
         self._attach(port)
+
+    def _say_still_down(self, because: str) -> None:
+        """Once for each reason, and then at intervals that double: a night without a rig is a short log."""
+        now_s = self._clock()
+        if because != self._down_because:
+            self._down_because, self._hush_s = because, SAY_AGAIN_S[0]
+        elif now_s < self._say_again_s:
+            return
+        else:
+            self._hush_s = min(2 * self._hush_s, SAY_AGAIN_S[1])
+        self._say_again_s = now_s + self._hush_s
+        log.warning("rig link still down: %s", because)
 
     def _readable(self) -> None:
         assert self._port is not None

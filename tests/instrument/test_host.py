@@ -413,15 +413,38 @@ class TestCable:
                 await until(lambda: see(host).sample_counter > 10)
                 cable.pull()
                 caplog.set_level(logging.INFO)
+                tries, open_port = [], host._open_port
+                host._open_port = lambda url: tries.append(url) or open_port(url)
                 before_s = time.process_time()
                 await asyncio.sleep(1.2)
                 used_s = time.process_time() - before_s
-                tries = [r for r in caplog.records if "still down" in r.message]
                 assert 2 <= len(tries) <= 4  # 0.1, 0.3, 0.7, 1.5 s …
                 assert used_s < 0.4
                 assert see(host).age_s > 1.1
+                assert sum("still down" in r.message for r in caplog.records) == 1
 
         asyncio.run(story())
+
+    def test_the_same_trouble_is_told_at_growing_intervals_and_another_at_once(self, caplog):
+        now_s, told, reason = 0.0, [], "no such port"
+
+        def refuse(url):
+            raise PortUnavailable(url, reason)
+
+        async def try_until(end_s):
+            nonlocal now_s
+            while now_s < end_s:
+                before = len(caplog.records)
+                await host._reopen()
+                told.extend([now_s] * (len(caplog.records) - before))
+                now_s += 2.0
+
+        host = Host(Instrument(Settings()), "rig", refuse, clock=lambda: now_s)
+        asyncio.run(try_until(700.0))
+        assert told == [0.0, 10.0, 30.0, 70.0, 150.0, 310.0, 630.0]
+        reason = "no permission"
+        asyncio.run(try_until(710.0))
+        assert told[7:] == [700.0]
 
     def test_a_port_that_opens_and_breaks_at_once_is_not_tried_ever_faster(self, cable):
         async def story():
