@@ -193,6 +193,9 @@ def test_the_calibrated_instrument_measures_a_rubber_balloon_within_its_stated_u
         (("radius", "docs/examples/volume.csv"), "the first line must name the columns pressure_kpa"),
         (("volume",), "give either a CSV file, or --displaced-ml"),
         (("lag", "docs"), "docs: cannot be read: not a regular file"),
+        (("lag", "/dev/zero"), "/dev/zero: cannot be read: not a regular file"),
+        (("lag", "docs/examples/lag.csv", "--out", "/dev/full"), "/dev/full: cannot be written"),
+        (("volume", *["--displaced-ml", "1e308", "--before-kpa", "0", "--after-kpa", "8"]), "numbers up to"),
     ],
 )  # fmt: skip
 def test_a_refusal_is_one_sentence_and_exit_code_2(words, said):

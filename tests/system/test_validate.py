@@ -134,6 +134,8 @@ def test_the_low_end_can_be_smooth_which_changes_the_course_and_no_peak():
         (("--save", "/nowhere/rig.csv"), "/nowhere/rig.csv: cannot be written"),
         (("--figures", EXAMPLE), "cannot be a folder"),
         (("--data", "/nowhere.csv"), "/nowhere.csv: no such file"),
+        (("--data", "/dev/zero"), "/dev/zero: cannot be read: not a regular file"),
+        (("--save", "/dev/full"), "/dev/full: cannot be written: not a regular file"),
     ],
 )
 def test_what_cannot_be_done_is_refused_at_once_in_one_sentence(arguments, said):
