@@ -1,6 +1,6 @@
 # make run    the instrument on a simulated rig (ARGS="--seconds 20" is passed on)
 # make test   everything that is tested
-# make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: three minutes
+# make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: five minutes
 # make bench  figures of speed, measured in one run
 # make docs   what is made from the register map, the catalogue of faults and the board: documents, a C header
 # make firmware   build/firmware/pneuforce.hex for an Arduino UNO
@@ -19,7 +19,7 @@ test: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
-	@$(BIN)/python -m pytest -m avr tests/sim $(ARGS)
+	@$(BIN)/python -m pytest -m "avr or slow" tests/sim tests/firmware $(ARGS)
 
 bench: $(VENV)/test-tools
 	@$(BIN)/python -m tests.bench $(ARGS)

@@ -96,3 +96,8 @@ def hear_the_same(streams, seed):
 
 def test_both_ears_hear_the_same_in_random_and_damaged_streams():
     assert hear_the_same(STREAMS, seed=1) > STREAMS / 2
+
+
+@pytest.mark.slow
+def test_both_ears_hear_the_same_in_a_million_streams():
+    assert hear_the_same(1_000_000, seed=2) > 500_000
