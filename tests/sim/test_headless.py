@@ -5,10 +5,13 @@ import math
 
 import pytest
 
-from instrument.chain import Chain, ChainSettings
-from instrument.rig.link import Link
+from instrument.chain import ChainSettings
+from instrument.cli.measured_scenario import measured
 from sim.headless import Playback
 from sim.scenario import load
+
+
+CHAIN = ChainSettings()
 
 
 def one_tap(tmp_path, more="", force_n=1.0):
@@ -18,17 +21,6 @@ def one_tap(tmp_path, more="", force_n=1.0):
         f'[[phase.contact]]\nkind = "tap"\nforce_n = {force_n}\n'
     )
     return load(str(path))
-
-
-def measured(playback):
-    """The measurement and the truth after each sample."""
-    link, chain = Link(), Chain(ChainSettings())
-    for sent in playback:
-        for raw in link.feed(sent, playback.now_s):
-            measurement = chain.step(raw)
-            if not chain.zero.taken:
-                chain.zero.take()
-            yield measurement, playback.truth
 
 
 def ends_of_plateaus(pairs):
@@ -44,7 +36,7 @@ def test_two_pressures_of_the_campaign_are_measured_within_their_stated_uncertai
     [phase] = campaign.phase
     fewer = phase.model_copy(update={"setpoint_kpa": phase.setpoint_kpa[2::16]})
     playback = Playback(campaign.model_copy(update={"phase": [fewer]}))
-    plateaus = list(ends_of_plateaus(measured(playback)))
+    plateaus = list(ends_of_plateaus(measured(playback, CHAIN)))
     assert not playback.tripped
     assert playback.now_s == pytest.approx(playback.expected_s, rel=0.05)
     assert [truth.force_n for _, truth in plateaus] == pytest.approx([0.2 + 0.3 * n for n in range(12)] * 2)
@@ -75,12 +67,12 @@ def test_a_press_that_trips_the_board_ends_the_playback_and_says_so(tmp_path):
 
 def test_the_balloon_feels_of_an_oblique_force_what_presses_along_its_axis():
     playback = Playback(load("oblique"))
-    shares = {round(t.force_n / t.applied_n, 3) for _, t in measured(playback) if t.applied_n > 1.9}
+    shares = {round(t.force_n / t.applied_n, 3) for _, t in measured(playback, CHAIN) if t.applied_n > 1.9}
     assert shares == {round(math.cos(math.radians(angle)), 3) for angle in (0, 20, 40, 60)}
 
 
 def test_the_tool_of_the_tissue_scenario_travels_through_balloon_and_tissue():
-    truths = [truth for _, truth in measured(Playback(load("tissue")))]
+    truths = [truth for _, truth in measured(Playback(load("tissue")), CHAIN)]
     contacts = [list(same) for pressed, same in itertools.groupby(truths, lambda t: t.force_n > 0) if pressed]
     tops = [contact[len(contact) // 2] for contact in contacts]
     walls, springs = tops[:3], tops[3:5]
