@@ -4,10 +4,10 @@ import random
 
 import pytest
 
-from instrument.rig.frames import SAMPLES_PER_S, Command, Sample
+from instrument.rig.frames import SAMPLES_PER_S, Command, CommandFlag, Fault, Sample
 from sim.board import Board
 from tests.firmware.compiled import CBoard
-from tests.sim.conftest import ZERO_PA, Bench
+from tests.sim.conftest import ZERO_PA, Bench, hold, vent
 from tests.tools import needs
 
 pytestmark = needs("gcc")
@@ -85,6 +85,63 @@ def faults_seen(seed, whiles):
 @pytest.mark.parametrize("seed", [2, 5])
 def test_whatever_happens_both_boards_say_the_same(exact_time, seed):
     assert len(faults_seen(seed, whiles=60)) >= 5
+
+
+PRESSED = CommandFlag.ZEROED | CommandFlag.IN_CONTACT
+
+
+def leaks(bench):
+    bench.holding().leak_kpa_per_s = 0.02
+    bench.run(40)
+    assert bench.last().fault == Fault.LEAK
+
+
+def leaks_in_contact(bench):
+    bench.holding().tell(hold(flags=PRESSED)).leak_kpa_per_s = 0.02
+    bench.run(10).tell(hold()).run(5)
+
+
+def bursts(bench):
+    bench.holding().gas_kpa = 0.0
+    bench.run(0.3)
+    assert bench.last().fault == Fault.BURST
+
+
+def is_let_go(bench):
+    bench.holding(4000).contact_kpa = 12.0
+    bench.run(1).contact_kpa = 0.0
+    bench.run(1)
+
+
+def comes_down(bench):
+    bench.holding(12_000).tell(hold(2000)).run(6)
+
+
+def vents_while_pressed(bench):
+    bench.holding().contact_kpa = 4.0
+    bench.tell(hold(flags=PRESSED)).run(0.5)
+    bench.vent_s, bench.contact_kpa = 0.15, 0.0
+    bench.tell(vent(flags=PRESSED)).run(2)
+
+
+def is_told_before_it_is_greeted(bench):
+    bench.tell(hold(vent_after_ms=5000)).run(0.3).greet().run(0.1)
+
+
+@pytest.mark.parametrize(
+    "story",
+    [
+        leaks,
+        leaks_in_contact,
+        bursts,
+        is_let_go,
+        comes_down,
+        vents_while_pressed,
+        is_told_before_it_is_greeted,
+    ],
+)
+def test_each_story_is_told_in_the_same_bytes(exact_time, story):
+    story(Bench(Both()))
 
 
 @pytest.mark.parametrize("setpoint_pa", [2000, 4950, 8000, 12000])
