@@ -118,6 +118,7 @@ def sim(
     """
     from instrument.cli.scenarios import checked, listed
     from instrument.errors import RigError
+    from sim.avr.emulator import Crashed
     from sim.server import Options, serve
 
     if show:
@@ -136,6 +137,8 @@ def sim(
         )
     except OSError as error:
         raise RigError(f"the simulator cannot start: {error}") from None
+    except Crashed as error:
+        raise RigError(f"the emulated board has stopped: {error}") from None
 
 
 @app.command()
