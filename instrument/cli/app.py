@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import calibrate_commands, force_commands
+from instrument.cli import calibrate_commands, force_commands, rig_commands
 from instrument.cli.options import Json
 
 app = typer.Typer(
@@ -19,6 +19,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.add_typer(force_commands.commands)
+app.add_typer(rig_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
 
 LINK = Path("/tmp/pneuforce-rig")

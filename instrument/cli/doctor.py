@@ -1,0 +1,92 @@
+"""`pneuforce doctor`: examine a rig, and say what is good, doubtful or bad, and what to do."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+import time
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from instrument.core import Instrument
+from instrument.doctor.check import Check, Verdict, unchecked
+from instrument.doctor.circuit import circuit_checks
+from instrument.doctor.examination import Examination, Stage
+from instrument.doctor.port import port_checks
+from instrument.doctor.signal import board_checks, signal_checks
+from instrument.errors import RigError
+from instrument.host import Host
+from instrument.settings import Settings
+
+LOOK_S = 0.02
+COLOURS = {Verdict.GOOD: "green", Verdict.DOUBTFUL: "yellow", Verdict.BAD: "bold red"}
+SAID = {
+    Stage.LISTENING: "listening",
+    Stage.ZEROING: "waiting for the zero of the vented sensor",
+    Stage.FILLING: "inflating",
+    Stage.LEAKING: "holding, to see whether it leaks",
+    Stage.VENTING: "venting",
+}
+
+
+def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
+    """Examine the rig at `port` and print the checks; exit code 1 where one of them is bad."""
+    checks = port_checks(port)
+    if any(check.verdict is Verdict.BAD for check in checks):
+        checks.append(unchecked("board", "see the checks above"))
+    else:
+        checks += asyncio.run(_of_the_rig(port, inflate_kpa))
+    if as_json:
+        print(json.dumps([check._asdict() for check in checks], indent=2, ensure_ascii=False))
+    else:
+        _show(checks)
+    return int(any(check.verdict is Verdict.BAD for check in checks))
+
+
+async def _of_the_rig(port: str, inflate_kpa: float | None) -> list[Check]:
+    """The checks that need the board. However they end, the balloon is vented."""
+    stop = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    host, opened_s = Host(Instrument(Settings()), port), time.monotonic()
+    try:
+        await host.connect(stop)
+    except RigError as error:
+        return [Check("board", Verdict.BAD, str(error), "power, cable, port, firmware: pneuforce flash")]
+    since_opened_s = time.monotonic() - opened_s
+    examination = Examination(host.instrument, host.link, inflate_kpa)
+    host.faces.append(examination)
+    await _examine(host, examination, stop)
+    hello = host.link.hello
+    greeted = board_checks(hello, since_opened_s) if hello else []
+    ended = [] if examination.done else [Check("examination", Verdict.BAD, "ended early; vented", "again")]
+    return [*greeted, *signal_checks(examination), *circuit_checks(examination), *ended]
+
+
+async def _examine(host: Host, examination: Examination, stop: asyncio.Event) -> None:
+    working, told = asyncio.create_task(host.run(stop)), None
+    try:
+        while not (examination.done or stop.is_set() or working.done()):
+            if examination.stage is not told:
+                told = examination.stage
+                print(SAID[told], file=sys.stderr, flush=True)
+            await asyncio.sleep(LOOK_S)
+    finally:
+        stop.set()
+        await working
+
+
+def _show(checks: list[Check]) -> None:
+    table = Table("check", "verdict", "found", "what to do", box=SIMPLE_HEAD)
+    for name, verdict, found, advice in checks:
+        table.add_row(name, f"[{COLOURS.get(verdict, 'dim')}]{verdict}[/]", _plain(found), _plain(advice))
+    Console(soft_wrap=not sys.stdout.isatty()).print(table)
+
+
+def _plain(text: str) -> str:
+    """Text in which a bracket is one, not rich's markup."""
+    return text.replace("[", "\\[")

@@ -1,0 +1,104 @@
+"""`pneuforce flash`: put the firmware on an Arduino UNO with avrdude, and wait until it answers."""
+
+from __future__ import annotations
+
+import asyncio
+import shlex
+import shutil
+import subprocess
+from importlib.resources import files
+from pathlib import Path
+
+from instrument.core import Instrument
+from instrument.errors import ConfigurationError, PortBusy, RigError
+from instrument.host import Host
+from instrument.rig.device import holders, is_device
+from instrument.rig.frames import Hello
+from instrument.rig.port import SerialPort
+from instrument.settings import Settings
+
+#: ATmega328P, data sheet table 28-10. Optiboot, the UNO's boot loader, listens at 115200 baud.
+SIGNATURE = "0x1e,0x95,0xf"
+BOOT_BAUD = 115_200
+PATIENCE_S = 60.0
+BUILT = Path(__file__).parents[2] / "build/firmware/pneuforce.hex"
+
+
+def firmware_hex() -> Path:
+    """The firmware that came with this release, or was built in this clone. Raises ConfigurationError."""
+    packaged = Path(str(files("instrument") / "firmware/pneuforce.hex"))
+    for path in (packaged, BUILT):
+        if path.is_file():
+            return path
+    raise ConfigurationError(f"there is no firmware: make firmware builds {BUILT.name} in a clone")
+
+
+def talk(port: str) -> list[str]:
+    """What avrdude needs to talk to the boot loader of an UNO at `port`."""
+    return ["avrdude", "-q", "-p", "atmega328p", "-c", "arduino", "-P", port, "-b", str(BOOT_BAUD)]
+
+
+def flash_command(port: str, firmware: Path) -> list[str]:
+    """The command that writes the firmware, and reads it back; the boot loader cannot erase in advance."""
+    return [*talk(port), "-D", "-U", f"flash:w:{firmware}:i"]
+
+
+def run_flash(port: str, dry_run: bool) -> None:
+    """Flash the board at `port` and say which version answers then. Raises ConfigurationError, RigError.
+
+    The board restarts: the balloon is vented. With `dry_run` the command is printed only.
+    """
+    command = flash_command(port, firmware_hex())
+    print(shlex.join(command), flush=True)
+    if dry_run:
+        return
+    _refuse_others(port)
+    _check_signature(port)
+    _avrdude(command)
+    hello = asyncio.run(_greeted(port))
+    print(f"firmware {hello.firmware >> 8}.{hello.firmware & 0xFF} answers, board {hello.serial}")
+
+
+def _refuse_others(port: str) -> None:
+    """Raises PortBusy or PortUnavailable where the port is not ours to use, ConfigurationError."""
+    if not is_device(port):
+        raise ConfigurationError(f"{port} is not a port of this machine: a board is flashed where it is")
+    if holders(port):
+        raise PortBusy(port)
+    SerialPort(port).close()
+
+
+def _check_signature(port: str) -> None:
+    read = _avrdude([*talk(port), "-U", "signature:r:-:h"]).strip().splitlines()
+    if SIGNATURE not in read:
+        raise RigError(
+            f"the board on {port} is not an ATmega328P (signature {read[-1] if read else 'unreadable'}, "
+            f"expected {SIGNATURE}): nothing was written"
+        )
+
+
+def _avrdude(command: list[str]) -> str:
+    """What avrdude prints on stdout. Raises ConfigurationError where it is missing, RigError."""
+    if shutil.which(command[0]) is None:
+        raise ConfigurationError("avrdude is missing: apt-get install avrdude")
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    except subprocess.TimeoutExpired:
+        raise RigError(f"avrdude did not end within {PATIENCE_S:g} s") from None
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
+        raise RigError(
+            f"avrdude failed: {last}; with RESET-EN cut, press the board's reset button as it begins"
+        )
+    return done.stdout
+
+
+async def _greeted(port: str) -> Hello:
+    """The greeting of the board at `port`, which is vented and given back."""
+    stop = asyncio.Event()
+    host = Host(Instrument(Settings()), port)
+    await host.connect(stop)
+    stop.set()
+    await host.run(stop)
+    assert host.link.hello is not None
+    return host.link.hello

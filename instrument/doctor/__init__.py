@@ -1,0 +1,1 @@
+"""What a rig is examined for, before anybody relies on it: the port, the board's signal, the circuit."""

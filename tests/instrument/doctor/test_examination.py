@@ -1,0 +1,120 @@
+"""The examination on the simulated rig, in virtual time: a healthy one, and with each fault put in."""
+
+import pytest
+
+from instrument.doctor.check import Verdict
+from instrument.doctor.circuit import circuit_checks
+from instrument.doctor.examination import Examination, Stage
+from instrument.doctor.signal import board_checks, signal_checks
+from instrument.rig.frames import Hello, Valve
+from sim.faults import Faults
+from sim.published import PublishedPlant
+from tests.sim.station import Station
+
+LISTEN_S, LEAK_S = 3.0, 4.0
+
+
+class Ward(Station):
+    """A station whose rig is examined."""
+
+    def __init__(self, inflate_kpa=None, fault=None, arguments=None):
+        super().__init__(PublishedPlant())
+        self.faults = Faults(self.world)
+        if fault:
+            self.faults.put_in(fault, arguments)
+        self.run(1.0)
+        self.begin(inflate_kpa)
+        take = self.instrument.take
+        self.instrument.take = lambda raw: (take(raw), self.examination.on_sample(self.now_s))
+
+    def begin(self, inflate_kpa=None):
+        self.examination = Examination(self.instrument, self.link, inflate_kpa, LISTEN_S, LEAK_S)
+
+    def step(self):
+        super().step()
+        if hasattr(self, "examination") and self._steps % 5 == 0:
+            self.examination.tick(self.now_s)
+
+    def examined(self, stage=Stage.DONE):
+        assert self.run(60.0, lambda: self.examination.stage is stage)
+        return self
+
+    @property
+    def verdicts(self):
+        checks = [*signal_checks(self.examination), *circuit_checks(self.examination)]
+        return {check.name: check.verdict for check in checks}
+
+
+def test_a_healthy_rig_is_good_in_all_that_was_looked_at_and_no_valve_has_moved():
+    ward = Ward().examined()
+    circuit = {"filling", "settling", "leak", "venting"}
+    assert {name for name, v in ward.verdicts.items() if v is Verdict.NOT_CHECKED} == circuit
+    assert {v for name, v in ward.verdicts.items() if name not in circuit} == {Verdict.GOOD}
+    assert {row.valves for row in ward.examination.rows} == {Valve.NONE}
+
+
+@pytest.mark.parametrize("setpoint_kpa", [5.0, 8.0, 11.0])
+def test_a_healthy_circuit_is_good_and_vented_afterwards(setpoint_kpa):
+    ward = Ward(setpoint_kpa).examined()
+    assert set(ward.verdicts.values()) == {Verdict.GOOD}
+    assert ward.world.rig.truth.balloon_kpa < 0.4
+    assert not ward.instrument.holding
+
+
+@pytest.mark.parametrize(
+    ("fault", "arguments", "check"),
+    [
+        ("sensor_open", {}, "sensor"),
+        ("sensor_short", {}, "sensor"),
+        ("board_frozen", {}, "sensor"),
+        ("sensor_drift", {"kpa": 1.5}, "sensor zero"),
+        ("supply_low", {}, "supply"),
+        ("supply_high", {}, "supply"),
+        ("clock_off", {"rate": 1.007}, "board clock"),
+        ("clock_off", {"rate": 0.993}, "board clock"),
+        ("dropped_bytes", {"share": 0.001}, "samples"),
+        ("flipped_bits", {}, "samples"),
+    ],
+)
+def test_what_is_wrong_with_the_signal_is_found(fault, arguments, check):
+    verdicts = Ward(None, fault, arguments).examined().verdicts
+    assert verdicts[check] in {Verdict.BAD, Verdict.DOUBTFUL}
+
+
+@pytest.mark.parametrize(
+    ("fault", "check"), [("stall", "gaps"), ("line_cut", "gaps"), ("board_reset", "faults")]
+)
+def test_what_happens_while_it_listens_is_found(fault, check):
+    ward = Ward()
+    ward.run(1.0)
+    ward.faults.put_in(fault)
+    assert ward.examined().verdicts[check] is Verdict.BAD
+
+
+@pytest.mark.parametrize(
+    ("fault", "arguments", "stage", "check"),
+    [
+        ("no_supply", {}, Stage.ZEROING, "filling"),
+        ("inlet_shut", {}, Stage.ZEROING, "filling"),
+        ("regulator_high", {}, Stage.ZEROING, "filling"),
+        ("leak", {"kpa_per_s": 0.03}, Stage.LEAKING, "leak"),
+        ("burst", {}, Stage.LEAKING, "leak"),
+        ("inlet_open", {}, Stage.LEAKING, "leak"),
+        ("vent_shut", {}, Stage.LEAKING, "venting"),
+        ("occluded", {}, Stage.LEAKING, "venting"),
+    ],
+)
+def test_what_is_wrong_with_the_circuit_is_found_and_it_ends(fault, arguments, stage, check):
+    ward = Ward(8.0).examined(stage)
+    ward.faults.put_in(fault, arguments)
+    ward.examined()
+    assert ward.verdicts[check] is Verdict.BAD
+    assert not ward.instrument.holding
+
+
+def test_a_board_that_booted_after_its_port_was_opened_was_reset_by_that():
+    def verdict(uptime_ms, since_opened_s):
+        return board_checks(Hello(0, 0x100, uptime_ms, 7, 250, 2000), since_opened_s)[1].verdict
+
+    assert verdict(400, 2.1) is Verdict.DOUBTFUL
+    assert verdict(60_000, 0.1) is Verdict.GOOD
