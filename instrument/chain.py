@@ -11,7 +11,7 @@ from instrument.measurement import Measurement, Quality
 from instrument.model import LIVE, Balloon, Circuit, Correction, Law
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from instrument.model.curve import ContactCurve, Point
-from instrument.model.uncertainty import InputErrors, ModelErrors, std_n
+from instrument.model.uncertainty import InputErrors, ModelErrors, Pressures, std_n
 from instrument.rig.frames import BoardState
 from instrument.rig.limits import alive, nominal_pressure_kpa
 from instrument.rig.link import RawSample
@@ -171,8 +171,8 @@ class Chain:
         own, tracker, lag = self.settings, self.tracker, self._lag
         final_kpa, age_s = initial_kpa + rise_kpa, tracker.baseline_age_s
         moving_kpa = math.hypot(lag.noise_kpa, own.lag_share * own.tube_s * lag.rate_kpa_per_s)
-        known = own.errors.at_rest(initial_kpa, final_kpa, age_s, tracker.drifted_kpa)
-        known = known._replace(final_std_kpa=moving_kpa)
+        initial_std_kpa = own.errors.initial_std_kpa(age_s, tracker.drifted_kpa)
+        known = Pressures(initial_kpa, final_kpa, initial_std_kpa, moving_kpa)
         return std_n(point.estimate.force_n, point.spread, known, own.errors, own.model, own.balloon)
 
     def _curve_at(self, initial_kpa: float, within_kpa: float = 0.0) -> tuple[ContactCurve, float]:

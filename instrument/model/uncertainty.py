@@ -32,13 +32,14 @@ class InputErrors:
     polytropic: float = 0.2 / math.sqrt(3)
     drift_kpa_per_s: float = 0.0005  #: of the baseline while a contact hides it: creep and leak
 
-    def at_rest(
-        self, initial_kpa: float, final_kpa: float, contact_s: float, drifted_kpa: float = 0.0
-    ) -> Pressures:
-        """Two pressures that do not move, `contact_s` after the balloon was free and was seen to drift."""
-        drift_kpa = drifted_kpa + self.drift_kpa_per_s * contact_s
-        initial_std_kpa = math.hypot(self.initial_noise_kpa, drift_kpa)
+    def at_rest(self, initial_kpa: float, final_kpa: float, contact_s: float) -> Pressures:
+        """Two pressures that do not move, `contact_s` after the balloon was free."""
+        initial_std_kpa = self.initial_std_kpa(contact_s, 0.0)
         return Pressures(initial_kpa, final_kpa, initial_std_kpa, self.final_noise_kpa)
+
+    def initial_std_kpa(self, contact_s: float, drifted_kpa: float) -> float:
+        """Of ΔP_i, `contact_s` after the balloon was free, had it gone on drifting as was seen before."""
+        return math.hypot(self.initial_noise_kpa, drifted_kpa + self.drift_kpa_per_s * contact_s)
 
 
 class Printed(NamedTuple):
