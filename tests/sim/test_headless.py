@@ -10,7 +10,6 @@ from instrument.cli.measured_scenario import measured
 from sim.headless import Playback
 from sim.scenario import load
 
-
 CHAIN = ChainSettings()
 
 
