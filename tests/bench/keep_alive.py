@@ -1,0 +1,102 @@
+"""The longest time for which the board heard no command: `python -m tests.bench.keep_alive [SECONDS]`.
+
+The whole instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable notes
+when commands pass to the board.
+"""
+
+import json
+import select
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, closing
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from instrument.rig.frames import Command, Decoder
+from instrument.rig.port import SerialPort
+from registers.modbus.client import Plc
+from sim.cable import Cable
+from tests.system.waiting import inflate
+from teststand.children import Child
+from teststand.stack import free_port, toml
+
+POLLERS, POLL_HZ, SECONDS = 32, 20, 20
+TARGET_S = 0.1
+WARM_S = 2.0  #: reads nothing into the start of the pollers
+
+
+class Relay:
+    """Carries bytes between two ends of a cable and notes the commands among them."""
+
+    def __init__(self, board, host):
+        self._board, self._host = board, host
+        self._decoder = Decoder.of_host()
+        self.heard_s = []
+
+    def carry(self, until):
+        """Work until `until()`."""
+        while not until():
+            readable, _, _ = select.select([self._board, self._host], [], [], 0.01)
+            if self._board in readable:
+                self._host.write(self._board.read())
+            if self._host in readable:
+                data = self._host.read()
+                now_s = time.monotonic()
+                commands = [f for f in self._decoder.feed(data) if isinstance(f.message, Command)]
+                self.heard_s += [now_s] * len(commands)
+                self._board.write(data)
+
+
+def relay_process(link):
+    """Stand between the simulator at `link` and a host, until stdin ends; then print the gaps."""
+    with closing(SerialPort(link)) as board, closing(Cable()) as host:
+        print(json.dumps({"port": host.port}), flush=True)
+        relay = Relay(board, host)
+        relay.carry(lambda: bool(select.select([sys.stdin], [], [], 0)[0]))
+    print(json.dumps(relay.heard_s))
+
+
+def bench_keep_alive(seconds=SECONDS):
+    """Print the longest gap between two commands."""
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        link, modbus = Path(folder) / "rig", free_port()
+        stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)])).ready()
+        relay = subprocess.Popen(
+            [sys.executable, "-m", "tests.bench.keep_alive", "--relay", str(link)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        stack.callback(relay.kill)
+        file = Path(folder) / "instrument.toml"
+        port = json.loads(relay.stdout.readline())["port"]
+        file.write_text(toml({"rig": {"port": port}, "modbus": {"port": modbus}}))
+        host = stack.enter_context(Child("host", ["instrument", "run", "--config", str(file)]))
+        host.ready()
+        with Plc.connect(port=modbus) as plc:
+            inflate(plc, 8.0)
+        begun_s = time.monotonic()
+        polls = [sys.executable, "-m", "tests.bench.pollers", *map(str, (modbus, POLLERS, POLL_HZ, seconds))]
+        subprocess.run(polls, check=True, capture_output=True)
+        ended_s = time.monotonic()
+        heard_s = json.loads(relay.communicate("end\n")[0])
+    _print_gaps([t for t in heard_s if begun_s + WARM_S <= t <= ended_s], seconds)
+
+
+def _print_gaps(heard_s, seconds):
+    gaps_ms = sorted((b - a) * 1e3 for a, b in pairwise(heard_s))
+    print(
+        f"commands at the board, {POLLERS} Modbus clients at {POLL_HZ} Hz, {seconds} s, "
+        f"{len(heard_s)} commands: "
+        f"longest gap {gaps_ms[-1]:.0f} ms (target {TARGET_S * 1e3:.0f}, the inlet shuts at 250), "
+        f"p99 {gaps_ms[int(0.99 * len(gaps_ms))]:.0f} ms, median {gaps_ms[len(gaps_ms) // 2]:.0f} ms"
+    )
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--relay"]:
+        relay_process(sys.argv[2])
+    else:
+        bench_keep_alive(*(int(argument) for argument in sys.argv[1:]))
