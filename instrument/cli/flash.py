@@ -18,7 +18,7 @@ from instrument.rig.port import SerialPort
 from instrument.settings import Settings
 
 #: ATmega328P, data sheet table 28-10. Optiboot, the UNO's boot loader, listens at 115200 baud.
-SIGNATURE = "0x1e,0x95,0xf"
+SIGNATURE = (0x1E, 0x95, 0x0F)
 BOOT_BAUD = 115_200
 PATIENCE_S = 60.0
 BUILT = Path(__file__).parents[2] / "build/firmware/pneuforce.hex"
@@ -69,12 +69,20 @@ def _refuse_others(port: str) -> None:
 
 
 def _check_signature(port: str) -> None:
-    read = _avrdude([*talk(port), "-U", "signature:r:-:h"]).strip().splitlines()
-    if SIGNATURE not in read:
+    read = _avrdude([*talk(port), "-U", "signature:r:-:h"]).split()
+    if not any(_numbers(word) == SIGNATURE for word in read):
         raise RigError(
-            f"the board on {port} is not an ATmega328P (signature {read[-1] if read else 'unreadable'}, "
-            f"expected {SIGNATURE}): nothing was written"
+            f"the board on {port} is not an ATmega328P (signature {' '.join(read) or 'unreadable'}, "
+            f"expected {','.join(f'{byte:#x}' for byte in SIGNATURE)}): nothing was written"
         )
+
+
+def _numbers(word: str) -> tuple[int, ...]:
+    """The numbers of `0x1e,0x95,0xf`, none where it is something else."""
+    try:
+        return tuple(int(number, 16) for number in word.split(","))
+    except ValueError:
+        return ()
 
 
 def _avrdude(command: list[str]) -> str:
