@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from instrument.errors import ProtocolMismatch
+from instrument.errors import ProtocolMismatch, TimeOutMismatch
 from instrument.rig.frames import (
     COUNTS_LIMIT,
     PROTOCOL_VERSION,
@@ -298,3 +298,44 @@ def test_no_bytes_raise(noise):
     link = ready()
     link.feed(noise, 1.0)
     assert link.heard_bytes >= len(noise)
+
+
+class TestAgreeing:
+    """The board is told after which silence to vent, and has to say so, before it may inflate."""
+
+    def agreeing(self):
+        link = Link(vent_after_ms=5000)
+        link.feed(hello() + sample(0), 0.0)
+        return link
+
+    def answer(self, link, vent_after_ms, now_s):
+        uptime_ms = 1000 + round(now_s * 1e3)
+        link.feed(encode(Hello(BoardKind.REAL, 0x100, uptime_ms, 7, 250, vent_after_ms), 0), now_s)
+
+    def test_until_then_it_hears_vent_with_the_time_and_is_asked_again_whatever_is_wanted(self):
+        link = self.agreeing()
+        asked = [message for _, message in times_of(link, HOLD, 0.5)]
+        assert set(asked) == {Command(mode=Mode.VENT, vent_after_ms=5000), Identify()}
+        self.answer(link, 5000, 0.5)
+        assert sent(link, HOLD, 0.51) == [HOLD]
+
+    def test_a_late_answer_to_an_older_question_is_no_refusal(self):
+        link = self.agreeing()
+        link.tick(HOLD, 0.0)
+        self.answer(link, 2000, 0.5)
+        self.answer(link, 5000, 0.6)
+        assert link.phase is Phase.READY
+
+    def test_one_that_says_otherwise_for_a_second_is_refused(self):
+        link = self.agreeing()
+        link.tick(HOLD, 0.0)
+        with pytest.raises(TimeOutMismatch, match="2000 ms, this host counts on 5000 ms"):
+            self.answer(link, 2000, 1.1)
+
+
+def test_a_sample_read_late_is_as_old_as_it_is():
+    link = ready()
+    link.feed(b"".join(sample(n) for n in range(1, 100)), 0.2)
+    ages = [0.7 - late.t_s for late in link.feed(b"".join(sample(n) for n in range(100, 351)), 0.7)]
+    assert ages[0] == pytest.approx(0.5, abs=0.001)
+    assert ages[-1] == pytest.approx(0.0, abs=0.001)
