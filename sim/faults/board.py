@@ -23,7 +23,7 @@ BOARD = (
     FaultKind(
         "clock_off",
         "The board's quartz is off: its seconds are too short or too long.",
-        "Nothing trips: times are taken from the samples' spacing and from the host's own clock.",
+        "Nothing trips: the link estimates the rate of the board's clock, and ages stay true.",
         {"rig.clock_rate": Given("rate")},
         arguments=(Argument("rate", "of the true rate", 1.005, 0.99, 1.01),),
     ),
