@@ -108,9 +108,10 @@ class ContactTracker:
         self.baseline_age_s += dt_s
         self.initial_kpa += self._leak_kpa_per_s * dt_s
         rise_kpa = self._peak_kpa - self.initial_kpa
-        if calm_kpa - self.initial_kpa < END_KPA + min(self._warmed_kpa, RELEASED * rise_kpa):
+        above_kpa, most_kpa = calm_kpa - self.initial_kpa - END_KPA, RELEASED * rise_kpa
+        if above_kpa < most_kpa and above_kpa < min(self._warmed_kpa, most_kpa):
             self._end()
-            self.lost = self.drifted_kpa > RELEASED * rise_kpa
+            self.lost = self.drifted_kpa > most_kpa
             self.initial_kpa = self._rest_kpa = calm_kpa
             self._slow_kpa = calm_kpa - self.drift_kpa_per_s * DRIFT_S
             return
