@@ -18,6 +18,10 @@ from instrument.model.uncertainty import InputErrors, Spread, parameter_spreads_
 RATIO = 1.15
 
 
+#: Coefficients, of the constant first.
+_Cubic = tuple[float, float, float, float]
+
+
 class Point(NamedTuple):
     """One moment of the contact."""
 
@@ -34,6 +38,59 @@ class _Node(NamedTuple):
     spread: Spread
 
 
+class _Piece(NamedTuple):
+    """Between two solved contacts: cubics in force and indentation, a straight line in the spread.
+
+    All in powers of the rise above that of the first.
+    """
+
+    rise_kpa: float
+    force: _Cubic
+    indentation: _Cubic
+    spread: Spread
+    spread_per_kpa: Spread
+    radius_mm: float
+
+    @classmethod
+    def between(cls, left: _Node, right: _Node) -> _Piece:
+        width_kpa = right.rise_kpa - left.rise_kpa
+        a, b, p, q = left.solved, right.solved, left.spread, right.spread
+        force = _hermite(width_kpa, a.force_n, b.force_n, p.final_n_per_kpa, q.final_n_per_kpa)
+        slopes = left.by_final.indentation_mm, right.by_final.indentation_mm
+        indentation = _hermite(width_kpa, a.indentation_mm, b.indentation_mm, *slopes)
+        spread_per_kpa = Spread(*((after - before) / width_kpa for before, after in zip(p, q, strict=True)))
+        return cls(left.rise_kpa, force, indentation, p, spread_per_kpa, a.radius_mm)
+
+    def force_n(self, rise_kpa: float) -> float:
+        return _at(rise_kpa - self.rise_kpa, self.force)
+
+    def at(self, rise_kpa: float, final_kpa: float) -> Point:
+        x = rise_kpa - self.rise_kpa
+        force = _at(x, self.force)
+        if not force > 0:  # far beyond any balloon the law grows so steeply that a cubic swings below zero
+            return Point(NO_FORCE, _UNKNOWN)
+        d = _at(x, self.indentation)
+        a_squared = force * 1e3 / (math.pi * final_kpa)
+        gap = self.radius_mm - d
+        final_radius = math.sqrt(a_squared + gap * gap)
+        estimate = Estimate(force, d, math.sqrt(a_squared), self.radius_mm, final_radius)
+        (initial, final, parameters, _), by = self.spread, self.spread_per_kpa
+        return Point(estimate, Spread(initial + x * by[0], final + x * by[1], parameters + x * by[2]))
+
+
+def _hermite(width: float, left: float, right: float, slope_left: float, slope_right: float) -> _Cubic:
+    """Coefficients of the cubic with these values and slopes at 0 and at `width`."""
+    mean = (right - left) / width
+    bend = (3 * mean - 2 * slope_left - slope_right) / width
+    twist = (slope_left + slope_right - 2 * mean) / (width * width)
+    return left, slope_left, bend, twist
+
+
+def _at(x: float, cubic: _Cubic) -> float:
+    left, slope, bend, twist = cubic
+    return left + x * (slope + x * (bend + x * twist))
+
+
 @dataclass(slots=True)
 class ContactCurve:
     """The law at one ΔP_i, solved where the pressure comes by for the first time; in between, cubics."""
@@ -45,6 +102,7 @@ class ContactCurve:
     correction: Correction | None = None
     errors: InputErrors = field(default_factory=InputErrors)
     _nodes: dict[int, _Node] = field(default_factory=dict)
+    _pieces: dict[int, _Piece] = field(default_factory=dict)
     low_n: float = field(init=False)  #: lower limit of the law's range: the force at a rise of 0.5 kPa
 
     def __post_init__(self) -> None:
@@ -60,8 +118,7 @@ class ContactCurve:
         if not LOWEST_RISE_KPA <= rise_kpa < math.inf:
             force: float = self.at(rise_kpa).estimate.force_n
             return force
-        index = int(math.log(rise_kpa / LOWEST_RISE_KPA) / _LOG_RATIO)
-        force = _force_between(self._node(index), self._node(index + 1), rise_kpa)
+        force = self._piece(rise_kpa).force_n(rise_kpa)
         if self.correction is not None:
             force *= self.correction.factor(rise_kpa, self.initial_kpa)
         return force
@@ -76,8 +133,14 @@ class ContactCurve:
             return self._below(max(rise_kpa, 0.0))
         if not rise_kpa < math.inf:
             return Point(NO_FORCE, _UNKNOWN)
+        return self._piece(rise_kpa).at(rise_kpa, self.initial_kpa + rise_kpa)
+
+    def _piece(self, rise_kpa: float) -> _Piece:
         index = int(math.log(rise_kpa / LOWEST_RISE_KPA) / _LOG_RATIO)
-        return _between(self._node(index), self._node(index + 1), rise_kpa, self.initial_kpa + rise_kpa)
+        piece = self._pieces.get(index)
+        if piece is None:
+            piece = self._pieces[index] = _Piece.between(self._node(index), self._node(index + 1))
+        return piece
 
     def _node(self, index: int) -> _Node:
         node = self._nodes.get(index)
@@ -136,39 +199,3 @@ _LOG_RATIO = math.log(RATIO)
 _LEAST_SHARE = 0.02
 _UNKNOWN = Spread(math.nan, math.nan, math.nan)
 _NO_SLOPE = Slope(math.nan, math.nan)
-
-
-def _between(left: _Node, right: _Node, rise_kpa: float, final_kpa: float) -> Point:
-    """Cubic in force and indentation, with the slopes of both ends; straight in the spread."""
-    h = right.rise_kpa - left.rise_kpa
-    x = (rise_kpa - left.rise_kpa) / h
-    a, b = left.solved, right.solved
-    force = _force_between(left, right, rise_kpa)
-    if not force > 0:  # far beyond any balloon the law grows so steeply that a cubic swings below zero
-        return Point(NO_FORCE, _UNKNOWN)
-    slopes = h * left.by_final.indentation_mm, h * right.by_final.indentation_mm
-    d = _cubic(x, a.indentation_mm, b.indentation_mm, *slopes)
-    a_squared = force * 1e3 / (math.pi * final_kpa)
-    gap = a.radius_mm - d
-    estimate = Estimate(force, d, math.sqrt(a_squared), a.radius_mm, math.sqrt(a_squared + gap * gap))
-    p, q = left.spread, right.spread
-    return Point(
-        estimate,
-        Spread(
-            p.initial_n_per_kpa + x * (q.initial_n_per_kpa - p.initial_n_per_kpa),
-            p.final_n_per_kpa + x * (q.final_n_per_kpa - p.final_n_per_kpa),
-            p.parameters_n + x * (q.parameters_n - p.parameters_n),
-        ),
-    )
-
-
-def _force_between(left: _Node, right: _Node, rise_kpa: float) -> float:
-    h = right.rise_kpa - left.rise_kpa
-    slopes = h * left.spread.final_n_per_kpa, h * right.spread.final_n_per_kpa
-    return _cubic((rise_kpa - left.rise_kpa) / h, left.solved.force_n, right.solved.force_n, *slopes)
-
-
-def _cubic(x: float, y0: float, y1: float, slope0: float, slope1: float) -> float:
-    """Hermite's cubic on [0, 1]."""
-    rest = 1 - x
-    return rest * rest * ((1 + 2 * x) * y0 + x * slope0) + x * x * ((1 + 2 * rest) * y1 - rest * slope1)
