@@ -3,7 +3,7 @@
 # make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: five minutes
 # make bench  figures of speed, measured in one run
 # make docs   what is made from the register map, the catalogue of faults and the board: documents, a C header
-# make firmware   build/firmware/pneuforce.hex for an Arduino UNO
+# make firmware   firmware/pneuforce.hex for an Arduino UNO, as pneuforce flash writes it
 
 PYTHON ?= python3
 VENV := .venv
@@ -30,22 +30,23 @@ docs: $(VENV)/installed
 	@$(BIN)/python -m sim.board.header
 
 SKETCH := firmware/pneuforce/pneuforce.ino
-BUILT := build/firmware/pneuforce
+HEX := firmware/pneuforce.hex
+ELF := build/firmware/pneuforce.elf
 # Of an UNO's 32 and 2 KB: the bootloader's and the stack's are left.
 MOST_FLASH := 30720
 MOST_RAM := 1600
 
-firmware: $(BUILT).hex
+firmware: $(HEX)
 
-$(BUILT).hex: $(BUILT).elf
+$(HEX): $(ELF)
 	@avr-objcopy -O ihex -R .eeprom $< $@
 
-$(BUILT).elf: $(wildcard firmware/pneuforce/*) firmware/flags
+$(ELF): $(wildcard firmware/pneuforce/*) firmware/flags
 	@command -v avr-gcc >/dev/null || { echo "avr-gcc is missing: apt-get install gcc-avr avr-libc"; exit 1; }
 	@mkdir -p $(@D)
 	@avr-gcc @firmware/flags -Wall -Wextra -Werror -x c $(SKETCH) -o $@
 	@avr-size $@ | awk 'NR == 2 { flash = $$1 + $$2; ram = $$2 + $$3; \
-		printf "$(BUILT).hex: %d bytes of flash (limit $(MOST_FLASH)), %d of RAM (limit $(MOST_RAM))\n", flash, ram; \
+		printf "$(HEX): %d bytes of flash (limit $(MOST_FLASH)), %d of RAM (limit $(MOST_RAM))\n", flash, ram; \
 		exit flash > $(MOST_FLASH) || ram > $(MOST_RAM) }' || { rm $@; exit 1; }
 
 $(VENV)/installed: pyproject.toml

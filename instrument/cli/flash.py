@@ -6,31 +6,21 @@ import asyncio
 import shlex
 import shutil
 import subprocess
-from importlib.resources import files
-from pathlib import Path
 
 from instrument.core import Instrument
 from instrument.errors import ConfigurationError, PortBusy, RigError
 from instrument.host import Host
 from instrument.rig.device import holders, is_device
-from instrument.rig.frames import Hello
+from instrument.rig.frames import PROTOCOL_VERSION, Hello
 from instrument.rig.port import SerialPort
 from instrument.settings import Settings
+from sim.avr.toolchain import HEX, SKETCH
+from sim.board.board import FIRMWARE
 
 #: ATmega328P, data sheet table 28-10. Optiboot, the UNO's boot loader, listens at 115200 baud.
 SIGNATURE = (0x1E, 0x95, 0x0F)
 BOOT_BAUD = 115_200
 PATIENCE_S = 60.0
-BUILT = Path(__file__).parents[2] / "build/firmware/pneuforce.hex"
-
-
-def firmware_hex() -> Path:
-    """The firmware that came with this release, or was built in this clone. Raises ConfigurationError."""
-    packaged = Path(str(files("instrument") / "firmware/pneuforce.hex"))
-    for path in (packaged, BUILT):
-        if path.is_file():
-            return path
-    raise ConfigurationError(f"there is no firmware: make firmware builds {BUILT.name} in a clone")
 
 
 def talk(port: str) -> list[str]:
@@ -38,9 +28,9 @@ def talk(port: str) -> list[str]:
     return ["avrdude", "-q", "-p", "atmega328p", "-c", "arduino", "-P", port, "-b", str(BOOT_BAUD)]
 
 
-def flash_command(port: str, firmware: Path) -> list[str]:
+def flash_command(port: str) -> list[str]:
     """The command that writes the firmware, and reads it back; the boot loader cannot erase in advance."""
-    return [*talk(port), "-D", "-U", f"flash:w:{firmware}:i"]
+    return [*talk(port), "-D", "-U", f"flash:w:{HEX}:i"]
 
 
 def run_flash(port: str, dry_run: bool) -> None:
@@ -48,7 +38,8 @@ def run_flash(port: str, dry_run: bool) -> None:
 
     The board restarts: the balloon is vented. With `dry_run` the command is printed only.
     """
-    command = flash_command(port, firmware_hex())
+    command = flash_command(port)
+    print(f"firmware {_revision(FIRMWARE)}, protocol {PROTOCOL_VERSION}, made from {SKETCH}")
     print(shlex.join(command), flush=True)
     if dry_run:
         return
@@ -56,7 +47,11 @@ def run_flash(port: str, dry_run: bool) -> None:
     _check_signature(port)
     _avrdude(command)
     hello = asyncio.run(_greeted(port))
-    print(f"firmware {hello.firmware >> 8}.{hello.firmware & 0xFF} answers, board {hello.serial}")
+    print(f"firmware {_revision(hello.firmware)} answers, board {hello.serial}")
+
+
+def _revision(firmware: int) -> str:
+    return f"{firmware >> 8}.{firmware & 0xFF}"
 
 
 def _refuse_others(port: str) -> None:

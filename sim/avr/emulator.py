@@ -60,7 +60,7 @@ class Emulator:
     """A chip that was just switched on. The same calls give the same bytes."""
 
     def __init__(self, program: Path, eeprom: bytes = b"") -> None:
-        """Load an ELF; the EEPROM begins with these bytes and is erased (FFh) beyond.
+        """Load an ELF or a .hex; the EEPROM begins with these bytes and is erased (FFh) beyond.
 
         Raises ToolMissing, or ValueError where the file holds no program.
         """

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include <simavr/sim_elf.h>
+#include <simavr/sim_hex.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_watchdog.h>
 
@@ -48,13 +49,23 @@ static int on_ioctl(avr_io_t *io, uint32_t request, void *param)
     return -1; /* the watchdog hears it too */
 }
 
+/* What a compiler made, or what is flashed: 0, or -1 where the file holds no program. */
+static int read_program(const char *path, elf_firmware_t *firmware)
+{
+    const char *suffix = strrchr(path, '.');
+    if (!suffix || strcmp(suffix, ".hex"))
+        return elf_read_firmware(path, firmware);
+    firmware->flash = read_ihex_file(path, &firmware->flashsize, &firmware->flashbase);
+    return firmware->flash ? 0 : -1;
+}
+
 /* A chip that is switched on, or NULL where the file holds no program for it. */
-struct chip *chip_new(const char *elf, uint8_t *eeprom, uint32_t size)
+struct chip *chip_new(const char *program, uint8_t *eeprom, uint32_t size)
 {
     elf_firmware_t firmware = {0};
     avr_global_logger_set(say_nothing);
     struct chip *c = calloc(1, sizeof *c);
-    if (!c || !(c->avr = avr_make_mcu_by_name("atmega328p")) || elf_read_firmware(elf, &firmware)) {
+    if (!c || !(c->avr = avr_make_mcu_by_name("atmega328p")) || read_program(program, &firmware)) {
         free(c);
         return NULL;
     }

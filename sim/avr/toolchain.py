@@ -14,7 +14,7 @@ HARNESS, WIRING = (Path(__file__).with_name(name) for name in ("harness.c", "wir
 HEADERS = Path("/usr/include/simavr")
 FOR_HOST = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
 FIRMWARE = Path(__file__).parents[2] / "firmware"
-SKETCH, FLAGS = FIRMWARE / "pneuforce/pneuforce.ino", FIRMWARE / "flags"
+SKETCH, HEX, FLAGS = (FIRMWARE / name for name in ("pneuforce/pneuforce.ino", "pneuforce.hex", "flags"))
 
 
 class ToolMissing(OSError):
@@ -30,9 +30,13 @@ def harness() -> Path:
 
 
 def program(main: Path = SKETCH) -> Path:
-    """The board's program (ELF), from this C file and the headers beside it. Raises ToolMissing."""
+    """The board's program, from this C file and the headers beside it. Raises ToolMissing.
+
+    Without avr-gcc the sketch is the one that came with this release, as it is flashed.
+    """
+    if main == SKETCH and not shutil.which("avr-gcc"):
+        return HEX
     _need(shutil.which("avr-gcc"), "avr-gcc: apt-get install gcc-avr avr-libc")
-    _need(main.exists(), f"the firmware's source, which is not here: {main}")
     sources = [FLAGS, main, *sorted(main.parent.glob("*.h"))]
     return _compiled(main.stem, ".elf", sources, ["avr-gcc", f"@{FLAGS}", "-x", "c", str(main)])
 

@@ -5,6 +5,7 @@ import pytest
 from instrument.cli import flash
 from instrument.errors import ConfigurationError, PortBusy, RigError
 from instrument.rig.port import SerialPort
+from sim.avr.toolchain import HEX, SKETCH
 from tests.instrument.test_host import Cable
 
 AVRDUDE = """#!/bin/sh
@@ -14,14 +15,6 @@ case "$*" in
 *) {writes} ;;
 esac
 """
-
-
-@pytest.fixture
-def firmware(tmp_path, monkeypatch):
-    path = tmp_path / "pneuforce.hex"
-    path.write_text(":00000001FF\n")
-    monkeypatch.setattr(flash, "BUILT", path)
-    return path
 
 
 @pytest.fixture
@@ -48,21 +41,19 @@ def avrdude(tmp_path, monkeypatch):
     return made
 
 
-def test_the_signature_is_read_the_firmware_written_and_the_boards_answer_awaited(
-    avrdude, cable, firmware, capsys
-):
+def test_the_signature_is_read_the_firmware_written_and_the_boards_answer_awaited(avrdude, cable, capsys):
     log, board = avrdude(), cable.plug()
     flash.run_flash(str(cable.path), dry_run=False)
     where = f"-q -p atmega328p -c arduino -P {cable.path} -b 115200"
     assert log.read_text().splitlines() == [
         f"{where} -U signature:r:-:h",
-        f"{where} -D -U flash:w:{firmware}:i",
+        f"{where} -D -U flash:w:{HEX}:i",
     ]
     assert "firmware 1.0 answers" in capsys.readouterr().out
     assert board.state.name == "VENTED"
 
 
-def test_another_chip_is_refused_and_nothing_is_written(avrdude, cable, firmware):
+def test_another_chip_is_refused_and_nothing_is_written(avrdude, cable):
     log = avrdude(signature="0x1e,0x98,0x1")
     cable.plug()
     with pytest.raises(RigError, match=r"not an ATmega328P .*0x1e,0x98,0x1.*nothing was written"):
@@ -70,7 +61,7 @@ def test_another_chip_is_refused_and_nothing_is_written(avrdude, cable, firmware
     assert "flash:w" not in log.read_text()
 
 
-def test_a_port_in_use_is_refused_before_avrdude_runs(avrdude, cable, firmware):
+def test_a_port_in_use_is_refused_before_avrdude_runs(avrdude, cable):
     log = avrdude()
     cable.plug()
     port = SerialPort(str(cable.path))
@@ -80,32 +71,30 @@ def test_a_port_in_use_is_refused_before_avrdude_runs(avrdude, cable, firmware):
     assert log.read_text() == ""
 
 
-def test_a_dry_run_prints_the_command_and_runs_nothing(avrdude, cable, firmware, capsys):
+def test_a_dry_run_prints_the_command_and_runs_nothing(avrdude, cable, capsys):
     log = avrdude()
     flash.run_flash("/dev/ttyACM9", dry_run=True)
-    assert f"avrdude -q -p atmega328p -c arduino -P /dev/ttyACM9 -b 115200 -D -U flash:w:{firmware}:i" in (
-        capsys.readouterr().out
-    )
+    assert capsys.readouterr().out.splitlines() == [
+        f"firmware 1.0, protocol 1, made from {SKETCH}",
+        f"avrdude -q -p atmega328p -c arduino -P /dev/ttyACM9 -b 115200 -D -U flash:w:{HEX}:i",
+    ]
     assert log.read_text() == ""
 
 
-def test_what_avrdude_says_when_it_fails_is_told(avrdude, cable, firmware):
+def test_what_avrdude_says_when_it_fails_is_told(avrdude, cable):
     avrdude(writes="echo 'programmer is not responding' >&2; exit 1")
     cable.plug()
     with pytest.raises(RigError, match=r"avrdude failed: programmer is not responding; .*reset button"):
         flash.run_flash(str(cable.path), dry_run=False)
 
 
-def test_without_avrdude_or_firmware_one_sentence_says_what_to_do(cable, firmware, monkeypatch, tmp_path):
+def test_without_avrdude_one_sentence_says_what_to_do(cable, monkeypatch, tmp_path):
     cable.plug()
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(ConfigurationError, match="apt-get install avrdude"):
         flash.run_flash(str(cable.path), dry_run=False)
-    firmware.unlink()
-    with pytest.raises(ConfigurationError, match="make firmware"):
-        flash.run_flash(str(cable.path), dry_run=True)
 
 
-def test_a_rig_behind_the_network_is_not_flashed(firmware):
+def test_a_rig_behind_the_network_is_not_flashed():
     with pytest.raises(ConfigurationError, match="not a port of this machine"):
         flash.run_flash("socket://10.0.0.1:4000", dry_run=False)

@@ -47,6 +47,6 @@ def test_without_a_compiler_the_simulator_says_what_to_install(tmp_path):
     )
     assert refused.returncode == 2
     assert refused.stderr.startswith(
-        "pneuforce: the simulator cannot start: the emulated board needs avr-gcc: "
+        "pneuforce: the simulator cannot start: the emulated board needs gcc: "
     )
     assert len(refused.stderr.splitlines()) == 1
