@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -42,12 +43,13 @@ Frequency = Annotated[float, Field(ge=0.01, le=50)]
 Ease = Annotated[float, Field(ge=0, le=0.95)]
 
 
-class _Kind(Table):
+class _Kind(Table, ABC):
     pause_s: Time = 1.0  # without contact, after it
     angle_deg: float = Field(0.0, ge=0, le=80)
 
+    @abstractmethod
     def courses(self) -> Iterator[tuple[Piece, ...]]:
-        raise NotImplementedError
+        """The pieces of each contact, in order."""
 
     def contacts(self) -> Iterator[Contact]:
         """The contacts of this table, in order."""
@@ -144,8 +146,9 @@ class _Swaying(_Kind):
             raise ValueError(f"amplitude_n = {self.amplitude_n:g} would pull: at most force_n is possible")
         return self
 
+    @abstractmethod
     def _band_hz(self) -> tuple[float, float]:
-        raise NotImplementedError
+        """Frequencies at its begin and its end."""
 
     def courses(self) -> Iterator[tuple[Piece, ...]]:
         for mean_n in self.force_n:
