@@ -77,14 +77,15 @@ class Control:
 
     def publish(self) -> None:
         """Send the answers, and the truth to whoever wants this sample."""
-        truth = self._world.rig.truth
-        wanting = [c for c in self._clients.values() if c.truth_every and truth.sample % c.truth_every == 0]
-        if wanting and truth.sample != self._last_sample:
-            told = {**truth._asdict(), "setpoint_kpa": self._world.rig.hand.setpoint_kpa}
+        rig = self._world.rig
+        sample = rig.board.samples
+        wanting = [c for c in self._clients.values() if c.truth_every and sample % c.truth_every == 0]
+        if wanting and sample != self._last_sample:
+            told = {**rig.truth._asdict(), "setpoint_kpa": rig.hand.setpoint_kpa}
             line = json.dumps(told).encode() + b"\n"
             for client in wanting:
                 client.unsent += line
-        self._last_sample = truth.sample
+        self._last_sample = sample
         for client in [c for c in self._clients.values() if c.unsent]:
             self._send(client)
 
