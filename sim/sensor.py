@@ -40,9 +40,9 @@ class SensorSettings:
         """Hold the error against the data sheet's band."""
         worst_kpa = max(abs(self.error_kpa(float(kpa))) for kpa in range(round(SPAN_KPA) + 1))
         if not worst_kpa <= ERROR_BAND_KPA:
+            size = f"{worst_kpa:.2f} kPa" if math.isfinite(worst_kpa) else "no size that could be told"
             raise ValueError(
-                f"offset, gain and bow make an error of {worst_kpa:.2f} kPa; "
-                f"the data sheet allows {ERROR_BAND_KPA:g} kPa"
+                f"offset, gain and bow make an error of {size}; the data sheet allows {ERROR_BAND_KPA:g} kPa"
             )
         if not 0 <= self.noise_counts <= 20:
             raise ValueError(f"noise_counts is {self.noise_counts:g}, and must be from 0 to 20")
