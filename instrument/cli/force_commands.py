@@ -2,57 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from instrument.cli import estimate
 from instrument.cli.options import Json, Low, Method, PlantName, Switch
 from instrument.model import Law
 
 commands = typer.Typer()
 
+Answer = Callable[[estimate.Contact], str]
 
 Dpi = Annotated[float, typer.Option("--dpi", help="Gauge pressure before contact ΔP_i, in kPa.")]
 Dpf = Annotated[float, typer.Option("--dpf", help="Gauge pressure in contact ΔP_f, in kPa.")]
 
 
-@commands.command()
-def estimate(
-    dpi: Dpi,
-    dpf: Dpf,
-    method: Method = "energetic",
-    switch: Switch = "paper",
-    low: Low = "line",
-    as_json: Json = False,
-) -> None:
-    """The force of one contact from the pressures before and during it.
+def _about_one_contact(name: str, what: str, text: Answer, as_json_text: Answer) -> None:
+    """A command that answers about one contact, in text or as JSON."""
 
-    Example: pneuforce estimate --dpi 8.0 --dpf 9.2
-    """
-    from instrument.cli import estimate
+    def command(
+        dpi: Dpi,
+        dpf: Dpf,
+        method: Method = "energetic",
+        switch: Switch = "paper",
+        low: Low = "line",
+        as_json: Json = False,
+    ) -> None:
+        contact = estimate.contact_of(dpi, dpf, Law(method=method, switch=switch, low=low))
+        typer.echo((as_json_text if as_json else text)(contact))
 
-    contact = estimate.contact_of(dpi, dpf, Law(method=method, switch=switch, low=low))
-    typer.echo(estimate.as_json(contact) if as_json else estimate.report(contact))
+    example = f"Example: pneuforce {name} --dpi 8.0 --dpf 9.2"
+    commands.command(name, help=f"{what}\n\n{example}")(command)
 
 
-@commands.command()
-def budget(
-    dpi: Dpi,
-    dpf: Dpf,
-    method: Method = "energetic",
-    switch: Switch = "paper",
-    low: Low = "line",
-    as_json: Json = False,
-) -> None:
-    """Where the uncertainty of that force comes from, input by input.
-
-    Example: pneuforce budget --dpi 8.0 --dpf 9.2
-    """
-    from instrument.cli import estimate
-
-    contact = estimate.contact_of(dpi, dpf, Law(method=method, switch=switch, low=low))
-    typer.echo(estimate.budget_json(contact) if as_json else estimate.budget_report(contact))
+_about_one_contact(
+    "estimate",
+    "The force of one contact from the pressures before and during it.",
+    estimate.report,
+    estimate.as_json,
+)
+_about_one_contact(
+    "budget",
+    "Where the uncertainty of that force comes from, input by input.",
+    estimate.budget_report,
+    estimate.budget_json,
+)
 
 
 @commands.command()
