@@ -14,7 +14,7 @@ from rich.text import Text
 from instrument.model.law import MethodName
 from instrument.validation import paper
 from instrument.validation.continuous import Continuous
-from instrument.validation.peaks import Errors, GroupErrors
+from instrument.validation.peaks import GroupErrors, MethodErrors
 from instrument.validation.report import Report
 
 #: Ours / the paper's.
@@ -46,7 +46,7 @@ def _peaks(groups: tuple[GroupErrors, ...]) -> Table:
     return table
 
 
-def _beside(errors: Errors) -> str:
+def _beside(errors: MethodErrors) -> str:
     printed = errors.printed_percent
     return f"{_number(errors.absolute_percent, '.2f')}/{'–' if printed is None else f'{printed:.2f}':>5}"
 

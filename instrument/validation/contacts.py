@@ -16,7 +16,7 @@ from instrument.validation.course import Course
 from instrument.validation.trial import Floats
 
 
-class Contact(NamedTuple):
+class PickedContact(NamedTuple):
     """One contact, and when its two pressures were read."""
 
     initial_kpa: float  #: ΔP_i
@@ -26,7 +26,7 @@ class Contact(NamedTuple):
     final_s: float
 
 
-def contacts_of(course: Course, settings: ChainSettings) -> list[Contact]:
+def contacts_of(course: Course, settings: ChainSettings) -> list[PickedContact]:
     """The contacts of one trial."""
     bounds = [*_troughs(course), len(course.trial.t_s)]
     return [_contact(course, trough, after, settings.tube_s) for trough, after in pairwise(bounds)]
@@ -52,14 +52,14 @@ def _highest(values: Floats, at: slice) -> int:
     return int(at.start + np.argmax(values[at]))
 
 
-def _contact(course: Course, trough: int, after: int, tube_s: float) -> Contact:
+def _contact(course: Course, trough: int, after: int, tube_s: float) -> PickedContact:
     """The contact between two troughs; those of the reference, which comes without a tube, are earlier."""
     t_s, pressure_kpa = course.trial.t_s, course.filtered_kpa
     peak = _highest(pressure_kpa, slice(trough, after))
     end_s = t_s[after] if after < len(t_s) else np.inf
     first, last = np.searchsorted(t_s, [t_s[trough] - tube_s, end_s - tube_s])
     top_n = course.filtered_n[first : max(last, first + 1)].max()
-    return Contact(
+    return PickedContact(
         float(pressure_kpa[trough]),
         float(pressure_kpa[peak]),
         float(top_n),

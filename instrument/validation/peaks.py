@@ -12,7 +12,7 @@ from instrument.chain import ChainSettings
 from instrument.model import Balloon, Circuit, estimate
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA, sphere_volume
 from instrument.model.law import MethodName
-from instrument.validation.contacts import Contact
+from instrument.validation.contacts import PickedContact
 from instrument.validation.paper import GROUPS, HYSTERESIS_KPA, Group
 from instrument.validation.trial import Bools, Floats
 
@@ -46,7 +46,7 @@ class Peaks:
         return 100 * (self.estimates_n[method] - self.force_n) / self.force_n
 
 
-class Errors(NamedTuple):
+class MethodErrors(NamedTuple):
     """Errors of one method over a group of contacts."""
 
     solved: int  #: contacts for which the method has a solution
@@ -60,10 +60,10 @@ class GroupErrors(NamedTuple):
 
     name: str
     contacts: int
-    by_method: Mapping[MethodName, Errors]
+    by_method: Mapping[MethodName, MethodErrors]
 
 
-def evaluated(contacts: Sequence[Contact], settings: ChainSettings) -> tuple[Peaks, Counts]:
+def peaks_kept(contacts: Sequence[PickedContact], settings: ChainSettings) -> tuple[Peaks, Counts]:
     """The contacts that the paper would evaluate, and what became of the others."""
     initial, final, force = np.array([contact[:3] for contact in contacts], float).reshape(-1, 3).T
     small = final - initial < LOWEST_RISE_KPA
@@ -113,8 +113,8 @@ def _group(peaks: Peaks, group: Group) -> GroupErrors:
     return GroupErrors(group.name, int(chosen.sum()), by_method)
 
 
-def _errors(percent: Floats, printed_percent: float | None) -> Errors:
+def _errors(percent: Floats, printed_percent: float | None) -> MethodErrors:
     known = percent[np.isfinite(percent)]
     if not len(known):
-        return Errors(0, np.nan, np.nan, printed_percent)
-    return Errors(len(known), float(np.mean(np.abs(known))), float(np.mean(known)), printed_percent)
+        return MethodErrors(0, np.nan, np.nan, printed_percent)
+    return MethodErrors(len(known), float(np.mean(np.abs(known))), float(np.mean(known)), printed_percent)

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 from instrument.chain import ChainSettings
 from instrument.model.balloon import LOWEST_RISE_KPA
 from instrument.validation import paper
-from instrument.validation.contacts import Contact, contacts_of
+from instrument.validation.contacts import PickedContact, contacts_of
 from instrument.validation.continuous import Continuous, Forces, continuous, forces_of
 from instrument.validation.course import Course, courses_of
-from instrument.validation.peaks import Counts, GroupErrors, Peaks, errors_of, evaluated
+from instrument.validation.peaks import Counts, GroupErrors, Peaks, errors_of, peaks_kept
 from instrument.validation.trial import Trial
 
 
@@ -20,11 +20,11 @@ class Seen(NamedTuple):
     """One trial, its contacts and its forces: what the figures show."""
 
     course: Course
-    contacts: list[Contact]
+    contacts: list[PickedContact]
     forces: Forces
 
     @property
-    def appreciable(self) -> list[Contact]:
+    def appreciable(self) -> list[PickedContact]:
         """The contacts that the paper would not exclude: a rise of 0.5 kPa at least."""
         return [c for c in self.contacts if c.final_kpa - c.initial_kpa >= LOWEST_RISE_KPA]
 
@@ -57,7 +57,7 @@ def seen(trials: Iterable[Trial], settings: ChainSettings) -> list[Seen]:
 
 def report_of(trials: list[Seen], settings: ChainSettings) -> tuple[Report, Peaks]:
     """The report, and the contacts that it is about."""
-    peaks, counts = evaluated([contact for trial in trials for contact in trial.contacts], settings)
+    peaks, counts = peaks_kept([contact for trial in trials for contact in trial.contacts], settings)
     report = Report(
         len(trials),
         counts,

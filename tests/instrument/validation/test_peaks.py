@@ -7,15 +7,15 @@ import pytest
 
 from instrument.chain import ChainSettings
 from instrument.model import Balloon, Circuit, Law, estimate
-from instrument.validation.contacts import Contact
+from instrument.validation.contacts import PickedContact
 from instrument.validation.paper import ALL, FIFTHS, GROUPS, SMALL, STIFF, USUAL
-from instrument.validation.peaks import Peaks, errors_of, evaluated, volume_change
+from instrument.validation.peaks import Peaks, errors_of, peaks_kept, volume_change
 
 SETTINGS = ChainSettings(law=Law())
 
 
 def contact(initial_kpa, rise_kpa, force_n=1.0):
-    return Contact(initial_kpa, initial_kpa + rise_kpa, force_n, 0.0, 1.0)
+    return PickedContact(initial_kpa, initial_kpa + rise_kpa, force_n, 0.0, 1.0)
 
 
 def peaks(initial_kpa, force_n, energetic_n):
@@ -81,7 +81,7 @@ def test_contacts_are_excluded_for_the_first_reason_that_applies():
         contact(8.0, 1.0),
         contact(4.9, 1.0),
     ]
-    kept, counts = evaluated(contacts, SETTINGS)
+    kept, counts = peaks_kept(contacts, SETTINGS)
     assert counts._asdict() == {
         "found": 8,
         "too_small": 2,
@@ -95,13 +95,13 @@ def test_contacts_are_excluded_for_the_first_reason_that_applies():
 def test_close_to_the_step_the_chosen_law_is_used():
     errors = []
     for switch in ("paper", "blend"):
-        kept, _ = evaluated([contact(8.86, 1.0)], ChainSettings(law=Law(switch=switch)))
+        kept, _ = peaks_kept([contact(8.86, 1.0)], ChainSettings(law=Law(switch=switch)))
         errors.append(kept.errors_percent("energetic")[0])
     assert abs(errors[1] - errors[0]) > 1
 
 
 def test_no_contacts_are_no_error():
-    kept, counts = evaluated([], SETTINGS)
+    kept, counts = peaks_kept([], SETTINGS)
     assert counts.found == 0
     assert all(group.contacts == 0 for group in errors_of(kept))
 
@@ -110,7 +110,7 @@ def test_no_contacts_are_no_error():
 def test_a_world_that_obeys_a_method_has_no_error_by_it(method):
     initial, rise = np.array([5.0, 7.0, 9.0, 11.0]), np.array([0.6, 1.0, 2.0, 3.0])
     force = estimate(initial, initial + rise, Balloon(), Circuit(), Law(method=method)).force_n
-    kept, _ = evaluated([contact(*each) for each in zip(initial, rise, force, strict=True)], SETTINGS)
+    kept, _ = peaks_kept([contact(*each) for each in zip(initial, rise, force, strict=True)], SETTINGS)
     [errors] = errors_of(kept, [ALL])
     by_method = {name: told.absolute_percent for name, told in errors.by_method.items()}
     assert by_method.pop(method) < 1e-9
