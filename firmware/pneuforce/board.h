@@ -75,7 +75,7 @@ static void say_changes(struct board *b)
 static void say_sample(struct board *b, uint16_t adc_sum)
 {
     const struct situation *now = &b->pressure.now;
-    struct sample sample = {b->time_us, adc_sum, now->supply_mv, now->valves, now->state,
+    struct sample sample = {b->time_us, adc_sum, now->supply.mean_mv, now->valves, now->state,
                             FAULT_NONE, 0, b->obeyed, (uint16_t)(now->setpoint_kpa * 1e3f + 0.5f)};
     uint8_t n;
 

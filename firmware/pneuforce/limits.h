@@ -25,10 +25,10 @@ static bool alive(const struct situation *s)
     return s->reading.alive;
 }
 
-/* The supply of sensor and valves is in its span. */
+/* The mean supply of sensor and valves is in its span. */
 static bool supplied(const struct situation *s)
 {
-    return SUPPLY_MV_LEAST <= s->supply_mv && s->supply_mv <= SUPPLY_MV_MOST;
+    return SUPPLY_MV_LEAST <= s->supply.mean_mv && s->supply.mean_mv <= SUPPLY_MV_MOST;
 }
 
 /* No host can raise this one. */

@@ -43,6 +43,9 @@
 #define RATE_GAIN 0.022f
 #define PAST_MS 100u
 
+/* sim.board.supply */
+#define SUPPLY_SAMPLES 16u
+
 /* sim.board.filling */
 #define TUBE_MS 60u
 #define VALVE_MS 12u
@@ -181,7 +184,7 @@ struct command {
 #define LIMIT_COUNT 16
 #define LIMIT_ROWS(ROW) \
     ROW(FAULT_SENSOR, 0x7Fu, 5, alive) \
-    ROW(FAULT_SUPPLY_VOLTAGE, 0x7Fu, 3, supplied) \
+    ROW(FAULT_SUPPLY_VOLTAGE, 0x7Fu, 16, supplied) \
     ROW(FAULT_OVERPRESSURE, 0x7Fu, 1, below_hard_limit) \
     ROW(FAULT_OVERPRESSURE, 0x0Cu, 3, below_filling_limit) \
     ROW(FAULT_OVERPRESSURE, 0x10u, 3, below_contact_limit) \

@@ -110,9 +110,11 @@ static void begin_line(void)
 
 static void begin_sampling(void)
 {
-    ADMUX = AVCC_REFERENCE | SENSOR_CHANNEL;
+    ADMUX = AVCC_REFERENCE | BANDGAP_CHANNEL;
     ADCSRB = 0;
     ADCSRA = 1u << ADEN | 1u << ADIE | 1u << ADPS2 | 1u << ADPS1 | 1u << ADPS0; /* 125 kHz */
+    converting_bandgap = true; /* the first sample knows the supply too */
+    ADCSRA |= 1u << ADSC;
     TCCR1A = 0;
     TCCR1B = 1u << WGM12 | 1u << CS10;
     TCNT1 = 0;

@@ -4,6 +4,7 @@
 #define SITUATION_H
 
 #include "filling.h"
+#include "supply.h"
 #include "watches.h"
 
 /* State, pressure, valves and what the host said last. */
@@ -11,12 +12,12 @@ struct situation {
     uint8_t state;
     uint8_t valves;
     bool in_contact;
-    uint16_t supply_mv;
     uint16_t vent_after_ms;
     uint16_t silent_ms; /* since the last command */
     float setpoint_kpa; /* in effect; 0 where there is none */
     float contact_limit_kpa;
     struct reading reading;
+    struct supply supply;
     struct inlet_watch inlet;
     struct vent_watch vent;
     struct emptying_watch emptying;
@@ -66,9 +67,9 @@ static bool is_latched(const struct situation *s, uint8_t fault)
 /* One sample later. */
 static void observe(struct situation *s, uint16_t adc_sum, uint16_t supply_mv)
 {
-    s->supply_mv = supply_mv;
     elapse(&s->silent_ms);
     reading_step(&s->reading, adc_sum);
+    supply_step(&s->supply, supply_mv);
     inlet_step(&s->inlet, s->valves == FILL, &s->reading);
     vent_step(&s->vent, s->valves == SAFE, &s->reading);
     emptying_step(&s->emptying, s->state == STATE_VENTING, s->in_contact, &s->reading);

@@ -35,7 +35,7 @@ class AvrBoard:
     A sample shows what was given one step before, because its 16 conversions take that long.
     """
 
-    supply_step_mv = 25  #: one count of the bandgap's conversion, near 5 V
+    supply_step_mv = 3  #: a sixteenth of a count of the bandgap's conversion, near 5 V, and what is cut off
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         """Raises ToolMissing."""

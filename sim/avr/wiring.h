@@ -65,10 +65,12 @@ static uint32_t sensor_counts(struct chip *c)
     return share(c->sum, CONVERSIONS, n);
 }
 
-/* The true ratio on average, as noise makes it: one count alone is 20 mV. */
+/* The true ratio less half a count on average, as noise and truncation make it: one count alone is 22 mV. */
 static uint32_t bandgap_counts(struct chip *c)
 {
-    return c->supply_mv <= BANDGAP_MV ? LEVELS - 1 : share(BANDGAP_MV * LEVELS, c->supply_mv, c->bandgap_count++);
+    if (c->supply_mv <= BANDGAP_MV)
+        return LEVELS - 1;
+    return share(2 * BANDGAP_MV * LEVELS - c->supply_mv, 2 * c->supply_mv, c->bandgap_count++);
 }
 
 static void on_conversion(avr_irq_t *irq, uint32_t value, void *param)

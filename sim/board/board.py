@@ -123,7 +123,7 @@ class Board:
             Sample(
                 board_time_us=self._time_us & 0xFFFF_FFFF,
                 adc_sum=adc_sum,
-                supply_mv=now.supply_mv,
+                supply_mv=now.supply.mean_mv,
                 valves=now.valves,
                 state=now.state,
                 fault=now.latched[0] if now.latched else Fault.NONE,

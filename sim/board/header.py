@@ -14,13 +14,13 @@ from instrument.rig import frames
 from instrument.rig import limits as promised
 from instrument.rig.frames import KINDS, BoardKind, BoardState, CommandFlag, Fault, Message, Mode, Valve
 from instrument.rig.limits import PRESSURISED
-from sim.board import board, filling, limits, pressure, reading, situation, states, watches
+from sim.board import board, filling, limits, pressure, reading, situation, states, supply, watches
 from sim.board.limits import GONE, LIMITS
 from sim.board.states import FILLING, TRANSITIONS, Happening
 
 HEADER = Path("firmware/pneuforce/numbers.h")
 #: Every number that these name in capitals becomes a macro of the same name; seconds become milliseconds.
-MODULES = (frames, promised, states, reading, filling, watches, situation, limits, pressure, board)
+MODULES = (frames, promised, states, reading, supply, filling, watches, situation, limits, pressure, board)
 ENUMS: dict[str, type[IntEnum] | type[IntFlag]] = {
     "BOARD": BoardKind,
     "STATE": BoardState,

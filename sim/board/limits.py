@@ -9,6 +9,7 @@ from instrument.rig.frames import BoardState, Fault
 from instrument.rig.limits import FILL_KPA_PER_S, HARD_LIMIT_KPA, OCCLUDED_SHARE, PRESSURISED, SUPPLY_MV
 from sim.board.situation import Situation
 from sim.board.states import EMPTYING, EVERY, FILL, FILLING, SAFE
+from sim.board.supply import SUPPLY_SAMPLES
 from sim.board.watches import vented_kpa
 
 OVERSHOOT_KPA = 0.5
@@ -41,8 +42,8 @@ def alive(s: Situation) -> bool:
 
 
 def supplied(s: Situation) -> bool:
-    """The supply of sensor and valves is in its span."""
-    return SUPPLY_MV[0] <= s.supply_mv <= SUPPLY_MV[1]
+    """The mean supply of sensor and valves is in its span."""
+    return SUPPLY_MV[0] <= s.supply.mean_mv <= SUPPLY_MV[1]
 
 
 def below_hard_limit(s: Situation) -> bool:
@@ -139,7 +140,7 @@ VENTING = frozenset({BoardState.VENTING})
 
 LIMITS: tuple[Limit, ...] = (
     Limit(Fault.SENSOR, EVERY, 5, alive),
-    Limit(Fault.SUPPLY_VOLTAGE, EVERY, 3, supplied),
+    Limit(Fault.SUPPLY_VOLTAGE, EVERY, SUPPLY_SAMPLES, supplied),
     Limit(Fault.OVERPRESSURE, EVERY, 1, below_hard_limit),
     Limit(Fault.OVERPRESSURE, FILLING, 3, below_filling_limit),
     Limit(Fault.OVERPRESSURE, HOLDING, 3, below_contact_limit),

@@ -9,6 +9,7 @@ from instrument.rig.limits import HOST_SILENCE_S
 from sim.board.filling import Filling
 from sim.board.reading import Reading
 from sim.board.states import FILL, SAFE
+from sim.board.supply import Supply
 from sim.board.watches import EmptyingWatch, InletWatch, TopUps, VentWatch
 
 #: Until the host's first command.
@@ -22,13 +23,13 @@ class Situation:
 
     state: BoardState = BoardState.BOOT
     valves: int = SAFE
-    supply_mv: int = 0
     setpoint_kpa: float = 0.0  #: in effect; 0 where there is none
     contact_limit_kpa: float = CONTACT_LIMIT_AT_BOOT_KPA
     vent_after_s: float = VENT_AFTER_AT_BOOT_S
     silent_s: float = 0.0  #: since the last command
     in_contact: bool = False
     reading: Reading = field(default_factory=Reading)
+    supply: Supply = field(default_factory=Supply)
     inlet: InletWatch = field(default_factory=InletWatch)
     vent: VentWatch = field(default_factory=VentWatch)
     emptying: EmptyingWatch = field(default_factory=EmptyingWatch)
@@ -48,9 +49,9 @@ class Situation:
 
     def observe(self, adc_sum: int, supply_mv: int, dt_s: float) -> None:
         """One sample later."""
-        self.supply_mv = supply_mv
         self.silent_s += dt_s
         self.reading.step(adc_sum, dt_s)
+        self.supply.step(supply_mv)
         self.inlet.step(self.valves == FILL, self.reading, dt_s)
         self.vent.step(self.valves == SAFE, self.reading, dt_s)
         self.emptying.step(self.state is BoardState.VENTING, self.in_contact, self.reading, dt_s)

@@ -106,7 +106,7 @@ def test_an_adc_sum_that_stands_still_in_a_locked_balloon_is_no_fault(bench):
 @pytest.mark.parametrize("where", ["vented", "inflating", "holding"])
 def test_a_supply_outside_its_span_vents(bench, where, edge_mv, steps):
     getattr(bench, where)().supply_mv = edge_mv + steps * bench.supply_step_mv
-    assert seconds_to_trip(bench, Fault.SUPPLY_VOLTAGE, 0.1) <= 0.01
+    assert seconds_to_trip(bench, Fault.SUPPLY_VOLTAGE, 0.1) <= 0.07
 
 
 @brief
@@ -114,6 +114,21 @@ def test_a_supply_outside_its_span_vents(bench, where, edge_mv, steps):
 def test_a_supply_just_within_its_span_is_allowed(bench, edge_mv, steps):
     bench.supply_mv = edge_mv + steps * (bench.supply_step_mv - 1)
     bench.holding()
+
+
+def test_a_supply_that_is_away_for_a_few_milliseconds_is_a_relay_that_pulls_and_no_fault(bench):
+    bench.holding().supply_mv = 4700
+    bench.run(0.02).supply_mv = 5000
+    bench.run(1)
+    assert bench.state is S.HOLDING
+
+
+def test_the_supply_is_told_as_a_mean_that_knows_a_step_of_the_bandgap_to_a_sixteenth(bench):
+    bench.vented()
+    for n in range(100):
+        bench.supply_mv = 5011 if n % 2 else 4989
+        bench.step()
+    assert bench.last().supply_mv == pytest.approx(5000, abs=bench.supply_step_mv)
 
 
 # the pressure
