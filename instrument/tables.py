@@ -121,7 +121,9 @@ def span_of(schema: dict[str, Any]) -> str:
         return ", ".join(str(value) for value in schema["enum"])
     if "minimum" in schema:
         return f"{schema['minimum']} to {schema['maximum']}"
-    return {"boolean": "true, false", "string": "text"}.get(schema["type"], str(schema["type"]))
+    return {"boolean": "true, false", "string": "text", "array": "list of addresses and networks"}.get(
+        schema["type"], str(schema["type"])
+    )
 
 
 def toml_of(value: object) -> str:

@@ -99,6 +99,7 @@ def modbus_server(configuration: Configuration, instrument: Instrument) -> Modbu
     options = Options(
         host=own.host,
         port=own.port,
+        allow=tuple(own.allow),
         unit=own.unit,
         word_swap=own.word_order == "CDAB",
         read_only=own.read_only,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from datetime import date
+from ipaddress import ip_address, ip_network
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationInfo
 
 from instrument.chain import ChainSettings
 from instrument.model import Balloon, Circuit
@@ -20,9 +21,32 @@ def _date(code: int) -> int:
     return code
 
 
+def _network(text: str) -> str:
+    ip_network(text)
+    return text
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _named_where_reachable(allow: list[str], section: ValidationInfo) -> list[str]:
+    host = section.data.get("host", "localhost")  # a wrong one is told by itself
+    if not allow and not _is_loopback(host):
+        raise ValueError(
+            f'host {host} is reached from the network, so say who may connect: allow = ["192.168.1.0/24"] '
+            '(everyone: ["0.0.0.0/0", "::/0"])'
+        )
+    return allow
+
+
 _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
 
 Port = Annotated[int, Field(ge=1, le=65535)]
+Network = Annotated[str, AfterValidator(_network)]
 
 
 class Rig(Section):
@@ -120,7 +144,13 @@ class Modbus(Section):
 
     enabled: bool = Field(True, description="serve Modbus TCP")
     host: str = Field(
-        "127.0.0.1", min_length=1, description="address to listen on; loopback unless you mean it"
+        "127.0.0.1", min_length=1, description="address to listen on; another than loopback demands allow"
+    )
+    allow: Annotated[list[Network], AfterValidator(_named_where_reachable)] = Field(
+        [],
+        max_length=64,
+        validate_default=True,
+        description="who may connect beside 127.0.0.1 and ::1; on loopback, empty means this whole machine",
     )
     port: Port = Field(5020, description="TCP port (502 needs privileges)")
     unit: int = Field(1, ge=1, le=247, description="unit id")

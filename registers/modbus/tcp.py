@@ -10,6 +10,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from registers.modbus.allow import AllowList
 from registers.modbus.bank import Bank
 from registers.modbus.codes import Code, exception
 from registers.modbus.identity import Identity
@@ -31,6 +32,7 @@ class Options:
 
     host: str = "127.0.0.1"
     port: int = 5020
+    allow: tuple[str, ...] = ()  #: addresses and networks that may connect; all, where empty
     unit: int = 1
     word_swap: bool = False  #: low word of a 32-bit value first
     read_only: bool = False
@@ -46,6 +48,7 @@ class Counters:
 
     clients: int = 0  #: connected now
     connections: int = 0  #: accepted
+    foreign: int = 0  #: closed at once, for their address may not connect; counted nowhere else
     evicted: int = 0  #: closed to make room for a newcomer, over the connection limit
     requests: int = 0
     exceptions: int = 0  #: requests answered with an exception code
@@ -56,7 +59,7 @@ class Counters:
 class ModbusTcpServer:
     """One source on one TCP port.
 
-    Whoever connects is accepted, for it may want to vent. Where that is over the connection limit, the
+    Whoever may connect is accepted, for it may want to vent. Where that is over the connection limit, the
     address with most connections (the newcomer counted with its own) loses the one that was silent for
     longest, never the newcomer: a flood from one address evicts nobody but itself.
     """
@@ -73,6 +76,7 @@ class ModbusTcpServer:
         self.clock = clock
         self.units = _ANY_UNIT | {options.unit}
         self.log = SparingLog(logging.getLogger(__name__))
+        self._allowed = AllowList(options.allow)
         bank = Bank(word_swap=options.word_swap)
         self.responder = Responder(bank, source, Identity(identity), read_only=options.read_only)
         self.turns = Turns(clock)
@@ -105,7 +109,11 @@ class ModbusTcpServer:
             connection.close()
 
     def admit(self, newcomer: _Connection) -> None:
-        """Count a connection in; over the limit, close another one."""
+        """Count a connection in; over the limit, close another one. Close it where it may not connect."""
+        if not self._allowed.admits(newcomer.address):
+            self.counters.foreign += 1
+            newcomer.turn_away()
+            return
         if len(self.connections) >= self.options.most_connections:
             held = Counter(c.address for c in (*self.connections, newcomer))
             self.counters.evicted += 1
@@ -160,6 +168,11 @@ class _Connection(asyncio.BufferedProtocol):
         """Close at once, for a newcomer."""
         self._say("evicted for one of %s: %d are connected", newcomer, len(self._server.connections))
         self._server.count_out(self)
+        self._transport.abort()
+
+    def turn_away(self) -> None:
+        """Close at once, unread."""
+        self._say("turned away: not in the list of those that may connect")
         self._transport.abort()
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002

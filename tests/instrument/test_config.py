@@ -49,9 +49,9 @@ def test_the_example_tells_meaning_and_span_of_each_key_in_the_line_before_it(se
 @each_key
 def test_a_value_of_a_wrong_kind_is_refused_with_file_and_key(section, key, field):
     wrong = 5 if isinstance(field.default, str | bool) else "five"
-    for value in (wrong, [], {}, {"deep": 1}):
+    for value in (wrong, [5], {}, {"deep": 1}):
         said = refused({section: {key: value}})
-        assert said.startswith(f"my.toml: {section}.{key} = ")
+        assert said.startswith((f"my.toml: {section}.{key} = ", f"my.toml: {section}.{key}.0 = "))
     if not isinstance(field.default, bool):
         assert f"{section}.{key} = True" in refused({section: {key: True}})
 
@@ -102,6 +102,26 @@ def test_a_date_that_is_none_is_refused():
     for date in (1, 20261301, 20260230, 20260100):
         assert "identity.calibration_date" in refused({"identity": {"calibration_date": date}})
     assert parse({"identity": {"calibration_date": 20240229}}, "x").identity.calibration_date == 20240229
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "fe80::1%eth0", "rig.example"])
+def test_who_may_connect_from_the_network_must_be_said(host):
+    said = refused({"modbus": {"host": host}})
+    assert said.startswith(f"my.toml: modbus.allow = []: host {host} is reached from the network")
+    assert 'allow = ["192.168.1.0/24"]' in said
+    assert parse({"modbus": {"host": host, "allow": ["fd00::/8"]}}, "x").modbus.allow == ["fd00::/8"]
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.1.2.3", "::1", "localhost"])
+def test_on_loopback_nothing_needs_to_be_said(host):
+    assert parse({"modbus": {"host": host}}, "x").modbus.allow == []
+
+
+@pytest.mark.parametrize("entry", ["192.168.1.5/24", "192.168.1", "plc.example", "", "fd00::/129"])
+def test_what_is_no_network_is_refused_by_its_place_in_the_list(entry):
+    said = refused({"modbus": {"host": "0.0.0.0", "allow": ["10.0.0.0/8", entry]}})
+    assert said.startswith(f"my.toml: modbus.allow.1 = {entry!r}: ")
+    assert "\n" not in said
 
 
 class TestFiles:
@@ -199,9 +219,11 @@ def test_the_core_gets_every_key_that_concerns_it(section, key, field):
 @each_key
 def test_every_key_changes_the_hash_and_what_a_register_shows_of_it(section, key, field):
     schema = Configuration.model_fields[section].annotation.model_json_schema()["properties"][key]
-    candidates = [*schema.get("enum", []), schema.get("minimum"), schema.get("maximum"), "other"]
+    candidates = [*schema.get("enum", []), schema.get("minimum"), schema.get("maximum"), "localhost"]
     if isinstance(field.default, bool):
         candidates = [not field.default]
+    if isinstance(field.default, list):
+        candidates = [["192.168.1.0/24"]]
     other = next(c for c in candidates if c is not None and c != field.default)
     hash_ = parse({section: {key: other}}, "x").hash
     assert hash_ != Configuration().hash
