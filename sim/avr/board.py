@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 from instrument.rig.frames import (
     PROTOCOL_VERSION,
@@ -14,7 +15,7 @@ from instrument.rig.frames import (
     Valve,
 )
 from sim.avr.emulator import CYCLES_PER_US, Emulator, Reset
-from sim.avr.toolchain import program
+from sim.avr.toolchain import OTHER_VERSION, ToolMissing, program
 from sim.board.states import ResetCause
 from sim.faults import Refused
 
@@ -26,6 +27,8 @@ AHEAD_CYCLES = 600 * CYCLES_PER_US
 #: Two bytes' time: when nothing was sent for so long, nothing is under way.
 QUIET_CYCLES = 40 * CYCLES_PER_US
 STEP_US = 1_000_000 // SAMPLES_PER_S
+#: The watchdog has a clock of its own: its interrupt finds no processor, its second time-out resets.
+QUARTZ_MISSED_US = 64_000
 LONGEST_BOOT_CYCLES = 100_000 * CYCLES_PER_US
 
 
@@ -39,12 +42,20 @@ class AvrBoard:
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         """Raises ToolMissing."""
+        self._eeprom = bytes([BoardKind.EMULATED]) + serial.to_bytes(4, "little")
+        self._version = PROTOCOL_VERSION
+        self._time_us = 0
+        self._boot(program(), Reset[reset_cause.name])
+
+    def _boot(self, flashed: Path, cause: Reset) -> None:
+        self._flashed = flashed
+        self.chip = Emulator(flashed, self._eeprom)
+        self.chip.reset(cause)
         self.samples = 0  #: sent since boot
         self._state = BoardState.BOOT
         self._decoder = Decoder.of_board()
-        self.chip = Emulator(program(), bytes([BoardKind.EMULATED]) + serial.to_bytes(4, "little"))
-        self.chip.reset(Reset[reset_cause.name])
         self._begun: int | None = None  # cycle at which the board's time began
+        self._stands_us = 0  # for how long the quartz has stood still
 
     @property
     def valves(self) -> int:
@@ -66,16 +77,29 @@ class AvrBoard:
     @property
     def version(self) -> int:
         """Of the protocol, as flashed."""
-        return PROTOCOL_VERSION
+        return self._version
 
     @version.setter
     def version(self, version: int) -> None:
-        """Raises Refused where it is another."""
-        if version != self.version:
-            raise Refused("the emulated board speaks the version of the protocol that it was flashed with")
+        """Flash the program of another release. Raises Refused where it cannot be compiled."""
+        if version == self._version:
+            return
+        try:
+            flashed = _program_of(version)
+        except ToolMissing as missing:
+            raise Refused(str(missing)) from None
+        self._version = version
+        self._boot(flashed, Reset.EXTERNAL)
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
-        """Bytes sent until `board_time_us`; those received come at the pace of the line. Raises Crashed."""
+        """Bytes sent until `board_time_us`; those received come at the pace of the line. Raises Crashed.
+
+        Where the board's time stands still nothing is heard or said.
+        """
+        if board_time_us == self._time_us:
+            self._stand_still()
+            return b""
+        self._time_us, self._stands_us = board_time_us, 0
         self.chip.convert(adc_sum, supply_mv)
         if self._begun is None:
             self.chip.run(_first_sum() - AHEAD_CYCLES)
@@ -88,6 +112,12 @@ class AvrBoard:
                 self._state = BoardState(frame.message.state)
         return sent
 
+    def _stand_still(self) -> None:
+        self._stands_us += STEP_US
+        if self._stands_us == QUARTZ_MISSED_US:
+            self._boot(self._flashed, Reset.WATCHDOG)
+            self._stands_us = QUARTZ_MISSED_US
+
     def _sent_until(self, cycle: int) -> bytes:
         """What is sent until then, and the rest of what is under way: three frames can take too long."""
         latest = cycle + STEP_US * CYCLES_PER_US
@@ -97,6 +127,13 @@ class AvrBoard:
             more = self.chip.sent()
             sent += more
         return sent
+
+
+def _program_of(version: int) -> Path:
+    """Raises ToolMissing: what comes with a release speaks its own version only."""
+    if version == PROTOCOL_VERSION:
+        return program()
+    return program(OTHER_VERSION, f"-DOTHER_VERSION={version}u")
 
 
 @cache

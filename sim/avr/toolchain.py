@@ -14,6 +14,7 @@ HARNESS, WIRING = (Path(__file__).with_name(name) for name in ("harness.c", "wir
 HEADERS = Path("/usr/include/simavr")
 FOR_HOST = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
 FIRMWARE = Path(__file__).parents[2] / "firmware"
+OTHER_VERSION = Path(__file__).with_name("other_version.c")  #: wants -DOTHER_VERSION=…
 SKETCH, HEX, FLAGS = (FIRMWARE / name for name in ("pneuforce/pneuforce.ino", "pneuforce.hex", "flags"))
 
 
@@ -29,16 +30,17 @@ def harness() -> Path:
     return _compiled("harness", ".so", sources, [*FOR_HOST, str(HARNESS), "-lsimavr"])
 
 
-def program(main: Path = SKETCH) -> Path:
-    """The board's program, from this C file and the headers beside it. Raises ToolMissing.
+def program(main: Path = SKETCH, *flags: str) -> Path:
+    """The board's program, from this C file and the headers beside it and the sketch. Raises ToolMissing.
 
     Without avr-gcc the sketch is the one that came with this release, as it is flashed.
     """
     if main == SKETCH and not shutil.which("avr-gcc"):
         return HEX
     _need(shutil.which("avr-gcc"), "avr-gcc: apt-get install gcc-avr avr-libc")
-    sources = [FLAGS, main, *sorted(main.parent.glob("*.h"))]
-    return _compiled(main.stem, ".elf", sources, ["avr-gcc", f"@{FLAGS}", "-x", "c", str(main)])
+    headers = {*main.parent.glob("*.h"), *SKETCH.parent.glob("*.h")}
+    sources = [FLAGS, main, SKETCH, *sorted(headers)]
+    return _compiled(main.stem, ".elf", sources, ["avr-gcc", f"@{FLAGS}", *flags, "-x", "c", str(main)])
 
 
 def _need(there: object, what: str) -> None:

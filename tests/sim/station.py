@@ -5,6 +5,7 @@ from instrument.errors import ProtocolMismatch
 from instrument.rig.frames import Fault
 from instrument.rig.link import Link, Phase
 from instrument.settings import Settings
+from sim.board import Board
 from sim.hand import Hand
 from sim.rig import STEP_S, Rig
 from sim.world import World
@@ -16,8 +17,8 @@ BEAT_STEPS = 5
 class Station:
     """What `pneuforce run` does with its port, at the pace of the simulation."""
 
-    def __init__(self, plant, schedule=None, **settings):
-        self.world = World(Rig(plant, Hand(False)), schedule)
+    def __init__(self, plant, schedule=None, new_board=Board, **settings):
+        self.world = World(Rig(plant, Hand(False), new_board=new_board), schedule)
         self.instrument = Instrument(Settings(**settings))
         self.link = Link(round(self.instrument.settings.vent_after_s * 1e3))
         self.refused = None  #: what the greeting ended with

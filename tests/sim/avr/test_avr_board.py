@@ -10,10 +10,12 @@ from instrument.rig.frames import (
     Command,
     CommandFlag,
     Decoder,
+    Fault,
     Hello,
     Identify,
     Mode,
     Sample,
+    Valve,
     encode,
 )
 from sim.avr import board as avr
@@ -24,6 +26,7 @@ from sim.published import PublishedPlant
 from sim.rig import Rig
 from sim.world import World
 from tests.sim.conftest import AVR_MARKS, brief
+from tests.sim.station import Station
 
 pytestmark = [*AVR_MARKS, brief]
 
@@ -82,11 +85,32 @@ def test_its_clock_follows_the_quartz():
     assert len(samples) == pytest.approx(1010, abs=1)
 
 
-def test_a_quartz_that_stands_still_says_nothing():
-    driven = rig()
-    drive(driven, 0.1)
-    driven.frozen_board = True
-    assert drive(driven, 0.1) == b""
+def holding(fault):
+    """A host and a rig that holds, and then has the fault."""
+    station = Station(PublishedPlant(), new_board=AvrBoard).holding()
+    station.world.faults.put_in(fault)
+    return station
+
+
+def test_without_its_quartz_it_says_nothing_and_its_watchdog_vents_within_64_ms():
+    station = holding("board_frozen")
+    station.run(0.062)
+    assert station.world.rig.board.valves == Valve.VENT_CLOSED
+    station.run(0.004)
+    assert station.world.rig.board.valves == Valve.NONE
+    station.run(2.0)
+    assert {"link_lost", "failure"} <= station.see().status
+    station.world.faults.take_out("board_frozen")
+    assert station.run(2.0, lambda: Fault.WATCHDOG in station.see().faults)
+    assert station.world.rig.truth.balloon_kpa < 1.0
+
+
+def test_a_quartz_that_stands_still_for_a_moment_changes_nothing():
+    station = holding("board_frozen")
+    station.run(0.05)
+    station.world.faults.take_out("board_frozen")
+    station.run(1.0)
+    assert (station.see().state, station.see().faults) == ("holding", ())
 
 
 def test_a_reset_board_boots_anew_and_the_balloon_empties():
@@ -100,9 +124,23 @@ def test_a_reset_board_boots_anew_and_the_balloon_empties():
     assert driven.truth.balloon_kpa < 0.5
 
 
-def test_no_fault_changes_what_was_flashed():
+def test_flashed_with_another_version_it_greets_and_the_host_refuses_it_until_it_is_flashed_back():
+    station = holding("other_version")
+    assert station.run(2.0, lambda: station.refused)
+    assert "the board speaks version 2 of the rig link" in str(station.refused)
+    assert station.see().state == "tripped"
+    used = station.used
+    station.run(1.0)
+    assert station.used == used
+    assert station.world.rig.board.valves == Valve.NONE
+    station.world.faults.take_out("other_version")
+    assert station.run(2.0, lambda: station.used > used)
+
+
+def test_without_a_compiler_another_version_is_refused_in_a_sentence(monkeypatch):
     world = World(rig())
-    with pytest.raises(Refused, match="the version of the protocol that it was flashed with"):
+    monkeypatch.setattr("shutil.which", lambda _: None)
+    with pytest.raises(Refused, match="the emulated board needs avr-gcc: apt-get install"):
         world.faults.put_in("other_version")
     assert world.faults.present == {}
 
