@@ -21,6 +21,9 @@ READ_BYTES = 4096
 TICK_S = 0.002
 #: How long an idle proxy takes to notice that it is to end.
 IDLE_S = 0.05
+#: How often a port that has gone is looked for.
+REOPEN_S = 0.1
+GONE = -1
 #: Whoever takes no bytes for longer is given up.
 WRITE_S = 1.0
 
@@ -29,7 +32,7 @@ class End(Protocol):
     """One end of a connection."""
 
     def fileno(self) -> int:
-        """Descriptor that becomes readable when bytes have come."""
+        """Descriptor that becomes readable when bytes have come; `GONE` where there is none for now."""
         ...
 
     def read(self) -> bytes:
@@ -49,23 +52,23 @@ class Connection:
     """Two ends and a noisy line each way. It ends with either of its ends, once what was sent has arrived."""
 
     def __init__(self, near: End, far: End, noise: Noise, seed: int) -> None:
-        lines = NoisyLine(noise, seed), NoisyLine(noise, seed + 1)
-        self._ways = {near.fileno(): (near, far, lines[0]), far.fileno(): (far, near, lines[1])}
+        self._ways = (near, far, NoisyLine(noise, seed)), (far, near, NoisyLine(noise, seed + 1))
         self._ends = near, far
         self._ending = False
 
     def filenos(self) -> list[int]:
         """Descriptors that are read."""
-        return [] if self._ending else list(self._ways)
+        numbers = [] if self._ending else [end.fileno() for end in self._ends]
+        return [number for number in numbers if number != GONE]
 
     @property
     def busy(self) -> bool:
         """Whether bytes are under way."""
-        return any(line.under_way for _, _, line in self._ways.values())
+        return any(line.under_way for _, _, line in self._ways)
 
     def take(self, fileno: int, now_s: float) -> None:
         """Read what has come at one end."""
-        source, _, line = self._ways[fileno]
+        source, line = next((source, line) for source, _, line in self._ways if source.fileno() == fileno)
         try:
             line.send(source.read(), now_s)
         except OSError:
@@ -73,7 +76,7 @@ class Connection:
 
     def deliver(self, now_s: float) -> bool:
         """Write what is due; False where the connection has ended."""
-        for _, sink, line in self._ways.values():
+        for _, sink, line in self._ways:
             if data := line.due(now_s):
                 try:
                     sink.write(data)
@@ -123,6 +126,7 @@ class _Proxy:
                 else:
                     self._admit()
             self._deliver(now_s)
+            self._mend(now_s)
 
     def _deliver(self, now_s: float) -> None:
         ended = [c for c in self._connections if not c.deliver(now_s)]
@@ -136,6 +140,9 @@ class _Proxy:
 
     def _admit(self) -> None:
         """Let in who has come."""
+
+    def _mend(self, now_s: float) -> None:
+        """Look after what has gone."""
 
 
 class TcpProxy(_Proxy):
@@ -183,20 +190,56 @@ class _Stream:
         return data
 
 
-class _Line(SerialPort):
-    """A serial port as an end: what it does not take is lost, as on a wire."""
+class _Line:
+    """A serial port as an end: what it does not take is lost, as on a wire. One that has gone comes back."""
+
+    def __init__(self, url: str) -> None:
+        """Raises PortBusy or PortUnavailable."""
+        self._url = url
+        self._port: SerialPort | None = SerialPort(url)
+        self._try_again_s = 0.0
+
+    def fileno(self) -> int:
+        return self._port.fileno() if self._port else GONE
+
+    def read(self) -> bytes:
+        try:
+            return self._port.read() if self._port else b""
+        except OSError:
+            self.close()
+            return b""
 
     def write(self, data: bytes) -> None:
+        if self._port:
+            with suppress(OSError):
+                self._port.write(data)
+
+    def close(self) -> None:
+        port, self._port = self._port, None
+        if port:
+            port.close()
+
+    def mend(self, now_s: float) -> None:
+        """Open the port where it has gone; its name may lead to another device now."""
+        if self._port or now_s < self._try_again_s:
+            return
+        self._try_again_s = now_s + REOPEN_S
         with suppress(OSError):
-            super().write(data)
+            self._port = SerialPort(self._url)
 
 
 class SerialProxy(_Proxy):
-    """A serial port (a pty) in front of another. The host opens `port`."""
+    """A serial port (a pty) in front of another. The host opens `port`.
+
+    It stays when the one behind it goes, silent until that is back under the same name.
+    """
 
     def __init__(self, port: str, noise: Noise | None = None, seed: int = 1) -> None:
         """Open the port in front of which this one stands. Raises PortBusy or PortUnavailable."""
         super().__init__(noise, seed)
-        far, near = _Line(port), Cable()
+        self._line, near = _Line(port), Cable()
         self.port = near.port
-        self._connect(near, far)
+        self._connect(near, self._line)
+
+    def _mend(self, now_s: float) -> None:
+        self._line.mend(now_s)

@@ -16,8 +16,8 @@ BOARD = (
     FaultKind(
         "board_frozen",
         "The board's clock stands still; it sends the same instant again and again.",
-        "Ten samples of one instant trip. The emulated chip says nothing then: its watchdog vents, and the link "
-        "is lost.",
+        "Ten samples of one instant trip. The emulated chip says nothing then: its watchdog vents, and the "
+        "link is lost.",
         {"rig.frozen_board": True},
         shows="sensor_fault",
     ),

@@ -16,6 +16,7 @@ from registers.modbus.mbap import frame
 from sim.cable import Cable
 from sim.line_noise import Noise
 from sim.proxy import SerialProxy, TcpProxy
+from sim.remote import Remote
 from tests.instrument.driving import HOLD_8, PLC, VENT
 from tests.registers.modbus.memory import MemorySource
 from tests.registers.modbus.serving import (
@@ -169,6 +170,48 @@ def test_a_serial_line_outlives_a_board_that_takes_no_bytes_for_a_while():
             host.write(b"x" * 1000)
             time.sleep(0.005)
         assert eventually(heard)
+
+
+def test_a_board_whose_cable_was_pulled_is_found_again_where_its_link_points_now(tmp_path):
+    def heard(far):
+        host.write(b"there")
+        return b"there" in far.read()
+
+    with (
+        contextlib.closing(Cable(tmp_path / "rig")) as board,
+        SerialProxy(str(tmp_path / "rig")) as proxy,
+        contextlib.closing(SerialPort(proxy.port)) as host,
+    ):
+        assert eventually(lambda: heard(board))
+        for _ in range(2):
+            before = board.port
+            board.pull()
+            assert host.read() == b""
+            host.write(b"lost")
+            time.sleep(0.2)
+            board.plug()
+            assert board.port != before
+            assert eventually(lambda: heard(board))
+        board.write(b"back")
+        assert eventually(lambda: host.read() == b"back")
+
+
+def test_a_host_behind_a_proxy_trips_when_the_boards_cable_is_pulled_and_hears_it_again_when_it_is_back(
+    tmp_path,
+):
+    async def story(port, rig):
+        with SerialProxy(port) as proxy:
+            async with host_on(proxy.port) as host:
+                await until(lambda: host.instrument.sample_counter > 50)
+                rig.order(fault={"name": "cable_pulled"})
+                await until(lambda: state(host) == "tripped")
+                rig.order(fault={"name": "cable_pulled", "on": False})
+                await until(lambda: not host.instrument.link_lost(time.monotonic()))
+                assert host.instrument.snapshot(PLC, time.monotonic()).state == "tripped"
+
+    with Child("simulator", ["instrument", "sim", "--link", str(tmp_path / "rig"), "--no-hand"]) as rig:
+        remote = Remote(rig.ready()["control"])
+        asyncio.run(story(str(tmp_path / "rig"), remote))
 
 
 def test_a_serial_line_that_is_cut_trips_the_host_and_the_link_comes_back_by_itself(tmp_path):
