@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -95,8 +96,19 @@ def _solved(forces_n: np.ndarray) -> list[float]:
     return row
 
 
+@cache
+def _sheets(balloon: Balloon, circuit: Circuit, law: Law) -> tuple[_Sheet, _Sheet]:
+    """Up to the switch, and above it. Nothing changes them: balloons that are alike share them."""
+    switch_kpa = balloon.switch_kpa
+    above_kpa = math.nextafter(switch_kpa, math.inf)
+    return (
+        _Sheet(LOWEST_INITIAL_KPA, switch_kpa, balloon, circuit, law),
+        _Sheet(above_kpa, HIGHEST_INITIAL_KPA, balloon, circuit, law),
+    )
+
+
 class PublishedPlant:
-    """The paper's balloon. Construction takes about 0.1 s, a step some microseconds.
+    """The paper's balloon. The first construction takes about 0.1 s, a step some microseconds.
 
     The law is tabulated for the circuit's own volume and ambient pressure; other gas moves along it by the
     pressure that it would have without contact.
@@ -114,10 +126,7 @@ class PublishedPlant:
             self.balloon.radius_linear_mm_per_kpa,
             self.balloon.radius_quadratic_mm_per_kpa2,
         )
-        switch_kpa = self.balloon.switch_kpa
-        above_kpa = math.nextafter(switch_kpa, math.inf)
-        self._caps = _Sheet(LOWEST_INITIAL_KPA, switch_kpa, self.balloon, self.circuit, law)
-        self._sphere = _Sheet(above_kpa, HIGHEST_INITIAL_KPA, self.balloon, self.circuit, law)
+        self._caps, self._sphere = _sheets(self.balloon, self.circuit, law)
 
     def radius_mm(self, pressure_kpa: float) -> float:
         """Radius R_i [mm] of the free balloon, by the quadratic of Fig. 4."""

@@ -10,13 +10,14 @@ from functools import cache
 import pytest
 
 from instrument.chain import ChainSettings
-from instrument.cli.measured_scenario import measured
+from instrument.cli.measured_scenario import measured, measured_by_each
 from sim.headless import Playback
 from sim.scenario import Scenario
 
 PRESSURES_KPA = (5.3, 8.0, 11.45)
 MOST_RMSE_N = 0.15
 LATEST_PEAK_S = 0.020
+BELIEFS_S = (0.06, 0.042, 0.078)
 PRESS = {"kind": "press", "pause_s": 1.5}
 SLOW = [PRESS | {"force_n": 2.0, "rise_s": 1.0, "hold_s": 0.5}, PRESS | {"force_n": 3.0, "rise_s": 1.5}]
 FAST = [
@@ -52,7 +53,8 @@ def _rmse(forces_n, truths_n):
 
 
 @cache
-def course(kind, setpoint_kpa, believed_s=0.06, polytropic=1.0):
+def courses(kind, setpoint_kpa, polytropic):
+    """One rig, followed by an instrument for each belief about its tube: the course by belief."""
     contacts = {"slow": SLOW, "fast": FAST, "overlapping": OVERLAPPING}[kind]
     scenario = Scenario(
         doc="continuous",
@@ -61,14 +63,21 @@ def course(kind, setpoint_kpa, believed_s=0.06, polytropic=1.0):
         sensor={"noise_counts": 0.7},
         phase=[{"setpoint_kpa": [setpoint_kpa], "contact": contacts}],
     )
-    course = Course([], [], [], [])
-    for m, truth in measured(Playback(scenario), ChainSettings(filter_s=0.06, tube_s=believed_s)):
-        if math.isfinite(m.rise_kpa):
-            course.times_s.append(truth.t_s)
-            course.truths_n.append(truth.force_n)
-            course.forces_n.append(m.force_n)
-            course.lagging_n.append(m.force_uncompensated_n)
-    return course
+    beliefs_s = BELIEFS_S if polytropic == 1.0 else (0.06,)
+    followed = {tube_s: Course([], [], [], []) for tube_s in beliefs_s}
+    settings = [ChainSettings(filter_s=0.06, tube_s=tube_s) for tube_s in beliefs_s]
+    for measurements, truth in measured_by_each(Playback(scenario), settings):
+        for m, course in zip(measurements, followed.values(), strict=True):
+            if math.isfinite(m.rise_kpa):
+                course.times_s.append(truth.t_s)
+                course.truths_n.append(truth.force_n)
+                course.forces_n.append(m.force_n)
+                course.lagging_n.append(m.force_uncompensated_n)
+    return followed
+
+
+def course(kind, setpoint_kpa, believed_s=0.06, polytropic=1.0):
+    return courses(kind, setpoint_kpa, polytropic)[believed_s]
 
 
 each_pressure = pytest.mark.parametrize("setpoint_kpa", PRESSURES_KPA)
