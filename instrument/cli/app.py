@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import calibrate_commands, force_commands, rig_commands
+from instrument.cli import calibrate_commands, event_commands, force_commands, rig_commands
 from instrument.cli.options import Json
 
 app = typer.Typer(
@@ -21,17 +21,20 @@ app = typer.Typer(
 app.add_typer(force_commands.commands)
 app.add_typer(rig_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
+app.add_typer(event_commands.commands, name="log")
 
 LINK = Path("/tmp/pneuforce-rig")
 
 
 class MapFormat(Enum):
-    """The documents made from the register map."""
+    """The documents made from the register map: pages, tables, and code for PLC and C programs."""
 
     MD = "md"
     CSV = "csv"
     JSON = "json"
     DBC = "dbc"
+    ST = "st"
+    H = "h"
 
 
 class BusName(Enum):
@@ -94,9 +97,10 @@ def run(
 ) -> None:
     """Run the instrument on a real port and real buses until Ctrl-C or SIGTERM; then vent and end."""
     from instrument.cli.serve import serve
-    from instrument.config import load
+    from instrument.config import beside, load
 
-    serve(load(config))
+    configuration = load(config)
+    serve(configuration, beside(config, configuration.events.file))
 
 
 @app.command()
@@ -200,8 +204,11 @@ def config(
 
     if check is not None:
         from instrument.cli.can_face import options_of
+        from instrument.cli.rtu_face import check_ports
 
-        options_of(load(check).can)
+        configuration = load(check)
+        options_of(configuration.can)
+        check_ports(configuration)
         typer.echo(f"{check}: good")
     if example or check is None:
         typer.echo(example_text(), nl=False)

@@ -12,6 +12,7 @@ from importlib.metadata import version
 
 from instrument.cli.can_face import CanFace
 from instrument.cli.logs import log_to_stderr
+from instrument.cli.rtu_face import RtuFace
 from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.errors import FaceError
@@ -46,13 +47,14 @@ async def _serve(configuration: Configuration) -> None:
     instrument = Instrument(configuration.settings())
     host = Host(instrument, configuration.rig.port)
     modbus = modbus_server(configuration, instrument)
+    rtu = RtuFace(configuration, instrument, identity(configuration))
     can = CanFace(instrument, configuration.can) if configuration.can.enabled else None
     joining = asyncio.create_task(_join(can, host, stop))
     try:
         await host.connect(stop)
         if not stop.is_set():
             log.info("rig on %s answered", host.url)
-        await _work(host, modbus, joining, configuration, stop)
+        await _work(host, modbus, rtu, joining, configuration, stop)
     finally:
         stop.set()
         if can is not None:
@@ -71,6 +73,7 @@ async def _join(can: CanFace | None, host: Host, stop: asyncio.Event) -> None:
 async def _work(
     host: Host,
     modbus: ModbusTcpServer | None,
+    rtu: RtuFace,
     joining: asyncio.Task[None],
     configuration: Configuration,
     stop: asyncio.Event,
@@ -78,6 +81,7 @@ async def _work(
     working = asyncio.create_task(host.run(stop))
     try:
         if not stop.is_set():
+            await rtu.open()
             await (joining if modbus is None else _listen(modbus, configuration))
             print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
         await joining
@@ -85,6 +89,7 @@ async def _work(
         await working
         log.info("vented; ended")
     finally:
+        rtu.close()
         if modbus is not None:
             modbus.close()
         stop.set()

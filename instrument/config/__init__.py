@@ -16,9 +16,11 @@ from instrument.config.sections import (
     BalloonSection,
     Can,
     CircuitSection,
+    Events,
     IdentitySection,
     MeasurementSection,
     Modbus,
+    ModbusRtu,
     Rig,
     Safety,
 )
@@ -40,7 +42,9 @@ class Configuration(Section):
     measurement: MeasurementSection = MeasurementSection()
     safety: Safety = Safety()
     modbus: Modbus = Modbus()
+    modbus_rtu: ModbusRtu = ModbusRtu()
     can: Can = Can()
+    events: Events = Events()
     identity: IdentitySection = IdentitySection()
     _calibration: Calibration | None = None
 
@@ -93,6 +97,15 @@ class Configuration(Section):
             ),
             **self.safety.model_dump(),
         )
+
+
+def beside(path: Path, name: str) -> Path | None:
+    """The file that a configuration at `path` names, None for an empty name.
+
+    One that comes through a pipe lies nowhere: then it is the current folder's.
+    """
+    folder = Path() if path.is_relative_to("/dev") else path.parent
+    return folder / name if name else None
 
 
 def load(path: Path) -> Configuration:

@@ -47,6 +47,8 @@ _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), S
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Network = Annotated[str, AfterValidator(_network)]
+Unit = Annotated[int, Field(ge=1, le=247)]
+WordOrder = Literal["ABCD", "CDAB"]
 
 
 class Rig(Section):
@@ -153,10 +155,8 @@ class Modbus(Section):
         description="who may connect beside 127.0.0.1 and ::1; on loopback, empty means this whole machine",
     )
     port: Port = Field(5020, description="TCP port (502 needs privileges)")
-    unit: int = Field(1, ge=1, le=247, description="unit id")
-    word_order: Literal["ABCD", "CDAB"] = Field(
-        "ABCD", description="order of 32-bit values: high or low word first"
-    )
+    unit: Unit = Field(1, description="unit id")
+    word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
     read_only: bool = Field(False, description="answer every write but a vent with exception 01")
     connections: int = Field(
         64,
@@ -168,6 +168,25 @@ class Modbus(Section):
         60.0, ge=1, le=86_400, description="idle time after which a connection is closed [s]"
     )
     frame_s: float = Field(5.0, ge=0.1, le=60, description="time that a request may take to arrive whole [s]")
+
+
+class ModbusRtu(Section):
+    """Modbus RTU on a serial port of its own, beside Modbus TCP or instead of it."""
+
+    enabled: bool = Field(False, description="serve Modbus RTU")
+    port: str = Field(
+        "/dev/ttyUSB0",
+        min_length=1,
+        description="device, better its /dev/serial/by-id name: the one that it comes back under",
+    )
+    baud: Literal[1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = Field(
+        19200, description="of the line"
+    )
+    parity: Literal["even", "odd", "none"] = Field("even", description="of the line")
+    stop_bits: int = Field(1, ge=1, le=2, description="of the line; without parity the standard wants 2")
+    unit: Unit = Field(1, description="unit id, no other device's on that line")
+    word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
+    read_only: bool = Field(False, description="answer every write but a vent with exception 01")
 
 
 class Can(Section):
@@ -186,6 +205,14 @@ class Can(Section):
     )
     force_rate_hz: int = Field(
         100, ge=1, le=500, description="Force frames per second, at most the rig's 500"
+    )
+
+
+class Events(Section):
+    """The event log: every write and what became of it, faults, start and stop."""
+
+    file: str = Field(
+        "events.sqlite", max_length=500, description="file of the log, beside this one; empty for none"
     )
 
 

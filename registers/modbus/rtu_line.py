@@ -35,10 +35,14 @@ class Options:
     port: str
     baud: int = 19200
     parity: Literal["even", "odd", "none"] = "even"
-    stop_bits: Literal[1, 2] = 1
+    stop_bits: int = 1
     unit: int = 1
     word_swap: bool = False  #: low word of a 32-bit value first
     read_only: bool = False
+
+    def __str__(self) -> str:
+        """As serial ports are called for short: /dev/ttyUSB0, 19200 8E1."""
+        return f"{self.port}, {self.baud} 8{_PARITIES[self.parity]}{self.stop_bits}"
 
 
 class ModbusRtuLine:
@@ -155,7 +159,7 @@ class ModbusRtuLine:
         self._say("is open again")
 
     def _say(self, message: str, *facts: object) -> None:
-        self._log.say(self._clock(), f"{self.options.port} {message}", *facts)
+        self._log.say(self._clock(), f"Modbus RTU: {self.options.port} {message}", *facts)
 
 
 def _opened(options: Options) -> serial.Serial:
