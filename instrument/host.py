@@ -64,6 +64,7 @@ class Host:
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
         self._restarts_seen = 0
+        self._clock_off = False
         self._complaint = ""
         self._down_because, self._hush_s, self._say_again_s = "", 0.0, 0.0
         self._bytes_before = 0  # heard until then, for whoever asks what came in a silence
@@ -201,6 +202,7 @@ class Host:
             self._detach(str(error))
             return
         self._log_events()
+        self._log_clock()
         if self.link.board_restarts != self._restarts_seen:
             self._restarts_seen = self.link.board_restarts
             self.instrument.board_restarted()
@@ -218,6 +220,12 @@ class Host:
             why = f" ({name_of(event.fault)})" if event.fault else ""
             log.info("board: %s to %s%s", was, state, why)
         self.link.events.clear()
+
+    def _log_clock(self) -> None:
+        if self.link.clock.off != self._clock_off:
+            self._clock_off = self.link.clock.off
+            found = f"{self.link.clock.rate_error:+.1%} off" if self._clock_off else "as it should be again"
+            log.warning("the board's clock is %s; all its times are by it", found)
 
     def _use(self, sample: RawSample, now_s: float) -> None:
         self.instrument.take(sample)

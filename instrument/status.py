@@ -25,7 +25,8 @@ def status_of(instrument: Instrument, m: Measurement, now_s: float) -> frozenset
         names |= {"failure", "any_failure"}
     if "out_of_range" in names:
         names.add("out_of_specification")
-    if "leak" in names or instrument.can_down:
+    clock_off = instrument.raw is not None and instrument.raw.clock_off
+    if "leak" in names or instrument.can_down or instrument.log_down or clock_off:
         names.add("maintenance")
     if not names & {"holding", "failure"}:
         names.add("function_check")

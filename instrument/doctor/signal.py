@@ -9,11 +9,10 @@ from statistics import fmean, pstdev
 from instrument.doctor.check import Check, Verdict, graded, unchecked
 from instrument.doctor.examination import Examination, Row, Stage
 from instrument.faults import name_of
+from instrument.rig.clock import OFF_ERROR, RESONATOR_ERROR
 from instrument.rig.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
 from instrument.rig.limits import SUPPLY_MV, ZERO_SPAN_KPA
 
-#: An UNO's ceramic resonator is within 0.5 %.
-QUARTZ_ERROR = 0.005
 NOISE_KPA = (0.03, 0.1)
 SUPPLY_SPREAD_MV = 50.0
 GAP_S = (0.05, 0.25)
@@ -60,7 +59,7 @@ def _rate(rows: list[Row], examination: Examination) -> Check:
     lost, refused = examination.losses
     per_s = (len(rows) - 1) / (rows[-1].t_s - rows[0].t_s) if rows[-1].t_s > rows[0].t_s else math.nan
     found = f"{per_s:.1f} per s of {SAMPLES_PER_S}; {lost} lost, {refused} damaged"
-    good = not lost + refused and abs(per_s / SAMPLES_PER_S - 1) <= 2 * QUARTZ_ERROR
+    good = not lost + refused and abs(per_s / SAMPLES_PER_S - 1) <= OFF_ERROR
     return graded("samples", found, CABLE, good=good, usable=lost + refused <= LOST_SHARE * len(rows))
 
 
@@ -75,9 +74,9 @@ def _clock(examination: Examination) -> Check:
     error = examination.link.clock.rate_error
     if math.isnan(error):
         return unchecked("board clock", "too short a look")
-    allowed = abs(error) <= QUARTZ_ERROR
-    advice = "the board's resonator is off: all its times are; use another board"
-    return graded("board clock", f"{error * 100:+.3f} %", advice, good=allowed, usable=False)
+    advice = "the board's resonator is off, and its times and limits with it; use another board"
+    good, usable = (abs(error) <= most for most in (RESONATOR_ERROR, OFF_ERROR))
+    return graded("board clock", f"{error * 100:+.3f} %", advice, good=good, usable=usable)
 
 
 def _supply(rows: list[Row]) -> Check:

@@ -12,6 +12,9 @@ BLOCK_S = 0.25
 KEPT_S = 8.0
 RATE_FROM_S = 2.0  #: within less time a late delivery looks like a slow clock
 MOST_RATE_ERROR = 0.02
+#: An UNO's ceramic resonator is within 0.5 %; one that is off by more than 1 % is another, or broken.
+RESONATOR_ERROR, OFF_ERROR = 0.005, 0.01
+OFF_FROM_S = 4.0  #: within less time a late delivery looks like a clock that is off
 #: A reading so far ahead of the clock is no early one: the board has restarted, or the host has slept.
 JUMP_S = 0.25
 #: Where a whole block is late by so much, and was not read at once, the board's clock has stood for a while.
@@ -40,6 +43,7 @@ class BoardClock:
         self._board_s = self._block_s = self._block_received_s = 0.0
         self._arrivals: list[_Arrival] = []
         self._slope = self._offset_s = 0.0
+        self.off = False  #: it is wrong by more than any resonator is, by a look of 4 s
 
     _told_s = -math.inf
 
@@ -110,6 +114,7 @@ class BoardClock:
         slope = _slope_at_centroid(arrivals) if self._span_s >= RATE_FROM_S else 0.0
         self._slope = min(max(slope, -MOST_RATE_ERROR), MOST_RATE_ERROR)
         self._offset_s = min(offset_s - self._slope * board_s for board_s, offset_s in arrivals)
+        self.off = self._span_s >= OFF_FROM_S and abs(self.rate_error) > OFF_ERROR
 
 
 def _slope_at_centroid(arrivals: list[_Arrival]) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from instrument.errors import ProtocolMismatch, TimeOutMismatch
-from instrument.rig.clock import BoardClock
+from instrument.rig.clock import MOST_RATE_ERROR, BoardClock
 from instrument.rig.frames import (
     COUNTS_LIMIT,
     PROTOCOL_VERSION,
@@ -30,7 +30,6 @@ IDENTIFY_EVERY_S = 0.2
 AGREE_S = 1.0  #: a board that was told when to vent has to say so within this time
 KEEP_ALIVE_S = 0.05
 #: A board's uptime may lag behind ours by its clock's error and by this, without having restarted.
-CLOCK_TOLERANCE = 0.01
 RESTART_MS = 250
 UPTIME_WRAP_MS = 2**32
 #: A gap in the samples is bridged, but never by more than this [s].
@@ -58,6 +57,7 @@ class RawSample:
     message: Sample
     elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the sample before, at most 0.5 s
     frozen: bool = False  #: the board's clock has stood still for 10 samples
+    clock_off: bool = False  #: the board's clock is wrong by more than 1 %
 
 
 @dataclass(slots=True)
@@ -150,7 +150,8 @@ class Link:
         if frozen:
             self.clock.restart()
         t_s = self.clock.taken_s(message.board_time_us, now_s)
-        return RawSample(sequence, t_s, message, min(passed_us * 1e-6, LONGEST_STEP_S), frozen)
+        elapsed_s = min(passed_us * 1e-6, LONGEST_STEP_S)
+        return RawSample(sequence, t_s, message, elapsed_s, frozen, self.clock.off)
 
     def _greet(self, hello: Hello, version: int, now_s: float) -> None:
         if version != PROTOCOL_VERSION:
@@ -158,7 +159,7 @@ class Link:
         if hello.host_silence_ms != round(HOST_SILENCE_S * 1e3):
             raise TimeOutMismatch("shuts its inlet", hello.host_silence_ms, round(HOST_SILENCE_S * 1e3))
         if self.hello is not None:
-            passed_ms = (now_s - self._greeted_s) * 1e3 * (1 - CLOCK_TOLERANCE)
+            passed_ms = (now_s - self._greeted_s) * 1e3 * (1 - MOST_RATE_ERROR)
             least_ms = (self.hello.uptime_ms + passed_ms) % UPTIME_WRAP_MS - RESTART_MS
             if hello.uptime_ms < least_ms or hello.serial != self.hello.serial:
                 self.board_restarts += 1

@@ -24,9 +24,11 @@ BOARD = (
     FaultKind(
         "clock_off",
         "The board's quartz is off: its seconds are too short or too long.",
-        "Nothing trips: the link estimates the rate of the board's clock, and ages stay true.",
+        "Nothing trips: the link estimates the rate of the board's clock, and ages stay true. Beyond 1 % it "
+        "wants maintenance; up to 0.5 % a resonator may be off.",
         {"rig.clock_rate": Given("rate")},
-        arguments=(Argument("rate", "of the true rate", 1.005, 0.99, 1.01),),
+        arguments=(Argument("rate", "of the true rate", 1.015, 0.98, 1.02),),
+        shows="maintenance",
     ),
     FaultKind(
         "other_version",

@@ -515,6 +515,21 @@ def test_the_boards_events_are_logged_and_not_piled_up(cable, caplog):
     asyncio.run(story())
 
 
+def test_a_clock_that_is_off_is_told_once_and_so_is_its_end(caplog):
+    host, board_us = Host(Instrument(Settings()), "nowhere"), 0.0
+    host.link.feed(encode(Hello(BoardKind.REAL, 0x100, 9000, 7, 250, 2000), 0), 0.0)
+    for n in range(20_000):
+        board_us += 2000 * (1.015 if n < 5000 else 1.0)
+        host.link.feed(
+            encode(Sample(round(board_us), 700, 5000, 0, BoardState.VENTED, 0, 0, 0, 0), n), n * 0.002
+        )
+        host._log_clock()
+    assert [record.message for record in caplog.records] == [
+        "the board's clock is +1.5% off; all its times are by it",
+        "the board's clock is as it should be again; all its times are by it",
+    ]
+
+
 class TestFaces:
     """The buses that are told of each sample."""
 

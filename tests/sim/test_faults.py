@@ -15,10 +15,12 @@ from tests.sim.station import Station
 
 PLANT = PublishedPlant()
 BOARD = [kind for kind in CATALOGUE.values() if kind.board is not None]
+MAINTENANCE = [kind for kind in CATALOGUE.values() if kind.shows == "maintenance"]
 HARMLESS = [kind for kind in CATALOGUE.values() if kind.board is None and kind.shows == ""]
 DRIFTING = [kind for kind in CATALOGUE.values() if kind.shows == "drift"]
 LOSSES = [kind for kind in CATALOGUE.values() if kind.shows == "losses"]
-STATUS = [k for k in CATALOGUE.values() if k.board is None and k.shows not in ("", "drift", "losses")]
+HELD = ("", "drift", "losses", "maintenance")  #: the rig goes on holding
+STATUS = [k for k in CATALOGUE.values() if k.board is None and k.shows not in HELD]
 #: How long the instrument may take, where it is not a matter of a second or two.
 TAKES_S = {"leak": 60.0, "inlet_open": 6.0, "vent_shut": 5.0, "regulator_high": 5.0}
 
@@ -66,6 +68,28 @@ def test_what_nobody_needs_to_see_trips_nothing(kind):
     assert station.see().state == "holding"
 
 
+@each(MAINTENANCE)
+def test_what_wants_maintenance_says_so_and_the_rig_goes_on_measuring(kind):
+    station = Station(PLANT).holding()
+    station.run(10.0)
+    assert "maintenance" not in station.see().status
+    station.world.faults.put_in(kind.name)
+    assert station.run(12.0, lambda: kind.shows in station.see().status)
+    assert (station.see().state, station.see().faults, station.see().force_n) == ("holding", (), 0.0)
+    station.world.faults.take_out(kind.name)
+    assert station.run(12.0, lambda: kind.shows not in station.see().status)
+
+
+@pytest.mark.parametrize("rate", [0.995, 1.005])
+def test_a_resonator_that_is_off_as_far_as_it_may_be_shows_nowhere_and_ages_are_true(rate):
+    station = Station(PLANT).holding()
+    station.world.faults.put_in("clock_off", {"rate": rate})
+    station.run(10.0)
+    assert station.see().status & {"maintenance", "stale", "failure"} == set()
+    assert station.link.clock.rate_error == pytest.approx(rate - 1, abs=1e-4)
+    assert station.see().age_s <= 0.01
+
+
 @pytest.fixture(scope="module")
 def healthy_kpa():
     """The balloon of a rig without a fault at the same time."""
@@ -99,7 +123,7 @@ def test_a_disturbed_line_loses_frames_which_are_counted_and_the_rig_goes_on_hol
 
 
 def test_every_fault_says_who_must_see_it():
-    groups = (BOARD, HARMLESS, DRIFTING, LOSSES, STATUS)
+    groups = (BOARD, MAINTENANCE, HARMLESS, DRIFTING, LOSSES, STATUS)
     assert sum(map(len, groups)) == len(CATALOGUE)
 
 

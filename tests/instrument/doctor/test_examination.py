@@ -112,6 +112,13 @@ def test_what_is_wrong_with_the_circuit_is_found_and_it_ends(fault, arguments, s
     assert not ward.instrument.holding
 
 
+@pytest.mark.parametrize(
+    ("rate", "verdict"), [(1.004, Verdict.GOOD), (0.993, Verdict.DOUBTFUL), (1.015, Verdict.BAD)]
+)
+def test_a_resonator_is_good_within_half_a_percent_and_bad_beyond_one(rate, verdict):
+    assert Ward(None, "clock_off", {"rate": rate}).examined().verdicts["board clock"] is verdict
+
+
 def test_a_board_that_booted_after_its_port_was_opened_was_reset_by_that():
     def verdict(uptime_ms, since_opened_s):
         return board_checks(Hello(0, 0x100, uptime_ms, 7, 250, 2000), since_opened_s)[1].verdict

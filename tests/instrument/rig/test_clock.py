@@ -80,6 +80,30 @@ def test_the_error_of_the_quartz_is_found(rate):
     Story(rate, jitter=[0.0, 0.004, 0.001, 0.009, 0.002]).told(clock)
     assert clock.rate_error == pytest.approx(rate - 1, abs=5e-5)
 
+    assert not clock.off
+
+
+@settings(max_examples=20, deadline=None)
+@given(rates, jitters, stalls)
+def test_no_late_delivery_makes_a_resonator_that_is_good_look_off(rate, jitter, stalls):
+    story, clock = Story(rate, jitter, stalls, 0, 10.0), BoardClock()
+    for reading in zip(story.board_us, story.received_s, strict=True):
+        clock.taken_s(*reading)
+        assert not clock.off
+
+
+@pytest.mark.parametrize("rate", [0.981, 0.985, 1.015, 1.019])
+def test_a_clock_that_no_resonator_has_is_off_after_4_seconds_and_not_after_its_next_restart(rate):
+    clock, story = BoardClock(), Story(rate, jitter=[0.0, 0.004, 0.001], lasts_s=6.0)
+    offs = []
+    for reading in zip(story.board_us, story.received_s, strict=True):
+        clock.taken_s(*reading)
+        offs.append(clock.off)
+    assert not any(offs[:1900])
+    assert all(offs[2200:])
+    clock.restart()
+    assert not clock.off
+
 
 def test_in_the_first_seconds_the_error_is_not_known():
     clock = BoardClock()
