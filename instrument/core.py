@@ -55,6 +55,7 @@ class Instrument:
         self.operations = Operations(self)
         self._blocks: dict[str, CommandBlock] = {}
         self.can_down = False
+        self.log_down = False  #: events cannot be kept just now
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id
         self.inflations = 0
