@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from instrument.cli import calibrate_commands, event_commands, force_commands, rig_commands
-from instrument.cli.options import Json
+from instrument.cli.options import Json, Parity
 
 app = typer.Typer(
     name="pneuforce",
@@ -219,6 +219,12 @@ def watch(
     bus: Annotated[BusName, typer.Argument(help="Which bus to look at.")],
     host: Annotated[str, typer.Option(help="Address of the instrument, or of the CAN hub.")] = "127.0.0.1",
     port: Annotated[int | None, typer.Option(help="TCP port; default 5020 (Modbus), 29536 (CAN).")] = None,
+    device: Annotated[
+        str | None, typer.Option(help="Modbus only: serial port, for Modbus RTU instead of TCP.")
+    ] = None,
+    baud: Annotated[int, typer.Option(help="With --device: its baud rate.", min=1)] = 19200,
+    parity: Annotated[Parity, typer.Option(help="With --device: its parity.")] = "even",
+    unit: Annotated[int, typer.Option(help="Modbus only: unit id.", min=1, max=247)] = 1,
     interface: Annotated[str, typer.Option(help="CAN only: python-can interface.")] = "socketcand",
     channel: Annotated[str, typer.Option(help="CAN only: channel.")] = "can0",
     node_id: Annotated[int, typer.Option(help="CAN only: node id of the instrument.", min=1, max=127)] = 5,
@@ -235,9 +241,12 @@ def watch(
     from instrument.cli.observe import NodeAt
     from instrument.cli.watch import watch_can, watch_modbus
     from registers.can.bus import BusAt
+    from registers.modbus.client import Plc
 
-    if bus is BusName.MODBUS:
-        watch_modbus(host, port or 5020, seconds, as_json)
+    if bus is BusName.MODBUS and device:
+        watch_modbus(lambda: Plc.on_line(device, baud=baud, parity=parity, unit=unit), seconds, as_json)
+    elif bus is BusName.MODBUS:
+        watch_modbus(lambda: Plc.connect(host, port or 5020, unit=unit), seconds, as_json)
     else:
         at = BusAt(interface=interface, channel=channel, host=host, port=port or 29536)
         watch_can(NodeAt(at, node_id), seconds, as_json)

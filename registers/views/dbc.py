@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from registers.can.frames import DEFAULT_NODE_ID, FRAMES, Frame
 from registers.field import Field, plain_unit
-from registers.views.facts import number, span
+from registers.views.facts import ascii_text, number, span
 
 INSTRUMENT = "PneuForce"
 MASTER = "Controller"
@@ -34,7 +34,6 @@ _ATTRIBUTES = """\
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 """
-_ASCII = str.maketrans({"Δ": "D", "µ": "u", "–": "-", "−": "-", "…": "...", "²": "2", "×": "x", '"': "'"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,9 +112,9 @@ def _span_of_values(declared: Field) -> tuple[float, float]:
 def _comments(node_id: int) -> Iterator[str]:
     for frame in FRAMES:
         can_id = frame.base_id + node_id
-        yield f'CM_ BO_ {can_id} "{_ascii(frame.doc)}";\n'
+        yield f'CM_ BO_ {can_id} "{ascii_text(frame.doc)}";\n'
         for signal in _signals(frame):
-            yield f'CM_ SG_ {can_id} {signal.name} "{_ascii(signal.doc)}";\n'
+            yield f'CM_ SG_ {can_id} {signal.name} "{ascii_text(signal.doc)}";\n'
 
 
 def _cycle_times(node_id: int) -> Iterator[str]:
@@ -130,7 +129,3 @@ def _value_tables(node_id: int) -> Iterator[str]:
             if signal.values:
                 listed = " ".join(f'{code} "{name}"' for code, name in signal.values.items())
                 yield f"VAL_ {frame.base_id + node_id} {signal.name} {listed} ;\n"
-
-
-def _ascii(text: str) -> str:
-    return text.translate(_ASCII)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from registers.field import Field, Values, Wire
 from registers.map import (
     ANSWERS,
+    BY_NAME,
     COMMANDS,
     HOLDERS,
     METHODS,
@@ -34,6 +35,19 @@ ENUMERATIONS: Mapping[str, Values] = {
     "answer state": ANSWERS,
     "method": METHODS,
 }
+
+
+#: The block of measured values: one read of it is one instant.
+MEASURED = range(BY_NAME["baseline_age"].end)
+#: The block of the test pattern, which settles the word order.
+TEST = range(BY_NAME["test_float"].address, BY_NAME["test_int"].end)
+
+_ASCII = str.maketrans({"Δ": "D", "µ": "u", "–": "-", "−": "-", "…": "...", "²": "2", "×": "x", '"': "'"})
+
+
+def ascii_text(text: str) -> str:
+    """A text in characters that every tool reads alike."""
+    return text.translate(_ASCII)
 
 
 def span(field: Field) -> tuple[float, float] | None:
