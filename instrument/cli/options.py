@@ -9,6 +9,7 @@ import typer
 from instrument.model import law
 
 PlantName = Literal["published", "membrane"]
+Parity = Literal["even", "odd", "none"]
 
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 Method = Annotated[law.MethodName, typer.Option(help="Force model.")]

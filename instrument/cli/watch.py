@@ -34,11 +34,11 @@ SIDES = (range(36), range(512, 544))  #: what is measured, what is asked; withou
 FIELDS = {frame.name: {field.name: field for field in frame.fields} for frame in FRAMES}
 
 
-def watch_modbus(host: str, port: int, seconds: float | None, as_json: bool) -> None:
+def watch_modbus(connect: Callable[[], Plc], seconds: float | None, as_json: bool) -> None:
     """Poll the registers twice a second. Raises FaceError where nobody answers."""
     stop = _stop_after(seconds)
     try:
-        with Plc.connect(host, port) as plc, _shower(as_json, _lines_of_registers(), _register_table) as show:
+        with connect() as plc, _shower(as_json, _lines_of_registers(), _register_table) as show:
             while True:
                 show(plc.read())
                 if stop.wait(POLL_S):

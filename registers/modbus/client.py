@@ -13,7 +13,7 @@ from registers.modbus.codes import Code
 from registers.views.facts import span_text
 
 if TYPE_CHECKING:
-    from pymodbus.client import ModbusTcpClient
+    from pymodbus.client.base import ModbusBaseSyncClient
     from pymodbus.pdu import ModbusPDU
 
 #: Ranges that hold every value that changes.
@@ -32,24 +32,45 @@ class PlcError(OSError):
 
 
 class Plc:
-    """One Modbus TCP connection to an instrument; blocks while it waits for an answer."""
+    """One Modbus connection to an instrument; blocks while it waits for an answer."""
 
-    def __init__(self, client: ModbusTcpClient, unit: int) -> None:
+    def __init__(self, client: ModbusBaseSyncClient, unit: int) -> None:
         self._client = client
         self._unit = unit
         self._bank = Bank()
 
     @classmethod
     def connect(cls, host: str = "127.0.0.1", port: int = 5020, *, unit: int = 1, wait_s: float = 2.0) -> Plc:
-        """A connection, its word order settled by the test pattern.
+        """A TCP connection, its word order settled by the test pattern.
 
         Raises PlcError where nobody answers, or somebody who is not a pneuforce instrument.
         """
         from pymodbus.client import ModbusTcpClient  # 70 ms, and only clients need it
 
         client = ModbusTcpClient(host, port=port, timeout=wait_s, retries=0)
-        if not client.connect():  # type: ignore[no-untyped-call]
-            raise PlcError(f"no Modbus TCP server answers at {host}:{port}")
+        return cls._met(client, unit, f"no Modbus TCP server answers at {host}:{port}")
+
+    @classmethod
+    def on_line(
+        cls, device: str, *, baud: int = 19200, parity: str = "even", unit: int = 1, wait_s: float = 2.0
+    ) -> Plc:
+        """The same on a serial port, as Modbus RTU; `parity` is even, odd or none (with two stop bits)."""
+        from pymodbus.client import ModbusSerialClient
+
+        client = ModbusSerialClient(
+            device,
+            baudrate=baud,
+            parity=parity[0].upper(),
+            stopbits=2 if parity == "none" else 1,
+            timeout=wait_s,
+            retries=0,
+        )
+        return cls._met(client, unit, f"{device} cannot be opened")
+
+    @classmethod
+    def _met(cls, client: ModbusBaseSyncClient, unit: int, otherwise: str) -> Plc:
+        if not client.connect():
+            raise PlcError(otherwise)
         plc = cls(client, unit)
         try:
             plc._settle_word_order()
