@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from instrument.commands import CommandBlock
 from instrument.lease import Peer
@@ -18,8 +17,7 @@ if TYPE_CHECKING:
 AGE_LIMIT_S = 1e6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Snapshot:
+class Snapshot(NamedTuple):
     """All from one measurement and one moment; NaN where a quantity is not available.
 
     The names end in their units; the register map binds to them by name.
@@ -154,6 +152,11 @@ def _asked(instrument: Instrument, peer: Peer, now_s: float) -> dict[str, Any]:
         "lease_holder": lease.holder[0] if lease.holder else "none",
         "refusal": instrument.peers.refusal_of(peer),
     }
+
+
+def standing(instrument: Instrument, peer: Peer, now_s: float) -> dict[str, Any]:
+    """Every quantity that can be written, as it stands: what a write is about to change."""
+    return _asked(instrument, peer, now_s) | _answered(instrument.commands(peer))
 
 
 def _answered(commands: CommandBlock) -> dict[str, Any]:

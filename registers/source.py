@@ -27,3 +27,7 @@ class Source(Protocol):
         A request for mode "vent" is always carried out, whatever else is refused.
         """
         ...
+
+    def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
+        """Hear of a request to write that its bus refused and never brought here, for whoever keeps a log."""
+        ...

@@ -63,7 +63,8 @@ def start(
     control_port = sim.ready(stop)["control"]
     line = None if line_seed is None else ends_later.enter_context(SerialProxy(str(link), seed=line_seed))
     at = {**own.get("rig", {}), "port": line.port if line else str(link)}
-    host.tell(toml({**own, "rig": at, "modbus": modbus, "can": can}))
+    events = {"file": str(link.with_name("events.sqlite")), **own.get("events", {})}
+    host.tell(toml({**own, "rig": at, "modbus": modbus, "can": can, "events": events}))
     host.ready(stop)  # not before: another instrument may answer on that port
     return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line)
 

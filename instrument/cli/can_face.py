@@ -14,6 +14,7 @@ from registers.can.live import CanBus
 from registers.can.node import CanNode
 from registers.can.options import Options
 from registers.can.wire import CanFrame
+from registers.source import Source
 
 MOST_WAITING = 32  #: frames received and not yet looked at; more are dropped
 
@@ -29,9 +30,9 @@ def options_of(own: Can) -> Options:
 class CanFace:
     """A node on a live bus, told of samples and time by the host."""
 
-    def __init__(self, instrument: Instrument, own: Can) -> None:
+    def __init__(self, instrument: Instrument, source: Source, own: Can) -> None:
         """Set up the node. Raises FaceError: a bus load above 60 %."""
-        self.node = CanNode(instrument, options_of(own))
+        self.node = CanNode(source, options_of(own))
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)
         self._waiting: SimpleQueue[CanFrame] = SimpleQueue()

@@ -7,9 +7,9 @@ import os
 from collections.abc import Mapping
 
 from instrument.config import Configuration
-from instrument.core import Instrument
 from instrument.errors import ConfigurationError, FaceError
 from registers.modbus.rtu_line import ModbusRtuLine, Options
+from registers.source import Source
 
 log = logging.getLogger("pneuforce")
 
@@ -27,9 +27,7 @@ def check_ports(configuration: Configuration) -> None:
 class RtuFace:
     """Modbus RTU as configured; nothing where it is switched off."""
 
-    def __init__(
-        self, configuration: Configuration, instrument: Instrument, identity: Mapping[int, str]
-    ) -> None:
+    def __init__(self, configuration: Configuration, source: Source, identity: Mapping[int, str]) -> None:
         """Set up the unit. Raises ConfigurationError: its port is the rig's."""
         check_ports(configuration)
         own = configuration.modbus_rtu
@@ -42,7 +40,7 @@ class RtuFace:
             word_swap=own.word_order == "CDAB",
             read_only=own.read_only,
         )
-        self._line = ModbusRtuLine(instrument, options, identity) if own.enabled else None
+        self._line = ModbusRtuLine(source, options, identity) if own.enabled else None
 
     async def open(self) -> None:
         """Listen on the port. Raises FaceError."""

@@ -9,24 +9,28 @@ import logging
 import signal
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 from instrument.cli.can_face import CanFace
+from instrument.cli.event_face import witnessed
 from instrument.cli.logs import log_to_stderr
 from instrument.cli.rtu_face import RtuFace
 from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.errors import FaceError
+from instrument.events.witness import Witness
 from instrument.host import Host
 from registers.modbus.identity import Object
 from registers.modbus.tcp import ModbusTcpServer, Options
+from registers.source import Source
 
 log = logging.getLogger("pneuforce")
 
 SWITCH_INTERVAL_S = 0.0005  #: how long a bus thread may hold up the loop
 
 
-def serve(configuration: Configuration) -> None:
-    """Run until SIGTERM or Ctrl-C, then vent and end.
+def serve(configuration: Configuration, events: Path | None) -> None:
+    """Run until SIGTERM or Ctrl-C, then vent and end; what happens is kept in the file `events`, if any.
 
     Prints one JSON line when it serves Modbus. CAN follows once the node id was found free; until then the
     status says that CAN is down.
@@ -35,20 +39,26 @@ def serve(configuration: Configuration) -> None:
     """
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     with log_to_stderr():
-        asyncio.run(_serve(configuration))
+        asyncio.run(_serve(configuration, events))
 
 
-async def _serve(configuration: Configuration) -> None:
+async def _serve(configuration: Configuration, events: Path | None) -> None:
+    instrument = Instrument(configuration.settings())
+    with witnessed(instrument, configuration, events) as witness:
+        await _run(configuration, instrument, witness)
+
+
+async def _run(configuration: Configuration, instrument: Instrument, witness: Witness) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's wish
             loop.add_signal_handler(number, stop.set)
-    instrument = Instrument(configuration.settings())
     host = Host(instrument, configuration.rig.port)
-    modbus = modbus_server(configuration, instrument)
-    rtu = RtuFace(configuration, instrument, identity(configuration))
-    can = CanFace(instrument, configuration.can) if configuration.can.enabled else None
+    host.faces.append(witness)
+    modbus = modbus_server(configuration, witness)
+    rtu = RtuFace(configuration, witness, identity(configuration))
+    can = CanFace(instrument, witness, configuration.can) if configuration.can.enabled else None
     joining = asyncio.create_task(_join(can, host, stop))
     try:
         await host.connect(stop)
@@ -96,7 +106,7 @@ async def _work(
         await working
 
 
-def modbus_server(configuration: Configuration, instrument: Instrument) -> ModbusTcpServer | None:
+def modbus_server(configuration: Configuration, source: Source) -> ModbusTcpServer | None:
     """The Modbus server of a configuration, None where it is switched off."""
     own = configuration.modbus
     if not own.enabled:
@@ -112,7 +122,7 @@ def modbus_server(configuration: Configuration, instrument: Instrument) -> Modbu
         idle_s=own.idle_s,
         frame_s=own.frame_s,
     )
-    return ModbusTcpServer(instrument, options, identity(configuration))
+    return ModbusTcpServer(source, options, identity(configuration))
 
 
 async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None:

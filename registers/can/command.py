@@ -9,6 +9,8 @@ from registers.map import COMMAND_KEY, REFUSALS
 from registers.source import Peer, Source
 
 CAN = Peer("can")
+#: Results of a Command that never reached the source.
+MALFORMED = frozenset(("length", "span", "sequence"))
 _SEQUENCE_AT = next(at for at, field in COMMAND.placed if field.name == "sequence")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from registers.can.command import CAN, CommandDesk, Reply
+from registers.can.command import CAN, MALFORMED, CommandDesk, Reply
 from registers.can.frames import (
     ANSWER,
     COMMAND,
@@ -157,6 +157,8 @@ class CanNode:
             return []
         self.counters.commands += 1
         reply = self._desk.take(frame.data, now_s)
+        if reply and reply.result in MALFORMED:
+            self._source.refused(CAN, frame.data, reply.result, now_s)
         return [self._answer(reply, self._source.snapshot(CAN, now_s))] if reply else []
 
     def _answer(self, reply: Reply, snapshot: Any) -> CanFrame:

@@ -78,6 +78,8 @@ class Responder:
         if function in WRITE_FUNCTIONS:
             answer = Code.ILLEGAL_FUNCTION if self._read_only else answer
             self._log.say(now_s, "write %s of %s refused: %s", pdu.hex(" "), peer.address, answer.name)
+            if answer is not Code.DEVICE_BUSY:  # the source's own refusal
+                self._source.refused(peer, pdu, answer.name.lower(), now_s)
         return exception(function, answer)
 
     def _read_coils(self, pdu: bytes, _peer: Peer, _now_s: float) -> Code:

@@ -1,7 +1,7 @@
 """A source whose snapshot and refusal a test sets at will, and that remembers what was written."""
 
 import math
-from dataclasses import fields, replace
+from typing import get_type_hints
 
 from instrument.snapshot import Snapshot
 
@@ -17,19 +17,22 @@ _TEXT = {
     "status": frozenset({"holding", "force_valid"}),
     "faults": (),
 }
-_NUMBERS = {"float": math.nan, "int": 0}
+_NUMBERS = {float: math.nan, int: 0}
 
-SNAPSHOT = Snapshot(**{f.name: _TEXT.get(f.name, _NUMBERS.get(str(f.type))) for f in fields(Snapshot)})
+SNAPSHOT = Snapshot(
+    **{name: _TEXT.get(name, _NUMBERS.get(type_)) for name, type_ in get_type_hints(Snapshot).items()}
+)
 
 
 class Rig:
     def __init__(self, **values):
-        self.now = replace(SNAPSHOT, **values)
+        self.now = SNAPSHOT._replace(**values)
         self.refusal = "none"
         self.written = []
+        self.turned_away = []
 
     def set(self, **values):
-        self.now = replace(self.now, **values)
+        self.now = self.now._replace(**values)
 
     def snapshot(self, peer, now_s):
         return self.now
@@ -38,3 +41,7 @@ class Rig:
         assert peer.channel == "can"
         self.written.append(dict(values))
         return self.refusal
+
+    def refused(self, peer, request, why, now_s):
+        assert peer.channel == "can"
+        self.turned_away.append((request, why))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from typing import Any
 
 from instrument.snapshot import Snapshot
 from registers.source import Peer
 
 AT_REST: dict[str, Any] = {
-    **{field.name: 0.0 for field in fields(Snapshot)},
+    **dict.fromkeys(Snapshot._fields, 0.0),
     "force_n": 1.25,
     "force_std_n": 0.02,
     "pressure_kpa": 8.5,
@@ -59,6 +58,7 @@ class MemorySource:
         self.refuse = refuse
         self.refusals: dict[Peer, str] = {}
         self.asked: list[dict[str, Any]] = []
+        self.turned_away: list[tuple[Peer, bytes, str]] = []
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         self.values["sample_counter"] += 1
@@ -73,3 +73,6 @@ class MemorySource:
         elif values.get("mode") == "vent":
             self.values["mode"] = "vent"
         return reason
+
+    def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
+        self.turned_away.append((peer, request, why))
