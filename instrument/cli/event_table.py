@@ -13,7 +13,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -24,7 +23,7 @@ from instrument.events.verification import Broken, Row, moment_of, verified
 
 FOLLOW_S = 0.5
 HEAD = re.compile(r"[0-9a-f]{64}")
-WIDTHS = {"number": 8, "time (UTC)": 26, "who": 24, "verdict": 16}
+WIDTHS = {"number": 7, "time (UTC)": 26, "who": 24, "verdict": 16}
 PIPED_WIDTH = 200
 COLOURS = {"accepted": "green", "done": "green"}
 
@@ -95,7 +94,7 @@ def _table_printer() -> Callable[[Iterable[Row]], None]:
     heads = iter((True,))
 
     def show(rows: Iterable[Row]) -> None:
-        table = Table(box=SIMPLE_HEAD, show_header=next(heads, False), pad_edge=False)
+        table = Table(box=None, show_header=next(heads, False), pad_edge=False)
         for name, width in WIDTHS.items():
             table.add_column(name, width=width, overflow="fold")
         table.add_column("what", overflow="fold", ratio=1)
@@ -123,12 +122,9 @@ def in_words(facts: Mapping[str, Any]) -> str:
         if tell is not None:
             return tell(facts)
         if "was" in facts:
-            return f"{kind.replace('_', ' ')}: {_value(facts['was'])} → {_value(facts['is'])}"
-    return ", ".join(
-        f"{name} {_value(fact)}"
-        for name, fact in facts.items()
-        if name not in ("at", "mono_s", "who", "verdict")
-    )
+            return f"{kind}: {_value(facts['was'])} → {_value(facts['is'])}"
+    told = {name: fact for name, fact in facts.items() if name not in _TOLD_ELSEWHERE}
+    return ": ".join(filter(None, (kind, ", ".join(f"{name} {_value(fact)}" for name, fact in told.items()))))
 
 
 def _write_in_words(facts: Mapping[str, Any]) -> str:
@@ -149,6 +145,7 @@ def _times_in_words(how: str) -> Callable[[Mapping[str, Any]], str]:
     return words
 
 
+_TOLD_ELSEWHERE = {"at", "mono_s", "who", "verdict", "kind"}
 #: How the kinds of record are told that have words of their own.
 _WORDS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "write": _write_in_words,

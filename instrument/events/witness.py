@@ -69,7 +69,6 @@ class Witness:
         """Have one request carried out, and put it down."""
         before = standing(self._instrument, peer, now_s)
         refusal = self._instrument.write(peer, values, now_s)
-        self._look(now_s)
         old_and_new = {name: (before.get(name), value) for name, value in values.items()}
         accepted = refusal is Refusal.NONE
         verdict = "accepted" if accepted else str(refusal)
@@ -85,7 +84,7 @@ class Witness:
         self._put(self._sieve.sift(peer, deed, self._at(now_s)))
         if accepted and _differs("command_sequence", *old_and_new.get("command_sequence", (0, 0))):
             self._orders[_who(peer)] = self._instrument.commands(peer)
-            self._look_for_answers(now_s)
+        self._look(now_s)
         return refusal
 
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:

@@ -14,8 +14,8 @@ from instrument.events.store import NotOurs, Store
 
 log = logging.getLogger("pneuforce")
 
-GATHER_S = 0.1  #: records that come within this time share one commit
-LOOK_S = 1.0  #: how often the file is looked at, or tried again
+GATHER_S = 0.1  #: what comes within this time shares a commit; nobody has to wake the writer
+TRY_AGAIN_S = 1.0
 MOST_WAITING = 10_000  #: records kept while the disk does not take them; minor ones only up to half of it
 BATCH = 1000
 CLOSE_S = 0.5
@@ -37,7 +37,7 @@ class Writer:
         self._store: Store | None = None
         self._head: bytes | None = None  # of the file as it was last seen
         self._promised: bytes | None = None  # its head if a commit that failed was carried out after all
-        self._wake, self._end = Event(), Event()
+        self._end = Event()
         try:
             self._open()
         except NotOurs:
@@ -58,24 +58,18 @@ class Writer:
             self._waiting.extend(Record(record.at, facts) for facts in self._lost.told())
             self._lost = None
         self._waiting.append(record)
-        if not self._wake.is_set():
-            self._wake.set()
 
     def close(self) -> None:
         """Write what is left, as far as the disk takes it within half a second, and end."""
         self._end.set()
-        self._wake.set()
         self._thread.join(CLOSE_S)
 
     # ---- the thread
 
     def _run(self) -> None:
         while not self._end.is_set():
-            if self._wake.wait(LOOK_S):
-                self._end.wait(LOOK_S if self.trouble else GATHER_S)
-            self._wake.clear()
+            self._end.wait(TRY_AGAIN_S if self.trouble else GATHER_S)
             self._try()
-        self._try()
         unwritten = len(self._waiting) + len(self._batch)
         if unwritten:
             log.error("event log %s: %d records could not be written", self.path, unwritten)

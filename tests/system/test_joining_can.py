@@ -15,7 +15,8 @@ def refused(tmp_path, stack):
     stack.plug_in(link)
 
     def run(table):
-        configuration = f'[rig]\nport = "{link}"\n[modbus]\nenabled = false\n[can]\nenabled = true\n{table}'
+        off = '[modbus]\nenabled = false\n[events]\nfile = ""\n'
+        configuration = f'[rig]\nport = "{link}"\n{off}[can]\nenabled = true\n{table}'
         done = subprocess.run(
             [sys.executable, "-m", "instrument", "run", "--config", "/dev/stdin"],
             input=configuration,
