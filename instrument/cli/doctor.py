@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import signal
 import sys
 import time
@@ -35,6 +36,7 @@ SAID = {
 
 def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     """Examine the rig at `port` and print the checks; exit code 1 where one of them is bad."""
+    logging.getLogger("pneuforce").setLevel(logging.ERROR)  # what it would warn of stands in the table
     checks = port_checks(port)
     if any(check.verdict is Verdict.BAD for check in checks):
         checks.append(unchecked("board", "see the checks above"))
@@ -44,6 +46,7 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
         print(json.dumps([check._asdict() for check in checks], indent=2, ensure_ascii=False))
     else:
         _show(checks)
+        print(_conclusion(checks))
     return int(any(check.verdict is Verdict.BAD for check in checks))
 
 
@@ -85,6 +88,16 @@ def _show(checks: list[Check]) -> None:
     for name, verdict, found, advice in checks:
         table.add_row(name, f"[{COLOURS.get(verdict, 'dim')}]{verdict}[/]", _plain(found), _plain(advice))
     Console(soft_wrap=not sys.stdout.isatty()).print(table)
+
+
+def _conclusion(checks: list[Check]) -> str:
+    bad, doubtful = (
+        ", ".join(check.name for check in checks if check.verdict is verdict)
+        for verdict in (Verdict.BAD, Verdict.DOUBTFUL)
+    )
+    if bad:
+        return f"Not fit for use; bad: {bad}."
+    return f"Fit for use, with doubts about: {doubtful}." if doubtful else "Fit for use, in what was checked."
 
 
 def _plain(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+from instrument.doctor.causes import INFLATED, causes_of
 from instrument.doctor.check import Check, Verdict, graded, unchecked
 from instrument.doctor.examination import Examination, Row, Stage
 from instrument.faults import HostFault, name_of
@@ -32,8 +33,8 @@ def circuit_checks(examination: Examination) -> list[Check]:
         return [Check(NAMES[0], Verdict.BAD, why, "see the checks above"), *_without(NAMES[1:])]
     leaking = examination.rows_of(Stage.LEAKING)
     if not leaking:
-        found = f"{examination.inflate_kpa:g} kPa were not reached"
-        advice = "gas supply, inlet valve and its relay, a hole: see faults"
+        found = f"{examination.inflate_kpa:g} kPa were not reached{_because(examination)}"
+        advice = causes_of(examination.instrument.faults)
         return [Check(NAMES[0], Verdict.BAD, found, advice), *_without(NAMES[1:])]
     return [
         _filling(filling),
@@ -41,6 +42,10 @@ def circuit_checks(examination: Examination) -> list[Check]:
         _leak(leaking, examination),
         _venting(examination.rows_of(Stage.VENTING), examination),
     ]
+
+
+def _because(examination: Examination) -> str:
+    return "".join(f": {name_of(fault)}" for fault in list(examination.instrument.faults)[:1])
 
 
 def _without(names: tuple[str, ...]) -> list[Check]:
@@ -81,8 +86,8 @@ def _settling(filling: list[Row], leaking: list[Row], setpoint_kpa: float) -> Ch
 def _leak(rows: list[Row], examination: Examination) -> Check:
     lasted_s = rows[-1].t_s - rows[0].t_s
     if not lasted_s >= 0.9 * examination.leak_s:
-        found = f"was not held for {examination.leak_s:g} s"
-        return Check(NAMES[2], Verdict.BAD, found, "see faults: a burst, a hole, a vent valve that leaks")
+        found = f"was not held for {examination.leak_s:g} s{_because(examination)}"
+        return Check(NAMES[2], Verdict.BAD, found, causes_of(examination.instrument.faults))
     fall_kpa = -_slope(rows) * FALL_OVER_S
     advice = "soap water on the joints; the first minute of a new balloon creeps: let it rest inflated"
     found = f"falls by {fall_kpa:.3f} kPa in {FALL_OVER_S:g} s"
@@ -102,7 +107,7 @@ def _slope(rows: list[Row]) -> float:
 
 def _venting(rows: list[Row], examination: Examination) -> Check:
     """From p the vent takes √(p / 8 kPa) times as long to halve it as from 8 kPa."""
-    advice = "THE BALLOON MAY BE INFLATED: vent valve, its relay, a kinked tube; do not use the rig"
+    advice = f"{INFLATED}vent valve, its relay, a kinked tube; do not use the rig"
     told = [name_of(fault) for fault in examination.instrument.faults if fault in NOT_EMPTIED]
     if told or not rows:
         return Check(NAMES[3], Verdict.BAD, ", ".join(told) or "no sample came", advice)

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 from statistics import fmean, pstdev
 
+from instrument.doctor.causes import SENSOR, SUPPLY, causes_of
 from instrument.doctor.check import Check, Verdict, graded, unchecked
 from instrument.doctor.examination import Examination, Row, Stage
 from instrument.faults import name_of
@@ -28,11 +29,12 @@ def board_checks(hello: Hello, since_opened_s: float) -> list[Check]:
     known = hello.board in tuple(BoardKind)
     advice = "a simulated or emulated board has no balloon; flash the firmware that came with this release"
     up_s = hello.uptime_ms * 1e-3
+    reset = "yes" if up_s < since_opened_s else "no"
     return [
         graded("board", found, advice, good=known, usable=True),
         graded(
             "reset by opening",
-            f"up for {up_s:.1f} s, {since_opened_s:.1f} s after the port was opened",
+            f"{reset}: up for {up_s:.1f} s, {since_opened_s:.1f} s after the port was opened",
             "any program that opens the port vents the balloon: cut RESET-EN, or 10 µF from RESET to ground",
             good=up_s >= since_opened_s,
             usable=True,
@@ -82,22 +84,18 @@ def _clock(examination: Examination) -> Check:
 def _supply(rows: list[Row]) -> Check:
     low, high = min(row.supply_mv for row in rows), max(row.supply_mv for row in rows)
     within = SUPPLY_MV[0] <= low and high <= SUPPLY_MV[1]
-    advice = "another USB port or cable; the relays' coils need a supply of their own"
     found = f"{low / 1e3:.3f} to {high / 1e3:.3f} V"
-    return graded("supply", found, advice, good=within and high - low <= SUPPLY_SPREAD_MV, usable=within)
+    return graded("supply", found, SUPPLY, good=within and high - low <= SUPPLY_SPREAD_MV, usable=within)
 
 
 def _sensor(rows: list[Row]) -> list[Check]:
     vented = [row for row in rows if row.state == BoardState.VENTED]
     broken = sum(row.frozen or not math.isfinite(row.nominal_kpa) for row in rows)
     if broken:
-        advice = "open, short or stuck: look at A0, its 100 kΩ to ground, and the sensor's 5 V"
-        return [Check("sensor", Verdict.BAD, f"{broken} of {len(rows)} samples tell nothing", advice)]
+        found = f"{broken} of {len(rows)} samples tell nothing: open, short or stuck"
+        return [Check("sensor", Verdict.BAD, found, SENSOR)]
     if len(vented) < len(rows) / 2:
-        found = (
-            f"{fmean(row.nominal_kpa for row in rows):+.3f} kPa, and the board does not find itself vented"
-        )
-        return [Check("sensor zero", Verdict.BAD, found, "is the balloon inflated? open the tube to the air")]
+        return [_zero_of_an_unvented(rows)]
     readings = [row.nominal_kpa for row in vented]
     zero_kpa, noise_kpa = fmean(readings), pstdev(readings)
     advice = f"the data sheet allows ±{ZERO_SPAN_KPA} kPa: is the tube open to the air? another sensor"
@@ -110,7 +108,15 @@ def _sensor(rows: list[Row]) -> list[Check]:
     ]
 
 
+def _zero_of_an_unvented(rows: list[Row]) -> Check:
+    mean_kpa = fmean(row.nominal_kpa for row in rows)
+    found = f"{mean_kpa:+.3f} kPa, and the board does not say that it is vented"
+    if rows[-1].state == BoardState.TRIPPED and abs(mean_kpa) <= ZERO_SPAN_KPA:
+        return unchecked("sensor zero", f"{found}: it has tripped, see faults")
+    return Check("sensor zero", Verdict.BAD, found, "is the balloon inflated? open the tube to the air")
+
+
 def _latched(examination: Examination) -> Check:
-    names = [name_of(fault) for fault in sorted(examination.instrument.faults)]
-    advice = "see Faults of the board in docs/rig-link.md, and remove the cause"
-    return graded("faults", ", ".join(names) or "none", advice, good=not names, usable=False)
+    faults = examination.instrument.faults
+    found = ", ".join(name_of(fault) for fault in faults) or "none"
+    return graded("faults", found, causes_of(faults), good=not faults, usable=False)

@@ -42,6 +42,15 @@ def test_a_simulated_rig_is_found_good_and_so_is_the_exit_code(rig):
     assert {found[name] for name in ("port", "board", "sensor zero", "supply", "faults")} == {"good"}
 
 
+def test_the_table_ends_in_a_sentence_that_says_whether_the_rig_is_fit_for_use(rig):
+    link, remote = rig
+    remote.order(fault={"name": "sensor_open"})
+    command = [sys.executable, "-m", "instrument", "doctor", "--port", link]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.endswith("Not fit for use; bad: sensor, faults.\n")
+    assert done.stderr == "listening\n"
+
+
 def test_ctrl_c_vents_a_balloon_that_it_has_inflated(rig):
     link, remote = rig
     with doctor("--port", link, "--inflate", "5.0") as process:

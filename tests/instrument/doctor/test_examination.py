@@ -2,11 +2,13 @@
 
 import pytest
 
+from instrument.doctor.causes import LINE, causes_of
 from instrument.doctor.check import Verdict
 from instrument.doctor.circuit import circuit_checks
 from instrument.doctor.examination import Examination, Stage
 from instrument.doctor.signal import board_checks, signal_checks
-from instrument.rig.frames import Hello, Valve
+from instrument.faults import HostFault
+from instrument.rig.frames import Fault, Hello, Valve
 from sim.faults import Faults
 from sim.published import PublishedPlant
 from tests.sim.station import Station
@@ -40,9 +42,13 @@ class Ward(Station):
         return self
 
     @property
-    def verdicts(self):
+    def checks(self):
         checks = [*signal_checks(self.examination), *circuit_checks(self.examination)]
-        return {check.name: check.verdict for check in checks}
+        return {check.name: check for check in checks}
+
+    @property
+    def verdicts(self):
+        return {name: check.verdict for name, check in self.checks.items()}
 
 
 def test_a_healthy_rig_is_good_in_all_that_was_looked_at_and_no_valve_has_moved():
@@ -110,6 +116,40 @@ def test_what_is_wrong_with_the_circuit_is_found_and_it_ends(fault, arguments, s
     ward.examined()
     assert ward.verdicts[check] is Verdict.BAD
     assert not ward.instrument.holding
+
+
+def test_the_zero_of_a_rig_that_has_tripped_for_another_reason_is_not_judged():
+    assert Ward(None, "supply_low").examined().verdicts["sensor zero"] is Verdict.NOT_CHECKED
+
+
+@pytest.mark.parametrize(
+    ("fault", "named", "advice"),
+    [
+        ("no_supply", "no rise", "the gas supply"),
+        ("regulator_high", "occlusion", "THE BALLOON MAY BE INFLATED"),
+    ],
+)
+def test_a_setpoint_that_is_not_reached_says_why_and_what_to_look_at(fault, named, advice):
+    check = Ward(8.0, fault).examined().checks["filling"]
+    assert check.found == f"8 kPa were not reached: {named}"
+    assert advice in check.advice
+
+
+def test_a_leak_test_that_was_cut_short_by_the_line_does_not_blame_the_balloon():
+    ward = Ward(5.0).examined(Stage.LEAKING)
+    ward.run(1.0)
+    ward.faults.put_in("line_cut")
+    check = ward.examined().checks["leak"]
+    assert check.found == "was not held for 4 s: link lost"
+    assert check.advice == LINE
+
+
+#: A face of the host has no lease and no force limit to run into.
+@pytest.mark.parametrize(
+    "fault", [*list(Fault)[1:], *set(HostFault) - {HostFault.LEASE_EXPIRED, HostFault.FORCE_LIMIT}]
+)
+def test_for_each_fault_there_is_something_to_look_at(fault):
+    assert causes_of([fault])
 
 
 @pytest.mark.parametrize(
