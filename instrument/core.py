@@ -66,11 +66,13 @@ class Instrument:
         self._interlocks = InterlockWatch()
         self._vent_due_s: float | None = None
         self._held_setpoint_kpa = math.nan
+        self._views: dict[tuple[float, str, Refusal], Snapshot] = {}  # of one instant, until anything changes
 
     # ---- from the rig
 
     def greeted(self, hello: Hello) -> None:
         """A board of our protocol version answered; another one than before has another sensor."""
+        self._views = {}
         if self.hello is not None and hello.serial != self.hello.serial:
             self.chain.zero.forget()
             self.trip(HostFault.BOARD_RESET)
@@ -92,6 +94,7 @@ class Instrument:
 
     def take(self, raw: RawSample) -> Measurement:
         """Use one sample: measure, look at the interlocks, follow the board."""
+        self._views = {}
         message = raw.message
         m = self.chain.step(raw)
         self.raw, self.measurement = raw, m
@@ -154,6 +157,7 @@ class Instrument:
 
     def tick(self, now_s: float) -> None:
         """What happens by time alone: silence, leases, vents put off, answers that did not come."""
+        self._views = {}
         if self.link_lost(now_s) and self.sample is not None:
             self.trip(HostFault.LINK_LOST)
         self._watch_lease(now_s)
@@ -199,6 +203,7 @@ class Instrument:
 
     def trip(self, fault: int) -> None:
         """Latch a fault and stop holding, at once: the one way to stop."""
+        self._views = {}
         if self.faults.set(fault):
             log.warning("tripped: %s (fault %d)", name_of(fault), fault)
         self.operations.clearing.discard(fault)
@@ -214,6 +219,7 @@ class Instrument:
 
     def advance(self, step: Step) -> None:
         """Go one step of the arming table."""
+        self._views = {}
         self.arming = STEPS[self.arming][step]
         self.wanted.mode = "hold" if self.arming is Arming.HOLDING else "vent"
 
@@ -224,13 +230,17 @@ class Instrument:
         return self._blocks.setdefault(peer[0], CommandBlock(self.operations.table))
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
-        """Every quantity at one instant, as `peer` sees it."""
-        return snapshot_of(self, peer, now_s)
+        """Every quantity at one instant, as `peer` sees it; at that instant one for all who see alike."""
+        view = (now_s, peer[0], self.peers.refusal_of(peer))
+        if view not in self._views:
+            self._views = {view: snapshot_of(self, peer, now_s)}
+        return self._views[view]
 
     # ---- requests
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> Refusal:
         """Carry out one request, all or nothing; only a vent is carried out whatever else is refused."""
+        self._views = {}
         self._watch_lease(now_s)
         memory = self.peers.of(peer)
         refusal = verdict(peer, values, memory, self.wanted, self.lease, self._situation(peer, now_s))

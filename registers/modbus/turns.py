@@ -50,14 +50,17 @@ class Turns:
             asyncio.get_running_loop().call_soon(self._pass)
 
     def _serve(self) -> dict[Waiter, None]:
-        """Serve until nobody waits or the budget is spent; who was served, in order."""
+        """Serve until nobody waits or the budget is spent; who was served, in order.
+
+        All are served at one instant, that of the pass: nothing else happens meanwhile.
+        """
         served: dict[Waiter, None] = {}
         now_s = self._clock()
-        until_s = now_s + BUDGET_S
-        while self._waiting and now_s < until_s:
+        while self._waiting:
             waiter = self._waiting.popleft()
             served[waiter] = None
             if waiter.take_turn(now_s):
                 self._waiting.append(waiter)
-            now_s = self._clock()
+            if self._clock() >= now_s + BUDGET_S:
+                break
         return served

@@ -1,14 +1,12 @@
 """A snapshot: one sample, one instant, one peer, and every quantity that the map binds to."""
 
 import math
-from dataclasses import FrozenInstanceError, fields, replace
 
 import pytest
 
 from instrument.faults import HostFault
 from instrument.rig.frames import BoardKind, BoardState, Hello
 from instrument.settings import Identity
-from instrument.snapshot import Snapshot
 from registers.map import BY_NAME, CONDENSED, REGISTERS, STATUS
 from tests.instrument.driving import HOLD_8, PAGE, VENT, Drive
 
@@ -23,7 +21,7 @@ def pressed(push_kpa=1.0, **settings):
 
 def test_nothing_in_it_can_be_changed():
     seen = Drive.zeroed().see()
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(AttributeError):
         seen.force_n = 1.0
     assert isinstance(seen.status, frozenset)
 
@@ -31,7 +29,7 @@ def test_nothing_in_it_can_be_changed():
 def test_it_stays_as_it_was_while_the_instrument_goes_on():
     drive = pressed()
     seen = drive.see()
-    copy = replace(seen)
+    copy = seen._replace()
     drive.push_kpa = 3.0
     drive.write({"force_limit_n": 1.0})
     drive.run(0.5)
@@ -87,10 +85,9 @@ def test_every_register_can_be_rendered_in_every_situation(situation):
 @in_every_situation
 def test_no_number_in_it_is_infinite_or_of_another_kind(situation):
     seen = situation().see()
-    for field in fields(Snapshot):
-        value = getattr(seen, field.name)
-        assert isinstance(value, (float, int, str, frozenset, tuple)), field.name
-        assert not (isinstance(value, float) and math.isinf(value)), field.name
+    for name, value in seen._asdict().items():
+        assert isinstance(value, (float, int, str, frozenset, tuple)), name
+        assert not (isinstance(value, float) and math.isinf(value)), name
 
 
 @in_every_situation

@@ -1,7 +1,7 @@
 """The DBC read by somebody else's reader, strictly, and held against the frames that the node sends."""
 
 import math
-from dataclasses import fields
+from typing import get_type_hints
 
 import cantools
 import pytest
@@ -26,17 +26,19 @@ each_frame = pytest.mark.parametrize("frame", FRAMES, ids=lambda frame: frame.na
 floats = st.floats(-40.0, 70.0) | st.just(math.nan) | st.sampled_from([math.inf, -math.inf, 1e9, -1e9])
 
 
-def _values_of(quantity):
-    if quantity.name in ENUMERATED:
-        return st.sampled_from(sorted(ENUMERATED[quantity.name].codes))
-    if quantity.name == "status":
+def _values_of(quantity, type_):
+    if quantity in ENUMERATED:
+        return st.sampled_from(sorted(ENUMERATED[quantity].codes))
+    if quantity == "status":
         return st.frozensets(st.sampled_from(CONDITIONS))
-    if quantity.name == "faults":
+    if quantity == "faults":
         return st.lists(st.integers(1, 40), max_size=3, unique=True).map(tuple)
-    return floats if str(quantity.type) == "float" else st.integers(0, 2**33)
+    return floats if type_ is float else st.integers(0, 2**33)
 
 
-snapshots = st.builds(Snapshot, **{quantity.name: _values_of(quantity) for quantity in fields(Snapshot)})
+snapshots = st.builds(
+    Snapshot, **{name: _values_of(name, type_) for name, type_ in get_type_hints(Snapshot).items()}
+)
 
 
 @st.composite
