@@ -151,6 +151,11 @@ def test_nothing_inflates_without_a_zero_or_in_an_unknown_mode(bench, command):
     assert not bench.moved_a_valve
 
 
+@pytest.mark.parametrize("zero_pa", [-1300, 1300])
+def test_a_zero_at_the_edge_of_its_span_is_one(bench, zero_pa):
+    bench.vented().tell(hold(zero_pa=zero_pa)).until_state(S.INFLATING, 0.1)
+
+
 @pytest.mark.parametrize("flags", [0, CommandFlag.IN_CONTACT])
 def test_a_held_balloon_does_not_follow_a_host_that_has_no_zero(bench, flags):
     bench.holding().tell(hold(9000, flags=flags)).run(0.5).tell(hold()).run(1)

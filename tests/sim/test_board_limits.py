@@ -72,6 +72,13 @@ def test_a_sensor_open_or_short_vents_within_100_ms(bench, where, adc_sum):
     assert seconds_to_trip(bench, Fault.SENSOR, 0.2) <= 0.1
 
 
+@pytest.mark.parametrize("adc_sum", [164, 16040])
+def test_a_sensor_at_the_edge_of_its_span_is_neither_open_nor_short(bench, adc_sum):
+    bench.vented().adc_sum = adc_sum
+    bench.run(0.1)
+    assert not bench.last().faults & 1 << Fault.SENSOR
+
+
 @brief
 def test_a_sensor_that_is_lost_shuts_the_inlet_at_the_first_sample(bench):
     bench.inflating().adc_sum = 0
@@ -146,6 +153,18 @@ def test_an_inlet_that_does_not_shut_ends_at_500_pa_above_the_setpoint(bench):
     seconds_to_trip(bench, Fault.OVERPRESSURE, 0.4)
 
 
+def test_on_the_way_down_the_limit_comes_down_with_the_pressure(bench):
+    bench.holding(12_000).tell(hold(2000)).until(lambda: bench.pressure_kpa < 6, 8)
+    bench.contact_kpa = 3.0
+    seconds_to_trip(bench, Fault.OVERPRESSURE, 0.3)
+
+
+def test_while_settling_750_pa_above_the_setpoint_vent(bench):
+    bench.inflating(4000).until_state(S.SETTLING, 2)
+    bench.run(0.1).contact_kpa = 0.8
+    seconds_to_trip(bench, Fault.OVERPRESSURE, 0.3)
+
+
 def test_the_locked_balloon_bears_contacts_up_to_the_limit_that_the_host_asks_for(bench):
     bench.holding().tell(hold(contact_limit_pa=15_000)).run(0.1)
     bench.contact_kpa = 6.5
@@ -184,14 +203,48 @@ def test_an_inlet_that_brings_no_rise_is_shut_after_300_ms(bench):
     assert seconds_to_trip(bench, Fault.NO_RISE, 1) == pytest.approx(0.3, abs=0.01)
 
 
-def test_a_supply_that_ends_on_the_way_is_seen_too(bench):
-    bench.inflating().fill_kpa_per_s = 0.0
+@pytest.mark.parametrize("fill_kpa_per_s", [0.0, 0.5])
+def test_a_supply_that_ends_on_the_way_is_seen_too(bench, fill_kpa_per_s):
+    bench.inflating().fill_kpa_per_s = fill_kpa_per_s
     assert seconds_to_trip(bench, Fault.NO_RISE, 1) <= 0.9
+
+
+def test_a_supply_that_brings_a_little_more_than_200_pa_in_300_ms_is_enough(bench):
+    bench.inflating().fill_kpa_per_s = 0.85
+    bench.run(2)
+    assert bench.state is S.INFLATING
 
 
 def test_a_pressure_that_falls_with_the_inlet_open_is_the_limit_point(bench):
     bench.inflating().fill_kpa_per_s = -2.0
     assert seconds_to_trip(bench, Fault.LIMIT_POINT, 0.5) <= 0.3
+
+
+@pytest.mark.parametrize(("fall_kpa", "state"), [(0.07, S.INFLATING), (0.15, S.TRIPPED)])
+def test_100_pa_down_with_the_inlet_open_is_past_the_limit_point(bench, fall_kpa, state):
+    bench.inflating().fill_kpa_per_s = 0
+    bench.run(0.15).gas_kpa -= fall_kpa
+    bench.run(0.2)
+    assert bench.state is state
+
+
+def test_a_balloon_that_bursts_under_a_hard_contact_is_no_release(bench):
+    bench.holding(4000).contact_kpa = 12.0
+    bench.run(1).contact_kpa = 0.0
+    bench.gas_kpa = 2.4
+    seconds_to_trip(bench, Fault.BURST, 0.3)
+
+
+def test_a_balloon_that_loses_more_than_half_at_once_has_burst(bench):
+    bench.holding().gas_kpa = 2.4
+    assert seconds_to_trip(bench, Fault.BURST, 0.3) <= 0.15
+
+
+def test_a_pressure_that_takes_more_than_100_ms_to_fall_by_half_is_no_burst(bench):
+    bench.holding().leak_kpa_per_s = 25
+    bench.run(0.2).leak_kpa_per_s = 0
+    bench.run(0.3)
+    assert bench.state is S.HOLDING
 
 
 @brief
@@ -215,6 +268,14 @@ def test_a_vent_that_stays_shut_is_seen_after_3_s(bench):
     assert seconds_to_trip(bench, Fault.VENT_SHUT, 4) == pytest.approx(3.0, abs=0.2)
 
 
+@pytest.mark.parametrize(("fall_kpa_per_s", "state"), [(0.05, S.TRIPPED), (0.1, S.VENTING)])
+def test_a_vent_that_lets_200_pa_out_in_3_s_is_not_shut(bench, fall_kpa_per_s, state):
+    bench.holding().vent_s = 0
+    bench.leak_kpa_per_s = fall_kpa_per_s
+    bench.tell(vent()).run(5)
+    assert bench.state is state
+
+
 def test_a_shut_vent_can_be_cleared_only_when_the_balloon_is_empty(bench):
     bench.holding().vent_s = 0
     bench.tell(vent()).until_state(S.TRIPPED, 4)
@@ -228,6 +289,13 @@ def test_a_pressure_that_comes_by_itself_into_a_vented_rig_is_an_open_inlet(benc
     bench.vented().vent_s = 0
     bench.leak_kpa_per_s = -1.0
     assert seconds_to_trip(bench, Fault.INLET_OPEN, 2) <= 1.0
+
+
+@pytest.mark.parametrize(("pressure_kpa", "state"), [(0.5, S.VENTED), (0.7, S.TRIPPED)])
+def test_a_vented_rig_bears_600_pa(bench, pressure_kpa, state):
+    bench.vented().contact_kpa = pressure_kpa
+    bench.run(1)
+    assert bench.state is state
 
 
 @pytest.mark.parametrize("setpoint_pa", [2000, 5000, 12_000])
@@ -244,6 +312,12 @@ def test_a_vent_that_is_a_little_faster_or_slower_than_commissioned_is_none(benc
     bench.tell(vent()).until_state(S.VENTED, 8)
 
 
+def test_how_fast_a_balloon_empties_that_was_hardly_inflated_tells_nothing(bench):
+    bench.vented().tell(hold()).until(lambda: bench.gas_kpa > 1.4, 1)
+    bench.vent_s = 0.1 * HALVING_S
+    bench.tell(vent()).until_state(S.VENTED, 2)
+
+
 def test_a_pressed_balloon_empties_faster_and_is_no_occluded_tube(bench):
     bench.holding(8000).contact_kpa = 4.0
     bench.tell(hold(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT)).run(0.5)
@@ -255,6 +329,12 @@ def test_a_pressure_that_rises_far_faster_than_commissioned_is_an_occluded_tube(
     bench.fill_kpa_per_s = 11.0
     bench.vented().tell(hold())
     assert seconds_to_trip(bench, Fault.OCCLUSION, 1) <= 0.5
+
+
+def test_an_inflation_that_is_too_slow_ends_after_15_s(bench):
+    bench.vented().tell(hold(12_000)).until(lambda: bench.gas_kpa > 0.6, 0.3)
+    bench.fill_kpa_per_s = 0.74
+    assert seconds_to_trip(bench, Fault.TIMEOUT, 16) == pytest.approx(14.9, abs=0.1)
 
 
 def test_a_setpoint_that_cannot_be_held_ends_in_a_time_out_and_not_in_endless_clicking(bench):
