@@ -25,6 +25,7 @@ _log = logging.getLogger(__name__)
 _READ_BYTES = 4096
 _RETRY_S = 0.5
 _SAY_AGAIN_S = 60.0
+_PTY_MAJORS = range(136, 144)  #: Linux, Documentation/admin-guide/devices.txt
 _PARITIES = {"even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD, "none": serial.PARITY_NONE}
 
 
@@ -140,11 +141,8 @@ class ModbusRtuLine:
     def _tell_of_lost_bytes(self, now_s: float) -> None:
         lost, self._lost_bytes = self.unit.lost_bytes - self._lost_bytes, self.unit.lost_bytes
         self._told_s = now_s
-        _log.warning(
-            "%s: %d bytes were in no whole frame; noise, or another baud rate or parity?",
-            self.options.port,
-            lost,
-        )
+        text = "Modbus RTU on %s: %d bytes were in no whole frame; noise, or other settings?"
+        _log.warning(text, self.options, lost)
 
     def _lose(self, why: str) -> None:
         self._say("is gone: %s", why)
@@ -168,19 +166,26 @@ def _opened(options: Options) -> serial.Serial:
         return serial.Serial(
             options.port,
             options.baud,
-            parity=_PARITIES[options.parity],
+            parity=_PARITIES[_parity(options)],
             stopbits=options.stop_bits,
             timeout=0,
             exclusive=True,
         )
-    except (OSError, ValueError, termios.error) as error:
+    except (OSError, termios.error) as error:
         raise OSError(f"{options.port} cannot be opened: {_why(error)}") from None
+
+
+def _parity(options: Options) -> str:
+    """As configured; none on a pty, which has no line and refuses to be told of it a second time."""
+    return "none" if os.major(os.stat(options.port).st_rdev) in _PTY_MAJORS else options.parity
 
 
 def _why(error: Exception) -> str:
     code = getattr(error, "errno", None)
     if "exclusively lock" in str(error) or code == errno.EBUSY:
         return "another process uses it"
+    if "configure port" in str(error):
+        return "it is no serial port, or does not know these settings"
     return os.strerror(code).lower() if code else str(error)
 
 
