@@ -6,8 +6,11 @@ constants.
 
 import json
 import os
+import re
+import socket
 import subprocess
 import sys
+import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,8 +22,9 @@ from teststand.stack import free_port, start
 HERE = Path(__file__).parent
 SECONDS = 4
 CLIENTS = (1, 8, 32)
-FLOODERS = 4
-GARBAGE = os.urandom(4096)
+FLOODERS, RIG_HZ = 4, 500
+REQUESTS, CONNECTIONS = 10**6, 10**4
+READ = bytes.fromhex("0001 0000 0006 01 04 0000 0014")
 
 
 def built(folder, name):
@@ -83,10 +87,11 @@ def bench_modbus(seconds=SECONDS):
                     f"p50 {report['p50_ms']:.3f} ms, p99 {report['p99_ms']:.3f} ms; ours is {ours:.2f} ×"
                 )
         _bench_calm(program, stack, seconds)
+        _bench_endurance(program, stack)
 
 
 def _bench_calm(program, stack, seconds):
-    before = samples(stack)
+    begun_s, before = time.monotonic(), samples(stack)
     report = load(program, stack.modbus_port, 32, 3 * seconds, (50,))
     print(
         f"32 clients at 50 Hz: p99 {report['p99_ms']:.2f} ms (target 10), worst {report['worst_ms']:.1f} ms"
@@ -98,8 +103,31 @@ def _bench_calm(program, stack, seconds):
         f"1 client at 100 Hz beside {FLOODERS} peers that send garbage: p99 {report['p99_ms']:.2f} ms "
         f"(target 20), worst {report['worst_ms']:.1f} ms"
     )
-    after = samples(stack)
-    print(f"rig samples used meanwhile {after - before}")
+    used, due = samples(stack) - before, round((time.monotonic() - begun_s) * RIG_HZ)
+    print(f"rig samples used meanwhile {used}, {due} were due (give or take 3)")
+
+
+def _bench_endurance(program, stack):
+    """10⁶ requests and 10⁴ connections: what stays of them in the instrument's process."""
+    load(program, stack.modbus_port, 32, 2)
+    before, begun_s, asked = occupied(stack.host.pid), time.monotonic(), 0
+    while asked < REQUESTS:
+        asked += load(program, stack.modbus_port, 32, 5)["trips"]
+    for n in range(CONNECTIONS):
+        with socket.create_connection(("127.0.0.1", stack.modbus_port)) as client:
+            client.sendall(READ[: n % len(READ)])  # most are left in the middle of a request
+    time.sleep(1.0)
+    memory_kb, descriptors = (b - a for a, b in zip(before, occupied(stack.host.pid), strict=True))
+    print(
+        f"{asked} requests and {CONNECTIONS} connections in {time.monotonic() - begun_s:.0f} s: memory "
+        f"{memory_kb / 1024:+.1f} MB (target 5), open descriptors {descriptors:+d}"
+    )
+
+
+def occupied(pid):
+    """Resident memory [kB] and number of open descriptors of a process."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+)", status)[1]), len(os.listdir(f"/proc/{pid}/fd"))
 
 
 def samples(stack):
