@@ -28,7 +28,8 @@ MAY_IMPORT = {
     "instrument.calibration": CALIBRATION,
     "instrument.validation": VALIDATION,
     "instrument.config": CONFIG,
-    "instrument.cli": {"instrument", "model", "rig", "calibration", "validation", "config"}
+    "instrument.events": {"commands", "core", "errors", "faults", "lease", "refusal", "rig", "snapshot"},
+    "instrument.cli": {"instrument", "model", "rig", "calibration", "validation", "config", "events"}
     | {"registers", "sim", "teststand"},
     "registers": set(),
     "sim": {"sim.published", "rig"},
