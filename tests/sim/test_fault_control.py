@@ -4,8 +4,6 @@ import asyncio
 import json
 import os
 import re
-import subprocess
-import sys
 import time
 from contextlib import closing
 from pathlib import Path
@@ -25,6 +23,7 @@ from sim.published import PublishedPlant
 from sim.rig import Rig
 from sim.world import World
 from tests.sim.test_sim_server import Control, Host, simulator
+from tests.typed import pneuforce
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "simulator.md").read_text(encoding="utf-8")
 PATIENCE_S = 15.0
@@ -141,18 +140,39 @@ def test_another_device_on_the_port_is_refused_in_a_sentence_that_says_so(rig, c
 # the command
 
 
+@pytest.fixture(scope="module")
+def lasting_rig(tmp_path_factory):
+    with simulator(tmp_path_factory.mktemp("simulator") / "rig", hand=False) as (_, told):
+        yield told
+
+
+@pytest.fixture
+def sound_rig(lasting_rig):
+    """Without faults, before and after."""
+    yield lasting_rig
+    with closing(Control(lasting_rig["control"])) as control:
+        for fault in present(control):
+            control.ask({"fault": {"name": fault["name"], "on": False}})
+        assert present(control) == []
+
+
+@pytest.fixture
+def sound_control(sound_rig):
+    with closing(Control(sound_rig["control"])) as control:
+        yield control
+
+
 def pneuforce_fault(*arguments):
-    command = [sys.executable, "-m", "instrument", "fault", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    return pneuforce("fault", *arguments)
 
 
-def test_the_command_puts_in_lists_and_takes_out(rig, control):
-    port = ("--control", rig["control"])
+def test_the_command_puts_in_lists_and_takes_out(sound_rig, sound_control):
+    port = ("--control", sound_rig["control"])
     assert pneuforce_fault("leak", "kpa-per-s=0.02", *port).stdout == "leak kpa_per_s=0.02\n"
-    assert present(control) == [{"name": "leak", "kpa_per_s": 0.02}]
+    assert present(sound_control) == [{"name": "leak", "kpa_per_s": 0.02}]
     assert json.loads(pneuforce_fault(*port, "--json").stdout) == [{"name": "leak", "kpa_per_s": 0.02}]
     assert pneuforce_fault("leak", "--off", *port).stdout == "no fault is in\n"
-    assert present(control) == []
+    assert present(sound_control) == []
 
 
 def test_the_control_port_stands_beside_the_link_while_the_simulator_runs(tmp_path):
@@ -161,8 +181,8 @@ def test_the_control_port_stands_beside_the_link_while_the_simulator_runs(tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_command_finds_a_simulator_by_the_link_to_its_port(rig):
-    beside = ("--link", rig["link"])
+def test_the_command_finds_a_simulator_by_the_link_to_its_port(sound_rig):
+    beside = ("--link", sound_rig["link"])
     assert pneuforce_fault("leak", *beside).stdout == "leak kpa_per_s=0.05\n"
     assert pneuforce_fault("leak", "--off", *beside).stdout == "no fault is in\n"
 
@@ -182,8 +202,8 @@ def test_what_the_command_cannot_do_is_one_sentence(arguments, said):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_what_the_simulator_refuses_the_command_says(rig):
-    done = pneuforce_fault("leak", "kpa_per_s=99", "--control", rig["control"])
+def test_what_the_simulator_refuses_the_command_says(sound_rig):
+    done = pneuforce_fault("leak", "kpa_per_s=99", "--control", sound_rig["control"])
     assert (done.returncode, done.stderr) == (
         2,
         "pneuforce: kpa_per_s of leak is a number from 0 to 5 kPa/s at 8 kPa\n",
@@ -203,13 +223,13 @@ def test_what_the_simulator_refuses_the_command_says(rig):
         ),
     ],
 )
-def test_taking_out_what_is_not_in_is_an_error_that_says_what_is(rig, control, arguments, said):
-    control.ask({"fault": {"name": "supply_low"}})
-    done = pneuforce_fault(*arguments, "--link", rig["link"])
+def test_taking_out_what_is_not_in_is_an_error_that_says_what_is(sound_rig, sound_control, arguments, said):
+    sound_control.ask({"fault": {"name": "supply_low"}})
+    done = pneuforce_fault(*arguments, "--link", sound_rig["link"])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"pneuforce: {said}")
     assert len(done.stderr.splitlines()) == 1
-    assert present(control) == [{"name": "supply_low", "mv": 4600}]
+    assert present(sound_control) == [{"name": "supply_low", "mv": 4600}]
 
 
 def test_the_list_has_every_fault():

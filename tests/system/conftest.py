@@ -2,7 +2,7 @@
 
 import json
 import socket
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,13 +54,25 @@ class Stack:
         self.control.sendall(json.dumps(what).encode() + b"\n")
 
 
-@pytest.fixture
-def stack(tmp_path):
+@contextmanager
+def running(link):
     with ExitStack() as children:
-        link = tmp_path / "rig"
         parts = start(children, link, ["--no-hand"])
         control = children.enter_context(socket.create_connection(("127.0.0.1", parts.control_port)))
         yield Stack(parts.modbus_port, parts.can_port, parts.host, parts.sim, control, children, link)
+
+
+@pytest.fixture
+def stack(tmp_path):
+    with running(tmp_path / "rig") as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def lasting_stack(tmp_path_factory):
+    """For tests that leave it vented and whole."""
+    with running(tmp_path_factory.mktemp("stack") / "rig") as started:
+        yield started
 
 
 def answers(port):

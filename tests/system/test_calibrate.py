@@ -3,8 +3,6 @@
 import json
 import re
 import shutil
-import subprocess
-import sys
 import tomllib
 from itertools import groupby
 from pathlib import Path
@@ -19,6 +17,7 @@ from instrument.config import load
 from instrument.errors import ConfigurationError
 from sim.headless import Playback
 from sim.scenario import Scenario
+from tests.typed import pneuforce
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs/examples"
@@ -199,14 +198,7 @@ def test_the_calibrated_instrument_measures_a_rubber_balloon_within_its_stated_u
     ],
 )  # fmt: skip
 def test_a_refusal_is_one_sentence_and_exit_code_2(words, said):
-    done = subprocess.run(
-        [sys.executable, "-m", "instrument", "calibrate", *words],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = pneuforce("calibrate", *words, cwd=ROOT)
     assert done.returncode == 2
     assert said in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import select
 import subprocess
 import sys
 import tomllib
@@ -10,16 +11,7 @@ import tomllib
 import pytest
 
 from registers.views import VIEWS
-
-
-def pneuforce(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "instrument", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=30,
-        check=False,
-    )
+from tests.typed import pneuforce
 
 
 def estimate(*arguments):
@@ -136,8 +128,8 @@ def test_watching_nothing_is_a_sentence(bus):
 
 
 @pytest.mark.parametrize("bus", ["modbus", "can"])
-def test_watching_as_json_gives_a_line_for_each_look(stack, bus):
-    port = stack.modbus_port if bus == "modbus" else stack.can_port
+def test_watching_as_json_gives_a_line_for_each_look(lasting_stack, bus):
+    port = lasting_stack.modbus_port if bus == "modbus" else lasting_stack.can_port
     seconds = "0.7" if bus == "modbus" else "2.5"  # a node listens for 1.2 s before it sends
     seen = pneuforce("watch", bus, "--port", str(port), "--seconds", seconds, "--json")
     assert seen.returncode == 0, seen.stderr
@@ -157,7 +149,8 @@ def test_sigterm_ends_a_host_that_still_greets_a_silent_port(tmp_path, modbus):
     host = subprocess.Popen(
         [sys.executable, "-m", "instrument", "run", "--config", str(file)], stderr=subprocess.PIPE, text=True
     )
-    assert len(os.read(board, 24)) == 24  # it has greeted
+    assert select.select([board], [], [], 10)[0], "it does not greet"
+    assert len(os.read(board, 24)) == 24
     host.terminate()
     _, said = host.communicate(timeout=3)
     assert (host.returncode, "Traceback" in said) == (0, False)
@@ -213,8 +206,8 @@ def test_a_flood_of_log_lines_is_cut_and_counted():
     assert "lines held back before" in lines[-1]
 
 
-def test_watching_modbus_shows_each_register_in_its_own_unit(stack):
-    seen = pneuforce("watch", "modbus", "--port", str(stack.modbus_port), "--seconds", "0.2").stdout
+def test_watching_modbus_shows_each_register_in_its_own_unit(lasting_stack):
+    seen = pneuforce("watch", "modbus", "--port", str(lasting_stack.modbus_port), "--seconds", "0.2").stdout
     assert re.search(r"sample_age \d+ ms", seen)
     assert re.search(r"lease 0 ms", seen)
     assert re.search(r"pressure -?\d\.\d{3} kPa", seen)

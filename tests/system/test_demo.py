@@ -38,13 +38,20 @@ class Demo:
             wait_for(plc.read, lambda v: v["state"] == "holding")
 
 
-@pytest.fixture
-def demo():
-    started = Demo()
+@pytest.fixture(scope="module")
+def demos():
+    """All that are to be ended, started at once: what a demo takes most of is waiting."""
+    started = [Demo() for _ in range(3)]
     yield started
-    if started.process.poll() is None:
-        started.process.kill()
-    started.process.communicate()
+    for each in started:
+        each.process.kill()
+        each.process.communicate()
+
+
+@pytest.fixture
+def demo(demos):
+    """One that nobody has ended yet."""
+    return next(each for each in demos if each.process.poll() is None)
 
 
 def running(pid):

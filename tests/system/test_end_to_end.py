@@ -29,6 +29,13 @@ def can_forces(bus, count):
     return forces
 
 
+@pytest.fixture
+def stack_to_vent(lasting_stack):
+    yield lasting_stack
+    with lasting_stack.plc() as plc:
+        plc.write("mode", "vent")
+
+
 def mean_forces(plc, bus):
     """Mean force [N] on Modbus and on CAN during the same second.
 
@@ -44,7 +51,8 @@ def mean_forces(plc, bus):
     return statistics.mean(on_modbus_n), statistics.mean(on_can_n)
 
 
-def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack):
+def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack_to_vent):
+    stack = stack_to_vent
     with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
         for applied_n in (1.5, 2.5):
@@ -71,10 +79,10 @@ def mbpoll(stack, *arguments):
 
 
 @needs("mbpoll")
-def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack):
-    with stack.plc() as plc:
+def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack_to_vent):
+    with stack_to_vent.plc() as plc:
         inflate(plc, 6.0)
-        done = mbpoll(stack, "-B", "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "8.0")
+        done = mbpoll(stack_to_vent, "-B", "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "8.0")
         assert done.returncode == 0, done.stderr
         wait_for(plc.read, lambda v: v["state"] == "holding" and v["setpoint"] == 8.0)
         settled = wait_for(plc.read, lambda v: "holding" in v["status"])
@@ -83,11 +91,11 @@ def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack):
 
 @needs("mbpoll")
 @pytest.mark.parametrize("arguments", [("8.0",), ("-B", "12.5"), ("-B", "nan"), ("-B", "-1")])
-def test_swapped_words_and_values_out_of_span_are_refused_and_change_nothing(stack, arguments):
+def test_swapped_words_and_values_out_of_span_are_refused_and_change_nothing(lasting_stack, arguments):
     *order, value = arguments
-    with stack.plc() as plc:
+    with lasting_stack.plc() as plc:
         plc.write("setpoint_requested", 5.5)
-        refused = mbpoll(stack, *order, "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "--", value)
+        refused = mbpoll(lasting_stack, *order, "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "--", value)
         assert "Illegal data value" in refused.stderr
         assert plc.read()["setpoint_requested"] == 5.5
 

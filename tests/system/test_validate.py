@@ -1,7 +1,6 @@
 """`pneuforce validate`: a short campaign, its recording, its figures, and what is refused."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pytest
 from instrument.errors import ConfigurationError
 from instrument.validation.figures import prepared
 from tests.instrument.validation.pressing import force_n, trial
+from tests.typed import pneuforce
 
 TOP = Path(__file__).parents[2]
 SCENARIO = TOP / "docs/examples/three-pressures.toml"
@@ -19,13 +19,7 @@ ERRORS = {"solved": int, "absolute": (float, type(None)), "signed": (float, type
 
 
 def validate(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "instrument", "validate", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    return pneuforce("validate", *arguments)
 
 
 def refusal(*arguments):
