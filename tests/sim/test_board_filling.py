@@ -129,6 +129,15 @@ def test_a_pressure_leaked_out_of_the_band_is_topped_up_three_times_and_then_is_
     assert len(top_ups) == 3
 
 
+def test_a_leak_that_ends_with_the_third_top_up_is_none(bench):
+    bench.holding().leak_kpa_per_s = 0.02
+    top_ups = (S.HOLDING, S.SETTLING)
+    bench.until(lambda: [(e.was, e.state) for e in bench.all(Event)].count(top_ups) == 3, 60)
+    bench.leak_kpa_per_s = 0.0
+    bench.run(5)
+    assert bench.state is S.HOLDING
+
+
 def test_a_pressure_100_pa_below_its_setpoint_is_topped_up_after_2_s(bench):
     bench.holding().gas_kpa = 7.85
     assert bench.until_state(S.SETTLING, 3) == pytest.approx(2.1, abs=0.2)

@@ -102,6 +102,13 @@ def test_an_adc_sum_that_stands_still_with_the_inlet_open_is_a_stuck_sensor(benc
     assert seconds_to_trip(bench, Fault.STUCK, 0.5) == pytest.approx(0.2, abs=0.02)
 
 
+def test_an_adc_sum_that_stands_still_while_the_balloon_must_empty_is_a_stuck_sensor(bench):
+    bench.holding()
+    bench.run(0.3).adc_sum = bench.last().adc_sum
+    bench.tell(vent())
+    assert seconds_to_trip(bench, Fault.STUCK, 0.5) == pytest.approx(0.2, abs=0.02)
+
+
 def test_an_adc_sum_that_stands_still_in_a_locked_balloon_is_no_fault(bench):
     bench.holding()
     bench.adc_sum = bench.last().adc_sum
