@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from instrument.contact import ONSET_KPA, ContactTracker
 from instrument.lag import LagCompensator
+from instrument.leak import LeakWatch
 from instrument.measurement import Measurement, Quality
 from instrument.model import LIVE, Balloon, Circuit, Correction, Law
 from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
@@ -46,6 +47,7 @@ class Chain:
     settings: ChainSettings
     zero: Zero = field(default_factory=Zero)
     tracker: ContactTracker = field(default_factory=ContactTracker)
+    leak: LeakWatch = field(default_factory=LeakWatch)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient
     _lag: LagCompensator = field(init=False)
     _filtered_kpa: float = math.nan  # before the zero
@@ -78,6 +80,8 @@ class Chain:
         now_kpa = self._lag.step(nominal_kpa, dt_s) - zero_kpa
         locked = message.state == BoardState.HOLDING and self.zero.taken
         self.tracker.step(self._lag.calm_kpa - zero_kpa, now_kpa, locked, dt_s)
+        free = locked and not self.tracker.in_contact
+        self.leak.step(message.setpoint_pa, free, self.tracker.initial_kpa, dt_s)
         pressure_kpa, unfiltered_kpa = self._filtered_kpa - zero_kpa, nominal_kpa - zero_kpa
         if not locked:
             why = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED

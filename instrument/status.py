@@ -25,12 +25,16 @@ def status_of(instrument: Instrument, m: Measurement, now_s: float) -> frozenset
         names |= {"failure", "any_failure"}
     if "out_of_range" in names:
         names.add("out_of_specification")
-    clock_off = instrument.raw is not None and instrument.raw.clock_off
-    if "leak" in names or instrument.can_down or instrument.log_down or clock_off:
+    if "leak" in names or _wants_maintenance(instrument):
         names.add("maintenance")
     if not names & {"holding", "failure"}:
         names.add("function_check")
     return frozenset(names)
+
+
+def _wants_maintenance(instrument: Instrument) -> bool:
+    clock_off = instrument.raw is not None and instrument.raw.clock_off
+    return instrument.can_down or instrument.log_down or clock_off or instrument.chain.leak.seen
 
 
 def _conditions(instrument: Instrument, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:
