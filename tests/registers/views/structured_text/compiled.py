@@ -1,0 +1,131 @@
+"""The function blocks, compiled by matiec and the C compiler, called by ctypes in virtual time."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from registers.views import structured_text
+from tests.tools import needs
+
+MATIEC = shutil.which("iec2c")
+#: No Debian package has it: these tests run where somebody has put it on the PATH, its lib folder beside it.
+PYTESTMARKS = [
+    pytest.mark.skipif(not MATIEC, reason="iec2c is missing: matiec compiles the Structured Text"),
+    needs("gcc"),
+]
+SOURCE = structured_text.render()
+CONSTANTS, LIBRARY = SOURCE.split("END_VAR\n", 1)
+BLOCKS = re.findall(r"^FUNCTION_BLOCK (\w+)$", LIBRARY, re.MULTILINE)
+_VARIABLE = re.compile(r"^    (\w+) : (\w+)(?: := [^;]*)?;", re.MULTILINE)
+_NUMBERS = {"BOOL", "INT", "UINT", "DINT", "WORD", "DWORD", "REAL"}
+_HARNESS = """\
+#include "iec_std_lib.h"
+TIME __CURRENT_TIME;
+BOOL __DEBUG;
+#include "POUS.h"
+#include "POUS.c"
+{blocks}
+void at(double now_s) {{
+    __CURRENT_TIME.tv_sec = (long)now_s;
+    __CURRENT_TIME.tv_nsec = (long)((now_s - (long)now_s) * 1e9);
+}}
+void new(int block) {{ switch (block) {{ {new} }} }}
+void cycle(int block) {{ switch (block) {{ {cycle} }} }}
+double get(int variable) {{ switch (variable) {{ {get} }} return 0; }}
+void set(int variable, double value) {{ switch (variable) {{ {set} }} }}
+void word(int block, int at, int value) {{ switch (block) {{ {word} }} }}
+"""
+
+
+def iec2c(source, folder):
+    """Compile to C; the C files lie in the folder then."""
+    file = Path(folder) / "source.st"
+    file.write_text(source)
+    library = Path(MATIEC).resolve().parent / "lib"
+    done = subprocess.run(
+        [MATIEC, "-f", "-I", library, "-T", folder, file], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return library / "C"
+
+
+def members(kind, name):
+    """Variables of a block or a structure: name and type."""
+    text = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", LIBRARY, re.MULTILINE | re.DOTALL)
+    return _VARIABLE.findall(text[1])
+
+
+def variables():
+    """C expression of each number in each block, by block and name; within a structure as Values.Force_N."""
+    found = {}
+    for block in BLOCKS:
+        for name, type_ in members("FUNCTION_BLOCK", block):
+            if type_ in _NUMBERS:
+                found[block, name] = f"{block}_.{name.upper()}.value"
+            elif type_ in ("PF_VALUES", "PF_STATUS"):
+                for inner, _ in members("TYPE", type_):
+                    found[block, f"{name}.{inner}"] = f"{block}_.{name.upper()}.value.{inner.upper()}"
+    return found
+
+
+@cache
+def library():
+    """Built once in a run of the tests."""
+    numbered = list(enumerate(variables().values()))
+    cases = {
+        "blocks": "\n".join(f"static {block.upper()} {block}_;" for block in BLOCKS),
+        "new": "".join(f"case {i}: {b.upper()}_init__(&{b}_, 0); break; " for i, b in enumerate(BLOCKS)),
+        "cycle": "".join(f"case {i}: {b.upper()}_body__(&{b}_); break; " for i, b in enumerate(BLOCKS)),
+        "get": "".join(f"case {i}: return (double){path};\n" for i, path in numbered),
+        "set": "".join(f"case {i}: {path} = value; break;\n" for i, path in numbered),
+        "word": "".join(
+            f"case {i}: {b}_.WORDS.value.table[at] = (WORD)value; break; "
+            for i, b in enumerate(BLOCKS)
+            if ("Words" in dict(members("FUNCTION_BLOCK", b)))
+        ),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        include = iec2c(LIBRARY, folder)
+        (Path(folder) / "harness.c").write_text(_HARNESS.format(**cases))
+        built = Path(folder) / "blocks.so"
+        subprocess.run(
+            ["gcc", "-std=gnu99", "-w", "-O1", "-I", include, "-I", folder, "-shared", "-fPIC", "-o", built]
+            + [Path(folder) / "harness.c", "-lm"],
+            check=True,
+        )
+        loaded = ctypes.CDLL(str(built))
+    loaded.get.restype = ctypes.c_double
+    return loaded
+
+
+class Block:
+    """One function block, its variables by name; there is one of each kind."""
+
+    def __init__(self, name):
+        self._c = library()
+        self._number = BLOCKS.index(name)
+        self._variables = {own: i for i, (block, own) in enumerate(variables()) if block == name}
+        self._c.new(self._number)
+
+    def __getitem__(self, name):
+        return self._c.get(self._variables[name])
+
+    def __setitem__(self, name, value):
+        self._c.set(self._variables[name], ctypes.c_double(value))
+
+    def words(self, words):
+        for at, word in enumerate(words):
+            self._c.word(self._number, at, word)
+
+    def cycle(self, now_s=0.0, **inputs):
+        self._c.at(ctypes.c_double(now_s))
+        for name, value in inputs.items():
+            self[name] = value
+        self._c.cycle(self._number)
+        return self

@@ -1,0 +1,103 @@
+"""What can be said of the Structured Text without a PLC: it parses, and is common to all."""
+
+import re
+from pathlib import Path
+
+import pytest
+from blark.parse import parse_source_code
+
+from registers.map import REGISTERS
+from registers.views.facts import ENUMERATIONS
+from tests.registers.views.structured_text.compiled import (
+    BLOCKS,
+    CONSTANTS,
+    LIBRARY,
+    PYTESTMARKS,
+    SOURCE,
+    iec2c,
+    members,
+)
+
+GUIDE = (Path(__file__).parents[4] / "docs/plc.md").read_text(encoding="utf-8")
+PROGRAMS = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
+#: Keywords, types, functions and blocks of IEC 61131-3 that mean the same on each PLC.
+COMMON = set(
+    re.findall(
+        r"\w+",
+        """
+        FUNCTION_BLOCK END_FUNCTION_BLOCK VAR_INPUT VAR_OUTPUT VAR CONSTANT END_VAR TRUE FALSE AND OR NOT
+        IF THEN ELSIF ELSE END_IF WHILE DO END_WHILE BOOL INT DINT UINT WORD DWORD REAL TIME
+        SHL SHR WORD_TO_DWORD WORD_TO_INT WORD_TO_DINT WORD_TO_UINT UINT_TO_WORD INT_TO_WORD REAL_TO_INT
+        DINT_TO_REAL TON IN PT Q
+        """,
+    )
+)
+NAME = re.compile(r"(?<![\w#])[A-Za-z_]\w*")
+each_block = pytest.mark.parametrize("block", BLOCKS)
+
+
+def bare(text):
+    """The text without comments and numbers."""
+    return re.sub(r"\(\*.*?\*\)|\w+#[\w#]+", " ", text, flags=re.DOTALL)
+
+
+def text_of(block):
+    return re.search(rf"^FUNCTION_BLOCK {block}\n.*?^END_FUNCTION_BLOCK\n", LIBRARY, re.M | re.S)[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    re.split(r"\n(?=VAR_GLOBAL|TYPE|FUNCTION_BLOCK)", SOURCE) + PROGRAMS,
+    ids=lambda text: " ".join(text.split()[:2]),
+)
+def test_a_parser_that_others_wrote_reads_it(text):
+    parsed = parse_source_code(text)
+    assert parsed.exception is None
+    assert parsed.transform() is not None
+
+
+@each_block
+def test_a_block_uses_what_it_declares_and_what_every_plc_has(block):
+    declared = {name for kind in [("FUNCTION_BLOCK", block), ("TYPE", "PF_VALUES"), ("TYPE", "PF_STATUS")]
+                for name, _ in members(*kind)}  # fmt: skip
+    inputs = {name for other in BLOCKS for name, _ in members("FUNCTION_BLOCK", other)}
+    types = set(re.findall(r"PF_\w+", SOURCE))
+    assert set(NAME.findall(bare(text_of(block)))) - declared - inputs - types - COMMON == set()
+
+
+def test_no_name_is_used_twice_whatever_its_case():
+    names = [name.upper() for name in re.findall(r"^    (\w+) : ", CONSTANTS, re.MULTILINE)]
+    names += [name.upper() for name in re.findall(r"^(?:TYPE|FUNCTION_BLOCK) (\w+)", LIBRARY, re.MULTILINE)]
+    assert len(names) == len(set(names)) > len(REGISTERS)
+    for block in BLOCKS:
+        own = [name.upper() for name, _ in members("FUNCTION_BLOCK", block)]
+        assert len(own) == len(set(own))
+
+
+def test_every_register_and_code_is_a_constant():
+    for register in REGISTERS:
+        assert f" PF_ADDRESS_{register.name.upper()} : UINT := {register.address};" in CONSTANTS
+    for values in ENUMERATIONS.values():
+        for code, name in values.names.items():
+            assert re.search(rf" PF_\w+_{name.upper()} : UINT := {code};", CONSTANTS)
+
+
+def test_every_character_is_one_that_all_tools_agree_on():
+    assert SOURCE.isascii()
+    assert not re.search(r"__|\{|\$", SOURCE)  # no double underscore, no pragma
+
+
+@pytest.mark.usefixtures("blocks")
+class TestCompiled:
+    pytestmark = PYTESTMARKS
+
+    def test_the_constants_are_good_in_a_configuration(self, tmp_path):
+        globals_ = CONSTANTS[CONSTANTS.index("VAR_GLOBAL") :] + "END_VAR"
+        program = "PROGRAM main VAR a : BOOL; END_VAR a := NOT a; END_PROGRAM"
+        task = "TASK t(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM p WITH t : main;"
+        resource = f"RESOURCE r ON PLC {task} END_RESOURCE"
+        iec2c(f"{program}\nCONFIGURATION c\n{globals_}\n{resource}\nEND_CONFIGURATION\n", tmp_path)
+
+    @pytest.mark.parametrize("program", PROGRAMS, ids=range(len(PROGRAMS)))
+    def test_the_guides_programs_compile_with_the_library(self, program, tmp_path):
+        iec2c(LIBRARY + program, tmp_path)
