@@ -37,6 +37,9 @@ ENUMERATIONS: Mapping[str, Values] = {
 }
 
 
+#: What tools that write the kind of register into its number add to it: the first are 30001 and 40001.
+INPUT_REGISTERS, HOLDING_REGISTERS = 30_000, 40_000
+
 #: The block of measured values: one read of it is one instant.
 MEASURED = range(BY_NAME["baseline_age"].end)
 #: The block of the test pattern, which settles the word order.

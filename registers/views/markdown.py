@@ -7,7 +7,15 @@ from collections.abc import Iterable, Sequence
 from registers.can.frames import COMMAND_MODES, DEFAULT_NODE_ID, FRAMES, NODE_STATES, RESULTS, Frame
 from registers.field import Bits, Field, Values
 from registers.map import BLOCKS, CONDENSED, MAP_HASH, MAP_VERSION, REGISTERS, STATUS, Register
-from registers.views.facts import ENUMERATIONS, TYPES, not_available_text, number, span_text
+from registers.views.facts import (
+    ENUMERATIONS,
+    HOLDING_REGISTERS,
+    INPUT_REGISTERS,
+    TYPES,
+    not_available_text,
+    number,
+    span_text,
+)
 
 _INTRODUCTION = f"""\
 # Registers and frames
@@ -18,8 +26,10 @@ declaration that the instrument itself runs on: `pneuforce map --format md`.
 ## Modbus registers
 
 One address space, 0-based, read by functions 03 and 04 alike; written (RW only) by 06, 16, 22 and 23. Many
-programs count registers from 1: that number stands beside the address. 32-bit values have their high word
-first (ABCD; the configuration can turn it to CDAB). A read must lie within one of the blocks
+programs count registers from 1: that number stands beside the address. Some add the kind of register to it:
+force is {INPUT_REGISTERS + 1} as an input register (04), {HOLDING_REGISTERS + 1} as a holding register (03).
+32-bit values have their high word first (ABCD; the configuration can turn it to CDAB). A read must lie within
+one of the blocks
 {", ".join(f"{a}–{b}" for a, b in BLOCKS)}; what is not listed there reads 0. *n/a* is the code of a
 value that is not available; the status says why.
 

@@ -9,12 +9,13 @@ from collections.abc import Iterator
 from registers.can.frames import DEFAULT_NODE_ID, FRAMES, Frame
 from registers.field import Field
 from registers.map import REGISTERS
-from registers.views.facts import TYPES, not_available_text, number
+from registers.views.facts import HOLDING_REGISTERS, INPUT_REGISTERS, TYPES, not_available_text, number
 
-#: Modbus: address is 0-based, number counts from 1. CAN: address is the first byte within the frame.
+#: Modbus: address is 0-based, number counts from 1, and the same register is an input and a holding register.
+#: CAN: address is the first byte within the frame.
 COLUMNS = (
-    "bus", "frame", "can_id", "address", "address_hex", "number", "name", "type", "unit", "low", "high",
-    "also", "not_available", "access", "meaning",
+    "bus", "frame", "can_id", "address", "address_hex", "number", "input_register", "holding_register",
+    "words", "name", "type", "unit", "low", "high", "also", "not_available", "values", "access", "meaning",
 )  # fmt: skip
 
 
@@ -34,6 +35,9 @@ def _rows() -> Iterator[dict[str, str]]:
             "address": str(register.address),
             "address_hex": f"{register.address:04X}",
             "number": str(register.address + 1),
+            "input_register": str(INPUT_REGISTERS + register.address + 1),
+            "holding_register": str(HOLDING_REGISTERS + register.address + 1),
+            "words": str(register.wire.words),
             "access": "RW" if register.writable else "R",
         }
     for frame in FRAMES:
@@ -52,6 +56,7 @@ def _place(frame: Frame, at: int) -> dict[str, str]:
 
 
 def _facts(field: Field) -> dict[str, str]:
+    names = field.values.names if field.values else {}
     return {
         "name": field.name,
         "type": TYPES[field.wire],
@@ -60,5 +65,6 @@ def _facts(field: Field) -> dict[str, str]:
         "high": "" if field.high is None else number(field.high),
         "also": " ".join(number(value) for value in field.also),
         "not_available": not_available_text(field),
+        "values": "; ".join(f"{code} {name}" for code, name in names.items()),
         "meaning": field.doc,
     }

@@ -64,6 +64,16 @@ def test_the_table_has_a_row_for_each_register_and_each_field():
     assert can == [(frame.name, at, field.name) for frame in FRAMES for at, field in frame.placed]
 
 
+def test_the_table_has_each_address_in_every_notation():
+    for row in csv.DictReader(VIEWS["csv"].render().splitlines()):
+        if row["bus"] == "modbus":
+            at = int(row["address"])
+            numbers = [int(row[key]) for key in ("number", "input_register", "holding_register")]
+            assert numbers == [at + 1, 30001 + at, 40001 + at]
+            assert int(row["address_hex"], 16) == at
+            assert int(row["words"]) == (2 if "32" in row["type"] else 1)
+
+
 def test_the_table_tells_unit_span_and_the_code_of_no_value():
     rows = {(r["bus"], r["frame"], r["name"]): r for r in csv.DictReader(VIEWS["csv"].render().splitlines())}
     setpoint = rows["can", "Command", "setpoint"]
@@ -74,6 +84,7 @@ def test_the_table_tells_unit_span_and_the_code_of_no_value():
     assert rows["modbus", "", "radius_um"]["not_available"] == "FFFFh"
     assert rows["modbus", "", "force"]["not_available"] == "NaN"
     assert rows["modbus", "", "lease"]["also"] == "0"
+    assert rows["modbus", "", "answer_state"]["values"] == "0 idle; 1 busy; 2 done; 3 failed"
 
 
 def test_the_tree_is_the_map():
