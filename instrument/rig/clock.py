@@ -15,6 +15,7 @@ MOST_RATE_ERROR = 0.02
 #: An UNO's ceramic resonator is within 0.5 %; one that is off by more than 1 % is another, or broken.
 RESONATOR_ERROR, OFF_ERROR = 0.005, 0.01
 OFF_FROM_S = 4.0  #: within less time a late delivery looks like a clock that is off
+SAME_S = 1e-6  #: earlier by less is rounding, and no reason to fit the line anew
 #: A reading so far ahead of the clock is no early one: the board has restarted, or the host has slept.
 JUMP_S = 0.25
 #: Where a whole block is late by so much, and was not read at once, the board's clock has stood for a while.
@@ -80,7 +81,7 @@ class BoardClock:
 
     def _note(self, received_s: float) -> None:
         arrival = _Arrival(self._board_s, received_s - self._board_s)
-        early = received_s < self._line_s
+        early = received_s < self._line_s - SAME_S
         if not self._arrivals or arrival.board_s >= self._block_s + BLOCK_S:
             self._begin_block(arrival, received_s)
         elif early or arrival.offset_s < self._arrivals[-1].offset_s:
