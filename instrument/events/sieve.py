@@ -10,7 +10,9 @@ from instrument.events.record import Facts, Moment, Record, written
 
 SILENT_S = 60.0  #: a repetition that stays away for so long has ended
 LONG_S = 3600.0  #: one that does not end is told so often
-PER_S, BURST = 20.0, 200.0  #: records of one peer and one grade
+BURST = 200.0  #: records of one peer and one grade at once
+#: And per second. Who is refused without end may not fill a disk within a season: 20 MB a day.
+PER_S = {"vent": 20.0, "accepted": 20.0, "refused": 1.0}
 MOST_LINES = 32  #: different writes of one peer that are recognised when they come again
 MOST_PEERS = 64  #: told apart at once; those beyond share one memory
 
@@ -69,12 +71,13 @@ class Tally:
 class Budget:
     """So many at once, and so many per second."""
 
+    per_s: float
     left: float = BURST
     _at_s: float = 0.0
 
     def spend(self, now_s: float) -> bool:
         """Whether there was one left."""
-        self.left = min(BURST, self.left + PER_S * max(0.0, now_s - self._at_s))
+        self.left = min(BURST, self.left + self.per_s * max(0.0, now_s - self._at_s))
         self._at_s = now_s
         if self.left < 1.0:
             return False
@@ -105,7 +108,8 @@ class _Memory:
 
     def _let(self, facts: Facts, grade: str, at: Moment) -> Iterator[Record]:
         """The record where the budget has one left; else it is counted."""
-        if self.budgets.setdefault(grade, Budget()).spend(at.mono_s):
+        budget = self.budgets.get(grade) or self.budgets.setdefault(grade, Budget(PER_S[grade]))
+        if budget.spend(at.mono_s):
             yield Record(at, facts, minor=grade == "refused")
             return
         held = self.held_back.setdefault(grade, Tally("held_back", at, facts))

@@ -35,20 +35,19 @@ def verified(rows: Iterable[Row], kept_head: str | None = None) -> Chain:
 
     `kept_head` is a head that was written down earlier; the chain must still hold that record. Raises Broken.
     """
-    head, number, first_at, last_at = GENESIS, 0, "", ""
+    head, number, first, last = GENESIS, 0, b"", b""
     found = kept_head in (None, GENESIS.hex())
     for number, row in enumerate(rows, 1):
         _check(row, number, head)
         head = row.seal
         found = found or head.hex() == kept_head
-        last_at = moment_of(row.body)
-        first_at = first_at or last_at
+        first, last = first or row.body, row.body
     if not found:
         raise Broken(
             f"none of the {number} records has the head {kept_head}: "
             "what there was up to it was changed or cut off"
         )
-    return Chain(number, first_at, last_at, head.hex())
+    return Chain(number, moment_of(first), moment_of(last), head.hex())
 
 
 def moment_of(body: bytes) -> str:
