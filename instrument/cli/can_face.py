@@ -9,7 +9,7 @@ from queue import SimpleQueue
 from instrument.config import Can
 from instrument.core import Instrument
 from instrument.errors import FaceError
-from registers.can.bus import BusAt
+from registers.can.bus import BusAt, load
 from registers.can.live import CanBus
 from registers.can.node import CanNode
 from registers.can.options import Options
@@ -33,6 +33,7 @@ class CanFace:
     def __init__(self, instrument: Instrument, source: Source, own: Can) -> None:
         """Set up the node. Raises FaceError: a bus load above 60 %."""
         self.node = CanNode(source, options_of(own))
+        load(own.interface)
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)
         self._waiting: SimpleQueue[CanFrame] = SimpleQueue()

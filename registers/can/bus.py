@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from registers.can.socketcand import GREETING
@@ -40,6 +41,12 @@ class BusAt:
     def __str__(self) -> str:
         where = f" at {self.host}:{self.port}" if self.interface == "socketcand" else ""
         return f"{self.interface} {self.channel}{where}"
+
+
+def load(interface: str) -> None:
+    """Import python-can now: while that goes on, an instrument sends its board nothing."""
+    import_module(f"can.interfaces.{interface}")
+    import_module("encodings.idna")  # which sockets import at the first name of a host
 
 
 class BusFull(OSError):
