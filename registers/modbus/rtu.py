@@ -79,7 +79,7 @@ class Decoder:
         if self._silent or pause_s >= self._timing.silence_s:
             self._start()
         self._data += data
-        if not self._starts or len(self._data) > _MOST_BYTES:
+        if len(self._data) > _MOST_BYTES:
             self._lose(len(self._data))
         self._silent, self._heard_s = False, now_s
 
@@ -124,7 +124,7 @@ def _split(data: bytes) -> list[bytes]:
 def _ends(data: bytes, at: int) -> list[int]:
     """Where a frame that begins at `at` may end: zeros behind one leave its CRC good."""
     longest = data[at : at + LONGEST]
-    if len(longest) < SHORTEST or not longest[1]:  # there is no function 0
+    if len(longest) < SHORTEST or not longest[1]:  # no function 0: 1000 zeros cost 0.1 ms, not 8
         return []
     ends, state = [], 0xFFFF
     for count, byte in enumerate(longest, 1):

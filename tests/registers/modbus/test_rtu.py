@@ -76,6 +76,22 @@ def test_a_uart_that_hands_over_14_bytes_at_a_time_does_not_cost_a_frame_at_any_
         assert heard(*with_pauses(pieces, 14 * timing.character_s), timing=timing) == [sent]
 
 
+def test_a_silence_shows_in_the_times_though_nobody_was_told_when_it_passed():
+    for first, expected in ((b"\x55" * 9, [READ]), (FOREIGN, [FOREIGN, READ])):
+        decoder = Decoder(TIMING)
+        decoder.feed(first, 0.0)
+        decoder.feed(READ, SILENCE_S)
+        assert decoder.frames() == expected
+
+
+def test_garbage_in_front_of_a_frame_is_counted():
+    decoder = Decoder(TIMING)
+    decoder.feed(b"\x55" * 9, 0.0)
+    decoder.feed(READ, SILENCE_S)
+    decoder.frames()
+    assert decoder.lost_bytes == 9
+
+
 @given(st.lists(whole, min_size=1, max_size=4))
 def test_frames_that_a_late_scheduler_has_joined_are_taken_apart(sent):
     assert heard(b"".join(sent)) == sent

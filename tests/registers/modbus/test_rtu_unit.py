@@ -252,6 +252,12 @@ def test_an_echo_that_comes_late_is_answered_at_most_once():
 def test_an_echo_that_arrives_garbled_does_not_make_the_line_one_without_echo():
     line = EchoingLine()
     line.play(READ, spoil=lambda echo: echo[:3] + b"\xff" + echo[4:])
+    assert line.play(frame(1, HOLD)) == [frame(1, HOLD)]
+
+
+def test_one_echo_of_an_answer_shows_that_the_line_echoes_now():
+    line = EchoingLine()
+    VirtualLine.play(line, READ, SILENCE_S, READ)
     assert line.play(READ) == [READ_ANSWER]
     assert line.play(frame(1, HOLD)) == [frame(1, HOLD)]
 
