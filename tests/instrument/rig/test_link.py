@@ -270,6 +270,13 @@ class TestFrozen:
         (moved,) = link.feed(sample(12, 6), 0.2)
         assert not moved.frozen
 
+    def test_its_samples_are_as_fresh_as_they_come_and_their_fault_is_the_clock_and_not_the_line(self):
+        link = ready()
+        for n in range(1, 500):
+            found = link.feed(sample(n, 5), 0.002 * n)
+        assert found[0].frozen
+        assert found[0].t_s == pytest.approx(0.998)
+
     def test_it_is_forgotten_when_the_board_is_greeted_again(self):
         link = ready()
         link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
