@@ -70,17 +70,20 @@ class Responder:
             return exception(function, Code.ILLEGAL_FUNCTION)
         try:
             answer = handler(pdu, peer, now_s)
+            if isinstance(answer, Code) and function in WRITE_FUNCTIONS:
+                answer = self._refused(answer, pdu, peer, now_s)
         except Exception:  # one request's failure must not take the face away from the others
             self._log.say(now_s, "the request %s of %s failed", pdu.hex(" "), peer.address, trace=True)
-            return exception(function, Code.DEVICE_FAILURE)
-        if not isinstance(answer, Code):
-            return answer
-        if function in WRITE_FUNCTIONS:
-            answer = Code.ILLEGAL_FUNCTION if self._read_only else answer
-            self._log.say(now_s, "write %s of %s refused: %s", pdu.hex(" "), peer.address, answer.name)
-            if answer is not Code.DEVICE_BUSY:  # the source's own refusal
-                self._source.refused(peer, pdu, answer.name.lower(), now_s)
-        return exception(function, answer)
+            answer = Code.DEVICE_FAILURE
+        return exception(function, answer) if isinstance(answer, Code) else answer
+
+    def _refused(self, why: Code, pdu: bytes, peer: Peer, now_s: float) -> Code:
+        """Tell of a write that is refused; the code to answer."""
+        why = Code.ILLEGAL_FUNCTION if self._read_only else why
+        self._log.say(now_s, "write %s of %s refused: %s", pdu.hex(" "), peer.address, why.name)
+        if why is not Code.DEVICE_BUSY:  # the source's own refusal
+            self._source.refused(peer, pdu, why.name.lower(), now_s)
+        return why
 
     def _read_coils(self, pdu: bytes, _peer: Peer, _now_s: float) -> Code:
         if len(pdu) != 5 or not 1 <= _TWO.unpack_from(pdu, 1)[1] <= MOST_BITS_READ:
@@ -141,7 +144,8 @@ class Responder:
         read = self._bank.reader(address, 1)
         if read is None:
             return Code.ILLEGAL_ADDRESS
-        word = int.from_bytes(read(self._source.snapshot(peer, now_s)), "big")
+        # where nothing is kept, nothing that can be measured is needed: it may be a vent
+        word = int.from_bytes(read(self._source.snapshot(peer, now_s)), "big") if keep else 0
         masked = word & keep | put & ~keep
         return self._write(address, masked.to_bytes(2, "big"), peer, now_s) or pdu
 

@@ -229,7 +229,7 @@ class _Connection(asyncio.BufferedProtocol):
             self._transport.resume_reading()
 
     def _answer(self, unit: int, pdu: bytes, now_s: float) -> bytes | None:
-        if unit in self._server.units:
+        if unit in self._server.units or pdu[0] >= 0x80:  # no request's, whoever is meant
             answer = self._server.responder.answer(pdu, self._peer, now_s)
         else:
             answer = exception(pdu[0], Code.NO_SUCH_UNIT)

@@ -100,6 +100,7 @@ def test_a_half_closed_client_gets_its_answer_then_fin(client):
         bytes.fromhex("0001 0000 0001 01"),
         bytes.fromhex("0001 0000 00ff 01 04"),
         frame(1, 1, b"\x83\0\0\0\1"),
+        frame(1, 7, b"\x83\0\0\0\1"),  # another unit's
     ],
 )
 def test_what_is_not_modbus_is_answered_by_closing(server, client, hello):

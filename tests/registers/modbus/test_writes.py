@@ -179,14 +179,26 @@ def test_a_read_only_instrument_has_no_write_functions(request_):
     assert source.asked == []
 
 
-def test_a_vent_needs_nothing_that_can_be_measured():
+@pytest.mark.parametrize("request_", ["17 0000 0002 0204 0001 02 0000", "16 0204 0000 0000"])
+def test_a_vent_needs_nothing_that_can_be_measured(request_):
     class Blind(MemorySource):
         def snapshot(self, peer, now_s):
             raise ZeroDivisionError
 
     source = Blind()
-    answer("17 0000 0002 0204 0001 02 0000", source)
+    answer(request_, source)
     assert source.asked == [{"mode": "vent"}]
+
+
+def test_a_log_that_fails_is_answered_with_04_and_nothing_changes():
+    class Deaf(MemorySource):
+        def refused(self, peer, request, why, now_s):
+            raise OSError("no space left")
+
+    source = Deaf()
+    assert answer("06 0204 0002", source) == "86 04"
+    assert source.asked == []
+    assert answer("06 0204 0000", source) == "06 02 04 00 00"
 
 
 def test_the_peer_that_asks_reaches_the_source():
