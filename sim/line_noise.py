@@ -50,6 +50,8 @@ class NoisyLine:
 
     def due(self, now_s: float) -> bytes:
         """What arrives now, in the order in which it was sent."""
+        if not self._under_way:
+            return b""
         if self.noise.cut:
             self._under_way.clear()
         arrived = bytearray()
