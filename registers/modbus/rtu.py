@@ -84,7 +84,7 @@ class Decoder:
         self._silent, self._heard_s = False, now_s
 
     def frames(self) -> list[bytes]:
-        """What came before a silence of `silence_s`, which has passed,; [] where it is not whole frames."""
+        """What came before a silence of `silence_s`, which has passed; [] where it is not whole frames."""
         self._silent = True
         for start in self._starts:
             found = _split(bytes(self._data[start:]))

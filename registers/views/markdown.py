@@ -34,7 +34,9 @@ one of the blocks
 value that is not available; the status says why.
 
 TCP port 5020 and unit id 1 unless configured otherwise; unit ids 0 and 255 mean this instrument too, any
-other is answered with exception 0Bh. Function 02 reads the status bits as discrete inputs 0–31; function
+other is answered with exception 0Bh. On a serial line (Modbus RTU, off by default; 19200 Bd, even parity and
+unit id 1 unless configured otherwise) another unit is met with silence, and a broadcast can only vent. On
+both, function 02 reads the status bits as discrete inputs 0–31; function
 43/14 reads who it is (objects 0–6, serial number 80h, calibration date 81h).
 
 | exception | when |
