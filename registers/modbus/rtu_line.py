@@ -184,6 +184,8 @@ def _why(error: Exception) -> str:
     code = getattr(error, "errno", None)
     if "exclusively lock" in str(error) or code == errno.EBUSY:
         return "another process uses it"
+    if code == errno.EACCES:
+        return "no permission; its group is dialout"
     if "configure port" in str(error):
         return "it is no serial port, or does not know these settings"
     return os.strerror(code).lower() if code else str(error)
