@@ -68,5 +68,6 @@ class Probe:
 if __name__ == "__main__":
     probe = Probe()
     probe.install()
-    serve.serve(load(Path(sys.argv[1])))
+    file = Path(sys.argv[1])
+    serve.serve(load(file), file.with_name("events.sqlite"))
     print(json.dumps(probe.report()), flush=True)
