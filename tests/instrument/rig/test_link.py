@@ -236,6 +236,13 @@ class TestKeepAlive:
         assert sent(link, Command(), 0.001) == [Vent(), Command()]
         assert sent(link, Command(), 0.06) == [Command()]
 
+    @pytest.mark.parametrize("wanted", [HOLD, Command()])
+    def test_a_vent_waits_for_no_keep_alive_though_the_command_is_the_same(self, wanted):
+        link = ready()
+        sent(link, wanted, 0.0)
+        link.vent()
+        assert sent(link, wanted, 0.001) == [Vent(), wanted]
+
     def test_a_vent_goes_out_even_while_the_board_has_not_answered(self):
         link = Link()
         link.tick(Command(), 0.0)
