@@ -1,9 +1,12 @@
 """Every hostile case against the instrument as it is sold, and no case that any bad server passes."""
 
 import os
+import re
 import socket
 import threading
+from collections import Counter
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import pytest
 
@@ -100,3 +103,11 @@ def test_no_case_is_passed_by_a_bad_server(behaviour):
 def test_cases_have_names_of_their_own():
     names = [(case.group, case.name) for case in CASES]
     assert len(set(names)) == len(names)
+
+
+def test_the_page_was_measured_with_these_cases():
+    page = (Path(__file__).parents[2] / "docs/hostile.md").read_text(encoding="utf-8")
+    generic = Counter(case.group for case in CASES if not case.ours)
+    told = re.findall(r"### (.*)\n\n(\d+) cases", page)
+    assert {group.lower(): int(count) for group, count in told} == generic
+    assert f"The {generic.total()} cases below" in page
