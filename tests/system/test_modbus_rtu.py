@@ -1,6 +1,5 @@
 """The instrument on a serial line of its own: the whole of it, beside TCP and CAN."""
 
-import os
 import signal
 import time
 from contextlib import ExitStack, suppress
@@ -8,6 +7,9 @@ from contextlib import ExitStack, suppress
 import pytest
 import serial
 
+from instrument.cli.rtu_face import check_ports
+from instrument.config import parse
+from instrument.errors import ConfigurationError
 from registers.modbus.client import Plc, PlcError
 from registers.modbus.rtu import frame
 from tests.registers.modbus.rtu_lines import VENT
@@ -93,7 +95,11 @@ def test_a_line_that_is_not_there_at_the_start_is_told_in_a_sentence(children, t
         started(children, tmp_path, port="/dev/no-such-line")
 
 
-def test_the_rigs_own_port_is_refused_under_whatever_name(children, tmp_path):
+def test_the_rigs_own_port_is_refused_under_whatever_name(tmp_path):
     (tmp_path / "alias").symlink_to(tmp_path / "rig")
-    with pytest.raises(ChildFailed, match=r"modbus_rtu.port = \S*alias is the rig's own port"):
-        started(children, tmp_path, port=os.fspath(tmp_path / "alias"))
+    tables = {
+        "rig": {"port": str(tmp_path / "rig")},
+        "modbus_rtu": {"enabled": True, "port": str(tmp_path / "alias")},
+    }
+    with pytest.raises(ConfigurationError, match=r"modbus_rtu.port = \S*alias is the rig's own port"):
+        check_ports(parse(tables, "my.toml"))
