@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import gc
 import json
 import logging
@@ -130,9 +131,9 @@ async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None
     try:
         await modbus.start()
     except OSError as error:
+        hint = "; is another instrument running?" if error.errno == errno.EADDRINUSE else ""
         raise FaceError(
-            f"Modbus cannot listen on {own.host}:{own.port}: {error.strerror or error}; "
-            "is another instrument running?"
+            f"Modbus cannot listen on {own.host}:{own.port}: {error.strerror or error}{hint}"
         ) from None
     log.info("Modbus TCP on %s:%d, unit %d", own.host, modbus.port, own.unit)
 

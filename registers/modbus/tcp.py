@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from registers.modbus.allow import AllowList
 from registers.modbus.bank import Bank
 from registers.modbus.connection import Connection
+from registers.modbus.descriptors import ACCEPTED_AT_ONCE, make_room
 from registers.modbus.identity import Identity
 from registers.modbus.log import SparingLog
 from registers.modbus.pdu import Responder
@@ -81,10 +82,11 @@ class ModbusTcpServer:
         self._sweep: asyncio.TimerHandle | None = None
 
     async def start(self) -> None:
-        """Listen. Raises OSError where the address cannot be had."""
+        """Listen. Raises OSError where the address cannot be had, or not enough files be opened."""
+        make_room(self.options.most_connections)
         loop = asyncio.get_running_loop()
         self._server = await loop.create_server(
-            lambda: Connection(self), self.options.host, self.options.port, backlog=128
+            lambda: Connection(self), self.options.host, self.options.port, backlog=ACCEPTED_AT_ONCE
         )
         self._sweep_every(min(self.options.frame_s, self.options.idle_s, 2.0) / 4)
 
