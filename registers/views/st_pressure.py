@@ -111,7 +111,7 @@ END_VAR
             Stage := VENTING;
         END_IF;
     END_IF;
-    Stayed(IN := Stage = StageBefore, PT := T#3s);
+    Stayed(IN := (Stage = StageBefore), PT := T#3s);
     StageBefore := Stage;
     Renewal(IN := NOT Answered, PT := RenewEvery);
 

@@ -21,7 +21,9 @@ PYTESTMARKS = [
 ]
 SOURCE = structured_text.render()
 CONSTANTS, LIBRARY = SOURCE.split("END_VAR\n", 1)
-BLOCKS = re.findall(r"^FUNCTION_BLOCK (\w+)$", LIBRARY, re.MULTILINE)
+GUIDE = (Path(__file__).parents[4] / "docs/plc.md").read_text(encoding="utf-8")
+[PROGRAM] = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
+BLOCKS = re.findall(r"^(?:FUNCTION_BLOCK|PROGRAM) (\w+)$", LIBRARY + PROGRAM, re.MULTILINE)
 _VARIABLE = re.compile(r"^    (\w+) : (\w+)(?: := [^;]*)?;", re.MULTILINE)
 _NUMBERS = {"BOOL", "INT", "UINT", "DINT", "WORD", "DWORD", "REAL"}
 _HARNESS = """\
@@ -39,7 +41,7 @@ void new(int block) {{ switch (block) {{ {new} }} }}
 void cycle(int block) {{ switch (block) {{ {cycle} }} }}
 double get(int variable) {{ switch (variable) {{ {get} }} return 0; }}
 void set(int variable, double value) {{ switch (variable) {{ {set} }} }}
-void word(int block, int at, int value) {{ switch (block) {{ {word} }} }}
+void word(int array, int at, int value) {{ switch (array) {{ {word} }} }}
 """
 
 
@@ -57,21 +59,35 @@ def iec2c(source, folder):
 
 def members(kind, name):
     """Variables of a block or a structure: name and type."""
-    text = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", LIBRARY, re.MULTILINE | re.DOTALL)
+    text = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", LIBRARY + PROGRAM, re.MULTILINE | re.DOTALL)
     return _VARIABLE.findall(text[1])
 
 
+def members_of(block):
+    """Variables of a function block or of the guide's program."""
+    return members("PROGRAM" if f"PROGRAM {block}\n" in PROGRAM else "FUNCTION_BLOCK", block)
+
+
+@cache
 def variables():
     """C expression of each number in each block, by block and name; within a structure as Values.Force_N."""
     found = {}
     for block in BLOCKS:
-        for name, type_ in members("FUNCTION_BLOCK", block):
+        for name, type_ in members_of(block):
             if type_ in _NUMBERS:
                 found[block, name] = f"{block}_.{name.upper()}.value"
             elif type_ in ("PF_VALUES", "PF_STATUS"):
                 for inner, _ in members("TYPE", type_):
                     found[block, f"{name}.{inner}"] = f"{block}_.{name.upper()}.value.{inner.upper()}"
     return found
+
+
+@cache
+def arrays():
+    """Block and name of each array of words."""
+    return [
+        (block, name) for block in BLOCKS for name, type_ in members_of(block) if type_.endswith("_WORDS")
+    ]
 
 
 @cache
@@ -85,13 +101,12 @@ def library():
         "get": "".join(f"case {i}: return (double){path};\n" for i, path in numbered),
         "set": "".join(f"case {i}: {path} = value; break;\n" for i, path in numbered),
         "word": "".join(
-            f"case {i}: {b}_.WORDS.value.table[at] = (WORD)value; break; "
-            for i, b in enumerate(BLOCKS)
-            if ("Words" in dict(members("FUNCTION_BLOCK", b)))
+            f"case {i}: {block}_.{name.upper()}.value.table[at] = (WORD)value; break; "
+            for i, (block, name) in enumerate(arrays())
         ),
     }
     with tempfile.TemporaryDirectory() as folder:
-        include = iec2c(LIBRARY, folder)
+        include = iec2c(LIBRARY + PROGRAM, folder)
         (Path(folder) / "harness.c").write_text(_HARNESS.format(**cases))
         built = Path(folder) / "blocks.so"
         subprocess.run(
@@ -105,10 +120,11 @@ def library():
 
 
 class Block:
-    """One function block, its variables by name; there is one of each kind."""
+    """One function block or program, its variables by name; there is one of each kind."""
 
     def __init__(self, name):
         self._c = library()
+        self._name = name
         self._number = BLOCKS.index(name)
         self._variables = {own: i for i, (block, own) in enumerate(variables()) if block == name}
         self._c.new(self._number)
@@ -119,9 +135,10 @@ class Block:
     def __setitem__(self, name, value):
         self._c.set(self._variables[name], ctypes.c_double(value))
 
-    def words(self, words):
+    def words(self, words, array="Words"):
+        number = arrays().index((self._name, array))
         for at, word in enumerate(words):
-            self._c.word(self._number, at, word)
+            self._c.word(number, at, word)
 
     def cycle(self, now_s=0.0, **inputs):
         self._c.at(ctypes.c_double(now_s))

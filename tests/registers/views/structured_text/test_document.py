@@ -1,7 +1,6 @@
 """What can be said of the Structured Text without a PLC: it parses, and is common to all."""
 
 import re
-from pathlib import Path
 
 import pytest
 from blark.parse import parse_source_code
@@ -12,14 +11,14 @@ from tests.registers.views.structured_text.compiled import (
     BLOCKS,
     CONSTANTS,
     LIBRARY,
+    PROGRAM,
     PYTESTMARKS,
     SOURCE,
     iec2c,
     members,
+    members_of,
 )
 
-GUIDE = (Path(__file__).parents[4] / "docs/plc.md").read_text(encoding="utf-8")
-PROGRAMS = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
 #: Keywords, types, functions and blocks of IEC 61131-3 that mean the same on each PLC.
 COMMON = set(
     re.findall(
@@ -33,7 +32,7 @@ COMMON = set(
     )
 )
 NAME = re.compile(r"(?<![\w#])[A-Za-z_]\w*")
-each_block = pytest.mark.parametrize("block", BLOCKS)
+each_block = pytest.mark.parametrize("block", re.findall(r"^FUNCTION_BLOCK (\w+)$", LIBRARY, re.MULTILINE))
 
 
 def bare(text):
@@ -47,7 +46,7 @@ def text_of(block):
 
 @pytest.mark.parametrize(
     "text",
-    re.split(r"\n(?=VAR_GLOBAL|TYPE|FUNCTION_BLOCK)", SOURCE) + PROGRAMS,
+    re.split(r"\n(?=VAR_GLOBAL|TYPE|FUNCTION_BLOCK)", SOURCE) + [PROGRAM],
     ids=lambda text: " ".join(text.split()[:2]),
 )
 def test_a_parser_that_others_wrote_reads_it(text):
@@ -60,7 +59,7 @@ def test_a_parser_that_others_wrote_reads_it(text):
 def test_a_block_uses_what_it_declares_and_what_every_plc_has(block):
     declared = {name for kind in [("FUNCTION_BLOCK", block), ("TYPE", "PF_VALUES"), ("TYPE", "PF_STATUS")]
                 for name, _ in members(*kind)}  # fmt: skip
-    inputs = {name for other in BLOCKS for name, _ in members("FUNCTION_BLOCK", other)}
+    inputs = {name for other in BLOCKS for name, _ in members_of(other)}
     types = set(re.findall(r"PF_\w+", SOURCE))
     assert set(NAME.findall(bare(text_of(block)))) - declared - inputs - types - COMMON == set()
 
@@ -70,7 +69,7 @@ def test_no_name_is_used_twice_whatever_its_case():
     names += [name.upper() for name in re.findall(r"^(?:TYPE|FUNCTION_BLOCK) (\w+)", LIBRARY, re.MULTILINE)]
     assert len(names) == len(set(names)) > len(REGISTERS)
     for block in BLOCKS:
-        own = [name.upper() for name, _ in members("FUNCTION_BLOCK", block)]
+        own = [name.upper() for name, _ in members_of(block)]
         assert len(own) == len(set(own))
 
 
@@ -97,7 +96,3 @@ class TestCompiled:
         task = "TASK t(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM p WITH t : main;"
         resource = f"RESOURCE r ON PLC {task} END_RESOURCE"
         iec2c(f"{program}\nCONFIGURATION c\n{globals_}\n{resource}\nEND_CONFIGURATION\n", tmp_path)
-
-    @pytest.mark.parametrize("program", PROGRAMS, ids=range(len(PROGRAMS)))
-    def test_the_guides_programs_compile_with_the_library(self, program, tmp_path):
-        iec2c(LIBRARY + program, tmp_path)
