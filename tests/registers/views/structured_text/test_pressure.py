@@ -172,6 +172,16 @@ def test_a_clear_whose_answer_is_lost_is_repeated_and_runs_once(holding):
     assert holding.drive.instrument.command().clear == before + 1
 
 
+def test_a_command_that_is_withdrawn_before_anybody_answered_does_not_run_later(holding):
+    trip(holding)
+    holding.lost = {520}
+    holding.run(0.3, Hold=False, Run=True)
+    holding.lost = set()
+    holding.run(1.0, Run=False)
+    assert 523 not in [address for address, *_ in holding.written]
+    assert holding.state == "tripped"
+
+
 def test_a_clear_while_the_cause_lasts_fails_with_the_reason(holding):
     holding.drive.causes.add(4)
     trip(holding)
@@ -193,6 +203,8 @@ def test_anothers_lease_is_a_refusal_with_its_reason(plc):
     plc.run(5.0, Hold=True)
     assert (plc.pressure["Refused"], plc.reason, plc.pressure["Ended"]) == (1, "lease", 1)
     assert plc.asked_to_hold() == []
+    written = len(plc.written)
+    assert len(plc.run(1.0).written) == written
 
 
 def test_a_master_that_loses_its_line_is_vented_by_the_lease_and_does_not_inflate_when_it_is_back(holding):
