@@ -46,7 +46,5 @@ def test_without_a_compiler_the_simulator_says_what_to_install(tmp_path):
         check=False,
     )
     assert refused.returncode == 2
-    assert refused.stderr.startswith(
-        "pneuforce: the simulator cannot start: the emulated board needs gcc: "
-    )
+    assert refused.stderr.startswith("pneuforce: the simulator cannot start: the emulated board needs gcc: ")
     assert len(refused.stderr.splitlines()) == 1
