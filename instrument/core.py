@@ -18,13 +18,7 @@ from instrument.obedience import Obedience
 from instrument.operations import Operations
 from instrument.refusal import Refusal
 from instrument.requests import PeerMemory, Peers, Situation, Wanted, verdict
-from instrument.rig.frames import (
-    Command,
-    CommandFlag,
-    Hello,
-    Mode,
-    Sample,
-)
+from instrument.rig.frames import Command, CommandFlag, Hello, Mode, Sample
 from instrument.rig.limits import HOST_SILENCE_S
 from instrument.rig.link import RawSample
 from instrument.settings import Settings
@@ -33,7 +27,7 @@ from instrument.vented import VentedWatch
 
 log = logging.getLogger("pneuforce")
 
-CONTACT_GRACE_S = 5.0  #: how long a contact may put off the vent after a lease has run out
+CONTACT_GRACE_S = 5.0  #: how long a contact may put off the vent where nobody commands any more
 ALARM_RISE_KPA = 6.0  #: a rise beyond any force worth measuring
 
 
@@ -136,7 +130,7 @@ class Instrument:
 
     @property
     def vent_pending(self) -> bool:
-        """Whether a lease has run out in contact and the vent waits for the contact to end."""
+        """Whether nobody commands any more and the vent waits for the contact to end."""
         return self._vent_due_s is not None
 
     @property
@@ -170,9 +164,14 @@ class Instrument:
 
     def _watch_lease(self, now_s: float) -> None:
         if self.lease.ran_out(now_s):
-            pressed = self.arming is Arming.HOLDING and self.measurement.in_contact
-            self.trip(HostFault.LEASE_EXPIRED)
-            self._vent_due_s = now_s + CONTACT_GRACE_S if pressed else None
+            self.abandoned(HostFault.LEASE_EXPIRED, now_s)
+
+    def abandoned(self, fault: int, now_s: float) -> None:
+        """Trip because nobody commands any more; in contact the vent waits for its end, at most 5 s."""
+        pressed = self.arming is Arming.HOLDING and self.measurement.in_contact
+        due_s = now_s + CONTACT_GRACE_S if pressed else self._vent_due_s
+        self.trip(fault)
+        self._vent_due_s = due_s
 
     def age_s(self, now_s: float) -> float:
         """Age of the latest sample [s], never negative."""

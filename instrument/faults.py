@@ -20,6 +20,7 @@ class HostFault(IntEnum):
     DISAGREEMENT = 38  #: the board does not hold though it was told to
     NOT_VENTED = 39  #: the board does not vent though it was told to
     FORCE_LIMIT = 40  #: the force limit was passed, and the configuration says to vent then
+    CAN_MASTER_LOST = 41  #: the CANopen master's heartbeat, which was watched, stays away
 
 
 #: Status bit of each fault; a fault without one shows in state, first fault and "failure".

@@ -28,6 +28,10 @@ class Source(Protocol):
         """
         ...
 
+    def master_lost(self, now_s: float) -> None:
+        """Hear that the CAN master, whose heartbeat the bus watches, is silent: nobody commands any more."""
+        ...
+
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Hear of a request to write that its bus refused and never brought here, for whoever keeps a log."""
         ...

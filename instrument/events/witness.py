@@ -11,6 +11,7 @@ from instrument.core import Instrument
 from instrument.events.changes import Seen, changes
 from instrument.events.record import Facts, Moment, Record
 from instrument.events.sieve import Deed, Sieve
+from instrument.faults import HostFault
 from instrument.lease import Peer
 from instrument.refusal import Refusal
 from instrument.snapshot import Snapshot, standing, state_of
@@ -86,6 +87,11 @@ class Witness:
             self._orders[_who(peer)] = self._instrument.commands(peer)
         self._look(now_s)
         return refusal
+
+    def master_lost(self, now_s: float) -> None:
+        """Have the instrument do without its CAN master."""
+        self._instrument.abandoned(HostFault.CAN_MASTER_LOST, now_s)
+        self._look(now_s)
 
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Put down a request to write that did not get as far as the instrument."""

@@ -105,7 +105,8 @@ def test_a_hard_push_raises_the_force_alarm_within_one_sample():
 
 
 #: Shown by state, first fault and "failure"; bit 9 itself follows the silence and does not latch.
-WITHOUT_A_BIT = {Fault.NONE, Fault.HOST_SILENT, HostFault.LINK_LOST, HostFault.FORCE_LIMIT}
+WITHOUT_A_BIT = {Fault.NONE, Fault.HOST_SILENT}
+WITHOUT_A_BIT |= {HostFault.LINK_LOST, HostFault.FORCE_LIMIT, HostFault.CAN_MASTER_LOST}
 
 
 class TestFaults:

@@ -190,3 +190,32 @@ class TestDemanded:
         drive = Drive.ready(lease_demanded=True)
         drive.must(SETPOINT)
         drive.must(VENT)
+
+
+def test_a_lost_can_master_vents_and_trips_a_free_balloon_at_once():
+    drive = Drive.holding(ROBOT)
+    drive.instrument.abandoned(HostFault.CAN_MASTER_LOST, drive.now_s)
+    drive.run(0.05)
+    assert not drive.inflates
+    assert (drive.see().state, drive.see().first_fault) == ("tripped", HostFault.CAN_MASTER_LOST)
+
+
+def test_a_lost_can_master_leaves_a_pressed_balloon_locked_for_five_seconds_at_most():
+    drive = Drive.holding(ROBOT)
+    drive.push_kpa = 1.0
+    drive.run(0.5)
+    drive.instrument.abandoned(HostFault.CAN_MASTER_LOST, drive.now_s)
+    drive.run(4.8)
+    assert drive.inflates
+    drive.run(0.3)
+    assert not drive.inflates
+
+
+def test_a_master_lost_in_the_grace_of_a_lease_neither_ends_nor_lengthens_it():
+    drive = pressed_and_run_out()
+    drive.run(2.0)
+    drive.instrument.abandoned(HostFault.CAN_MASTER_LOST, drive.now_s)
+    drive.run(2.8)
+    assert drive.inflates
+    drive.run(0.2)
+    assert not drive.inflates

@@ -30,6 +30,7 @@ class Rig:
         self.refusal = "none"
         self.written = []
         self.turned_away = []
+        self.masters_lost = []
 
     def set(self, **values):
         self.now = self.now._replace(**values)
@@ -41,6 +42,9 @@ class Rig:
         assert peer.channel == "can"
         self.written.append(dict(values))
         return self.refusal
+
+    def master_lost(self, now_s):
+        self.masters_lost.append(now_s)
 
     def refused(self, peer, request, why, now_s):
         assert peer.channel == "can"
