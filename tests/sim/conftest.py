@@ -166,6 +166,10 @@ class Bench:
         assert self.state is BoardState.INFLATING
         return self
 
+    def settling(self, setpoint_pa=8000):
+        self.inflating(setpoint_pa).until_state(BoardState.SETTLING, 3)
+        return self
+
     def holding(self, setpoint_pa=8000):
         self.vented().tell(hold(setpoint_pa)).until_state(BoardState.HOLDING, 8)
         self.run(0.5)

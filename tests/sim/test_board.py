@@ -210,7 +210,7 @@ def test_a_clear_never_moves_a_valve(bench):
     assert bench.state is S.HOLDING
 
 
-@pytest.mark.parametrize("where", ["inflating", "holding"])
+@pytest.mark.parametrize("where", ["inflating", "settling", "holding"])
 def test_a_vent_message_vents_and_a_continued_hold_does_not_inflate_again(bench, where):
     getattr(bench, where)()
     bench.to_send = bench.frame(Vent())
@@ -228,8 +228,9 @@ def test_a_vent_message_needs_no_greeting_and_no_order(bench):
     assert bench.board.valves == Valve.NONE
 
 
-def test_a_new_greeting_vents_an_unfinished_inflation(bench):
-    bench.inflating().greet()
+@pytest.mark.parametrize("where", ["inflating", "settling"])
+def test_a_new_greeting_vents_an_unfinished_inflation(bench, where):
+    getattr(bench, where)().greet()
     assert bench.state is S.VENTING
     bench.run(10)
     assert bench.state is S.VENTED

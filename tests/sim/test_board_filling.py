@@ -156,7 +156,7 @@ def test_nothing_is_topped_up_in_contact(bench):
     assert bench.state is S.HOLDING
 
 
-@pytest.mark.parametrize("where", ["inflating", "holding"])
+@pytest.mark.parametrize("where", ["inflating", "settling", "holding"])
 def test_a_vent_command_vents_at_once(bench, where):
     getattr(bench, where)().tell(vent()).step()
     assert bench.last().valves == Valve.NONE

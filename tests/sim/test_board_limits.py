@@ -66,7 +66,7 @@ def test_a_silent_host_is_forgiven_only_after_it_speaks_and_clears(bench):
 
 
 @pytest.mark.parametrize("adc_sum", [0, 163, 16041, 16368])
-@pytest.mark.parametrize("where", ["vented", "inflating", "holding"])
+@pytest.mark.parametrize("where", ["vented", "inflating", "settling", "holding"])
 def test_a_sensor_open_or_short_vents_within_100_ms(bench, where, adc_sum):
     getattr(bench, where)().adc_sum = adc_sum
     assert seconds_to_trip(bench, Fault.SENSOR, 0.2) <= 0.1
@@ -117,7 +117,7 @@ def test_an_adc_sum_that_stands_still_in_a_locked_balloon_is_no_fault(bench):
 
 
 @pytest.mark.parametrize(("edge_mv", "steps"), [(0, 0), (4750, -1), (5250, 1), (65535, 0)])
-@pytest.mark.parametrize("where", ["vented", "inflating", "holding"])
+@pytest.mark.parametrize("where", ["vented", "inflating", "settling", "holding"])
 def test_a_supply_outside_its_span_vents(bench, where, edge_mv, steps):
     getattr(bench, where)().supply_mv = edge_mv + steps * bench.supply_step_mv
     assert seconds_to_trip(bench, Fault.SUPPLY_VOLTAGE, 0.1) <= 0.07
