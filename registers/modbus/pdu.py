@@ -10,8 +10,8 @@ from registers.modbus.bank import VENT, Bank, asks_vent, discrete_inputs
 from registers.modbus.codes import Code, exception
 from registers.modbus.identity import FUNCTION as IDENTIFICATION
 from registers.modbus.identity import Identity
-from registers.modbus.log import SparingLog
 from registers.source import Peer, Source
+from registers.sparing_log import SparingLog
 
 MOST_BITS_READ, MOST_BITS_WRITTEN = 2000, 1968
 MOST_WORDS_READ, MOST_WORDS_WRITTEN, MOST_WORDS_EXCHANGED = 125, 123, 121

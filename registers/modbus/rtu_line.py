@@ -15,10 +15,10 @@ from typing import Literal
 
 import serial
 
-from registers.modbus.log import SparingLog
 from registers.modbus.rtu import Timing
 from registers.modbus.rtu_unit import Unit
 from registers.source import Source
+from registers.sparing_log import SparingLog
 
 _log = logging.getLogger(__name__)
 

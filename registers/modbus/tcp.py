@@ -14,10 +14,10 @@ from registers.modbus.bank import Bank
 from registers.modbus.connection import Connection
 from registers.modbus.descriptors import ACCEPTED_AT_ONCE, make_room
 from registers.modbus.identity import Identity
-from registers.modbus.log import SparingLog
 from registers.modbus.pdu import Responder
 from registers.modbus.turns import Turns
 from registers.source import Source
+from registers.sparing_log import SparingLog
 
 #: Unit identifiers by which a TCP master may mean "whoever is at this address".
 _ANY_UNIT = frozenset((0, 255))
