@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import calibrate_commands, event_commands, force_commands, rig_commands
-from instrument.cli.options import Json, Parity
+from instrument.cli import calibrate_commands, can_commands, event_commands, force_commands, rig_commands
+from instrument.cli.options import Json, Parity, Seconds
 
 app = typer.Typer(
     name="pneuforce",
@@ -20,6 +20,7 @@ app = typer.Typer(
 )
 app.add_typer(force_commands.commands)
 app.add_typer(rig_commands.commands)
+app.add_typer(can_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(event_commands.commands, name="log")
 
@@ -33,6 +34,8 @@ class MapFormat(Enum):
     CSV = "csv"
     JSON = "json"
     DBC = "dbc"
+    EDS = "eds"
+    OBJECTS = "objects"
     ST = "st"
     H = "h"
 
@@ -57,9 +60,6 @@ ScenarioName = Annotated[
 Seed = Annotated[int | None, typer.Option(help="Seed of the noise, instead of the scenario's.", min=0)]
 BoardOption = Annotated[
     BoardName, typer.Option("--board", help="The board in Python, or the firmware on an emulated ATmega328P.")
-]
-Seconds = Annotated[
-    float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, at Ctrl-C.")
 ]
 
 
@@ -239,7 +239,8 @@ def watch(
     Example: pneuforce watch modbus --seconds 5
     """
     from instrument.cli.observe import NodeAt
-    from instrument.cli.watch import watch_can, watch_modbus
+    from instrument.cli.watch_can import watch_can
+    from instrument.cli.watch_modbus import watch_modbus
     from registers.can.bus import BusAt
     from registers.modbus.client import Plc
 
