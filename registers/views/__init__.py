@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from registers.views import c_header, dbc, markdown, structured_text, table_csv, tree_json
+from registers.views import c_header, dbc, eds, markdown, object_table, structured_text, table_csv, tree_json
 
 
 class View(NamedTuple):
@@ -20,6 +20,8 @@ VIEWS = {
     "csv": View(table_csv.render, "docs/registers.csv"),
     "json": View(tree_json.render, "docs/registers.json"),
     "dbc": View(dbc.render, "docs/pneuforce.dbc"),
+    "eds": View(eds.render, "docs/pneuforce.eds"),
+    "objects": View(object_table.render, "docs/canopen-objects.md"),
     "st": View(structured_text.render, "docs/plc/pneuforce.st"),
     "h": View(c_header.render, "docs/plc/pneuforce_registers.h"),
 }

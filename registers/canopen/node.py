@@ -1,0 +1,218 @@
+"""The CANopen slave without I/O: frames in, frames out, time an argument; the same seam as the raw node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from registers.can.command import CAN, MALFORMED, CommandDesk, Reply
+from registers.can.frames import COMMAND, COMMAND_MODES, EMERGENCY, FORCE, FRAMES, HEARTBEAT, Frame, encode
+from registers.can.node import Counters
+from registers.can.options import Options
+from registers.can.wire import CanFrame, Kind
+from registers.canopen import nmt
+from registers.canopen.communication import (
+    EMERGENCY_INHIBIT,
+    ERROR_FIELD,
+    MASTER,
+    OFF,
+    ON_ERROR,
+    PRODUCER,
+    RPDO_COB_ID,
+    TPDOS,
+)
+from registers.canopen.emergency import Emergencies
+from registers.canopen.heartbeat import Consumer, Producer, watched
+from registers.canopen.nmt import Service
+from registers.canopen.occasions import Occasions
+from registers.canopen.parameters import Parameters
+from registers.canopen.pdo import Tpdo
+from registers.canopen.readings import Identity, Told, readings
+from registers.canopen.sdo import SdoServer
+from registers.canopen.store import Store
+from registers.source import Source
+
+SYNC_ID = 0x080
+SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
+_MODE_AT = next(at for at, field in COMMAND.placed if field.name == "mode")
+_VENT = COMMAND_MODES.codes["vent"]
+
+
+class CanopenNode:
+    """One source as a slave. No NMT command moves a valve; leases and the watch over the master do."""
+
+    def __init__(self, source: Source, options: Options, identity: Identity) -> None:
+        self.options = options
+        self.counters = Counters()
+        self.heartbeat_id = HEARTBEAT.base_id + options.node_id
+        self._source = source
+        self._parameters = Parameters(options)
+        self._desk = CommandDesk(source)
+        self._occasions = Occasions(options.force_rate_hz)
+        self._master = Consumer()
+        self._beat = Producer()
+        self._told = Told()
+        self._emergencies = Emergencies()
+        self._tpdos = {
+            tpdo[0].name: Tpdo(number, tpdo[0], self._parameters) for number, tpdo in enumerate(TPDOS)
+        }
+        own = readings(identity, self._told, lambda: self._emergencies)
+        self._store = Store(source, self._parameters, options.node_id, own)
+        self._store.on_write = {
+            ERROR_FIELD: lambda _: self._emergencies.history.clear(),
+            MASTER: lambda _: self._master.begin(),
+            PRODUCER: self._begin_to_beat,
+        }
+        self._sdo = SdoServer(self._store)
+        self._state = "boot_up"
+        self._handlers: Mapping[int, Callable[[bytes, float], list[CanFrame]]] = {
+            nmt.NMT_ID: self._manage,
+            SYNC_ID: self._sync,
+            SDO_REQUEST + options.node_id: self._serve,
+            COMMAND.base_id + options.node_id: self._command,
+        }
+        own_ids = {frame.base_id + options.node_id for frame in FRAMES}
+        self._ids = own_ids | set(self._handlers) | {SDO_ANSWER + options.node_id}
+
+    # ---- to the bus
+
+    def on_sample(self, now_s: float) -> list[CanFrame]:
+        """Frames due at a new sample."""
+        snapshot = self._source.snapshot(CAN, now_s)
+        self._note(self._occasions.at_sample(snapshot))
+        return self._errors(snapshot, now_s) + self._due(snapshot, now_s)
+
+    def tick(self, now_s: float) -> list[CanFrame]:
+        """Frames due by time alone; to be called every 10 ms, with samples or without."""
+        snapshot = self._source.snapshot(CAN, now_s)
+        frames = self._boot(now_s) if self._state == "boot_up" else []
+        if self._master.ran_out(now_s):
+            self._lose_master(now_s)
+            snapshot = self._source.snapshot(CAN, now_s)
+        if self._beat.due(now_s, self._parameters[PRODUCER] / 1e3):
+            frames.append(self._frame(HEARTBEAT, None, node_state=self._state))
+        self._note(self._occasions.at_tick(snapshot, now_s))
+        self._answer(self._desk.ended(snapshot))
+        given_up = self._sdo.tick(now_s)
+        if given_up and self._admits(Service.SDO):
+            frames.append(self._sdo_frame(given_up))
+        return frames + self._errors(snapshot, now_s) + self._due(snapshot, now_s)
+
+    def _boot(self, now_s: float) -> list[CanFrame]:
+        self._state = nmt.PRE_OPERATIONAL
+        self._begin_to_beat(now_s)
+        return [self._frame(HEARTBEAT, None, node_state="boot_up")]
+
+    def _begin_to_beat(self, now_s: float) -> None:
+        self._beat.begin(now_s, self._parameters[PRODUCER] / 1e3)
+
+    def _admits(self, service: Service) -> bool:
+        return service in nmt.ADMITTED.get(self._state, ())
+
+    def _note(self, events: set[str]) -> None:
+        for name in events:
+            self._tpdos[name].event()
+
+    def _due(self, snapshot: Any, now_s: float) -> list[CanFrame]:
+        if not self._admits(Service.PDO):
+            return []
+        return [self._pdo(tpdo.frame, snapshot) for tpdo in self._tpdos.values() if tpdo.due(now_s)]
+
+    def _pdo(self, frame: Frame, snapshot: Any) -> CanFrame:
+        if frame is FORCE:
+            self._told.counter = (self._told.counter + 1) & 0xFF
+        return self._frame(frame, snapshot, **self._told.own(frame))
+
+    def _errors(self, snapshot: Any, now_s: float) -> list[CanFrame]:
+        self._emergencies.follow(snapshot.faults, master_lost=self._master.lost)
+        if not self._admits(Service.EMERGENCY):
+            return []
+        return [
+            self._frame(EMERGENCY, snapshot, error_code=code, error_register=register)
+            for code, register in self._emergencies.due(now_s, self._parameters[EMERGENCY_INHIBIT] / 1e4)
+        ]
+
+    def _lose_master(self, now_s: float) -> None:
+        self._source.master_lost(now_s)
+        if self._state == nmt.OPERATIONAL:
+            self._enter(nmt.ON_ERROR.get(self._parameters[ON_ERROR], self._state))
+
+    def _frame(self, frame: Frame, snapshot: Any, **own: Any) -> CanFrame:
+        return CanFrame(frame.base_id + self.options.node_id, encode(frame, snapshot, **own))
+
+    def _sdo_frame(self, data: bytes) -> CanFrame:
+        return CanFrame(SDO_ANSWER + self.options.node_id, data)
+
+    # ---- from the bus
+
+    def hears(self, frame: CanFrame) -> bool:
+        """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
+        return frame.id in self._ids or frame.id == self._master_id or Kind.ERROR in frame.kind
+
+    @property
+    def _master_id(self) -> int | None:
+        node_id, _ = watched(self._parameters[MASTER])
+        return HEARTBEAT.base_id + node_id if node_id else None
+
+    def receive(self, frame: CanFrame, now_s: float) -> list[CanFrame]:
+        """Frames that answer one received; only data frames with an 11-bit identifier are obeyed."""
+        if not self.hears(frame):
+            return []
+        handler = self._handlers.get(frame.id)
+        if handler is None and frame.id == self._master_id and len(frame.data) == 1:
+            handler = self._watch
+        if frame.kind or handler is None:
+            self.counters.ignored += 1
+            return []
+        return handler(frame.data, now_s)
+
+    def _manage(self, data: bytes, now_s: float) -> list[CanFrame]:
+        command = nmt.command_for(data, self.options.node_id)
+        if command in nmt.RESETS:
+            self._parameters.reset()
+            self._emergencies = Emergencies()
+            self._sdo = SdoServer(self._store)
+            return self._boot(now_s)
+        if command is not None and self._state != "boot_up":
+            self._enter(nmt.COMMANDS[command])
+        return []
+
+    def _enter(self, state: str) -> None:
+        if state == nmt.OPERATIONAL != self._state:
+            for tpdo in self._tpdos.values():
+                tpdo.begin()
+        self._state = state
+
+    def _sync(self, data: bytes, now_s: float) -> list[CanFrame]:
+        if len(data) > 1 or not self._admits(Service.PDO):
+            return []
+        snapshot = self._source.snapshot(CAN, now_s)
+        return [self._pdo(tpdo.frame, snapshot) for tpdo in self._tpdos.values() if tpdo.due_at_sync()]
+
+    def _serve(self, data: bytes, now_s: float) -> list[CanFrame]:
+        answer = self._sdo.take(data, now_s) if self._admits(Service.SDO) else None
+        return [self._sdo_frame(answer)] if answer else []
+
+    def _watch(self, _data: bytes, now_s: float) -> list[CanFrame]:
+        self._master.heard(now_s, watched(self._parameters[MASTER])[1])
+        return []
+
+    def _command(self, data: bytes, now_s: float) -> list[CanFrame]:
+        """A Command is taken in Operational; one that vents is taken in every state."""
+        self.counters.commands += 1
+        listening = self._admits(Service.PDO) and not self._parameters[RPDO_COB_ID] & OFF
+        vents = len(data) == COMMAND.length and data[_MODE_AT] == _VENT
+        if not listening and not vents:
+            self.counters.ignored += 1
+            return []
+        self._told.command = data if len(data) == COMMAND.length else self._told.command
+        reply = self._desk.take(data, now_s)
+        if reply and reply.result in MALFORMED:
+            self._source.refused(CAN, data, reply.result, now_s)
+        self._answer(reply)
+        return self._due(self._source.snapshot(CAN, now_s), now_s)
+
+    def _answer(self, reply: Reply | None) -> None:
+        if reply is not None:
+            self._told.reply = reply
+            self._tpdos["Answer"].event()

@@ -1,0 +1,159 @@
+"""What reaches the instrument from a CANopen master, and what does not."""
+
+import pytest
+
+from registers.canopen.dictionary import ENTRIES
+from registers.map import REFUSALS
+from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
+from tests.registers.canopen.talking import Master, agrees, told
+
+VENT = {"mode": "vent"}
+VENT_BY_PDO = "205 00 00 00 01 00 00 00 00"
+VENT_BY_SDO = "605 2B 04 22 00 00 00"
+
+WRITES = [
+    ("605 23 00 22 00 00 00 00 41", {"setpoint_requested_kpa": 8.0}),
+    ("605 2B 20 22 00 40 1F", {"setpoint_requested_kpa": 8.0}),
+    ("605 2B 04 22 00 01", {"mode": "hold"}),
+    ("605 2B 05 22 00 E8 03", {"lease_s": 1.0}),
+    ("605 2B 05 22 00 00", {"lease_s": 0.0}),
+    ("605 2B 08 22 00 46 50", {"command_key": 0x5046}),
+    ("605 2B 09 22 00 02", {"command_code": "clear_faults"}),
+    ("605 23 02 22 00 00 00 00 40", {"force_limit_n": 2.0}),
+]
+
+
+@pytest.mark.parametrize(("said", "written"), WRITES, ids=[str(row[1]) for row in WRITES])
+def test_a_written_register_is_asked_of_the_instrument(said, written):
+    master = Master()
+    (answer,) = master.say(said)
+    assert answer.data[0] == 0x60
+    assert master.rig.written == [written]
+
+
+@pytest.mark.parametrize("state", [PRE, OPERATIONAL, STOPPED])
+def test_a_vent_by_pdo_passes_in_every_state(state):
+    master = Master(state)
+    master.rig.refusal = "lease"
+    master.say(VENT_BY_PDO)
+    assert VENT.items() <= master.rig.written[-1].items()
+
+
+def test_a_vent_passes_even_before_the_boot_up_and_with_the_rpdo_off():
+    master = Master(OPERATIONAL)
+    master.say("605 23 00 14 01 05 02 00 80")
+    master.say(VENT_BY_PDO)
+    assert master.rig.written
+
+
+@pytest.mark.parametrize("state", [PRE, OPERATIONAL])
+@pytest.mark.parametrize("said", [VENT_BY_SDO, "605 2F 10 28 02 00"])
+def test_a_vent_by_sdo_passes_wherever_there_is_sdo(state, said):
+    master = Master(state)
+    master.say(said)
+    assert master.rig.written == [VENT]
+
+
+@pytest.mark.parametrize(
+    "said", ["205 40 1F 01 01 00 00 00 00", "205 00 00 02 01 00 00 00 00", "205 00 00 00 01"]
+)
+@pytest.mark.parametrize("state", [PRE, STOPPED])
+def test_nothing_but_a_whole_vent_is_taken_outside_operational(state, said):
+    master = Master(state)
+    assert master.say(said) == []
+    assert master.rig.written == []
+    assert master.node.counters.ignored == 1
+
+
+NMT = ["000 01 05", "000 02 05", "000 80 05", "000 81 05", "000 82 00"]
+
+
+@pytest.mark.parametrize("said", NMT)
+@pytest.mark.parametrize("state", [PRE, OPERATIONAL, STOPPED])
+def test_no_nmt_command_asks_anything_of_the_instrument(state, said):
+    master = Master(state)
+    master.say(said)
+    master.wait(1.0)
+    assert (master.rig.written, master.rig.masters_lost) == ([], [])
+
+
+@pytest.mark.parametrize("refusal", [name for name in REFUSALS.codes if name != "none"])
+def test_a_refusal_says_whether_it_is_for_the_asker_or_for_the_state(refusal):
+    master = Master()
+    master.rig.refusal = refusal
+    frames = master.say("605 2B 04 22 00 01")
+    code = "21" if refusal in ("lease", "write_lock") else "22"
+    assert agrees(f"585 80 04 22 00 {code} 00 00 08", frames), told(frames)
+
+
+def test_what_is_out_of_limits_is_told_to_whoever_keeps_a_log_and_goes_no_further():
+    master = Master()
+    master.say("605 23 00 22 00 00 00 48 41")
+    master.say("605 23 00 20 00 00 00 00 00")
+    master.say("605 2F 29 10 01 03")  # a parameter of the bus
+    assert master.rig.written == []
+    assert master.rig.turned_away == [
+        (bytes.fromhex("002200 00004841"), "value too high"),
+        (bytes.fromhex("002000"), "attempt to write a read-only object"),
+    ]
+
+
+def test_a_segmented_write_asks_once_and_whole():
+    master = Master()
+    master.say("605 21 00 22 00 04")
+    master.say("605 0A 00 00")
+    assert master.rig.written == []
+    master.say("605 1B 00 41")
+    assert master.rig.written == [{"setpoint_requested_kpa": 8.0}]
+
+
+def test_a_segmented_write_that_is_given_up_writes_nothing():
+    master = Master()
+    master.say("605 21 00 22 00 04")
+    master.say("605 0A 00 00")
+    master.wait(3.0)
+    master.say("605 1B 00 41")
+    assert master.rig.written == []
+
+
+def test_a_lost_master_is_told_once_and_again_only_after_it_came_back():
+    master = Master()
+    master.say("605 23 16 10 01 F4 01 7F 00")
+    master.wait(2.0)
+    assert master.rig.masters_lost == []
+    master.say("77F 05")
+    master.wait(2.0)
+    assert master.rig.masters_lost == [pytest.approx(2.51)]
+    master.say("77F 05")
+    master.wait(0.4)
+    assert len(master.rig.masters_lost) == 1
+    master.wait(1.0)
+    assert len(master.rig.masters_lost) == 2
+
+
+def test_a_master_that_ends_its_watch_is_not_lost():
+    master = Master()
+    master.say("605 23 16 10 01 F4 01 7F 00")
+    master.say("77F 05")
+    master.say("605 23 16 10 01")
+    master.wait(2.0)
+    assert master.rig.masters_lost == []
+
+
+@pytest.mark.parametrize(
+    "entry", [e for e in ENTRIES if e.access in ("ro", "const")], ids=lambda e: str(e.at)
+)
+def test_what_is_read_only_cannot_be_written(entry):
+    master = Master()
+    head = f"605 2F {entry.index & 0xFF:02X} {entry.index >> 8:02X} {entry.sub:02X} 00"
+    (answer,) = master.say(head)
+    assert answer.data[4:] == (0x0601_0002).to_bytes(4, "little")
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=lambda e: str(e.at))
+def test_every_entry_can_be_read_but_an_error_that_was_not(entry):
+    master = Master()
+    head = f"605 40 {entry.index & 0xFF:02X} {entry.index >> 8:02X} {entry.sub:02X}"
+    (answer,) = master.say(head)
+    none_yet = entry.index == 0x1003 and entry.sub
+    assert (answer.data[0] == 0x80) == bool(none_yet)
