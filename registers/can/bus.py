@@ -1,4 +1,4 @@
-"""A CAN interface through python-can: the one file that knows it, and imports it when a bus is opened.
+"""A CAN interface through python-can, imported when a bus is opened.
 
 Whatever python-can raises becomes OSError with a sentence.
 """
@@ -8,24 +8,23 @@ from __future__ import annotations
 import errno
 import logging
 import socket
-import struct
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from registers.can.socketcand import GREETING
+from registers.can.carrier import trouble_of
 from registers.can.wire import CanFrame, Kind
 
 if TYPE_CHECKING:
     import can
 
 WAIT_S = 0.1
-_GREETING_S = 1.0
-_SEND_BYTES = 2048  #: what the kernel may keep for a socketcand server that does not read
-_SEND_WAIT = struct.pack("ll", 0, 100_000)  #: [s, us]; python-can lets a send wait for ever
+_SEND_WAIT_S = 0.1  #: for room in the controller's buffer; what waits behind is dropped by the outbox
+_SEND_BYTES = 4096  #: five frames: what the kernel keeps while nobody acknowledges arrives late
 _BUS_OFF = 0x40  #: in an error frame of SocketCAN (linux/can/error.h, CAN_ERR_BUSOFF)
 
 
@@ -57,20 +56,20 @@ class Bus:
     """One open interface."""
 
     def __init__(self, at: BusAt) -> None:
-        """Open it. Raises OSError."""
+        """Open it. Raises OSError: no such interface, or one that takes no part in its bus."""
         import can
 
+        self.failure: Exception | None = None  #: why it must be opened anew, found by who sends
         self._can = can
         logging.getLogger("can").setLevel(logging.CRITICAL)  # it logs what it raises, and each split frame
         try:
-            self._bus = _opened(at)
-            self._link = _link(self._bus)
+            self._bus, self._trouble = _opened(at)
         except (can.CanError, OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or _sentence(error)
             raise OSError(f"CAN on {at} cannot be opened: {reason}") from None
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame. Raises BusFull, or OSError: the bus is gone."""
+        """Send one frame; waits for up to 0.1 s for room. Raises BusFull, or OSError: the bus is gone."""
         message = self._can.Message(
             arbitration_id=frame.id,
             data=frame.data,
@@ -78,10 +77,7 @@ class Bus:
             is_remote_frame=Kind.REMOTE in frame.kind,
         )
         try:
-            self._bus.send(message)
-        except BlockingIOError:
-            self._forget_unsent()
-            raise OSError("the server does not read") from None
+            self._bus.send(message, _SEND_WAIT_S)
         except self._can.CanError as error:
             full = error.error_code == errno.ENOBUFS or "buffer full" in str(error)
             raise (BusFull if full else OSError)(_sentence(error)) from None
@@ -96,26 +92,12 @@ class Bus:
         except self._can.CanError as error:
             raise OSError(_sentence(error)) from None
         if message is None:
-            if self._hung_up():
-                raise ConnectionResetError("the server closed the connection")
+            if trouble := self._trouble():
+                raise ConnectionError(trouble)
             return None
         if message.is_error_frame and message.arbitration_id & _BUS_OFF:
             raise OSError("the controller is bus-off")
         return message.timestamp, CanFrame(message.arbitration_id, bytes(message.data), _kind(message))
-
-    def _hung_up(self) -> bool:
-        """Whether the server of a socketcand bus has gone: python-can takes that for silence, and spins."""
-        if self._link is None:
-            return False
-        try:
-            return self._link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
-        except BlockingIOError:
-            return False
-
-    def _forget_unsent(self) -> None:
-        """Have the kernel throw away, on closing, what it could not send: it would arrive late."""
-        if self._link is not None:
-            self._link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
     def close(self) -> None:
         """Let the interface go."""
@@ -138,34 +120,22 @@ def listen(at: BusAt, stop: threading.Event) -> Iterator[tuple[float, CanFrame]]
         bus.close()
 
 
-def _opened(at: BusAt) -> can.BusABC:
+def _opened(at: BusAt) -> tuple[can.BusABC, Callable[[], str]]:
+    """The interface, and what tells why it has ended without a word; empty while it lives."""
+    if at.interface == "socketcand":
+        from registers.can.daemon import DaemonBus
+
+        daemon = DaemonBus(at.channel, at.host, at.port)
+        return daemon, daemon.trouble
+    trouble = partial(trouble_of, at.channel) if at.interface == "socketcan" else str
+    if trouble():
+        raise ConnectionError(trouble())
     import can
 
-    options: dict[str, Any] = {}
-    if at.interface == "socketcand":
-        _await_greeting(at)
-        options = {"host": at.host, "port": at.port, "tcp_tune": True}
-    return can.Bus(interface=at.interface, channel=at.channel, ignore_config=True, **options)
-
-
-def _link(bus: can.BusABC) -> socket.socket | None:
-    """The connection of a socketcand bus, set to fail rather than to keep frames for a server that stands."""
-    link: socket.socket | None = getattr(bus, "_SocketCanDaemonBus__socket", None)
-    if link is not None:
-        link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
-        link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_WAIT)
-    return link
-
-
-def _await_greeting(at: BusAt) -> None:
-    """See that a socketcand server is there: python-can hammers a closed port for 10 s, and waits for ever.
-
-    Raises OSError.
-    """
-    with socket.create_connection((at.host, at.port), _GREETING_S) as probe:
-        heard = probe.recv(len(GREETING))
-        if heard != GREETING:
-            raise OSError(f"no socketcand server answers there (heard {heard!r})")
+    bus = can.Bus(interface=at.interface, channel=at.channel, ignore_config=True)
+    if at.interface == "socketcan":
+        bus.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)  # type: ignore[attr-defined]
+    return bus, trouble
 
 
 def _sentence(error: Exception) -> str:

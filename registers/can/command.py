@@ -14,6 +14,11 @@ MALFORMED = frozenset(("length", "span", "sequence"))
 _SEQUENCE_AT = next(at for at, field in COMMAND.placed if field.name == "sequence")
 
 
+def vents(data: bytes) -> bool:
+    """Whether a Command with these bytes asks for a vent, which nothing refuses."""
+    return len(data) == COMMAND.length and COMMAND.codes(data)["mode"] == COMMAND_MODES.codes["vent"]
+
+
 class Reply(NamedTuple):
     """What the Answer frame has to say."""
 

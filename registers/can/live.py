@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -10,12 +11,16 @@ from dataclasses import dataclass
 
 from registers.can.bus import Bus, BusAt, BusFull
 from registers.can.outbox import Outbox
-from registers.can.wire import CanFrame
+from registers.can.patience import Patience
+from registers.can.wire import CanFrame, Kind
+from registers.sparing_log import SparingLog
 
 log = logging.getLogger(__name__)
 
 LISTEN_S = 1.2  #: for another node with our id; a heartbeat comes each second
 BACK_OFF_S = (0.1, 2.0)
+WELL_S = 5.0  #: of an open bus, after which the next failure is a new one
+SAY_PERIOD_S = 60.0
 
 
 @dataclass(slots=True)
@@ -26,6 +31,7 @@ class Counters:
     received: int = 0
     reopened: int = 0
     errors: int = 0  #: exceptions of whoever takes the frames
+    error_frames: int = 0  #: the controller's own reports
 
 
 class CanBus:
@@ -38,7 +44,10 @@ class CanBus:
         self._on_frame = on_frame
         self._outbox = Outbox()
         self._bus: Bus | None = None
-        self._broken: Exception | None = None  #: why the bus must be opened anew
+        self._opened_s = -math.inf
+        self._patience = Patience()
+        self._back_off_s = BACK_OFF_S[0]
+        self._say = SparingLog(log, SAY_PERIOD_S).say
         self._closing = threading.Event()
         self._threads = [
             threading.Thread(target=self._transmit, name="can-transmit", daemon=True),
@@ -51,21 +60,32 @@ class CanBus:
         Raises OSError, in a sentence: no such interface, or another node sends `heartbeat_id`.
         """
         bus = Bus(self.at)
-        if heartbeat_id is not None and self._heard(bus, heartbeat_id):
+        try:
+            if heartbeat_id is not None and self._heard(bus, heartbeat_id):
+                raise OSError(
+                    f"CAN node id {heartbeat_id & 0x7F} is taken on {self.at}: another node sends "
+                    f"{heartbeat_id:03X}h; choose another id"
+                )
+        except OSError:
             bus.close()
-            raise OSError(
-                f"CAN node id {heartbeat_id & 0x7F} is taken on {self.at}: another node sends "
-                f"{heartbeat_id:03X}h; choose another id"
-            )
-        self._bus = bus
+            raise
+        self._use(bus)
         for thread in self._threads:
             thread.start()
+
+    def _use(self, bus: Bus) -> None:
+        self._opened_s = time.monotonic()
+        self._patience.taken()
+        self._bus = bus
 
     def _heard(self, bus: Bus, heartbeat_id: int) -> bool:
         """Whether a heartbeat comes within 1.2 s, or until `close`. Raises OSError: the bus is gone."""
         until_s = time.monotonic() + LISTEN_S
         while time.monotonic() < until_s and not self._closing.is_set():
-            heard = bus.receive()
+            try:
+                heard = bus.receive()
+            except OSError as error:
+                raise OSError(f"CAN on {self.at} went down: {error}") from None
             if heard is not None and heard[1].id == heartbeat_id and not heard[1].kind:
                 return True
         return False
@@ -73,7 +93,12 @@ class CanBus:
     @property
     def is_up(self) -> bool:
         """Whether frames can be sent and received now."""
-        return self._bus is not None and self._broken is None
+        return self._is_open and not self._patience.has_ended(time.monotonic())
+
+    @property
+    def _is_open(self) -> bool:
+        bus = self._bus
+        return bus is not None and bus.failure is None
 
     @property
     def dropped(self) -> int:
@@ -82,7 +107,7 @@ class CanBus:
 
     def send(self, frame: CanFrame) -> None:
         """Have a frame sent; returns at once. To be called from one thread."""
-        if self.is_up:
+        if self._is_open:
             self._outbox.put(frame)
         else:
             self._outbox.drop()
@@ -112,56 +137,66 @@ class CanBus:
             bus.send(frame)
         except BusFull:
             self._outbox.drop()
+            now_s = time.monotonic()
+            if self._patience.refused(now_s):
+                self._say(now_s, "CAN is down: %s takes no frames; nobody there acknowledges them", self.at)
         except Exception as error:
             self._outbox.drop()
-            if bus is self._bus:
-                self._broken = error
+            bus.failure = error
         else:
             self.counters.sent += 1
+            if self._patience.taken():
+                self._say(time.monotonic(), "CAN is up again: %s takes frames", self.at)
 
     # ---- the thread that receives and reopens
 
     def _receive(self) -> None:
-        back_off_s = BACK_OFF_S[0]
         while not self._closing.is_set():
             if self._bus is not None:
-                back_off_s = BACK_OFF_S[0]
                 self._receive_one(self._bus)
-            elif not self._closing.wait(back_off_s):
-                back_off_s = min(2 * back_off_s, BACK_OFF_S[1])
+            elif not self._closing.wait(self._back_off_s):
                 self._reopen()
         self._let_go()
 
     def _receive_one(self, bus: Bus) -> None:
         try:
-            if self._broken is not None:
-                raise self._broken
+            if bus.failure is not None:
+                raise bus.failure
             heard = bus.receive()
         except Exception as error:
-            log.warning("CAN is down: %s: %s", self.at, str(error).partition("\n")[0])
+            self._say(time.monotonic(), "CAN is down: %s: %s", self.at, str(error).partition("\n")[0])
             self._let_go()
+            if time.monotonic() - self._opened_s > WELL_S:
+                self._back_off_s = BACK_OFF_S[0]
             return
         if heard is not None:
             self._hand_over(heard[1])
 
     def _hand_over(self, frame: CanFrame) -> None:
+        if Kind.ERROR in frame.kind:
+            self.counters.error_frames += 1
+            return
         self.counters.received += 1
         try:
             self._on_frame(frame)
         except Exception:
             self.counters.errors += 1
-            log.exception("CAN frame %03Xh dropped after an error of ours", frame.id)
+            self._say(
+                time.monotonic(), "CAN frame %03Xh dropped after an error of ours", frame.id, trace=True
+            )
 
     def _reopen(self) -> None:
+        self._back_off_s = min(2 * self._back_off_s, BACK_OFF_S[1])
         try:
-            self._bus = Bus(self.at)
+            bus = Bus(self.at)
         except Exception as error:
             log.debug("CAN is still down: %s", error)
             return
+        self._use(bus)
         self.counters.reopened += 1
-        log.warning("CAN is up again: %s", self.at)
+        self._say(time.monotonic(), "CAN is up again: %s", self.at)
 
     def _let_go(self) -> None:
-        bus, self._bus, self._broken = self._bus, None, None
+        bus, self._bus = self._bus, None
         if bus is not None:
             bus.close()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from registers.can.command import CAN, MALFORMED, CommandDesk, Reply
+from registers.can.decimation import Decimation
 from registers.can.frames import (
     ANSWER,
     COMMAND,
@@ -23,8 +24,8 @@ from registers.can.frames import (
     Frame,
     encode,
 )
-from registers.can.options import RIG_RATE_HZ, Options
-from registers.can.wire import CanFrame, Kind
+from registers.can.options import Options
+from registers.can.wire import CanFrame
 from registers.source import Source
 
 SILENCE_PERIOD_S = 0.1
@@ -36,7 +37,7 @@ class Counters:
     """What the node has seen since it was made."""
 
     commands: int = 0  #: received, well formed or not
-    ignored: int = 0  #: frames with one of our identifiers that are none of ours to obey, and error frames
+    ignored: int = 0  #: frames with one of our identifiers that are none of ours to obey
 
 
 @dataclass(slots=True)
@@ -72,7 +73,7 @@ class CanNode:
         self._desk = CommandDesk(source)
         self._ids = {frame.base_id + options.node_id for frame in FRAMES}
         self._counter = 0
-        self._credit = RIG_RATE_HZ - options.force_rate_hz  #: the first sample is sent
+        self._decimation = Decimation(options.force_rate_hz)
         self._silence = Cycle(SILENCE_PERIOD_S)
         self._state = Cycle(STATE.period_s)
         self._status = Cycle(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
@@ -83,14 +84,10 @@ class CanNode:
     # ---- to the bus
 
     def on_sample(self, now_s: float) -> list[CanFrame]:
-        """Frames due at a new sample: Force at its rate, counted in samples, and what has changed."""
+        """Frames due at a new sample: Force at its rate or with an alarm, and what has changed."""
         snapshot = self._source.snapshot(CAN, now_s)
-        frames = []
-        self._credit += self.options.force_rate_hz
-        if self._credit >= RIG_RATE_HZ:
-            self._credit -= RIG_RATE_HZ
-            frames.append(self._force(snapshot))
-        return frames + self._changes(snapshot, now_s)
+        taken = self._decimation.takes(alarm="force_limit" in snapshot.status)
+        return ([self._force(snapshot)] if taken else []) + self._changes(snapshot, now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:
         """Frames due by time alone; to be called every 10 ms, with samples or without."""
@@ -108,7 +105,7 @@ class CanNode:
 
     def _silent(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         """Force not available: at once when samples stop, then at 10 Hz; the next sample is sent at once."""
-        self._credit = RIG_RATE_HZ - self.options.force_rate_hz
+        self._decimation.restart()
         return [self._force(snapshot)] if self._silence.due(now_s) else []
 
     def _changes(self, snapshot: Any, now_s: float) -> list[CanFrame]:
@@ -146,7 +143,7 @@ class CanNode:
 
     def hears(self, frame: CanFrame) -> bool:
         """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
-        return frame.id in self._ids or Kind.ERROR in frame.kind
+        return frame.id in self._ids
 
     def receive(self, frame: CanFrame, now_s: float) -> list[CanFrame]:
         """Frames that answer one received: only a Command is obeyed, in a data frame with an 11-bit id."""

@@ -8,6 +8,7 @@ from registers.can.frames import DEFAULT_NODE_ID, FORCE, FRAMES, Frame
 from registers.can.wire import longest_bits
 
 RIG_RATE_HZ = 500
+ALARMS_PER_S = 50  #: Force frames sent early, at most: of a force that flickers about its limit
 HIGHEST_LOAD = 0.6
 
 
@@ -42,6 +43,8 @@ def bus_load(options: Options) -> float:
     """Share of the bus that the node's frames take at worst: fully stuffed, each at its highest rate."""
 
     def rate_hz(frame: Frame) -> float:
-        return options.force_rate_hz if frame is FORCE else frame.most_per_s
+        if frame is FORCE:
+            return min(options.force_rate_hz + ALARMS_PER_S, RIG_RATE_HZ)
+        return frame.most_per_s
 
     return sum(rate_hz(frame) * longest_bits(frame.length) for frame in FRAMES) / options.bit_rate

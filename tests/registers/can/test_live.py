@@ -41,7 +41,7 @@ class _Controller:
     """A bus that answers each send as told: what only a controller in hardware would do by itself."""
 
     def __init__(self, outcome):
-        self.outcome, self.closed = outcome, threading.Event()
+        self.outcome, self.closed, self.failure = outcome, threading.Event(), None
 
     def send(self, frame):
         if self.outcome is not None:

@@ -8,7 +8,7 @@ import pytest
 
 from registers.can.frames import EMERGENCY, FORCE, STATUS_FRAME, decode, read
 from registers.can.node import CanNode
-from registers.can.options import Options
+from registers.can.options import ALARMS_PER_S, Options
 from tests.registers.can.rig import Rig
 
 SAMPLE_S = 0.002
@@ -167,3 +167,45 @@ def test_another_node_id_moves_every_identifier(rig):
     frames = node.on_sample(0.0) + node.tick(0.0)
     assert {frame.id & 0x7F for frame in frames} == {127}
     assert FORCE.base_id + 127 in {frame.id for frame in frames}
+
+
+ALARM = frozenset({"holding", "force_valid", "force_limit"})
+
+
+@pytest.mark.parametrize("rate_hz", [1, 100, 500])
+def test_the_alarm_leaves_with_the_sample_that_raises_it_whatever_the_rate(rig, rate_hz):
+    node = CanNode(rig, Options(force_rate_hz=rate_hz))
+    run(node, 0.332)
+    rig.set(status=ALARM)
+    told = [read(frame, 5) for frame in node.on_sample(0.332)]
+    assert [declared.name for declared, _ in told] == ["Force", "Status"]
+    assert "force_limit" in told[0][1]["condensed_status"]
+    assert "force_limit" in told[1][1]["status"]
+
+
+def test_an_alarm_right_behind_a_status_does_not_wait_for_the_next_one(rig):
+    node = CanNode(rig, Options(force_rate_hz=1))
+    run(node, 0.33)
+    rig.set(state="settling")
+    assert [frame.id for frame in node.on_sample(0.33)] == [0x385]
+    rig.set(status=ALARM)
+    assert [frame.id for frame in node.on_sample(0.332)] == [0x185]
+
+
+def test_an_early_alarm_is_one_frame_more_and_moves_no_other(rig):
+    calm = of(run(CanNode(rig, Options()), 1.0), "Force")
+    node = CanNode(rig, Options())
+    sent = run(node, 0.502)
+    rig.set(status=ALARM)
+    sent += run(node, 0.498, start_s=0.502)
+    times_s, calm_s = ({round(now_s, 3) for now_s, _ in frames} for frames in (of(sent, "Force"), calm))
+    assert (times_s - calm_s, calm_s - times_s) == ({0.502}, set())
+
+
+def test_a_force_that_flickers_about_its_limit_stays_within_the_load_that_is_checked(rig):
+    for period in range(2, 12):
+        node, sent = CanNode(rig, Options()), 0
+        for step in range(5000):
+            rig.set(status=ALARM if step % period else ALARM - {"force_limit"})
+            sent += sum(frame.id == 0x185 for frame in node.on_sample(step * SAMPLE_S))
+        assert sent <= 10 * (100 + ALARMS_PER_S)
