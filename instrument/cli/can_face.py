@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from importlib.metadata import version
 from queue import SimpleQueue
 
 from instrument.config import Can
@@ -14,6 +15,8 @@ from registers.can.live import CanBus
 from registers.can.node import CanNode
 from registers.can.options import Options
 from registers.can.wire import CanFrame
+from registers.canopen.node import CanopenNode
+from registers.canopen.readings import Identity
 from registers.source import Source
 
 MOST_WAITING = 32  #: frames received and not yet looked at; more are dropped
@@ -27,12 +30,19 @@ def options_of(own: Can) -> Options:
         raise FaceError(str(error)) from None
 
 
+def node_of(source: Source, own: Can) -> CanNode | CanopenNode:
+    """The node of a configuration. Raises FaceError: a bus load above 60 %."""
+    if own.mode == "canopen":
+        return CanopenNode(source, options_of(own), Identity(software=version("pneuforce")))
+    return CanNode(source, options_of(own))
+
+
 class CanFace:
     """A node on a live bus, told of samples and time by the host."""
 
     def __init__(self, instrument: Instrument, source: Source, own: Can) -> None:
         """Set up the node. Raises FaceError: a bus load above 60 %."""
-        self.node = CanNode(source, options_of(own))
+        self.node = node_of(source, own)
         load(own.interface)
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)

@@ -193,6 +193,9 @@ class Can(Section):
     """CAN node."""
 
     enabled: bool = Field(False, description="send and receive CAN frames")
+    mode: Literal["raw", "canopen"] = Field(
+        "raw", description="raw: frames flow from the start; canopen: a CANopen node, started by its manager"
+    )
     interface: Literal["socketcan", "socketcand", "virtual"] = Field(
         "socketcan", description="socketcan on real hardware"
     )
