@@ -38,13 +38,18 @@ class Options:
                 f"by {load:.0%}; at most {HIGHEST_LOAD:.0%} is allowed: lower the rate or raise the bit rate"
             )
 
+    @property
+    def most_force_hz(self) -> int:
+        """Force frames per second at most, those that an alarm sends early with them."""
+        return min(self.force_rate_hz + ALARMS_PER_S, RIG_RATE_HZ)
+
 
 def bus_load(options: Options) -> float:
     """Share of the bus that the node's frames take at worst: fully stuffed, each at its highest rate."""
 
     def rate_hz(frame: Frame) -> float:
         if frame is FORCE:
-            return min(options.force_rate_hz + ALARMS_PER_S, RIG_RATE_HZ)
+            return options.most_force_hz
         return frame.most_per_s
 
     return sum(rate_hz(frame) * longest_bits(frame.length) for frame in FRAMES) / options.bit_rate

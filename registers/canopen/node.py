@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from registers.can.command import CAN, MALFORMED, CommandDesk, Reply
-from registers.can.frames import COMMAND, COMMAND_MODES, EMERGENCY, FORCE, FRAMES, HEARTBEAT, Frame, encode
+from registers.can.command import CAN, MALFORMED, CommandDesk, Reply, vents
+from registers.can.frames import ANSWER, COMMAND, EMERGENCY, FORCE, FRAMES, HEARTBEAT, Frame, encode
 from registers.can.node import Counters
 from registers.can.options import Options
-from registers.can.wire import CanFrame, Kind
+from registers.can.wire import CanFrame
 from registers.canopen import nmt
 from registers.canopen.communication import (
     EMERGENCY_INHIBIT,
@@ -34,8 +34,6 @@ from registers.source import Source
 
 SYNC_ID = 0x080
 SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
-_MODE_AT = next(at for at, field in COMMAND.placed if field.name == "mode")
-_VENT = COMMAND_MODES.codes["vent"]
 
 
 class CanopenNode:
@@ -147,7 +145,7 @@ class CanopenNode:
 
     def hears(self, frame: CanFrame) -> bool:
         """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
-        return frame.id in self._ids or frame.id == self._master_id or Kind.ERROR in frame.kind
+        return frame.id in self._ids or frame.id == self._master_id
 
     @property
     def _master_id(self) -> int | None:
@@ -201,8 +199,7 @@ class CanopenNode:
         """A Command is taken in Operational; one that vents is taken in every state."""
         self.counters.commands += 1
         listening = self._admits(Service.PDO) and not self._parameters[RPDO_COB_ID] & OFF
-        vents = len(data) == COMMAND.length and data[_MODE_AT] == _VENT
-        if not listening and not vents:
+        if not listening and not vents(data):
             self.counters.ignored += 1
             return []
         self._told.command = data if len(data) == COMMAND.length else self._told.command
@@ -215,4 +212,4 @@ class CanopenNode:
     def _answer(self, reply: Reply | None) -> None:
         if reply is not None:
             self._told.reply = reply
-            self._tpdos["Answer"].event()
+            self._tpdos[ANSWER.name].event()

@@ -56,7 +56,7 @@ def _pdo_hz(values: Mapping[Place, int], number: int, options: Options) -> float
     index = tpdo_at(number)
     if values[index, 1] & OFF or values[index, 2] not in BY_EVENT:
         return 0.0
-    events_hz = options.force_rate_hz if frame is FORCE else frame.most_per_s
+    events_hz = options.most_force_hz if frame is FORCE else frame.most_per_s
     more_hz = max(0.0, _hz(values[index, 5] / 1e3) - _hz(default_ms / 1e3))
     inhibit_s = values[index, 3] / 1e4
     return min(events_hz + more_hz, _hz(inhibit_s)) if inhibit_s else events_hz + more_hz

@@ -6,8 +6,9 @@ import math
 import pytest
 
 from registers.can.node import CanNode
-from registers.can.options import Options
+from registers.can.options import Options, bus_load
 from registers.can.wire import CanFrame
+from registers.canopen import parameters
 from tests.registers.can.rig import Rig
 from tests.registers.canopen.cases import OPERATIONAL
 from tests.registers.canopen.talking import Master
@@ -131,6 +132,12 @@ def test_a_master_cannot_load_the_bus_beyond_60_percent():
     assert answer.data[4:] == refused
     (answer,) = master.say("605 2B 00 18 05 0A")
     assert answer.data[0] == 0x60
+
+
+@pytest.mark.parametrize("rate_hz", [1, 100, 500])
+def test_out_of_the_box_it_loads_the_bus_as_raw_mode_does(rate_hz):
+    options = Options(force_rate_hz=rate_hz)
+    assert parameters.bus_load(parameters.Parameters(options), options) == pytest.approx(bus_load(options))
 
 
 def test_an_inhibit_time_makes_room_for_a_faster_timer():
