@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import time
 from importlib.metadata import version
-from queue import SimpleQueue
 
 from instrument.config import Can
 from instrument.core import Instrument
 from instrument.errors import FaceError
 from registers.can.bus import BusAt, load
+from registers.can.command import vents
+from registers.can.frames import COMMAND
+from registers.can.inbox import Inbox
 from registers.can.live import CanBus
 from registers.can.node import CanNode
 from registers.can.options import Options
+from registers.can.tally import Tally
 from registers.can.wire import CanFrame
 from registers.canopen.node import CanopenNode
 from registers.canopen.readings import Identity
 from registers.source import Source
 
-MOST_WAITING = 32  #: frames received and not yet looked at; more are dropped
+log = logging.getLogger("pneuforce")
 
 
 def options_of(own: Can) -> Options:
@@ -46,7 +50,9 @@ class CanFace:
         load(own.interface)
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)
-        self._waiting: SimpleQueue[CanFrame] = SimpleQueue()
+        self._inbox = Inbox(self._is_vent)
+        self._namesakes = 0
+        self._tally = Tally()
         self._instrument = instrument
         self._loop = asyncio.get_running_loop()
 
@@ -71,19 +77,37 @@ class CanFace:
         """Send what is due by time, and tell the instrument how the bus is."""
         self._instrument.can_down = not self.bus.is_up
         self._send(self.node.tick(now_s))
+        if line := self._tally.line(self._counts(), now_s):
+            log.warning("CAN: %s", line)
+
+    def _counts(self) -> dict[str, int]:
+        of_bus = self.bus.counters
+        return {
+            "frames not sent": self.bus.dropped,
+            "error frames": of_bus.error_frames,
+            "frames with our identifiers ignored": self.node.counters.ignored,
+            "frames cut from a flood": self._inbox.dropped,
+            "errors of ours": of_bus.errors,
+            f"heartbeats of another node with our id {self.node.options.node_id}": self._namesakes,
+        }
 
     def close(self) -> None:
         """Let the bus go."""
         self.bus.close()
 
     def _hand_over(self, frame: CanFrame) -> None:
-        """Called in the bus's thread; a flood is cut, so that it never holds up a sample."""
-        if self.node.hears(frame) and self._waiting.qsize() < MOST_WAITING:
-            self._waiting.put(frame)
+        """Called in the bus's thread."""
+        if self.node.hears(frame) and self._inbox.put(frame):
             self._loop.call_soon_threadsafe(self._take_one)
 
     def _take_one(self) -> None:
-        self._send(self.node.receive(self._waiting.get(), time.monotonic()))
+        frame = self._inbox.take()
+        self._namesakes += frame.id == self.node.heartbeat_id and not frame.kind
+        self._send(self.node.receive(frame, time.monotonic()))
+
+    def _is_vent(self, frame: CanFrame) -> bool:
+        at_us = frame.id == COMMAND.base_id + self.node.options.node_id and not frame.kind
+        return at_us and vents(frame.data)
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:

@@ -97,8 +97,8 @@ def _own(name: str, doc: str, values: Values | None = None, wire: Wire = U8) -> 
 FORCE = Frame(
     name="Force",
     base_id=0x180,
-    doc="TPDO1: every new sample, decimated to the configured rate (default 100 Hz), and at once the one that "
-    "raises the force alarm; when samples stop, at once and then at 10 Hz with the force not available.",
+    doc="TPDO1: every new sample, decimated to the configured rate (default 100 Hz), and at once the one "
+    "that raises the force alarm; when samples stop, at once and then at 10 Hz with the force not available.",
     period_s=0.01,
     most_per_s=500,
     fields=(
