@@ -1,9 +1,12 @@
 """What reaches the instrument from a CANopen master, and what does not."""
 
+import struct
+
 import pytest
 
 from registers.canopen.dictionary import ENTRIES
-from registers.map import REFUSALS
+from registers.map import REFUSALS, REGISTERS
+from tests.registers.can.rig import Rig
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
 from tests.registers.canopen.talking import Master, agrees, told
 
@@ -157,3 +160,14 @@ def test_every_entry_can_be_read_but_an_error_that_was_not(entry):
     (answer,) = master.say(head)
     none_yet = entry.index == 0x1003 and entry.sub
     assert (answer.data[0] == 0x80) == bool(none_yet)
+
+
+def test_every_register_reads_as_its_field_renders_the_snapshot():
+    rig = Rig(pressure_kpa=8.25, age_s=0.004, status=frozenset({"holding", "calibrated"}), balloon_id=70000)
+    master = Master(rig=rig)
+    for register in REGISTERS:
+        value = register.constant if register.quantity == "" else getattr(rig.now, register.quantity)
+        code = value if register.quantity == "" else register.encode(value)
+        low, high = register.address & 0xFF, 0x20 + (register.address >> 8)
+        (answer,) = master.say(f"605 40 {low:02X} {high:02X} 00")
+        assert answer.data[4:].startswith(struct.pack("<" + register.wire.code, code)), register.name

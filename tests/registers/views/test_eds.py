@@ -1,0 +1,144 @@
+"""The electronic data sheet: by the keys of CiA 306, and as another's CANopen library reads it."""
+
+import configparser
+import io
+import re
+
+import canopen
+import pytest
+
+from registers.can.frames import FRAMES
+from registers.canopen.communication import TPDOS
+from registers.canopen.dictionary import ENTRIES, OBJECTS
+from registers.views import eds
+
+NODE_ID = 9
+TEXT = eds.render()
+SHEET = configparser.RawConfigParser()
+SHEET.optionxform = str
+SHEET.read_string(TEXT)
+HEADS = {"FileInfo", "DeviceInfo", "DummyUsage", "Comments"}
+LISTS = {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"}
+
+FILE_INFO = {"FileName", "FileVersion", "FileRevision", "EDSVersion", "Description", "CreationTime"}
+FILE_INFO |= {"CreationDate", "CreatedBy", "ModificationTime", "ModificationDate", "ModifiedBy"}
+DEVICE_INFO = {"VendorName", "VendorNumber", "ProductName", "ProductNumber", "RevisionNumber", "OrderCode"}
+DEVICE_INFO |= {f"BaudRate_{rate}" for rate in (10, 20, 50, 125, 250, 500, 800, 1000)}
+DEVICE_INFO |= {"SimpleBootUpMaster", "SimpleBootUpSlave", "Granularity", "DynamicChannelsSupported"}
+DEVICE_INFO |= {"GroupMessaging", "NrOfRXPDO", "NrOfTXPDO", "LSS_Supported"}
+ENTRY_KEYS = {"ParameterName", "ObjectType", "DataType", "AccessType", "PDOMapping"}
+
+
+def as_read():
+    file = io.StringIO(TEXT)
+    file.name = "pneuforce.eds"
+    return canopen.import_od(file, NODE_ID)
+
+
+READ = as_read()
+
+each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: f"{entry.index:04X}.{entry.sub}")
+
+
+def variable(entry):
+    found = READ[entry.index]
+    return found if isinstance(found, canopen.objectdictionary.ODVariable) else found[entry.sub]
+
+
+@each_entry
+def test_another_reader_finds_each_entry_with_type_access_and_default(entry):
+    read = variable(entry)
+    assert (read.data_type, read.access_type, read.pdo_mappable) == (
+        entry.type.number, entry.access, entry.mappable
+    )  # fmt: skip
+    if entry.field is not None and entry.field.constant is not None:
+        assert read.default == pytest.approx(entry.field.constant)
+    elif entry.default is not None:
+        assert read.default == entry.default + NODE_ID * entry.plus_node_id
+    else:
+        assert read.default is None
+
+
+@each_entry
+def test_the_limits_are_those_that_the_node_keeps(entry):
+    section = f"{entry.index:04X}"
+    section = section if SHEET.has_option(section, "DataType") else f"{section}sub{entry.sub:X}"
+    told = [SHEET.get(section, key, fallback=None) for key in ("LowLimit", "HighLimit")]
+    assert [None if text is None else float(text) for text in told] == [entry.low, entry.high]
+
+
+def test_another_reader_finds_no_more_than_there_is():
+    assert set(READ) == {made.index for made in OBJECTS}
+
+
+def test_the_head_has_every_key():
+    assert set(SHEET["FileInfo"]) == FILE_INFO
+    assert set(SHEET["DeviceInfo"]) >= DEVICE_INFO
+    assert set(SHEET["DummyUsage"]) == {f"Dummy000{n}" for n in range(1, 8)}
+    assert len(SHEET["Comments"]) == 1 + int(SHEET["Comments"]["Lines"])
+
+
+def test_dates_and_times_are_written_as_the_standard_wants_them():
+    for what in ("Creation", "Modification"):
+        assert re.fullmatch(r"(0[1-9]|1[0-2]):[0-5]\d(AM|PM)", SHEET["FileInfo"][f"{what}Time"])
+        assert re.fullmatch(r"[01]\d-[0-3]\d-\d{4}", SHEET["FileInfo"][f"{what}Date"])
+
+
+def listed(name):
+    section = SHEET[name]
+    numbers = range(1, int(section["SupportedObjects"]) + 1)
+    assert set(section) == {"SupportedObjects", *map(str, numbers)}
+    return [int(section[str(number)], 16) for number in numbers]
+
+
+def test_each_object_is_in_the_list_that_its_index_says():
+    assert listed("MandatoryObjects") == [0x1000, 0x1001, 0x1018]
+    assert all(0x2000 <= index < 0x6000 for index in listed("ManufacturerObjects"))
+    optional = listed("OptionalObjects")
+    assert all(0x1000 <= index < 0x2000 or 0x6000 <= index < 0xA000 for index in optional)
+    assert sorted(index for name in LISTS for index in listed(name)) == [made.index for made in OBJECTS]
+
+
+def test_each_section_is_an_object_that_is_listed_with_its_sub_indices():
+    own = set(SHEET.sections()) - HEADS - LISTS
+    for made in OBJECTS:
+        section = f"{made.index:04X}"
+        if SHEET.has_option(section, "SubNumber"):
+            subs = {f"{section}sub{entry.sub:X}" for entry in made.entries}
+            assert int(SHEET[section]["SubNumber"], 16) == len(subs)
+            assert subs <= own
+            own -= subs
+        own.discard(section)
+    assert own == set()
+
+
+def test_each_entry_has_the_keys_of_an_entry():
+    entries = [section for name, section in SHEET.items() if "DataType" in section]
+    assert len(entries) == len(ENTRIES)
+    assert all(set(section) >= ENTRY_KEYS for section in entries)
+    assert {section["AccessType"] for section in entries} <= {"ro", "rw", "rww", "const"}
+
+
+def test_the_text_is_what_every_tool_reads():
+    assert TEXT.isascii()
+    assert max(map(len, TEXT.splitlines())) <= 255
+    assert all(1 <= len(section.get("ParameterName", "x")) <= 241 for section in SHEET.values())
+
+
+def test_the_mapping_covers_each_frame_byte_by_byte():
+    frames = [tpdo[0] for tpdo in TPDOS]
+    mapped = [READ[0x1A00 + number] for number in range(4)] + [READ[0x1600]]
+    commanded = next(frame for frame in FRAMES if frame.received)
+    for frame, mapping in zip([*frames, commanded], mapped, strict=True):
+        entries = [mapping[sub].default for sub in range(1, mapping[0].default + 1)]
+        named = [READ[code >> 16][code >> 8 & 0xFF] for code in entries]
+        assert [var.name for var in named] == [field.name for field in frame.fields]
+        assert [len(var) for var in named] == [code & 0xFF for code in entries]
+        assert sum(map(len, named)) == 8 * frame.length
+        assert all(var.pdo_mappable for var in named)
+
+
+def test_identifiers_are_those_of_the_frames():
+    for number, (frame, *_) in enumerate(TPDOS):
+        assert READ[0x1800 + number][1].default & 0x7FF == frame.base_id + NODE_ID
+    assert READ[0x1400][1].default == 0x200 + NODE_ID
