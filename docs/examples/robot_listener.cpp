@@ -1,0 +1,232 @@
+// A robot's force loop on pneuforce's CAN frames. Linux, C++17, no library; with pneuforce_can.hpp beside it.
+//
+//   g++ -std=c++17 -O2 -o robot_listener robot_listener.cpp
+//   ./robot_listener can0          listens
+//   ./robot_listener can0 8.0      vents, inflates to 8 kPa, keeps its lease; Ctrl-C vents
+//   ./robot_listener - 8.0         the same over candump lines, where the kernel has no CAN: those on stdin are
+//                                  received, those on stdout sent, and time is what the lines say
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <linux/can.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "pneuforce_can.hpp"
+
+constexpr double WANTED_N = 1.5, GAIN_MM_PER_S_N = 2.0, BACK_OFF_MM_PER_S = -5.0;
+
+// An admittance: on (+) while the force is too small, back (-) while it is too great, or not known.
+double speed_mm_per_s(const pneuforce::ForceInput &input, double now_s)
+{
+    pneuforce::Reading force_n = input.force_n(now_s);
+    if (!force_n.valid || input.above_limit())
+        return BACK_OFF_MM_PER_S;
+    return GAIN_MM_PER_S_N * (WANTED_N - force_n.value);
+}
+
+// ---- the two ways to a bus
+
+using pneuforce::Frame;
+constexpr int WAIT_MS = 20;
+
+struct Link {
+    virtual ~Link() = default;
+    virtual std::optional<Frame> receive() = 0; // nothing after 20 ms
+    virtual void send(const Frame &frame) = 0;  // what is lost here, the missing Answer tells
+    virtual double now_s() const = 0;
+    bool open = true;
+};
+
+class SocketCan : public Link {
+  public:
+    explicit SocketCan(const char *name) : socket_(::socket(PF_CAN, SOCK_RAW, CAN_RAW))
+    {
+        sockaddr_can address{};
+        address.can_family = AF_CAN;
+        address.can_ifindex = static_cast<int>(if_nametoindex(name));
+        can_filter filters[] = {{pneuforce::FORCE, EXACT}, {pneuforce::STATE, EXACT},
+                                {pneuforce::STATUS, EXACT}, {pneuforce::ANSWER, EXACT}};
+        open = socket_ >= 0 && address.can_ifindex > 0 &&
+               setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, filters, sizeof filters) == 0 &&
+               bind(socket_, reinterpret_cast<sockaddr *>(&address), sizeof address) == 0;
+        if (!open)
+            std::perror(name);
+    }
+    ~SocketCan() override { close(socket_); }
+
+    std::optional<Frame> receive() override
+    {
+        pollfd waiting{socket_, POLLIN, 0};
+        can_frame raw{};
+        if (poll(&waiting, 1, WAIT_MS) < 1 || read(socket_, &raw, sizeof raw) != sizeof raw)
+            return {};
+        Frame frame{raw.can_id & CAN_SFF_MASK, raw.can_dlc, {}};
+        std::memcpy(frame.data.data(), raw.data, sizeof raw.data);
+        return frame;
+    }
+
+    void send(const Frame &frame) override
+    {
+        can_frame raw{};
+        raw.can_id = frame.id;
+        raw.can_dlc = static_cast<std::uint8_t>(frame.length);
+        std::memcpy(raw.data, frame.data.data(), sizeof raw.data);
+        if (write(socket_, &raw, sizeof raw) != sizeof raw)
+            std::perror("not sent");
+    }
+
+    double now_s() const override
+    {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    }
+
+  private:
+    static constexpr canid_t EXACT = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
+    int socket_;
+};
+
+class CandumpLines : public Link {
+  public:
+    std::optional<Frame> receive() override
+    {
+        auto end = waiting_.find('\n');
+        if (end == std::string::npos)
+            return read_more();
+        std::string line = waiting_.substr(0, end);
+        waiting_.erase(0, end + 1);
+        return parsed(line);
+    }
+
+    void send(const Frame &frame) override
+    {
+        std::printf("(%.6f) can0 %03X#", now_s_, frame.id);
+        for (std::size_t at = 0; at < frame.length; at++)
+            std::printf("%02X", frame.data[at]);
+        std::puts("");
+    }
+
+    double now_s() const override { return now_s_; }
+
+  private:
+    std::optional<Frame> read_more()
+    {
+        pollfd stdin_{STDIN_FILENO, POLLIN, 0};
+        char bytes[4096];
+        if (poll(&stdin_, 1, WAIT_MS) < 1) {
+            now_s_ += WAIT_MS / 1000.0;
+            return {};
+        }
+        auto length = read(STDIN_FILENO, bytes, sizeof bytes);
+        open = length > 0;
+        waiting_.append(bytes, open ? static_cast<std::size_t>(length) : 0);
+        return {};
+    }
+
+    // "(1700000000.000000) can0 185#E803401F64008107"; a 29-bit or a remote frame is none of ours.
+    std::optional<Frame> parsed(const std::string &line)
+    {
+        double stamp_s = 0;
+        char id[9] = "", text[17] = "";
+        if (std::sscanf(line.c_str(), "(%lf) %*s %8[0-9A-Fa-f]#%16[0-9A-Fa-f]", &stamp_s, id, text) < 2)
+            return {};
+        now_s_ = stamp_s;
+        if (std::strlen(id) != 3)
+            return {};
+        Frame frame{static_cast<std::uint32_t>(std::strtoul(id, nullptr, 16)), std::strlen(text) / 2, {}};
+        for (std::size_t at = 0; at < frame.length; at++) {
+            char byte[3] = {text[2 * at], text[2 * at + 1], 0};
+            frame.data[at] = static_cast<std::uint8_t>(std::strtoul(byte, nullptr, 16));
+        }
+        return frame;
+    }
+
+    std::string waiting_;
+    double now_s_ = 0;
+};
+
+// ---- the program
+
+volatile std::sig_atomic_t stopped = 0;
+
+void print(const Frame &frame)
+{
+    if (auto force = pneuforce::decode_force(frame))
+        std::printf("Force force=%.3f pressure=%.3f force_uncertainty=%.3f condensed_status=%u counter=%u "
+                    "valid=%d\n",
+                    force->force_n.value, force->pressure_kpa.value, force->uncertainty_n.value,
+                    force->condensed_status, force->counter, force->force_n.valid);
+    else if (auto state = pneuforce::decode_state(frame))
+        std::printf("State setpoint=%.3f initial_pressure=%.3f radius=%.3f peak_force=%.3f\n",
+                    state->setpoint_kpa.value, state->initial_pressure_kpa.value, state->radius_mm.value,
+                    state->peak_force_n.value);
+    else if (auto status = pneuforce::decode_status(frame))
+        std::printf("Status status=%u state=%u refusal=%u contact_counter=%u sample_counter=%u\n", status->bits,
+                    status->state, status->refusal, status->contact_counter, status->sample_counter);
+    else if (auto answer = pneuforce::decode_answer(frame))
+        std::printf("Answer sequence=%u result=%u setpoint=%.3f\n", answer->sequence, answer->result,
+                    answer->setpoint_kpa.value);
+}
+
+void run(Link &link, std::optional<pneuforce::Inflation> inflation)
+{
+    pneuforce::ForceInput input;
+    double told_mm_per_s = std::numeric_limits<double>::quiet_NaN();
+    while (link.open && !stopped && !(inflation && inflation->ended())) {
+        if (auto frame = link.receive()) {
+            print(*frame);
+            if (auto force = pneuforce::decode_force(*frame))
+                input.take(*force, link.now_s());
+            if (auto answer = pneuforce::decode_answer(*frame); answer && inflation)
+                inflation->take(*answer);
+        }
+        double now_s = link.now_s(), speed = speed_mm_per_s(input, now_s);
+        if (speed != told_mm_per_s)
+            std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s, speed, input.lost(),
+                        input.simulated());
+        told_mm_per_s = speed;
+        if (inflation)
+            if (auto due = inflation->due(now_s))
+                link.send(*due);
+        std::fflush(stdout);
+    }
+    if (inflation && inflation->ended())
+        std::fprintf(stderr, "refused, result %d: docs/robot.md says what to do\n", inflation->result());
+    if (inflation)
+        link.send(inflation->leave());
+}
+
+int main(int count, char **words)
+{
+    if (count < 2 || count > 3) {
+        std::fprintf(stderr, "usage: %s can0|- [setpoint_kpa]\n", words[0]);
+        return 2;
+    }
+    std::unique_ptr<Link> link;
+    if (std::strcmp(words[1], "-") == 0)
+        link = std::make_unique<CandumpLines>();
+    else
+        link = std::make_unique<SocketCan>(words[1]);
+    if (!link->open)
+        return 1;
+    for (int number : {SIGINT, SIGTERM})
+        std::signal(number, [](int) { stopped = 1; });
+    std::optional<pneuforce::Inflation> inflation;
+    if (count == 3)
+        inflation.emplace(std::atof(words[2]));
+    run(*link, inflation);
+    std::fflush(stdout);
+    return 0;
+}

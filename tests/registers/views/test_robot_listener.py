@@ -1,0 +1,183 @@
+"""The listeners of the robot guide: the C++ one beside our own decoder, and what both make of old frames."""
+
+import importlib.util
+import math
+import random
+import re
+import subprocess
+
+import pytest
+
+from registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
+from tests.registers.views.cpp_listener import EXAMPLES, compiled
+from tests.tools import needs
+
+NODE_ID = 5
+SENT = {FORCE.base_id + NODE_ID: FORCE, 0x285: STATE, 0x385: STATUS_FRAME, 0x485: ANSWER}
+EDGES = (0x0000, 0x0001, 0x7FFE, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF)
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    return compiled(tmp_path_factory.mktemp("listener"))
+
+
+def listened(program, lines, *words):
+    done = subprocess.run(
+        [program, "-", *words], input="".join(lines), capture_output=True, text=True, timeout=30, check=True
+    )
+    return done.stdout.splitlines()
+
+
+def candump(t_s, can_id, data):
+    return f"({t_s:.6f}) can0 {can_id:03X}#{data.hex().upper()}\n"
+
+
+def random_frames(count):
+    """Half of the words are codes at which a decoder may go wrong."""
+    draw = random.Random(1)
+    for _ in range(count):
+        can_id = draw.choice(list(SENT))
+        words = [draw.choice(EDGES) if draw.random() < 0.5 else draw.randrange(0x10000) for _ in range(4)]
+        yield can_id, b"".join(word.to_bytes(2, "little") for word in words)[: SENT[can_id].length]
+
+
+def told(line):
+    name, *pairs = line.split(" ")
+    return name, dict(pair.split("=") for pair in pairs)
+
+
+def as_told(frame, data):
+    """What the listener should print of a frame, by our own decoder."""
+    codes, values = frame.codes(data), decode(frame, data)
+    texts = {
+        field.name: f"{values[field.name]:.3f}" if field.unit else str(codes[field.name])
+        for field in frame.fields
+    }
+    if frame is FORCE:
+        usable = not math.isnan(values["force"]) and "force_valid" in values["condensed_status"]
+        texts["valid"] = str(int(usable))
+    return frame.name, texts
+
+
+@needs("g++")
+def test_it_decodes_each_frame_as_the_instrument_does(program):
+    frames = list(random_frames(4000))
+    lines = listened(program, [candump(n, can_id, data) for n, (can_id, data) in enumerate(frames)])
+    decoded = [told(line.replace("-nan", "nan")) for line in lines if not line.startswith("Loop")]
+    assert decoded == [as_told(SENT[can_id], data) for can_id, data in frames]
+
+
+@needs("g++")
+@pytest.mark.parametrize(
+    "line",
+    [
+        "(1.0) can0 185#00000000000080\n",  # too short
+        "(1.0) can0 00000185#0000000000008001\n",  # another frame: its identifier has 29 bits
+        "(1.0) can0 185#R\n",
+        "(1.0) can0 186#0000000000008001\n",  # another node
+        "185#0000000000008001\n",
+        "\n",
+    ],
+)
+def test_what_is_not_the_instruments_frame_gives_no_force(program, line):
+    assert [line for line in listened(program, [line]) if "valid=1" in line or "speed=3" in line] == []
+
+
+def force_frame(counter, status=0x82, force_mn=500):
+    return force_mn.to_bytes(2, "little") + bytes(4) + bytes((status, counter))
+
+
+def speeds(program, frames):
+    lines = listened(program, [candump(t_s, 0x185, data) for t_s, data in frames])
+    return [float(re.search("speed=(.*?) ", line)[1]) for line in lines if line.startswith("Loop")][1:]
+
+
+@needs("g++")
+def test_a_frame_that_is_repeated_grows_old(program):
+    frames = [
+        (10.0, force_frame(1)),
+        (10.05, force_frame(1)),
+        (10.15, force_frame(1)),
+        (10.2, force_frame(2)),
+    ]
+    assert speeds(program, frames) == [2.0, -5.0, 2.0]
+
+
+@needs("g++")
+def test_silence_is_no_force(program):
+    with subprocess.Popen(
+        [program, "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        process.stdin.write(candump(10.0, 0x185, force_frame(1)))
+        process.stdin.flush()
+        told = [line for _, line in zip(range(4), process.stdout, strict=False) if line.startswith("Loop")]
+        process.stdin.close()
+    assert [re.search("speed=(.*?) ", line)[1] for line in told] == ["-5.000", "2.000", "-5.000"]
+
+
+UNUSABLE = pytest.mark.parametrize(
+    "frame",
+    [
+        force_frame(2, status=0x02),  # a number, and yet not valid
+        force_frame(2, force_mn=0x7FFF),  # the bit, and yet no number
+        force_frame(2, status=0x92),  # above the force limit
+    ],
+)
+
+
+@needs("g++")
+@UNUSABLE
+def test_it_backs_off_without_a_valid_force_and_above_the_limit(program, frame):
+    assert speeds(program, [(10.0, force_frame(1)), (10.01, frame)]) == [2.0, -5.0]
+
+
+@needs("g++")
+def test_its_commands_are_whole_and_in_their_spans(program):
+    answers = [(10.0, bytes((1, 0, 0, 0))), (10.01, bytes((2, 0, 0, 0)))]
+    lines = listened(program, [candump(t_s, 0x485, data) for t_s, data in answers], "8.0")
+    sent = [re.search("can0 205#(.*)", line)[1] for line in lines if line.startswith("(")]
+    commands = [decode(COMMAND, bytes.fromhex(data)) for data in sent]
+    assert [(c["mode"], c["setpoint"], c["lease"], c["sequence"]) for c in commands] == [
+        ("vent", 8.0, 1.0, 1),
+        ("hold", 8.0, 1.0, 2),
+        ("vent", 0.0, 0.0, 3),
+    ]
+
+
+@needs("g++")
+def test_a_refusal_ends_it(program):
+    done = subprocess.run(
+        [program, "-", "8.0"],
+        input=candump(1.0, 0x485, bytes((1, 18, 0, 0))) + candump(1.1, 0x485, bytes((1, 0, 0, 0))),
+        capture_output=True, text=True, timeout=30, check=True,
+    )  # fmt: skip
+    assert done.stderr == "refused, result 18: docs/robot.md says what to do\n"
+    assert "#" in done.stdout.splitlines()[-1]  # its last word is a vent
+    assert decode(COMMAND, bytes.fromhex(done.stdout.rpartition("#")[2]))["mode"] == "vent"
+
+
+@pytest.fixture(scope="module")
+def in_python():
+    spec = importlib.util.spec_from_file_location("robot_listener", EXAMPLES / "robot_listener.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_in_python_a_frame_grows_old_and_its_loss_is_counted(in_python):
+    force_input = in_python.ForceInput()
+    assert not force_input.force(0.0).valid
+    for t_s, counter in ((10.0, 254), (10.01, 1), (10.2, 1)):
+        force_input.take(in_python.FORCE.decode(force_frame(counter)), t_s)
+    assert force_input.lost == 2
+    assert force_input.force(10.1) == (0.5, True)
+    assert not force_input.force(10.2).valid
+    assert in_python.speed_mm_per_s(force_input, 10.2) == in_python.BACK_OFF_MM_PER_S
+
+
+@UNUSABLE
+def test_in_python_it_backs_off_without_a_valid_force_and_above_the_limit(in_python, frame):
+    force_input = in_python.ForceInput()
+    force_input.take(in_python.FORCE.decode(frame), 10.0)
+    assert in_python.speed_mm_per_s(force_input, 10.0) == in_python.BACK_OFF_MM_PER_S
