@@ -26,6 +26,15 @@ def test_the_contact_is_closed_while_a_host_is_heard(bench):
     assert bench.board.ok
 
 
+def test_a_silence_longer_than_16_bits_of_milliseconds_is_still_one(bench):
+    bench.greet().tell(vent()).run(0.5)
+    bench.wanted = None
+    bench.run(65)
+    for _ in range(500):
+        bench.step()
+        assert not bench.board.ok
+
+
 @brief
 def test_the_contact_is_open_while_a_fault_is_latched(bench):
     bench.greet().tell(vent()).run(0.5)
