@@ -93,7 +93,7 @@ class CanBus:
     @property
     def is_up(self) -> bool:
         """Whether frames can be sent and received now."""
-        return self._is_open and not self._patience.has_ended(time.monotonic())
+        return self._is_open and not self._patience.ended
 
     @property
     def _is_open(self) -> bool:

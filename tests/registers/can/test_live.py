@@ -40,8 +40,9 @@ def test_the_bus_comes_back_by_itself_and_its_first_frame_is_fresh():
 class _Controller:
     """A bus that answers each send as told: what only a controller in hardware would do by itself."""
 
-    def __init__(self, outcome):
-        self.outcome, self.closed, self.failure = outcome, threading.Event(), None
+    def __init__(self, outcome, dead=False):
+        self.outcome, self.dead = outcome, dead
+        self.closed, self.failure = threading.Event(), None
 
     def send(self, frame):
         if self.outcome is not None:
@@ -49,6 +50,8 @@ class _Controller:
 
     def receive(self):
         time.sleep(0.001)
+        if self.dead:
+            raise OSError("network is down")
 
     def close(self):
         self.closed.set()
@@ -71,21 +74,56 @@ def test_a_full_controller_costs_the_frame_and_a_dead_one_is_opened_anew(monkeyp
         assert bus.counters.reopened == (not stays_up)
 
 
-def test_the_waits_between_attempts_grow(monkeypatch):
-    attempts_s = []
+def refusing(attempts_s):
+    """An interface that is gone after its first failure."""
 
-    def refuse(at):
+    def attempt(at):
         attempts_s.append(time.monotonic())
         if len(attempts_s) == 1:
             return _Controller(OSError("network is down"))
-        raise OSError("network is down")
+        raise OSError("no such device")
 
-    monkeypatch.setattr("registers.can.live.Bus", refuse)
+    return attempt
+
+
+def dying(attempts_s):
+    """A controller that opens well each time and is bus-off at once."""
+
+    def attempt(at):
+        attempts_s.append(time.monotonic())
+        return _Controller(OSError("network is down"), dead=len(attempts_s) > 1)
+
+    return attempt
+
+
+@pytest.mark.parametrize("interface", [refusing, dying])
+def test_the_waits_between_attempts_grow(monkeypatch, interface, caplog):
+    attempts_s = []
+    monkeypatch.setattr("registers.can.live.Bus", interface(attempts_s))
     with opened(BusAt()) as bus:
         bus.send(numbered(1))
-        wait_for(lambda: len(attempts_s) == 4)
+        wait_for(lambda: len(attempts_s) == 5)
     waits_s = [b - a for a, b in pairwise(attempts_s)]
-    assert all(wait_s >= least_s for wait_s, least_s in zip(waits_s, (0.09, 0.19, 0.39), strict=True))
+    assert all(wait_s >= least_s for wait_s, least_s in zip(waits_s, (0.09, 0.19, 0.39, 0.79), strict=True))
+    assert len(caplog.records) <= 6
+
+
+def test_a_controller_that_takes_nothing_for_a_second_is_called_down_until_it_takes_a_frame(
+    monkeypatch, caplog
+):
+    controller = _Controller(BusFull("buffer full"))
+    monkeypatch.setattr("registers.can.live.Bus", lambda at: controller)
+    with opened(BusAt()) as bus:
+        bus.send(numbered(1))
+        wait_for(lambda: bus.dropped == 1)
+        assert bus.is_up
+        wait_for(lambda: bus.send(numbered(2)) or not bus.is_up)
+        controller.outcome = None
+        wait_for(lambda: bus.send(numbered(3)) or bus.is_up)
+        assert bus.counters.reopened == 0
+    said = [record.getMessage() for record in caplog.records]
+    assert [line.split(":")[0] for line in said] == ["CAN is down", "CAN is up again"]
+    assert "nobody there acknowledges" in said[0]
 
 
 def test_sending_never_waits_for_a_controller_that_stands(monkeypatch):

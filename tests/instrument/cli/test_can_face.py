@@ -1,0 +1,106 @@
+"""The CAN face between a real instrument and a virtual bus, on which somebody else's client plays."""
+
+import asyncio
+import logging
+import time
+from contextlib import asynccontextmanager
+from itertools import count
+
+import can
+
+from instrument.cli.can_face import CanFace
+from instrument.config import Configuration
+from instrument.core import Instrument, Settings
+from registers.can.frames import ANSWER, COMMAND, decode, encode
+from registers.can.inbox import MOST_FRAMES
+from tests.registers.can.conftest import wait_for
+
+_channels = count()
+
+
+@asynccontextmanager
+async def joined():
+    """A face on a bus of its own, its instrument, and a client beside it."""
+    at = {"interface": "virtual", "channel": f"face-{next(_channels)}"}
+    instrument = Instrument(Settings())
+    face = CanFace(instrument, instrument, Configuration.model_validate({"can": at | {"enabled": True}}).can)
+    with can.Bus(**at) as peer:
+        await face.open(asyncio.Event())
+        try:
+            yield face, instrument, peer
+        finally:
+            face.close()
+
+
+async def until(face, condition, deadline_s=15.0):
+    """Tick until it has come about."""
+    until_s = time.monotonic() + deadline_s
+    while not condition():
+        assert time.monotonic() < until_s, "it did not come about in time"
+        face.tick(time.monotonic())
+        await asyncio.sleep(0.01)
+
+
+def data_frame(can_id, data):
+    return can.Message(arbitration_id=can_id, data=data, is_extended_id=False)
+
+
+def command(**changes):
+    hold = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
+    return data_frame(0x205, encode(COMMAND, None, **(hold | changes)))
+
+
+def bus_off():
+    """As SocketCAN reports it, and python-can hands it on."""
+    return can.Message(is_error_frame=True, arbitration_id=0x40, is_extended_id=False, data=bytes(8))
+
+
+def test_a_bus_that_goes_off_is_told_on_the_other_buses_and_joined_again(caplog):
+    async def play():
+        async with joined() as (face, instrument, peer):
+            face.tick(time.monotonic())
+            assert not instrument.can_down
+            peer.send(bus_off())
+            await until(face, lambda: instrument.can_down)
+            assert "can_down" in instrument.snapshot(("modbus_tcp", ""), time.monotonic()).status
+            await until(face, lambda: not instrument.can_down)
+
+    asyncio.run(play())
+    assert "CAN is down: virtual face-" in caplog.text
+    assert "the controller is bus-off" in caplog.text
+    assert "CAN is up again" in caplog.text
+
+
+def test_another_node_that_comes_later_with_our_id_is_told_and_obeyed_in_nothing(caplog):
+    async def play():
+        async with joined() as (face, instrument, peer):
+            peer.send(data_frame(0x705, b"\x05"))
+            await until(face, lambda: "another node" in caplog.text)
+            assert not instrument.can_down
+
+    with caplog.at_level(logging.WARNING):
+        asyncio.run(play())
+    assert "heartbeats of another node with our id 5 1" in caplog.text
+
+
+def test_a_vent_behind_a_flood_is_carried_out(caplog):
+    async def play():
+        async with joined() as (face, _, peer):
+            answers = []
+            for sequence in range(1, 200):
+                peer.send(command(sequence=sequence))
+            peer.send(command(mode="vent", sequence=200))
+            wait_for(lambda: face.bus.counters.received == 200)  # while the loop stands
+            await until(face, lambda: answers_of(peer, answers)[-1:] == [(200, "accepted")])
+            assert len(answers) <= MOST_FRAMES
+
+    asyncio.run(play())
+    assert "frames cut from a flood" in caplog.text
+
+
+def answers_of(peer, answers):
+    while (message := peer.recv(0)) is not None:
+        if message.arbitration_id == 0x485:
+            values = decode(ANSWER, bytes(message.data))
+            answers.append((values["sequence"], values["result"]))
+    return answers
