@@ -30,9 +30,20 @@ BS_:
 
 BU_: {INSTRUMENT} {MASTER}
 """
+#: The start value is what a tool shows before the first frame: "no value", where that has a code.
 _ATTRIBUTES = """\
+BA_DEF_ "BusType" STRING ;
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_DEF_ SG_ "GenSigStartValue" INT -32768 65535;
+BA_DEF_DEF_ "BusType" "CAN";
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_DEF_DEF_ "GenSigStartValue" 0;
+BA_ "BusType" "CAN";
+"""
+_COMMENTS = f"""\
+CM_ "Use a force only while force_valid is 1 and the counter changes; without one back off, do not push.";
+CM_ BU_ {INSTRUMENT} "The pneumatic force sensor.";
+CM_ BU_ {MASTER} "The robot controller, or whoever else commands.";
 """
 
 
@@ -48,6 +59,7 @@ class _Signal:
     unit: str = ""
     doc: str
     values: Mapping[int, str] = field(default_factory=dict)
+    not_available: int | None = None  #: the code that says "no value"
 
     def line(self, receiver: str) -> str:
         """The SG_ line; "@1" is little-endian."""
@@ -62,8 +74,8 @@ def render(node_id: int = DEFAULT_NODE_ID) -> str:
     parts = [
         _HEAD,
         *(_message(frame, node_id) for frame in FRAMES),
-        "".join(_comments(node_id)),
-        _ATTRIBUTES + "".join(_cycle_times(node_id)),
+        _COMMENTS + "".join(_comments(node_id)),
+        _ATTRIBUTES + "".join(_cycle_times(node_id)) + "".join(_start_values(node_id)),
         "".join(_value_tables(node_id)),
     ]
     return "\n".join(parts)
@@ -88,8 +100,9 @@ def _number(declared: Field, start: int, may_be_absent: bool) -> _Signal:
     low, high = span(declared) or _span_of_values(declared)
     scale = declared.scale
     values = dict(declared.values.names) if declared.values else {}
-    if may_be_absent and declared.not_available is not None:
-        values[int(declared.not_available)] = "not_available"
+    absent = declared.not_available if may_be_absent else None
+    if absent is not None:
+        values[int(absent)] = "not_available"
     return _Signal(
         name=declared.name,
         start=start,
@@ -101,6 +114,7 @@ def _number(declared: Field, start: int, may_be_absent: bool) -> _Signal:
         unit=plain_unit(declared.unit),
         doc=declared.doc,
         values=values,
+        not_available=None if absent is None else int(absent),
     )
 
 
@@ -121,6 +135,14 @@ def _cycle_times(node_id: int) -> Iterator[str]:
     for frame in FRAMES:
         if frame.period_s:
             yield f'BA_ "GenMsgCycleTime" BO_ {frame.base_id + node_id} {round(frame.period_s * 1e3)};\n'
+
+
+def _start_values(node_id: int) -> Iterator[str]:
+    for frame in FRAMES:
+        for signal in _signals(frame):
+            if signal.not_available is not None:
+                place = f"{frame.base_id + node_id} {signal.name}"
+                yield f'BA_ "GenSigStartValue" SG_ {place} {signal.not_available};\n'
 
 
 def _value_tables(node_id: int) -> Iterator[str]:

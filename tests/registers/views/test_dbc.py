@@ -1,6 +1,7 @@
 """The DBC read by somebody else's reader, strictly, and held against the frames that the node sends."""
 
 import math
+import re
 from typing import get_type_hints
 
 import cantools
@@ -91,6 +92,7 @@ def test_a_span_leaves_out_the_code_of_no_value(frame, field):
     assert signal.unit == {"mN": "N", "Pa": "kPa", "µm": "mm"}[field.unit]
     if not frame.received:
         assert signal.choices[int(field.not_available)] == "not_available"
+        assert signal.initial == "not_available"  # what a tool shows before the first frame
 
 
 @each_field
@@ -126,3 +128,30 @@ def test_another_node_id_moves_every_message():
 
 def test_every_character_is_one_that_all_readers_agree_on():
     assert dbc.render().isascii()
+
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,31}")
+
+
+def test_every_name_is_one_that_candb_takes():
+    names = [node.name for node in DBC.nodes]
+    for message in DBC.messages:
+        names += [message.name, *(signal.name for signal in message.signals)]
+        assert len({signal.name for signal in message.signals}) == len(message.signals)
+    assert [name for name in names if not NAME.fullmatch(name)] == []
+
+
+def test_each_attribute_is_declared_then_given_a_default_then_set():
+    kinds = re.findall(r'^(BA_DEF_DEF_|BA_DEF_|BA_) .*?"(\w+)"', dbc.render(), re.MULTILINE)
+    declared, defaults = (
+        [name for kind, name in kinds if kind == wanted] for wanted in ("BA_DEF_", "BA_DEF_DEF_")
+    )
+    assert declared == defaults
+    assert {name for _, name in kinds} == set(declared)
+    order = ["BA_DEF_", "BA_DEF_DEF_", "BA_"]
+    assert [order.index(kind) for kind, _ in kinds] == sorted(order.index(kind) for kind, _ in kinds)
+
+
+def test_whoever_opens_it_reads_how_a_force_may_be_used():
+    assert 'CM_ "Use a force only while force_valid is 1' in dbc.render()
+    assert all(node.comment for node in DBC.nodes)
