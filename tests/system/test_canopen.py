@@ -1,0 +1,254 @@
+"""The whole instrument as a CANopen node on a bus, with somebody else's master: python-canopen."""
+
+import math
+import threading
+import time
+from contextlib import ExitStack, contextmanager
+
+import can
+import canopen
+import pytest
+
+from registers.canopen.dictionary import ENTRIES
+from registers.map import BY_NAME, REGISTERS
+from registers.modbus.client import Plc
+from tests.registers.canopen.cases import OPERATIONAL, STANDING, STOPPED
+from tests.registers.canopen.talking import agrees, frame_of, told
+from tests.system.waiting import wait_for
+from teststand.rig import LiveRig
+from teststand.stack import start
+
+NODE_ID, MASTER_ID = 5, 127
+WATCH_MS = 500
+EDS = "docs/pneuforce.eds"
+SILENCE_S = 0.1
+INTO = {OPERATIONAL: 1, STOPPED: 2}
+
+
+@contextmanager
+def beating(network):
+    """The master's heartbeat."""
+    stop = threading.Event()
+
+    def beat():
+        while not stop.wait(WATCH_MS / 5e3):
+            network.send_message(0x700 + MASTER_ID, b"\x05")
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+
+
+@pytest.fixture(scope="module")
+def stack(tmp_path_factory):
+    with ExitStack() as children:
+        link = tmp_path_factory.mktemp("canopen") / "rig"
+        yield start(children, link, ["--no-hand"], {"can": {"mode": "canopen"}})
+
+
+@pytest.fixture(scope="module")
+def rig(stack):
+    return LiveRig(stack)
+
+
+@pytest.fixture(scope="module")
+def network(rig):
+    network = canopen.Network()
+    network.connect(**rig.can)
+    yield network
+    network.disconnect()
+
+
+@pytest.fixture(scope="module")
+def lasting_node(network):
+    node = network.add_node(NODE_ID, EDS)
+    node.sdo.RESPONSE_TIMEOUT = 5.0
+    return node
+
+
+@pytest.fixture
+def node(lasting_node):
+    reset(lasting_node)
+    lasting_node.emcy.reset()
+    return lasting_node
+
+
+def reset(node, command=0x82):
+    """Reset it and wait for its boot-up; the library's own wait begins too late for a quick one."""
+    states = []
+    node.nmt.add_heartbeat_callback(states.append)
+    node.nmt.send_command(command)
+    wait_for(lambda: list(states), lambda seen: 0 in seen)
+
+
+@pytest.fixture
+def vented(rig):
+    yield
+    rig.release(wait=False)
+    if rig.read()["state"] == "tripped":
+        rig.write("command_key", 0x5046)
+        rig.write("command_code", "clear_faults")
+        rig.write("command_sequence", rig.read()["command_sequence"] + 1)
+        rig.wait_for(lambda r: r["state"] != "tripped")
+    rig.vent()
+
+
+def told_of(node, code):
+    """The emergency with this error code, waited for."""
+    errors = wait_for(lambda: list(node.emcy.log), lambda log: any(error.code == code for error in log))
+    return next(error for error in errors if error.code == code)
+
+
+def heard(bus, wait_s):
+    """SDO answers that come within a time; the first ends it."""
+    until_s = time.monotonic() + wait_s
+    while (left_s := until_s - time.monotonic()) > 0:
+        message = bus.recv(left_s)
+        if message is not None and message.arbitration_id == 0x580 + NODE_ID:
+            return [frame_of(f"585 {message.data.hex(' ')}")]
+    return []
+
+
+def send(bus, can_id, data):
+    bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+
+
+def test_the_standing_cases_hold_on_a_live_bus(rig):
+    """Its SDO dialogues; in Operational too, with all its process data on the bus."""
+    failed = []
+    with can.Bus(**rig.can) as bus:
+        for name, state, steps in STANDING:
+            send(bus, 0, bytes((0x82, NODE_ID)))
+            send(bus, 0, bytes((INTO.get(state, 0x80), NODE_ID)))
+            for said, expected in steps:
+                frame = frame_of(said)
+                send(bus, frame.id, frame.data)
+                frames = heard(bus, 5.0 if expected else SILENCE_S)
+                if not agrees(expected, frames):
+                    failed.append(f"{name}: {said}: {told(frames) or 'silence'}, not {expected or 'silence'}")
+    assert failed == []
+
+
+def test_every_object_of_the_data_sheet_is_there_and_reads_in_its_type(node):
+    for entry in ENTRIES:
+        found = node.sdo[entry.index]
+        variable = found if hasattr(found, "raw") else found[entry.sub]
+        if entry.index == 0x1003 and entry.sub:
+            with pytest.raises(canopen.SdoAbortedError):
+                _ = variable.raw
+        else:
+            assert isinstance(variable.raw, str if entry.type.name == "TEXT" else int | float), entry
+
+
+#: What stays as it is while both are asked, and is no bus's own, as the command block is.
+STILL = [r for r in REGISTERS if r.constant is not None or r.writable or 768 <= r.address < 800]
+STILL = [r for r in STILL if not r.name.startswith("command_")]
+
+
+def test_the_objects_have_the_values_of_the_registers(node, rig):
+    registers = rig.read()
+    for register in STILL:
+        code = register.encode(registers[register.name])
+        raw = node.sdo[0x2000 + register.address].raw
+        assert raw == pytest.approx(code, rel=1e-6, nan_ok=True), register.name
+
+
+def test_process_data_flow_from_the_start_to_the_stop(node):
+    node.tpdo.read()
+    node.nmt.state = "OPERATIONAL"
+    for number in (1, 2, 3):
+        assert node.tpdo[number].wait_for_reception(10.0) is not None
+    assert node.tpdo[3]["Status.state"].raw == BY_NAME["state"].values.codes["vented"]
+    assert node.tpdo[1]["Force.pressure"].raw == pytest.approx(0, abs=300)
+    assert node.tpdo[1]["Force.force"].raw == 0x7FFF
+    node.nmt.state = "STOPPED"
+    node.nmt.wait_for_heartbeat(10.0)
+    assert node.nmt.state == "STOPPED"
+
+
+def test_a_manager_configures_a_tpdo_as_its_library_does(node, network):
+    node.tpdo.read()
+    node.tpdo[2].trans_type = 2
+    node.tpdo[2].event_timer = 0
+    node.tpdo[2].save()
+    assert node.sdo[0x1801][2].raw == 2
+    node.nmt.state = "OPERATIONAL"
+    received = []
+    node.tpdo[2].add_callback(lambda mapped: received.append(mapped.timestamp))
+    for _ in range(6):
+        network.sync.transmit()
+    wait_for(lambda: len(received), lambda count: count == 3)
+
+
+def inflate_by_sdo(node, rig, setpoint_kpa=8.0):
+    rig.wait_for(lambda r: "vented" in r["status"] and "not_zeroed" not in r["status"])
+    node.sdo["mode"].raw = 0
+    node.sdo["setpoint_requested"].raw = setpoint_kpa
+    node.sdo["mode"].raw = 1
+    holding = BY_NAME["state"].values.codes["holding"]
+    wait_for(lambda: node.sdo["state"].raw, lambda state: state == holding, 30.0)
+
+
+def watch(node):
+    """Have the node watch over this master, from its first heartbeat on."""
+    node.sdo[0x1016][1].raw = MASTER_ID << 16 | WATCH_MS
+
+
+def test_inflated_by_sdo_and_pressed_a_lost_master_leaves_it_locked_until_the_contact_ends(
+    node, network, rig, vented
+):
+    node.tpdo.read()
+    node.nmt.state = "OPERATIONAL"
+    watch(node)
+    with beating(network):
+        inflate_by_sdo(node, rig)
+        rig.press(1.5)
+        wait_for(lambda: node.tpdo[1]["Force.force"].raw, lambda force: 1000 < force < 2000)
+    assert told_of(node, 0x8130).register & 0x10
+    registers = rig.read()
+    assert ("holding" in registers["status"], registers["first_fault"]) == (True, 41)
+    rig.release(wait=False)
+    rig.wait_for(lambda r: r["state"] == "tripped" and "vented" in r["status"], 20.0)
+    assert [node.sdo[0x1003][sub].raw for sub in (1, 2)] == [0xFF00 + 41, 0x8130]
+
+
+def test_a_lost_master_vents_a_free_balloon_and_its_return_inflates_nothing(node, network, rig, vented):
+    watch(node)
+    with beating(network):
+        inflate_by_sdo(node, rig, 6.0)
+    rig.wait_for(lambda r: r["state"] == "tripped" and "vented" in r["status"], 20.0)
+    with beating(network):
+        assert told_of(node, 0x0000).register & 0x10 == 0
+        with pytest.raises(canopen.SdoAbortedError, match="0x08000022"):
+            node.sdo["mode"].raw = 1
+        node.sdo[0x1016][1].raw = 0
+    assert rig.read()["state"] == "tripped"
+
+
+def test_neither_a_stop_nor_a_reset_moves_a_held_balloon_and_a_vent_passes_though_stopped(
+    node, rig, network, vented
+):
+    inflate_by_sdo(node, rig, 6.0)
+    for command in (0x01, 0x02, 0x80, 0x81):
+        node.nmt.send_command(command)
+    reset(node)
+    held = rig.read()
+    assert (held["state"], held["setpoint"]) == ("holding", pytest.approx(6.0))
+    node.nmt.send_command(0x02)
+    network.send_message(0x200 + NODE_ID, bytes((0, 0, 0, 1, 0, 0, 0, 0)))
+    rig.wait_for(lambda r: "vented" in r["status"])
+
+
+def test_a_lease_of_the_plc_refuses_the_master_but_not_its_vent(node, stack, rig):
+    with Plc.connect(port=stack.modbus_port) as plc:
+        plc.write("lease", 60.0)
+        with pytest.raises(canopen.SdoAbortedError, match="0x08000021"):
+            node.sdo["setpoint_requested"].raw = 5.0
+        node.sdo["mode"].raw = 0
+        plc.write("lease", 0.0)
+    node.sdo["setpoint_requested"].raw = 5.0
+    assert math.isclose(rig.read()["setpoint_requested"], 5.0)
