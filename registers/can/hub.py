@@ -1,6 +1,7 @@
 """A CAN bus between processes where the kernel has none: a small hub that speaks the socketcand protocol.
 
-Run it with `python -m registers.can.hub --port 29536`; python-can's `socketcand` interface is a client.
+Run it with `python -m registers.can.hub --port 29536`; python-can's `socketcand` interface is a client. Of that
+protocol it knows raw mode, data frames with 11 and 29 bits; no remote frames, as socketcand itself.
 """
 
 from __future__ import annotations
@@ -15,20 +16,16 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from registers.can.socketcand import GREETING, NO_SUCH_BUS, OK, Decoder, frame_of_send
+from registers.can.hub_client import HubClient
 
 HOST = "127.0.0.1"
 PORT = 29536
-CHANNEL = "can0"
-#: python-can's handshake takes a frame that comes glued to the last "ok" for a failure.
-JOIN_AFTER_S = 0.1
+MOST_CLIENTS = 64  #: who is in stays in; the next one is told, and closed
 #: What the kernel may keep: the less, the sooner a client notices that this hub stands, and the less is old.
 KERNEL_UNREAD_BYTES, KERNEL_UNSENT_BYTES = 1024, 1 << 16
 #: After standing for longer than the first, frames are dropped until the second is over: they are old.
 STOOD_S, SETTLE_S = 0.25, 0.1
 BEAT_S = 0.02
-#: Unread bytes, some 20 000 frames, at which a client is taken for dead.
-MOST_UNREAD_BYTES = 1 << 20
 
 
 @dataclass(slots=True)
@@ -38,7 +35,8 @@ class Counters:
     connections: int = 0
     frames: int = 0  #: passed on
     garbage: int = 0  #: pieces of text that were no message, or none at that moment
-    given_up: int = 0  #: clients closed because they did not read
+    turned_away: int = 0  #: clients closed because there were too many
+    given_up: int = 0  #: clients closed because they did not read, or did not shake hands in time
     late: int = 0  #: frames dropped because this process had stood still
 
 
@@ -48,8 +46,8 @@ class Hub:
     def __init__(self, clock: Callable[[], float] = time.time) -> None:
         self.counters = Counters()
         self.clock = clock
-        self.members: set[_Client] = set()
-        self._clients: set[_Client] = set()
+        self.members: set[HubClient] = set()
+        self._clients: set[HubClient] = set()
         self._server: asyncio.Server | None = None
         self._beat_s = 0.0
         self._fresh_from_s = 0.0
@@ -61,7 +59,7 @@ class Hub:
         listener = socket.create_server((HOST, port))
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_UNREAD_BYTES)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_UNSENT_BYTES)
-        self._server = await loop.create_server(lambda: _Client(self), sock=listener)
+        self._server = await loop.create_server(lambda: HubClient(self), sock=listener)
         self._beat_s = loop.time()
         self._beat()
         bound: int = self._server.sockets[0].getsockname()[1]
@@ -86,17 +84,21 @@ class Hub:
     def _has_stood(self) -> bool:
         return asyncio.get_running_loop().time() - self._beat_s > STOOD_S
 
-    def came(self, client: _Client) -> None:
-        """A client has connected."""
+    def came(self, client: HubClient) -> bool:
+        """A client has connected; whether there is room for it."""
         self.counters.connections += 1
+        if len(self._clients) >= MOST_CLIENTS:
+            self.counters.turned_away += 1
+            return False
         self._clients.add(client)
+        return True
 
-    def went(self, client: _Client) -> None:
+    def went(self, client: HubClient) -> None:
         """A client is gone."""
         self._clients.discard(client)
         self.members.discard(client)
 
-    def pass_on(self, frames: list[bytes], sender: _Client) -> None:
+    def pass_on(self, frames: list[bytes], sender: HubClient) -> None:
         """Give frames to all members but their sender; drop them where they waited for this process."""
         if self._has_stood() or asyncio.get_running_loop().time() < self._fresh_from_s:
             self.counters.late += len(frames)
@@ -106,86 +108,6 @@ class Hub:
         for member in list(self.members):
             if member is not sender:
                 member.give(data)
-
-
-class _Client(asyncio.Protocol):
-    """One connection: first its handshake, then frames."""
-
-    def __init__(self, hub: Hub) -> None:
-        self._hub = hub
-        self._decoder = Decoder()
-        self._opened = False
-        self._held: bytearray | None = bytearray()  #: what the others sent until this client has joined
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        self._hub.came(self)
-        transport.write(GREETING)
-
-    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        self._hub.went(self)
-
-    def data_received(self, data: bytes) -> None:
-        """Answer the handshake; pass frames on, those that came together together."""
-        garbage_before = self._decoder.garbage
-        frames = []
-        for words in self._decoder.feed(data):
-            if self in self._hub.members:
-                frame = frame_of_send(words, self._hub.clock())
-                if frame is None:
-                    self._hub.counters.garbage += 1
-                else:
-                    frames.append(frame)
-            else:
-                self._shake_hands(words)
-        self._hub.counters.garbage += self._decoder.garbage - garbage_before
-        if frames:
-            self._join()  # who sends has read its last "ok"
-            self._hub.pass_on(frames, self)
-
-    def _shake_hands(self, words: list[str]) -> None:
-        if words == ["open", CHANNEL]:
-            self._opened = True
-            self._write(OK)
-        elif words[:1] == ["open"]:
-            self._write(NO_SUCH_BUS)
-        elif words == ["rawmode"] and self._opened:
-            self._write(OK)
-            self._hub.members.add(self)
-            asyncio.get_running_loop().call_later(JOIN_AFTER_S, self._join)
-        else:
-            self._hub.counters.garbage += 1
-
-    def _join(self) -> None:
-        """Hand over what was held back, and from now on everything at once."""
-        held, self._held = self._held, None
-        if held:
-            self._write(bytes(held))
-
-    def give(self, data: bytes) -> None:
-        """Send frames to this client, once it has joined."""
-        if self._held is not None:
-            self._held += data
-            self._give_up_beyond(len(self._held))
-        else:
-            self._write(data)
-
-    def _write(self, data: bytes) -> None:
-        if not self._transport.is_closing():
-            self._transport.write(data)
-            self._give_up_beyond(self._transport.get_write_buffer_size())
-
-    def _give_up_beyond(self, unread_bytes: int) -> None:
-        """Close where the client has stopped reading."""
-        if unread_bytes > MOST_UNREAD_BYTES:
-            self._hub.counters.given_up += 1
-            self._hub.members.discard(self)
-            self.abort()
-
-    def abort(self) -> None:
-        """Close at once."""
-        self._transport.abort()
 
 
 async def _serve(port: int) -> None:

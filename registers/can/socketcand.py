@@ -7,6 +7,7 @@ import re
 GREETING = b"< hi >"
 OK = b"< ok >"
 NO_SUCH_BUS = b"< error could not open bus >"
+NO_ROOM = b"< error too many clients >"
 _LONGEST_MESSAGE = 200
 _IDENTIFIER = re.compile(r"[0-7][0-9A-F]{2}|[01][0-9A-F]{7}", re.IGNORECASE)
 
