@@ -105,9 +105,10 @@ def test_another_who_holds_the_lease_makes_it_wait_but_not_for_a_vent(asking, in
 
 
 def test_what_it_offers_beside_is_answered_too(asking):
-    for request, answer in SPECIAL:
-        if asking.offers(request):
-            assert (request, asking(request)) == (request, answer)
+    offered = [(request, answer) for request, answer in SPECIAL if asking.offers(request)]
+    if not offered:
+        pytest.skip("it offers nothing beside")
+    assert [(request, asking(request)) for request, _ in offered] == offered
 
 
 @pytest.mark.parametrize("asking", [p for p in TCP if "together" in p.values[0][0].requests], indirect=True)
