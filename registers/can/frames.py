@@ -13,7 +13,7 @@ from typing import Any
 
 from registers.can.wire import CanFrame
 from registers.field import Field, Values, Wire
-from registers.map import BY_NAME, REFUSALS
+from registers.map import BY_NAME, FAULTS, REFUSALS
 
 I16, U16, U8 = Wire.I16, Wire.U16, Wire.U8
 
@@ -29,6 +29,9 @@ NODE_STATES = Values({0: "boot_up", 4: "stopped", 5: "operational", 127: "pre_op
 
 NO_ERROR = 0x0000
 RIG_ERROR = 0xFF00  #: plus the code of the first fault
+ERRORS = Values(
+    {NO_ERROR: "no_error"} | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
+)
 GENERIC_ERROR = 0x81  #: error register: generic and manufacturer-specific
 
 
@@ -173,7 +176,12 @@ EMERGENCY = Frame(
     doc="At each fault's coming and going (CiA 301).",
     most_per_s=10,
     fields=(
-        _own("error_code", "FF00h + code of the fault that came; 0000h where faults went.", wire=U16),
+        Field(
+            name="error_code",
+            wire=U16,
+            legend=ERRORS,
+            doc="FF00h + code of the fault that came; 0000h where faults went.",
+        ),
         _own("error_register", "CiA 301 object 1001h: 81h while any fault is active, else 0."),
         BY_NAME["active_faults"].on_wire(U8),
         BY_NAME["status"],

@@ -1,7 +1,7 @@
 """A CAN bus between processes where the kernel has none: a small hub that speaks the socketcand protocol.
 
-Run it with `python -m registers.can.hub --port 29536`; python-can's `socketcand` interface is a client. Of the
-protocol it knows raw mode and data frames with 11 and 29 bits; no remote frames, as socketcand itself.
+Run it with `python -m registers.can.hub --port 29536`; python-can's `socketcand` interface is a client.
+It knows raw mode, and data frames with 11 and 29 bits; no remote frames, as socketcand itself.
 """
 
 from __future__ import annotations

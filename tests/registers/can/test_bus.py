@@ -1,9 +1,14 @@
-"""The same cases on python-can's virtual bus and on the hub, with real threads and real sockets."""
+"""One contract on every kind of bus: python-can's virtual one, the hub, and the kernel's where it has one.
+
+With real threads and real sockets.
+"""
 
 import threading
 import time
 from itertools import count
+from pathlib import Path
 
+import can
 import pytest
 
 from registers.can.bus import BusAt, listen
@@ -17,31 +22,82 @@ _channels = count()
 BURST = 2000
 
 
-@pytest.fixture(params=["virtual", "socketcand"])
+@pytest.fixture(params=["virtual", "socketcand", "socketcan"])
 def at(request):
     if request.param == "virtual":
         return BusAt(interface="virtual", channel=f"test-{next(_channels)}")
-    return BusAt(interface="socketcand", port=request.getfixturevalue("hub_port"))
+    if request.param == "socketcand":
+        return BusAt(interface="socketcand", port=request.getfixturevalue("hub_port"))
+    if not Path("/sys/class/net/vcan0").exists():
+        pytest.skip("this kernel has no vcan0; make one: ip link add vcan0 type vcan && ip link set vcan0 up")
+    return BusAt(interface="socketcan", channel="vcan0")
 
 
-def test_frames_arrive_as_they_were_sent(at):
-    with opened(at) as bus, peer_on(at) as peer:
-        for frame in (CanFrame(0x185, bytes(range(8))), CanFrame(0x705, b"\x05"), CanFrame(0x085)):
+def with_id(can_id, kind=Kind.DATA, data=b"\x01"):
+    return CanFrame(can_id, data, kind)
+
+
+#: What may be sent: both lengths of identifier, from the lowest to the highest, and every length of data.
+FRAMES = [
+    *(with_id(can_id) for can_id in (0, 0x085, 0x7FF)),
+    *(with_id(can_id, Kind.EXTENDED) for can_id in (0, 0x205, 0x7FF, 0x800, 0x1FFF_FFFF)),
+    *(with_id(0x185, data=bytes(range(0x41, 0x41 + length))) for length in range(9)),
+    with_id(0x185, data=b"\xff" * 8),
+]
+
+
+def as_message(frame):
+    return can.Message(
+        arbitration_id=frame.id, data=frame.data, is_extended_id=bool(frame.kind & Kind.EXTENDED)
+    )
+
+
+def as_frame(message):
+    kind = Kind.EXTENDED if message.is_extended_id else Kind.DATA
+    return CanFrame(message.arbitration_id, bytes(message.data), kind)
+
+
+def test_every_frame_arrives_as_it_was_sent_with_everybody(at):
+    with opened(at) as bus, peer_on(at) as first, peer_on(at) as second:
+        for frame in FRAMES:
             bus.send(frame)
-        received = [(m.arbitration_id, bytes(m.data), m.is_extended_id) for m in heard(peer, 3)]
-    assert received == [(0x185, bytes(range(8)), False), (0x705, b"\x05", False), (0x085, b"", False)]
+        for peer in (first, second):
+            assert [as_frame(m) for m in heard(peer, len(FRAMES))] == FRAMES
 
 
-def test_frames_of_others_arrive_and_our_own_do_not(at):
+def test_every_frame_of_others_arrives_and_our_own_do_not(at):
     got = []
     with opened(at, got.append) as bus, peer_on(at) as peer:
         bus.send(numbered(1))
-        peer.send(message(2))
-        peer.send(message(3, arbitration_id=0x12345, is_extended_id=True))
-        wait_for(lambda: len(got) == 2)
+        for frame in FRAMES:
+            peer.send(as_message(frame))
+        wait_for(lambda: len(got) >= len(FRAMES))
         assert len(heard(peer, 1)) == 1
-    assert got[0] == CanFrame(0x205, (2).to_bytes(8, "little"))
-    assert (got[1].id, got[1].kind) == (0x12345, Kind.EXTENDED)
+    assert got == FRAMES
+
+
+def test_a_remote_frame_is_told_from_data_or_not_carried(at):
+    """python-can's socketcand client sends a length without its data, which no socketcand server takes."""
+    got = []
+    with opened(at, got.append), peer_on(at) as peer:
+        peer.send(can.Message(arbitration_id=0x205, is_remote_frame=True, dlc=8, is_extended_id=False))
+        peer.send(message(1))
+        wait_for(lambda: got[-1:] == [numbered(1, 0x205)])
+    carried = [] if at.interface == "socketcand" else [with_id(0x205, Kind.REMOTE, b"")]
+    assert got[:-1] == carried
+
+
+def test_a_bus_opened_again_carries_on_and_hears_nothing_of_the_time_between(at):
+    with peer_on(at) as peer:
+        for number in range(0, 30, 10):
+            got = []
+            with opened(at, got.append) as bus:
+                bus.send(numbered(number))
+                peer.send(message(number + 1))
+                wait_for(lambda: got)  # noqa: B023
+            peer.send(message(number + 2))
+            assert got == [numbered(number + 1, 0x205)]
+        assert [int.from_bytes(m.data, "little") for m in heard(peer, 3)] == [0, 10, 20]
 
 
 def test_a_burst_passes_both_ways_without_loss_and_in_order(at):
@@ -49,7 +105,8 @@ def test_a_burst_passes_both_ways_without_loss_and_in_order(at):
     with opened(at, got.append) as bus, peer_on(at) as peer:
         for number in range(BURST):
             peer.send(message(number))
-        wait_for(lambda: len(got) >= BURST)
+            if number % 100 == 99:  # a kernel keeps 277 for who does not read
+                wait_for(lambda sent=number + 1: len(got) >= sent)
         for number in range(BURST):
             bus.send(numbered(number))
             if number % 100 == 99:  # the outbox holds 256 and drops on purpose
@@ -125,10 +182,25 @@ def test_a_node_id_that_another_node_uses_is_refused_in_a_sentence(at):
 
 
 def test_a_free_node_id_is_taken_after_listening(at):
-    begun_s = time.monotonic()
-    with opened(at, heartbeat_id=0x705) as bus:
-        assert bus.is_up
-        assert time.monotonic() - begun_s >= 1.2
+    """Beside other nodes, and one whose frames have the same number in 29 bits."""
+    stop = threading.Event()
+
+    def chatter(peer):
+        while not stop.wait(0.1):
+            peer.send(message(0, arbitration_id=0x706, data=b"\x05"))
+            peer.send(message(0, arbitration_id=0x705, data=b"\x05", is_extended_id=True))
+
+    with peer_on(at) as peer:
+        others = threading.Thread(target=chatter, args=(peer,))
+        others.start()
+        try:
+            begun_s = time.monotonic()
+            with opened(at, heartbeat_id=0x705) as bus:
+                assert bus.is_up
+                assert time.monotonic() - begun_s >= 1.2
+        finally:
+            stop.set()
+            others.join()
 
 
 def test_a_listener_hears_everything_until_it_is_stopped(at):

@@ -8,6 +8,7 @@ import time
 import pytest
 
 from registers.can.bus import Bus, BusAt
+from registers.can.wire import Kind
 
 
 @contextlib.contextmanager
@@ -61,3 +62,16 @@ def test_a_handshake_in_pieces_with_a_frame_glued_to_its_end_is_one():
         finally:
             bus.close()
     assert (t_s, frame.id, frame.data) == (1.5, 0x123, b"\x0a\x0b")
+
+
+def test_a_server_that_reports_errors_of_its_controller_is_understood():
+    pieces = [b"< hi >", b"< ok >", b"< ok >", b"< error 004 1.000000 >< error 040 2.000000 >"]
+    with server_that_says(*pieces) as port:
+        bus = Bus(BusAt(interface="socketcand", port=port))
+        try:
+            _, frame = bus.receive()
+            assert Kind.ERROR in frame.kind
+            with pytest.raises(OSError, match="bus-off"):
+                bus.receive()
+        finally:
+            bus.close()
