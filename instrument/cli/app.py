@@ -176,14 +176,16 @@ def fault(
 @app.command("map")
 def map_(
     form: Annotated[MapFormat, typer.Option("--format", help="Document to print.")] = MapFormat.MD,
+    node_id: Annotated[int, typer.Option(help="DBC only: node id of the instrument.", min=1, max=127)] = 5,
 ) -> None:
     """Print the register map and the CAN frames from their one declaration.
 
     Example: pneuforce map --format dbc > pneuforce.dbc
     """
-    from registers.views import VIEWS
+    from registers.views import VIEWS, dbc
 
-    typer.echo(VIEWS[form.value].render(), nl=False)
+    text = dbc.render(node_id) if form is MapFormat.DBC else VIEWS[form.value].render()
+    typer.echo(text, nl=False)
 
 
 @app.command()
