@@ -1,9 +1,13 @@
 """The whole instrument as a CANopen node on a bus, with somebody else's master: python-canopen."""
 
 import math
+import re
+import subprocess
+import sys
 import threading
 import time
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
 import can
 import canopen
@@ -20,7 +24,8 @@ from teststand.stack import start
 
 NODE_ID, MASTER_ID = 5, 127
 WATCH_MS = 500
-EDS = "docs/pneuforce.eds"
+TOP = Path(__file__).parents[2]
+EDS, GUIDE = str(TOP / "docs/pneuforce.eds"), TOP / "docs/canopen.md"
 SILENCE_S = 0.1
 INTO = {OPERATIONAL: 1, STOPPED: 2}
 
@@ -252,3 +257,18 @@ def test_a_lease_of_the_plc_refuses_the_master_but_not_its_vent(node, stack, rig
         plc.write("lease", 0.0)
     node.sdo["setpoint_requested"].raw = 5.0
     assert math.isclose(rig.read()["setpoint_requested"], 5.0)
+
+
+def test_the_program_of_the_guide_runs(stack, rig):
+    rig.wait_for(lambda r: "vented" in r["status"])
+    (program,) = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
+    done = subprocess.run(
+        [sys.executable, "-c", program.replace("29536", str(stack.can_port))],
+        cwd=TOP,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stdout.splitlines() == ["no force N"] * 3, done.stderr
+    assert rig.read()["setpoint_requested"] == 6.0
