@@ -95,7 +95,8 @@ class Field:
     """One value on a wire, bound by name to a quantity of the source.
 
     Exactly one of `quantity` and `constant` is given. `values` names the codes of an enumeration and
-    `bits` the conditions of a bit field: their quantity is a name, or a set of names.
+    `bits` the conditions of a bit field: their quantity is a name, or a set of names. `legend` says in words
+    what a number stands for; it stays a number, for a board may know one that has no word here.
     """
 
     name: str
@@ -110,6 +111,13 @@ class Field:
     always: bool = False  #: an age or a set time: has a unit, yet no not-available code
     values: Values | None = None
     bits: Bits | None = None
+    legend: Values | None = None
+
+    @property
+    def code_names(self) -> Mapping[int, str]:
+        """What the codes are called, empty for what is no enumeration."""
+        named = self.values or self.legend
+        return named.names if named else {}
 
     @property
     def scale(self) -> float:

@@ -106,6 +106,36 @@ METHODS = Values(
         258: "shanahan_calibrated",
     }
 )
+#: As `instrument/faults.py` and the board have them: up to 15 the board's, from 32 on the host's.
+FAULTS = Values(
+    {
+        0: "none",
+        1: "sensor",
+        2: "stuck",
+        3: "supply_voltage",
+        4: "overpressure",
+        5: "burst",
+        6: "limit_point",
+        7: "no_rise",
+        8: "inlet_open",
+        9: "vent_shut",
+        10: "occlusion",
+        11: "leak",
+        12: "timeout",
+        13: "host_silent",
+        14: "watchdog",
+        32: "lease_expired",
+        33: "board_reset",
+        34: "link_lost",
+        35: "pressure_limit",
+        36: "sensor_limit",
+        37: "sensor_stuck",
+        38: "disagreement",
+        39: "not_vented",
+        40: "force_limit",
+        41: "can_master_lost",
+    }
+)
 COMMAND_KEY = 0x5046
 
 
@@ -229,7 +259,8 @@ _DECLARED: tuple[Register, ...] = (
     Register(address=774, name="serial_number", wire=U32, quantity="serial_number", doc="Serial number."),
     Register(address=776, name="calibration_date", wire=U32, quantity="calibration_date",
              doc="Calibration date yyyymmdd, 0 where uncalibrated."),
-    Register(address=778, name="first_fault", wire=U16, quantity="first_fault", doc="First fault code."),
+    Register(address=778, name="first_fault", wire=U16, quantity="first_fault", legend=FAULTS,
+             doc="Code of the fault that came first, 0 where there is none."),
     Register(address=779, name="active_faults", wire=U16, quantity="active_faults",
              doc="Number of active faults."),
     Register(address=780, name="balloon_id", wire=U32, quantity="balloon_id",
@@ -248,7 +279,7 @@ BLOCKS: tuple[tuple[int, int], ...] = ((0, 127), (512, 575), (768, 799), (3840, 
 def _hash_of(registers: tuple[Register, ...]) -> int:
     facts = [
         (r.address, r.name, r.wire.name, r.unit, r.quantity, r.constant, r.low, r.high, r.writable,
-         sorted(r.values.names.items()) if r.values else (),
+         sorted(r.code_names.items()),
          [(bit.number, bit.name) for bit in r.bits.bits] if r.bits else ())
         for r in registers
     ]  # fmt: skip

@@ -1,5 +1,5 @@
 /* pneuforce: the register map for programs in C99 and C++11.
- * Map version 1, hash F10F72BAh (registers 768 and 770).
+ * Map version 1, hash D039D128h (registers 768 and 770).
  * Made from the register map: pneuforce map --format h. How to use it: docs/plc.md.
  *
  * A function takes the words of a block, as read from that block's first address on, each a number of this
@@ -14,7 +14,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0xF10F72BA)
+#define PNEUFORCE_MAP_HASH UINT32_C(0xD039D128)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from 0: one read is one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -179,6 +179,34 @@ enum pneuforce_method {
     PNEUFORCE_METHOD_ENERGETIC_CALIBRATED = 256,
     PNEUFORCE_METHOD_LULEVICH_CALIBRATED = 257,
     PNEUFORCE_METHOD_SHANAHAN_CALIBRATED = 258
+};
+
+enum pneuforce_fault {
+    PNEUFORCE_FAULT_NONE = 0,
+    PNEUFORCE_FAULT_SENSOR = 1,
+    PNEUFORCE_FAULT_STUCK = 2,
+    PNEUFORCE_FAULT_SUPPLY_VOLTAGE = 3,
+    PNEUFORCE_FAULT_OVERPRESSURE = 4,
+    PNEUFORCE_FAULT_BURST = 5,
+    PNEUFORCE_FAULT_LIMIT_POINT = 6,
+    PNEUFORCE_FAULT_NO_RISE = 7,
+    PNEUFORCE_FAULT_INLET_OPEN = 8,
+    PNEUFORCE_FAULT_VENT_SHUT = 9,
+    PNEUFORCE_FAULT_OCCLUSION = 10,
+    PNEUFORCE_FAULT_LEAK = 11,
+    PNEUFORCE_FAULT_TIMEOUT = 12,
+    PNEUFORCE_FAULT_HOST_SILENT = 13,
+    PNEUFORCE_FAULT_WATCHDOG = 14,
+    PNEUFORCE_FAULT_LEASE_EXPIRED = 32,
+    PNEUFORCE_FAULT_BOARD_RESET = 33,
+    PNEUFORCE_FAULT_LINK_LOST = 34,
+    PNEUFORCE_FAULT_PRESSURE_LIMIT = 35,
+    PNEUFORCE_FAULT_SENSOR_LIMIT = 36,
+    PNEUFORCE_FAULT_SENSOR_STUCK = 37,
+    PNEUFORCE_FAULT_DISAGREEMENT = 38,
+    PNEUFORCE_FAULT_NOT_VENTED = 39,
+    PNEUFORCE_FAULT_FORCE_LIMIT = 40,
+    PNEUFORCE_FAULT_CAN_MASTER_LOST = 41
 };
 
 static inline uint32_t pneuforce_bits(const uint16_t *words, bool low_word_first)
@@ -558,7 +586,7 @@ static inline bool pneuforce_calibration_date(const uint16_t *from_768, bool low
     return true;
 }
 
-/* 778: First fault code. */
+/* 778: Code of the fault that came first, 0 where there is none. */
 static inline bool pneuforce_first_fault(const uint16_t *from_768, uint16_t *value)
 {
     memcpy(value, from_768 + 10, sizeof *value);

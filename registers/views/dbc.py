@@ -99,7 +99,7 @@ def _signals(frame: Frame) -> Iterator[_Signal]:
 def _number(declared: Field, start: int, may_be_absent: bool) -> _Signal:
     low, high = span(declared) or _span_of_values(declared)
     scale = declared.scale
-    values = dict(declared.values.names) if declared.values else {}
+    values = dict(declared.code_names)
     absent = declared.not_available if may_be_absent else None
     if absent is not None:
         values[int(absent)] = "not_available"

@@ -10,6 +10,7 @@ from registers.map import (
     ANSWERS,
     BY_NAME,
     COMMANDS,
+    FAULTS,
     HOLDERS,
     METHODS,
     MODES,
@@ -34,6 +35,7 @@ ENUMERATIONS: Mapping[str, Values] = {
     "command code": COMMANDS,
     "answer state": ANSWERS,
     "method": METHODS,
+    "fault": FAULTS,
 }
 
 

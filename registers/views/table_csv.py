@@ -56,7 +56,6 @@ def _place(frame: Frame, at: int) -> dict[str, str]:
 
 
 def _facts(field: Field) -> dict[str, str]:
-    names = field.values.names if field.values else {}
     return {
         "name": field.name,
         "type": TYPES[field.wire],
@@ -65,6 +64,6 @@ def _facts(field: Field) -> dict[str, str]:
         "high": "" if field.high is None else number(field.high),
         "also": " ".join(number(value) for value in field.also),
         "not_available": not_available_text(field),
-        "values": "; ".join(f"{code} {name}" for code, name in names.items()),
+        "values": "; ".join(f"{code} {name}" for code, name in field.code_names.items()),
         "meaning": field.doc,
     }

@@ -48,7 +48,7 @@ def _facts(field: Field) -> dict[str, Any]:
         "also": list(field.also) or None,
         "constant": field.constant,
         "not_available": not_available_text(field) or None,
-        "values": field.values.names if field.values else None,
+        "values": field.code_names or None,
         "bits": {bit.name: bit.number for bit in field.bits.bits} if field.bits else None,
         "meaning": field.doc,
     }

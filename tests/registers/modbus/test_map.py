@@ -5,9 +5,11 @@ from itertools import combinations
 
 import pytest
 
+from instrument.faults import HostFault
+from instrument.rig.frames import Fault
 from instrument.snapshot import Snapshot
 from registers.field import UNITS, Wire
-from registers.map import BLOCKS, MAP_HASH, REGISTERS, STATUS
+from registers.map import BLOCKS, FAULTS, MAP_HASH, REGISTERS, STATUS
 from registers.modbus.bank import Bank
 from registers.modbus.codes import Code
 
@@ -78,6 +80,10 @@ def test_status_bits_are_unique_and_fit_32_bits():
     numbers = [bit.number for bit in STATUS.bits]
     assert len(set(numbers)) == len(numbers)
     assert set(numbers) <= set(range(32))
+
+
+def test_every_fault_of_board_and_host_has_its_code_and_word():
+    assert FAULTS.names == {fault: fault.name.lower() for fault in (*Fault, *HostFault)}
 
 
 def test_the_instrument_tells_the_hash_of_its_map():

@@ -85,6 +85,8 @@ def test_the_table_tells_unit_span_and_the_code_of_no_value():
     assert rows["modbus", "", "force"]["not_available"] == "NaN"
     assert rows["modbus", "", "lease"]["also"] == "0"
     assert rows["modbus", "", "answer_state"]["values"] == "0 idle; 1 busy; 2 done; 3 failed"
+    assert "; 11 leak; " in rows["modbus", "", "first_fault"]["values"]
+    assert "; 65291 leak; " in rows["can", "Emergency", "error_code"]["values"]
 
 
 def test_the_tree_is_the_map():
