@@ -45,7 +45,8 @@ STRANGERS = [
 
 
 @pytest.mark.parametrize(("_name", "pieces", "sentence"), STRANGERS, ids=[row[0] for row in STRANGERS])
-def test_a_server_that_is_none_is_given_up_soon_and_its_words_are_told(_name, pieces, sentence):
+def test_a_server_that_is_none_is_given_up_soon_and_its_words_are_told(_name, pieces, sentence, monkeypatch):
+    monkeypatch.setattr("registers.can.daemon._ANSWER_S", 0.2)
     with server_that_says(*pieces) as port:
         begun_s = time.monotonic()
         with pytest.raises(OSError, match=f"can0 at 127.0.0.1:{port} cannot be opened: .*{sentence}"):

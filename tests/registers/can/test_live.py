@@ -126,9 +126,9 @@ def test_a_controller_that_takes_nothing_for_a_second_is_called_down_until_it_ta
     assert "nobody there acknowledges" in said[0]
 
 
-def test_sending_never_waits_for_a_controller_that_stands(monkeypatch):
-    controller, go_on = _Controller(None), threading.Event()
-    controller.send = lambda frame: go_on.wait(30)
+def test_a_controller_that_stands_costs_the_oldest_frames_and_never_the_senders_time(monkeypatch):
+    controller, go_on, sent = _Controller(None), threading.Event(), []
+    controller.send = lambda frame: go_on.wait(30) and sent.append(frame)
     monkeypatch.setattr("registers.can.live.Bus", lambda at: controller)
     with opened(BusAt()) as bus:
         for number in range(3 * MOST_FRAMES):
@@ -136,6 +136,8 @@ def test_sending_never_waits_for_a_controller_that_stands(monkeypatch):
         assert bus.counters.sent == 0
         assert bus.dropped >= 2 * MOST_FRAMES - 1
         go_on.set()
+        wait_for(lambda: bus.counters.sent + bus.dropped == 3 * MOST_FRAMES)
+    assert sent[-MOST_FRAMES:] == [numbered(number) for number in range(2 * MOST_FRAMES, 3 * MOST_FRAMES)]
 
 
 def shakes_hands(link):
