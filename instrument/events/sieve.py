@@ -11,10 +11,10 @@ from instrument.events.record import Facts, Moment, Record, written
 SILENT_S = 60.0  #: a repetition that stays away for so long has ended
 LONG_S = 3600.0  #: one that does not end is told so often
 BURST = 200.0  #: records of one peer and one grade at once
-#: And per second. Who is refused without end may not fill a disk within a season: 20 MB a day.
+#: And per second. Who is refused without end may not fill a disk within a season.
 PER_S = {"vent": 20.0, "accepted": 20.0, "refused": 1.0}
 MOST_LINES = 32  #: different writes of one peer that are recognised when they come again
-MOST_PEERS = 64  #: told apart at once; those beyond share one memory
+MOST_PEERS = 64  #: with a memory of their own at once; those beyond share one
 
 Peer = tuple[str, str]
 OTHERS: Peer = ("others", "")
@@ -77,18 +77,27 @@ class Budget:
 
     def spend(self, now_s: float) -> bool:
         """Whether there was one left."""
-        self.left = min(BURST, self.left + self.per_s * max(0.0, now_s - self._at_s))
-        self._at_s = now_s
+        self._refill(now_s)
         if self.left < 1.0:
             return False
         self.left -= 1.0
         return True
 
+    def is_full(self, now_s: float) -> bool:
+        """Whether it is what a new one would be."""
+        self._refill(now_s)
+        return self.left >= BURST
+
+    def _refill(self, now_s: float) -> None:
+        self.left = min(BURST, self.left + self.per_s * max(0.0, now_s - self._at_s))
+        self._at_s = now_s
+
 
 @dataclass(slots=True)
 class _Memory:
-    """What is remembered of one peer."""
+    """What is remembered of one peer, or of those that share it under one name."""
 
+    shared_as: str = ""
     lines: dict[Hashable, Tally] = field(default_factory=dict)  # the least recent first
     held_back: dict[Hashable, Tally] = field(default_factory=dict)
     budgets: dict[str, Budget] = field(default_factory=dict)
@@ -114,6 +123,8 @@ class _Memory:
             return
         held = self.held_back.setdefault(grade, Tally("held_back", at, facts))
         held.facts = facts
+        if self.shared_as:
+            held.facts = {**facts, "who": self.shared_as, "last_who": facts.get("who")}
         held.add(at, facts.get("times", 1))
 
     def due(self, at: Moment) -> Iterator[Record]:
@@ -125,9 +136,10 @@ class _Memory:
                 if silent:
                     del tallies[line]
 
-    @property
-    def empty(self) -> bool:
-        return not self.lines and not self.held_back
+    def is_blank(self, now_s: float) -> bool:
+        """Whether it is as good as a new one: who falls silent for a moment gets no second burst by that."""
+        full = all(budget.is_full(now_s) for budget in self.budgets.values())
+        return full and not self.lines and not self.held_back
 
 
 class Sieve:
@@ -139,16 +151,17 @@ class Sieve:
     def sift(self, peer: Peer, deed: Deed, at: Moment) -> list[Record]:
         """Records that a peer's deed calls for now: often none."""
         if peer not in self._memories and len(self._memories) >= MOST_PEERS:
+            deed = deed._replace(line=(peer, deed.line))  # what two of them do is no repetition
             peer = OTHERS
         memory = self._memories.get(peer)
         if memory is None:
-            memory = self._memories[peer] = _Memory()
+            memory = self._memories[peer] = _Memory(OTHERS[0] if peer == OTHERS else "")
         return memory.sift(deed, at)
 
     def due(self, at: Moment) -> list[Record]:
         """Records of what was counted and has ended, or goes on for an hour; to be asked now and then."""
         records = [record for memory in self._memories.values() for record in memory.due(at)]
-        self._memories = {peer: memory for peer, memory in self._memories.items() if not memory.empty}
+        self._memories = {peer: m for peer, m in self._memories.items() if not m.is_blank(at.mono_s)}
         return records
 
     def rest(self, at: Moment) -> list[Record]:

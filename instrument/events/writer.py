@@ -67,9 +67,9 @@ class Writer:
     # ---- the thread
 
     def _run(self) -> None:
-        while not self._end.is_set():
-            self._end.wait(TRY_AGAIN_S if self.trouble else GATHER_S)
+        while not self._end.wait(TRY_AGAIN_S if self.trouble else GATHER_S):
             self._try()
+        self._try()  # what was put before the end was set: `stop` among it
         unwritten = len(self._waiting) + len(self._batch)
         if unwritten:
             log.error("event log %s: %d records could not be written", self.path, unwritten)

@@ -1,5 +1,7 @@
 """What is new gets a record; repetitions and floods are counted, in virtual time."""
 
+import pytest
+
 from instrument.events.record import Moment
 from instrument.events.sieve import BURST, LONG_S, MOST_LINES, MOST_PEERS, PER_S, SILENT_S, Deed, Sieve
 
@@ -11,8 +13,16 @@ def moment(now_s):
     return Moment(UTC_US + round(now_s * 1e6), now_s)
 
 
-def a_write(value=8.0, *, name="setpoint_requested_kpa", verdict="accepted", changed=False, grade="accepted"):
-    facts = {"kind": "write", "who": "plc", "values": {name: (value, value)}, "verdict": verdict}
+def a_write(
+    value=8.0,
+    *,
+    name="setpoint_requested_kpa",
+    verdict="accepted",
+    changed=False,
+    grade="accepted",
+    who="plc",
+):
+    facts = {"kind": "write", "who": who, "values": {name: (value, value)}, "verdict": verdict}
     return Deed(facts, (name,), (value, verdict), grade, changed)
 
 
@@ -139,6 +149,51 @@ def test_pairs_of_bad_requests_do_not_get_round_the_budget():
     assert len(log.records) <= BURST + PER_S["refused"] * 20 + 1
     told = [r.facts for r in log.records] + log.end(20.0)
     assert sum(facts.get("times", 1) for facts in told) == 20_000
+
+
+@pytest.mark.parametrize(
+    ("addresses", "silence_s", "until_s"), [(1, SILENT_S + 2.0, 6000.0), (2 * MOST_PEERS, 1.0, 600.0)]
+)
+def test_pauses_between_bursts_do_not_get_round_the_budget(addresses, silence_s, until_s):
+    """Nor do they where each burst comes from another address."""
+    log, number, now_s = Log(), 0, 0.0
+    while now_s < until_s:
+        for _ in range(200):
+            number += 1
+            log.did(a_bad_request(number), now_s, ("modbus_tcp", str(number // 200 % addresses)))
+        for _ in range(int(silence_s)):
+            now_s += 1.0
+            log.due(now_s)
+    kept = sum(record.facts["kind"] == "request" for record in log.records)
+    assert kept <= min(addresses, MOST_PEERS + 1) * (BURST + PER_S["refused"] * now_s)
+    assert len(log.records) <= 1.1 * kept
+
+
+def crowded():
+    """A log to which so many addresses have written that the next ones share a memory."""
+    log = Log()
+    for number in range(MOST_PEERS):
+        log.did(a_write(), 0.0, ("modbus_tcp", str(number)))
+    return log
+
+
+def test_of_those_that_share_a_memory_each_ones_write_is_its_own():
+    log = crowded()
+    for who in ("first", "second", "first", "second", "second"):
+        log.did(a_write(who=who), 1.0, ("modbus_tcp", who))
+    assert [record.facts["who"] for record in log.records[MOST_PEERS:]] == ["first", "second"]
+    told = {facts["who"]: facts["times"] for facts in log.end(2.0)}
+    assert (told["first"], told["second"]) == (1, 2)
+
+
+def test_what_is_held_back_of_those_that_share_a_memory_is_laid_on_none_of_them():
+    log = crowded()
+    for number in range(1000):
+        who = f"10.0.1.{number % 250}"
+        deed = a_bad_request(number)
+        log.did(deed._replace(facts={**deed.facts, "who": who}), 1.0, ("modbus_tcp", who))
+    (told,) = (facts for facts in log.end(2.0) if facts["kind"] == "held_back")
+    assert (told["who"], told["times"], told["of"]["last_who"]) == ("others", 1000 - BURST, "10.0.1.249")
 
 
 def test_memory_stays_bounded_under_ever_new_addresses_and_requests():

@@ -32,6 +32,14 @@ def test_a_log_goes_on_where_it_ended(tmp_path):
     assert (first.records, again.records) == (3, 7)
 
 
+def test_sqlite_waits_for_the_disk_at_each_commit(tmp_path):
+    """Nothing short of a power cut shows it; 2 is FULL."""
+    store = Store(tmp_path / "log")
+    assert store._db.execute("PRAGMA synchronous").fetchone() == (2,)
+    assert store._db.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    store.close()
+
+
 @pytest.mark.parametrize(
     "statement",
     ["UPDATE records SET body = '{}'", "DELETE FROM records", "DELETE FROM records WHERE number = 3"],

@@ -15,7 +15,7 @@ from instrument.events.store import NotOurs, Store
 from instrument.events.writer import MOST_WAITING, Writer
 from tests.instrument.events.keeping import a_record, chain_of
 
-SOON_S = 5.0
+SOON_S = 20.0
 
 
 def wait_until(so):
@@ -52,6 +52,23 @@ def test_what_is_put_last_is_on_the_disk_when_it_is_closed(tmp_path):
         writer.put(a_record(number))
     writer.close()
     assert chain_of(tmp_path / "log").records == 2500
+
+
+def test_what_is_put_after_the_last_look_is_on_the_disk_when_it_is_closed(tmp_path, monkeypatch):
+    """The moment that is rare by itself: put and closed just behind a look at what waits."""
+    look, late = Writer._try, [a_record(0)]
+
+    def look_and_hear_of_the_end(writer):
+        look(writer)
+        while late:
+            writer.put(late.pop())
+            writer._end.set()
+
+    monkeypatch.setattr(Writer, "_try", look_and_hear_of_the_end)
+    writer = Writer(tmp_path / "log")
+    wait_until(lambda: not late)
+    writer.close()
+    assert chain_of(tmp_path / "log").records == 1
 
 
 def test_a_folder_that_vanishes_costs_no_record_and_the_new_file_names_the_old_head(writer, caplog):
