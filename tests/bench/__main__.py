@@ -21,6 +21,7 @@ from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
 from sim.sensor import SensorSettings
 from tests.bench.avr import bench_avr
+from tests.bench.can import bench_burst, bench_can
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.model import bench_arrays, bench_chain
 from tests.system.waiting import inflate
@@ -143,3 +144,5 @@ if __name__ == "__main__":
     bench_estimate()
     bench_latency()
     bench_keep_alive()
+    bench_can()
+    bench_burst()

@@ -1,0 +1,220 @@
+"""Force frames at 500 Hz as another process receives them: `python -m tests.bench.can [SECONDS]`.
+
+The whole instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable notes
+when each sample's last byte goes to the instrument, a listener on the hub when each frame is there. At the
+end the relay passes no more: the last sample and the last frame with a value belong together, and so do all
+before them.
+"""
+
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, closing
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from instrument.rig.frames import Decoder, Sample
+from instrument.rig.port import SerialPort
+from registers.can.bus import Bus, BusAt, BusFull
+from registers.can.frames import DEFAULT_NODE_ID, FORCE
+from registers.can.wire import CanFrame
+from registers.modbus.client import Plc
+from sim.cable import Cable
+from tests.bench.modbus import built, load
+from tests.system.waiting import inflate
+from teststand.children import Child
+from teststand.stack import free_port, toml
+
+POLLERS, POLL_HZ, SECONDS, RATE_HZ = 32, 20, 20, 500
+INTERVAL_MS, DELAY_MS = 4, 5  #: targets for the 99th percentile
+WARM_S = 2.0
+BURST = 10_000
+FORCE_ID = FORCE.base_id + DEFAULT_NODE_ID
+
+
+def at(port):
+    return BusAt(interface="socketcand", port=port)
+
+
+def asked_to_end():
+    return bool(select.select([sys.stdin], [], [], 0)[0])
+
+
+def relay(link):
+    """Carry bytes between a host and the simulator at `link` and note the samples, until stdin ends it."""
+    samples_s, decoder = [], Decoder.of_board()
+    with closing(SerialPort(link)) as board, closing(Cable()) as host:
+        print(json.dumps({"port": host.port}), flush=True)
+        while not asked_to_end():
+            readable, _, _ = select.select([board, host], [], [], 0.01)
+            if board in readable:
+                data = board.read()
+                samples = [f for f in decoder.feed(data) if isinstance(f.message, Sample)]
+                samples_s += [time.monotonic()] * len(samples)
+                host.write(data)
+            if host in readable:
+                board.write(host.read())
+        time.sleep(0.5)  # nothing goes to the host any more: what it sends now is of the samples above
+        print(json.dumps(samples_s), flush=True)
+
+
+def listen(port):
+    """Note when each Force frame came, its counter, and whether it has a value, until stdin ends it."""
+    frames = []
+    with closing(Bus(at(int(port)))) as bus:
+        print(json.dumps({}), flush=True)
+        while not asked_to_end():
+            heard = bus.receive()
+            if heard and heard[1].id == FORCE_ID:
+                codes = FORCE.codes(heard[1].data)
+                there = codes["pressure"] != FORCE.fields[1].not_available
+                frames.append((time.monotonic(), codes["counter"], there))
+    print(json.dumps(frames), flush=True)
+
+
+def sleep():
+    """Sleep until one time after another, as often as frames come, and note by how much too long."""
+    late_ms, due_s = [], time.monotonic()
+    print(json.dumps({}), flush=True)
+    while not asked_to_end():
+        due_s = max(due_s, time.monotonic()) + 1 / RATE_HZ
+        time.sleep(max(0.0, due_s - time.monotonic()))
+        late_ms.append((time.monotonic() - due_s) * 1e3)
+    print(json.dumps(late_ms), flush=True)
+
+
+def spread(values_ms):
+    values_ms = sorted(values_ms)
+    p99 = values_ms[int(0.99 * len(values_ms))]
+    return f"p50 {values_ms[len(values_ms) // 2]:.2f} ms, p99 {p99:.2f} ms", f"worst {values_ms[-1]:.1f} ms"
+
+
+class Part:
+    """A process of this bench, which says one line of JSON when it works, and one at its end."""
+
+    def __init__(self, stack, *words):
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "tests.bench.can", *map(str, words)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        stack.callback(self._process.kill)
+        self.began = json.loads(self._process.stdout.readline())
+
+    def end(self):
+        return json.loads(self._process.communicate("end\n")[0])
+
+
+def poll(folder, port, seconds):
+    """Have the Modbus clients poll for so long; what they are written in."""
+    if shutil.which("pkg-config") and not subprocess.call(["pkg-config", "--exists", "libmodbus"]):
+        load(built(folder, "load"), port, POLLERS, seconds, (POLL_HZ,))
+        return "C"
+    words = [sys.executable, "-m", "tests.bench.pollers", *map(str, (port, POLLERS, POLL_HZ, seconds))]
+    subprocess.run(words, check=True, capture_output=True)
+    return "Python"
+
+
+def bench_can(seconds=SECONDS):
+    """Print frames lost, their intervals, and the delay from the rig's byte to the frame received."""
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        link, modbus = Path(folder) / "rig", free_port()
+        stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)])).ready()
+        hub = stack.enter_context(Child("hub", ["registers.can.hub", "--port", "0"])).ready()["port"]
+        cable = Part(stack, "--relay", link)
+        can = {"enabled": True, "interface": "socketcand", "port": hub, "force_rate_hz": RATE_HZ}
+        tables = {"rig": cable.began, "modbus": {"port": modbus}, "can": can}
+        file = Path(folder) / "instrument.toml"
+        file.write_text(toml(tables))
+        stack.enter_context(Child("host", ["instrument", "run", "--config", str(file)])).ready()
+        with Plc.connect(port=modbus) as plc:
+            inflate(plc, 8.0)
+        listener, sleeper = Part(stack, "--listen", hub), Part(stack, "--sleep")
+        begun_s = time.monotonic()
+        pollers = poll(folder, modbus, seconds)
+        ended_s = time.monotonic()
+        late_ms = sleeper.end()
+        samples_s, frames = cable.end(), listener.end()
+    _print_force(samples_s, frames, (begun_s + WARM_S, ended_s), pollers, late_ms)
+
+
+def _print_force(samples_s, frames, window, pollers, late_ms):
+    while frames and not frames[-1][2]:
+        frames.pop()  # said of a silent rig
+    paired = list(zip(reversed(samples_s), reversed(frames), strict=False))
+    inside = [(t_s, frame) for t_s, frame in paired[::-1] if window[0] <= frame[0] <= window[1]]
+    came_s, counters = [frame[0] for _, frame in inside], [frame[1] for _, frame in inside]
+    steps = [(b - a) & 0xFF for a, b in pairwise(counters)]
+    lost = sum(step - 1 for step in steps if step)
+    middle, worst = spread([(b - a) * 1e3 for a, b in pairwise(came_s)])
+    print(
+        f"Force frames at {RATE_HZ} Hz in another process, {POLLERS} Modbus clients in {pollers} at "
+        f"{POLL_HZ} Hz, {len(inside)} frames in {window[1] - window[0]:.0f} s: lost {lost}, repeated "
+        f"{steps.count(0)} (target 0); interval {middle} (target {INTERVAL_MS}), {worst}"
+    )
+    middle, worst = spread([(frame[0] - t_s) * 1e3 for t_s, frame in inside])
+    early = sum(frame[0] < t_s for t_s, frame in inside)
+    print(
+        f"rig byte → frame received: {middle} (target {DELAY_MS}), {worst}; "
+        f"{early} paired with a later sample"
+    )
+    middle, worst = spread(late_ms)
+    print(
+        f"beside it a process that only sleeps until a time woke up late by {middle}, {worst}; "
+        f"load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
+    )
+
+
+def bench_burst():
+    """Print what became of 10 000 frames that one client of the hub sends as fast as it can."""
+    with ExitStack() as stack:
+        port = stack.enter_context(Child("hub", ["registers.can.hub", "--port", "0"])).ready()["port"]
+        listener = Part(stack, "--count", port)
+        sender = stack.enter_context(closing(Bus(at(port))))
+        begun_s, full = time.monotonic(), 0
+        for n in range(BURST):
+            frame = CanFrame(FORCE_ID, n.to_bytes(8, "little"))
+            while not _sent(sender, frame):
+                full += 1
+        sent_s = time.monotonic() - begun_s
+        heard = listener.end()
+    print(
+        f"{BURST} frames through the hub at once: {BURST - heard['in_order']} lost or out of order "
+        f"(target 0); sent in {sent_s:.2f} s, received in {heard['last_s'] - begun_s:.2f} s, "
+        f"{full} times no room"
+    )
+
+
+def _sent(bus, frame):
+    try:
+        bus.send(frame)
+    except BusFull:
+        return False
+    return True
+
+
+def count(port):
+    """How many frames came in their order, and when the last one came."""
+    in_order, last_s = 0, 0.0
+    with closing(Bus(at(int(port)))) as bus:
+        print(json.dumps({}), flush=True)
+        while (heard := bus.receive()) or not asked_to_end():
+            if heard:
+                in_order += heard[1].data == in_order.to_bytes(8, "little")
+                last_s = time.monotonic()
+    print(json.dumps({"in_order": in_order, "last_s": last_s}))
+
+
+if __name__ == "__main__":
+    parts = {"--relay": relay, "--listen": listen, "--count": count, "--sleep": sleep}
+    if sys.argv[1:2] and sys.argv[1] in parts:
+        parts[sys.argv[1]](*sys.argv[2:])
+    else:
+        bench_can(*(int(argument) for argument in sys.argv[1:]))
+        bench_burst()
