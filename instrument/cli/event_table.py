@@ -69,10 +69,12 @@ def verify_events(path: Path, head: str | None) -> int:
     try:
         with opened(path) as rows:
             chain = verified(rows, head.lower() if head else None)
+        if not chain.records:
+            raise Broken("it holds no record; was it moved, or copied, without what lies beside it as -wal?")
     except (Broken, Damaged) as wrong:
         print(f"{path}: NOT GOOD: {wrong}")
         return 1
-    span = f" from {chain.first_at} to {chain.last_at}" if chain.records else ""
+    span = f" from {chain.first_at} to {chain.last_at}"
     kept = ", the noted head among them" if head else ""
     print(f"{chain.records} records{span}, unbroken{kept}, head {chain.head}")
     return 0

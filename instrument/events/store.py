@@ -17,6 +17,7 @@ from instrument.events.record import GENESIS, seal
 APPLICATION = 0x504E4576  #: in the header of the file, so that it is known for what it is
 VERSION = 1
 LOCK_WAIT_S = 1.0
+CLOSE_WAIT_MS = 200  #: for who reads meanwhile; the end of an instrument waits no longer
 
 _SCHEMA = f"""
     BEGIN IMMEDIATE;
@@ -43,11 +44,14 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._ahead = Path(f"{path}-wal")
         # A lock of its own, for SQLite's are not held between transactions. The descriptor must outlive
         # SQLite's: closing any descriptor of a file drops all POSIX locks that the process has on it.
         self._lock = _locked(path)
         try:
+            self._refuse_leftovers()
             self._open()
+            self._ours = {file: _identity(file) for file in (self._ahead, Path(f"{path}-shm"))}
         except sqlite3.DatabaseError as error:
             os.close(self._lock)
             if getattr(error, "sqlite_errorcode", 0) & 0xFF in _NO_DATABASE:
@@ -56,6 +60,14 @@ class Store:
         except BaseException:
             os.close(self._lock)
             raise
+
+    def _refuse_leftovers(self) -> None:
+        """SQLite would throw away what lies beside an empty file."""
+        if not os.fstat(self._lock).st_size and self._ahead.is_file() and self._ahead.stat().st_size:
+            raise NotOurs(
+                f"{self._ahead} holds records of a log that was moved without it: move it to that log, "
+                "under the log's name and -wal, or delete it"
+            )
 
     def _open(self) -> None:
         self._db = sqlite3.connect(
@@ -106,16 +118,29 @@ class Store:
         return rows
 
     def check_in_place(self) -> None:
-        """Raises OSError where the file that is open is not the one with that name any more."""
-        ours, named = os.fstat(self._lock), self._path.stat()
-        if (ours.st_dev, ours.st_ino) != (named.st_dev, named.st_ino):
-            raise OSError(errno.ESTALE, "another file has taken its place")
+        """Raises OSError where a file that is open is not the one with that name any more."""
+        named = os.fstat(self._lock)
+        for file, ours in {self._path: (named.st_dev, named.st_ino), **self._ours}.items():
+            if _identity(file) != ours:
+                raise OSError(errno.ESTALE, f"{file.name} was taken away, or another put in its place")
 
     def close(self) -> None:
-        """Give the file back."""
+        """Give the file back, complete: SQLite leaves a moved one without its write-ahead log."""
+        with suppress(sqlite3.Error):
+            self._db.execute(f"PRAGMA busy_timeout = {CLOSE_WAIT_MS}")
+            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         with suppress(sqlite3.Error):
             self._db.close()
         os.close(self._lock)
+
+
+def _identity(file: Path) -> tuple[int, int] | None:
+    """What tells a file from another that has taken its name; None where there is none."""
+    try:
+        found = file.stat()
+    except FileNotFoundError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def check_identity(db: sqlite3.Connection, path: Path) -> bool:

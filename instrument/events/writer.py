@@ -36,6 +36,7 @@ class Writer:
         self._lost: Tally | None = None
         self._store: Store | None = None
         self._head: bytes | None = None  # of the file as it was last seen
+        self._displaced = ""  # which of its files was taken away, until a record says so
         self._promised: bytes | None = None  # its head if a commit that failed was carried out after all
         self._end = Event()
         try:
@@ -93,19 +94,27 @@ class Writer:
         self._store = store = Store(self.path)
         if self._head is not None and store.head == self._promised:
             self._batch = []
-        elif self._head not in (None, store.head):
-            facts = {"kind": "file_changed", "head_before": (self._head or b"").hex()}
+        elif self._displaced or self._head not in (None, store.head):
+            why = self._displaced or "another file was found under its name"
+            facts = {"kind": "file_changed", "why": why, "head_before": (self._head or b"").hex()}
             self._batch.insert(0, body_of(Record(_now(), facts)))
-        self._head, self._promised = store.head, None
+        self._head, self._promised, self._displaced = store.head, None, ""
 
     def _write(self) -> None:
         assert self._store is not None
-        self._store.check_in_place()
+        self._check_in_place(self._store)
         while self._batch or self._waiting:
             self._take()
             self._promised = self._store.sealed(self._batch)[-1][2]
             self._store.append(self._batch)
             self._batch, self._head, self._promised = [], self._store.head, None
+
+    def _check_in_place(self, store: Store) -> None:
+        try:
+            store.check_in_place()
+        except OSError as error:
+            self._displaced = _why(error)
+            raise
 
     def _take(self) -> None:
         """Fill the batch. A record is never in neither place, or more than may wait would be let in."""

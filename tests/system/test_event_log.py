@@ -110,6 +110,13 @@ def test_a_log_that_was_cut_off_lacks_the_head(lived, tmp_path):
     assert (verified.returncode, "cut off" in verified.stdout) == (1, True)
 
 
+def test_a_file_without_a_record_is_not_called_good(tmp_path):
+    (tmp_path / "emptied").touch()
+    for file in (tmp_path / "emptied", written(tmp_path / "log", range(0))):
+        verified = log("verify", "--file", file)
+        assert (verified.returncode, "NOT GOOD: it holds no record" in verified.stdout) == (1, True)
+
+
 def test_the_table_says_it_in_words(lived):
     shown = log("show", "--file", lived[0], "--last", "0").stdout
     assert re.search(r"modbus_tcp 127\.0\.0\.1 +accepted +setpoint_requested_kpa nan → 8\b", shown)

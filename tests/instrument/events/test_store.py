@@ -1,5 +1,6 @@
 """The file: it only grows, it belongs to one instrument, and it is told from others."""
 
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -115,6 +116,20 @@ def test_a_second_instrument_on_the_same_file_is_refused_and_harms_nothing(tmp_p
     assert chain_of(file).records == 2
     store.close()
     assert chain_of(file).records == 2
+
+
+def test_what_a_killed_instrument_left_beside_a_log_that_was_moved_is_not_thrown_away(tmp_path):
+    killed, store = tmp_path / "killed", Store(tmp_path / "log")
+    store.append([b"{}"])
+    killed.mkdir()
+    shutil.copy(tmp_path / "log", killed / "2026")
+    shutil.copy(tmp_path / "log-wal", killed / "log-wal")
+    store.close()
+    with pytest.raises(NotOurs, match="log-wal holds records of a log that was moved without it"):
+        Store(killed / "log")
+    (killed / "log-wal").rename(killed / "2026-wal")
+    assert chain_of(killed / "2026").records == 1
+    Store(killed / "log").close()
 
 
 def test_a_log_that_is_not_there_is_a_sentence_and_is_not_made(tmp_path):

@@ -99,6 +99,51 @@ def test_a_file_that_was_replaced_is_noticed(writer):
     assert [body["kind"] for body in bodies(writer.path)] == ["file_changed", "test"]
 
 
+def ten_kept(writer):
+    """Committed, and by no checkpoint in the file itself as yet."""
+    for number in range(10):
+        writer.put(a_record(number))
+    wait_until(lambda: chain_of(writer.path).records == 10)
+    return writer.path
+
+
+def test_a_log_that_is_moved_away_while_it_is_written_keeps_what_was_committed(writer):
+    file = ten_kept(writer)
+    moved = file.rename(file.with_name("2026"))
+    wait_until(file.exists)
+    writer.put(a_record(10))
+    wait_until(lambda: len(bodies(file)) == 2)
+    assert [body["which"] for body in bodies(moved)] == list(range(10))
+    changed, added = bodies(file)
+    assert (changed["kind"], added["which"]) == ("file_changed", 10)
+    assert changed["head_before"] == chain_of(moved).head
+    assert "log was taken away" in changed["why"]
+
+
+def test_a_log_that_is_moved_just_before_the_end_keeps_what_was_committed(tmp_path):
+    store = Store(tmp_path / "log")
+    store.append([b"{}"])
+    moved = (tmp_path / "log").rename(tmp_path / "2026")
+    store.close()
+    assert chain_of(moved).records == 1
+
+
+@pytest.mark.parametrize("beside", ["-wal", "-shm"])
+def test_what_lies_beside_the_log_may_be_deleted_and_a_kill_costs_no_record_all_the_same(writer, beside):
+    file = ten_kept(writer)
+    file.with_name(f"log{beside}").unlink()
+    wait_until(lambda: len(bodies(file)) == 11)
+    writer.put(a_record(10))
+    wait_until(lambda: len(bodies(file)) == 12)
+    as_after_a_kill = shutil.copytree(file.parent, file.parent.with_name("killed"))
+    *first, changed, last = bodies(as_after_a_kill / "log")
+    assert [body["which"] for body in [*first, last]] == list(range(11))
+    assert (changed["kind"], changed["why"].partition(",")[0]) == (
+        "file_changed",
+        f"log{beside} was taken away",
+    )
+
+
 def test_what_waits_is_bounded_and_what_is_lost_is_counted(writer):
     shutil.rmtree(writer.path.parent)
     wait_until(lambda: writer.trouble)
@@ -193,6 +238,33 @@ def test_a_file_that_may_not_grow_loses_nothing_and_is_written_when_it_may(tmp_p
     assert "disk" in trouble
     assert [body["which"] for body in bodies(tmp_path / "log")] == list(range(int(count)))
     assert done.stderr.count("measuring goes on") == 1
+
+
+MOVED = """
+import resource, sys, time
+from pathlib import Path
+from instrument.events.writer import Writer
+from tests.instrument.events.keeping import a_record, chain_of
+from tests.instrument.events.test_writer import wait_until
+file = Path(sys.argv[1])
+writer, hard = Writer(file), resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+for number in range(50):
+    writer.put(a_record(number, padding="x" * 500))
+wait_until(lambda: chain_of(file).records == 50)
+resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
+file.rename(file.with_name("2026"))
+wait_until(lambda: "moved without it" in writer.trouble)
+file.with_name("log-wal").rename(file.with_name("2026-wal"))
+resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+wait_until(lambda: not writer.trouble)
+writer.close()
+"""
+
+
+@pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="no limit to file sizes here")
+def test_a_log_moved_away_on_a_full_disk_throws_nothing_away(tmp_path):
+    filled(MOVED, tmp_path / "log")
+    assert [body["which"] for body in bodies(tmp_path / "2026")] == list(range(50))
 
 
 BRIM = """
