@@ -36,8 +36,7 @@ class Parameters:
     def set(self, at: Place, value: int) -> None:
         """Change one. Raises Abort where the node could then load the bus by more than 60 %."""
         changed = self._values | {at: value}
-        load = bus_load(changed, self._options)
-        if load > HIGHEST_LOAD and load > bus_load(self._values, self._options):
+        if not bus_load(changed, self._options) <= HIGHEST_LOAD:
             raise Abort(Why.VALUE)
         self._values = changed
 

@@ -1,5 +1,6 @@
 """What reaches the instrument from a CANopen master, and what does not."""
 
+import math
 import struct
 
 import pytest
@@ -99,6 +100,35 @@ def test_what_is_out_of_limits_is_told_to_whoever_keeps_a_log_and_goes_no_furthe
         (bytes.fromhex("002200 00004841"), "value too high"),
         (bytes.fromhex("002000"), "attempt to write a read-only object"),
     ]
+
+
+def test_a_malformed_command_is_told_to_whoever_keeps_a_log():
+    master = Master(OPERATIONAL)
+    master.say("205 40 1F 01")
+    assert master.rig.turned_away == [(bytes.fromhex("401f01"), "length")]
+
+
+def test_an_order_that_takes_time_is_answered_when_it_has_ended():
+    master = Master(OPERATIONAL)
+    master.rig.set(answer_state="busy")
+    assert master.say("205 00 00 02 07 00 00 00 00") == []
+    assert [f for _, f in master.wait(0.5) if f.id == 0x485] == []
+    master.rig.set(answer_state="failed", answer_result="cause_persists")
+    (answer,) = [f for _, f in master.wait(0.5) if f.id == 0x485]
+    assert answer.data[:2] == bytes((7, 16 + 5))
+
+
+@pytest.mark.parametrize(
+    ("now", "status"),
+    [
+        ({"status": frozenset({"force_valid", "force_limit"}), "pressure_kpa": 8.0}, (2, 0)),
+        ({"status": frozenset({"overpressure"}), "pressure_kpa": 26.0}, (1, 2)),
+        ({"status": frozenset(), "pressure_kpa": math.nan}, (1, 1)),
+    ],
+)
+def test_the_status_of_each_channel_says_valid_and_above(now, status):
+    master = Master(rig=Rig(**now))
+    assert tuple(master.say(f"605 40 50 61 0{sub}")[0].data[4] for sub in (1, 2)) == status
 
 
 def test_a_segmented_write_asks_once_and_whole():
