@@ -31,16 +31,26 @@ class Responder:
 
     Checks come in the order of the specification's flow charts: function, quantity (03), address (02),
     value (03), then the source's own refusal (06); whatever is refused changes nothing. An answer shows one
-    snapshot. `read_only` refuses every write function (01).
+    snapshot. `read_only` refuses every write function (01). `vent_only` is for what is sent to everybody:
+    beyond a vent it is meant for others, so that it is neither carried out nor told of as refused.
 
     A vent is never refused: where mode := vent is among the words of a well-formed write, the source gets it,
     with the rest of the request if that can be accepted, else alone; the answer then refuses the rest.
     """
 
-    def __init__(self, bank: Bank, source: Source, identity: Identity, *, read_only: bool = False) -> None:
+    def __init__(
+        self,
+        bank: Bank,
+        source: Source,
+        identity: Identity,
+        *,
+        read_only: bool = False,
+        vent_only: bool = False,
+    ) -> None:
         self._bank = bank
         self._source = source
-        self._read_only = read_only
+        self._read_only = read_only or vent_only
+        self._tells = not vent_only
         self._log = SparingLog(logging.getLogger(__name__))
         self._handlers: dict[int, Handler] = {
             1: self._read_coils,
@@ -70,7 +80,7 @@ class Responder:
             return exception(function, Code.ILLEGAL_FUNCTION)
         try:
             answer = handler(pdu, peer, now_s)
-            if isinstance(answer, Code) and function in WRITE_FUNCTIONS:
+            if isinstance(answer, Code) and function in WRITE_FUNCTIONS and self._tells:
                 answer = self._refused(answer, pdu, peer, now_s)
         except Exception:  # one request's failure must not take the face away from the others
             self._log.say(now_s, "the request %s of %s failed", pdu.hex(" "), peer.address, trace=True)

@@ -48,7 +48,7 @@ class Unit:
         self._unit = unit
         bank, objects = Bank(word_swap=word_swap), Identity(identity)
         self._responder = Responder(bank, source, objects, read_only=read_only)
-        self._vent_only = Responder(bank, source, objects, read_only=True)
+        self._everybody = Responder(bank, source, objects, vent_only=True)
         self._decoder, self._echo = Decoder(timing), Echo(timing)
         self._lost_when_sent = 0
 
@@ -77,7 +77,7 @@ class Unit:
             counters.echoes += 1
         elif unit == BROADCAST:
             counters.broadcasts += 1
-            self._vent_only.answer(pdu, _LINE, now_s)
+            self._everybody.answer(pdu, _LINE, now_s)
         elif unit != self._unit:
             counters.others += 1
         else:

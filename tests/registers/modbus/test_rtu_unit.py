@@ -108,6 +108,13 @@ def test_a_vent_within_a_broadcast_is_carried_out_without_the_rest(line):
 def test_every_other_broadcast_changes_nothing_and_is_not_answered(line, pdu):
     assert line.asked(pdu, unit=0) == ""
     assert line.source.asked == []
+    assert line.unit.counters.broadcasts == 1
+
+
+@pytest.mark.parametrize("pdu", ["06 0204 0001", "10 0202 0003 06 40000000 0000", "10", "05 0000 ff00"])
+def test_what_is_broadcast_to_others_is_told_as_refused_nowhere(line, pdu, caplog):
+    line.asked(pdu, unit=0)
+    assert (line.source.turned_away, caplog.messages) == ([], [])
 
 
 def test_a_unit_that_may_only_be_read_still_vents():
