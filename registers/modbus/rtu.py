@@ -11,10 +11,8 @@ from dataclasses import dataclass
 SHORTEST, LONGEST = 4, 256
 _CHARACTER_BITS = 11  #: start, 8 data, parity or a second stop, stop (2.5.1)
 _FAST_BAUD, _FAST_SILENCE_S = 19200, 0.00175  #: above it the silence is fixed (2.5.1.1)
-_BUFFER_CHARACTERS, _ADAPTER_S = (
-    16,
-    0.05,
-)  #: a UART's buffer; a USB adapter's timer is 16 ms, ours may be late
+_BUFFER_CHARACTERS = 16  #: of a UART
+_ADAPTER_S = 0.05  #: a USB adapter's timer is 16 ms, ours may be late
 _MOST_BYTES, _MOST_STARTS = 4 * LONGEST, 32
 
 
