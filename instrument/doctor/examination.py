@@ -43,6 +43,7 @@ class Row(NamedTuple):
     state: int
     valves: int
     frozen: bool
+    pressed: bool  #: the instrument sees a contact
 
 
 class Losses(NamedTuple):
@@ -112,6 +113,7 @@ class Examination:
                 sample.state,
                 sample.valves,
                 raw.frozen,
+                self.instrument.measurement.in_contact,
             )
         )
 

@@ -1,5 +1,7 @@
 """The examination on the simulated rig, in virtual time: a healthy one, and with each fault put in."""
 
+import re
+
 import pytest
 
 from instrument.doctor.causes import LINE, causes_of
@@ -116,6 +118,36 @@ def test_what_is_wrong_with_the_circuit_is_found_and_it_ends(fault, arguments, s
     ward.examined()
     assert ward.verdicts[check] is Verdict.BAD
     assert not ward.instrument.holding
+
+
+def touched():
+    """A ward where a hand presses the balloon that should only be held."""
+    ward = Ward(8.0).examined(Stage.LEAKING)
+    ward.run(1.0)
+    ward.world.rig.hand.press(1.0)
+    return ward
+
+
+def test_a_balloon_that_is_touched_is_no_leak_and_asked_for_again():
+    ward = touched()
+    ward.run(1.0)
+    ward.world.rig.hand.release()
+    check = ward.examined().checks["leak"]
+    assert check.verdict is Verdict.NOT_CHECKED
+    assert re.fullmatch(r"the balloon was pressed \(\+0\.\d\d kPa\)", check.found)
+    assert check.advice.startswith("let go and run it again")
+
+
+def test_a_balloon_that_is_vented_while_pressed_says_nothing_of_the_vent():
+    verdicts = touched().examined().verdicts
+    assert {verdicts[name] for name in ("leak", "venting")} == {Verdict.NOT_CHECKED}
+    assert verdicts["filling"] is verdicts["settling"] is Verdict.GOOD
+
+
+def test_a_vent_that_is_shut_is_bad_though_the_balloon_is_pressed():
+    ward = touched()
+    ward.faults.put_in("vent_shut")
+    assert ward.examined().verdicts["venting"] is Verdict.BAD
 
 
 def test_the_zero_of_a_rig_that_has_tripped_for_another_reason_is_not_judged():
