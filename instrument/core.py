@@ -155,6 +155,7 @@ class Instrument:
         if self.link_lost(now_s) and self.sample is not None:
             self.trip(HostFault.LINK_LOST)
         self._watch_lease(now_s)
+        self._obedience.tell(self.holding, now_s)
         if self._vent_due_s is not None and not (self.measurement.in_contact and now_s <= self._vent_due_s):
             self._vent_due_s = None
         finished = self.operations.finished(now_s)
@@ -202,12 +203,12 @@ class Instrument:
 
     def trip(self, fault: int) -> None:
         """Latch a fault and stop holding, at once: the one way to stop."""
-        self._views = {}
-        if self.faults.set(fault):
-            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
+        new = self.faults.set(fault)
         self.operations.clearing.discard(fault)
         self._vent_due_s = None
         self.advance(Step.TRIP)
+        if new:
+            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
 
     def vent(self, now_s: float) -> None:
         """Vent: carried out whatever the state, and told to the board even if "hold" follows at once."""
@@ -286,7 +287,7 @@ class Instrument:
         if self.arming is Arming.HOLDING:
             self._held_setpoint_kpa = wanted.setpoint_kpa
         if any(name.startswith("command_") for name in values):
-            self.commands(peer).write(values, now_s)
+            self.commands(peer).write(peer, values, now_s)
 
 
 def _tell(peer: Peer, values: Mapping[str, Any], refusal: Refusal, memory: PeerMemory) -> None:

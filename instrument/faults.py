@@ -48,6 +48,9 @@ STATUS_OF: Mapping[int, str] = {
 }
 
 
+_NAMES = {fault.value: fault.name for fault in (*Fault, *HostFault)}
+
+
 class Latch:
     """Faults in the order of their coming; each stays until all are cleared."""
 
@@ -87,9 +90,9 @@ class Latch:
 
 
 def name_of(code: int) -> str:
-    """Name of a fault, for people."""
-    known: type[IntEnum] = HostFault if code >= HostFault.LEASE_EXPIRED else Fault
-    return known(code).name.lower().replace("_", " ")
+    """Name of a fault, for people; one that a later board may know and we do not is called by its number."""
+    known = _NAMES.get(code)
+    return known.lower().replace("_", " ") if known else f"fault {code}"
 
 
 def codes_of(mask: int) -> Iterable[int]:

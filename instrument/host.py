@@ -201,8 +201,8 @@ class Host:
         except OSError as error:
             self._detach(str(error))
             return
-        self._log_events()
-        self._log_clock()
+        self._guarded(self._log_events)
+        self._guarded(self._log_clock)
         if self.link.board_restarts != self._restarts_seen:
             self._restarts_seen = self.link.board_restarts
             self.instrument.board_restarted()
@@ -215,11 +215,11 @@ class Host:
             self._guarded(self._use, sample, now_s)
 
     def _log_events(self) -> None:
-        for event in self.link.events:
+        events, self.link.events = self.link.events, []
+        for event in events:
             was, state = (BoardState(code).name.lower() for code in (event.was, event.state))
             why = f" ({name_of(event.fault)})" if event.fault else ""
             log.info("board: %s to %s%s", was, state, why)
-        self.link.events.clear()
 
     def _log_clock(self) -> None:
         if self.link.clock.off != self._clock_off:

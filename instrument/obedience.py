@@ -18,6 +18,8 @@ class Obedience:
     """Follows the board's state after each vent and each hold that was asked."""
 
     vent_owed: bool = False  #: a vent was asked and is not yet seen: until then nothing else is told
+    _told: bool = False  # to hold
+    _told_s: float = -math.inf
     _vent_asked_s: float = -math.inf
     _disobeyed_s: float = 0.0
     _followed_s: float = -math.inf
@@ -31,6 +33,11 @@ class Obedience:
         """A vented balloon is to be filled."""
         self._filled = False
 
+    def tell(self, hold: bool, now_s: float) -> None:
+        """What the board is told from now on: what it did before that proves nothing."""
+        if hold != self._told:
+            self._told, self._told_s = hold, now_s
+
     def follow(self, state: int, hold: bool, now_s: float) -> bool:
         """Note the board's state and what it is told; False where it has not obeyed in time.
 
@@ -40,8 +47,9 @@ class Obedience:
         self.vent_owed = self.vent_owed and (filled or not now_s >= self._vent_asked_s + HEARD_S)
         hold = hold and not self.vent_owed
         emptying_first = hold and state == BoardState.VENTING and not self._filled
-        passed_s = min(now_s - self._followed_s, BRIDGED_S)
-        self._disobeyed_s = 0.0 if filled == hold or emptying_first else self._disobeyed_s + passed_s
+        obeys = filled == hold or emptying_first
+        passed_s = min(now_s - self._followed_s, BRIDGED_S) if now_s >= self._told_s else 0.0
+        self._disobeyed_s = 0.0 if obeys else self._disobeyed_s + passed_s
         self._followed_s = now_s
         self._filled = self._filled or (filled and hold)
         return self._disobeyed_s <= OBEY_S

@@ -52,17 +52,27 @@ class Situation:
 
 @dataclass(slots=True)
 class Peers:
-    """The peers seen, the least recent forgotten first."""
+    """The peers seen: the least recent is forgotten first, and one that wrote "hold" last of all.
+
+    Once such a one had to be forgotten, whoever is unknown is taken for it: its "hold" may be a repetition.
+    """
 
     _memories: dict[Peer, PeerMemory] = field(default_factory=dict)
+    _unknown: str = "vent"  # mode that an unknown peer may have written last
 
     def of(self, peer: Peer) -> PeerMemory:
         """Memory of one peer that writes."""
-        memory = self._memories.pop(peer, None) or PeerMemory()
+        memory = self._memories.pop(peer, None) or PeerMemory(mode=self._unknown)
+        if len(self._memories) >= MOST_PEERS:
+            self._forget_one()
         self._memories[peer] = memory
-        if len(self._memories) > MOST_PEERS:
-            del self._memories[next(iter(self._memories))]
         return memory
+
+    def _forget_one(self) -> None:
+        harmless = (peer for peer, memory in self._memories.items() if memory.mode == "vent")
+        forgotten = self._memories.pop(next(harmless, next(iter(self._memories))))
+        if forgotten.mode != "vent":
+            self._unknown = forgotten.mode
 
     def refusal_of(self, peer: Peer) -> Refusal:
         """Its last refusal; who only reads is not remembered."""

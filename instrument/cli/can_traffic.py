@@ -86,7 +86,4 @@ def _told(name: str, signal: str, value: Any) -> str:
 
 def _error(code: int) -> str:
     """FF20h lease expired; what is not the rig's has a code of CiA 301 alone."""
-    try:
-        return f"{code:04X}h {name_of(code - RIG_ERROR)}"
-    except ValueError:
-        return f"{code:04X}h"
+    return f"{code:04X}h" + (f" {name_of(code - RIG_ERROR)}" if code > RIG_ERROR else "")

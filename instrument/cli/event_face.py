@@ -35,6 +35,8 @@ def witnessed(instrument: Instrument, configuration: Configuration, file: Path |
         why = str(error) or type(error).__name__
         raise
     finally:
-        witness.end(why, time.monotonic())
-        if writer is not None:
-            writer.close()
+        try:
+            witness.end(why, time.monotonic())
+        finally:
+            if writer is not None:
+                writer.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -15,6 +16,8 @@ from instrument.faults import HostFault
 from instrument.lease import Peer
 from instrument.refusal import Refusal
 from instrument.snapshot import Snapshot, standing, state_of
+
+log = logging.getLogger("pneuforce")
 
 TELL_S = 1.0  #: how often the sieve is asked for what is due
 ALARM_OVER_S = 1.0  #: a force that hovers at its limit is one alarm
@@ -58,6 +61,7 @@ class Witness:
         self._seen = Seen(board=None, faults=(), state="boot", zero_kpa=None, force_alarm=False)
         self._alarm_until_s = 0.0
         self._tell_s = 0.0
+        self._complaint = ""
         self._orders: dict[str, CommandBlock] = {}  # commands whose answer is to come, by who gave them
 
     # ---- as a source
@@ -68,8 +72,19 @@ class Witness:
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> Refusal:
         """Have one request carried out, and put it down."""
-        before = standing(self._instrument, peer, now_s)
+        before = self._guarded(standing, self._instrument, peer, now_s) or {}
         refusal = self._instrument.write(peer, values, now_s)
+        self._guarded(self._put_down, peer, values, before, refusal, now_s)
+        return refusal
+
+    def _put_down(
+        self,
+        peer: Peer,
+        values: Mapping[str, Any],
+        before: Mapping[str, Any],
+        refusal: Refusal,
+        now_s: float,
+    ) -> None:
         old_and_new = {name: (before.get(name), value) for name, value in values.items()}
         accepted = refusal is Refusal.NONE
         verdict = "accepted" if accepted else str(refusal)
@@ -86,7 +101,16 @@ class Witness:
         if accepted and _differs("command_sequence", *old_and_new.get("command_sequence", (0, 0))):
             self._orders[_who(peer)] = self._instrument.commands(peer)
         self._look(now_s)
-        return refusal
+
+    def _guarded(self, work: Callable[..., Any], *arguments: object) -> Any:
+        """Whatever goes wrong in putting down a write must not keep it from its answer."""
+        try:
+            return work(*arguments)
+        except Exception as error:
+            if repr(error) != self._complaint:
+                self._complaint = repr(error)
+                log.exception("a write was not put down, after an error of ours")
+            return None
 
     def master_lost(self, now_s: float) -> None:
         """Have the instrument do without its CAN master."""

@@ -53,14 +53,17 @@ class BoardClock:
         """By which share the board's clock is too fast, within ±0.02; NaN in the first two seconds."""
         return 1 / (1 + self._slope) - 1 if self._span_s >= RATE_FROM_S else math.nan
 
-    def taken_s(self, board_time_us: int, received_s: float) -> float:
-        """Host time [s] of a board time [µs, wrapping]: never after its reception, never going back."""
+    def taken_s(self, board_time_us: int, received_s: float, latest_s: float = math.inf) -> float:
+        """Host time [s] of a board time [µs, wrapping]: never after its reception, never going back.
+
+        `latest_s` is when it was at the latest, by other evidence.
+        """
         self._advance(board_time_us)
         if self._line_s - received_s > JUMP_S:
             self.restart()
             self._advance(board_time_us)
         self._note(received_s)
-        self._told_s = max(self._told_s, min(self._line_s, received_s))
+        self._told_s = max(self._told_s, min(self._line_s, received_s, latest_s))
         return self._told_s
 
     def _advance(self, board_time_us: int) -> None:

@@ -7,6 +7,7 @@ from enum import Enum, auto
 
 from instrument.errors import ProtocolMismatch, TimeOutMismatch
 from instrument.rig.clock import MOST_RATE_ERROR, BoardClock
+from instrument.rig.echo import CommandEcho
 from instrument.rig.frames import (
     COUNTS_LIMIT,
     PROTOCOL_VERSION,
@@ -67,6 +68,7 @@ class Link:
     vent_after_ms: int = 2_000  #: what the host was configured for; a board that does otherwise is refused
     phase: Phase = Phase.GREETING
     clock: BoardClock = field(default_factory=BoardClock)
+    echo: CommandEcho = field(default_factory=CommandEcho)
     hello: Hello | None = None
     board_restarts: int = 0  #: greetings by another board, or with less uptime than it must have
     lost_frames: int = 0  #: gaps in the sequence
@@ -90,6 +92,7 @@ class Link:
         self._last = None
         self._still_frames = 0
         self.clock.restart()
+        self.echo = CommandEcho()
         self._sent_s = float("-inf")
         self._sent = None
         self.decoder = Decoder.of_board()
@@ -142,14 +145,15 @@ class Link:
         return self._last[1].board_time_us if self._last else None
 
     def _raw(self, sequence: int, message: Sample, before_us: int | None, now_s: float) -> RawSample:
+        latest_s = self.echo.latest_s(message.command)
         if before_us is None:
-            return RawSample(sequence, self.clock.taken_s(message.board_time_us, now_s), message)
+            return RawSample(sequence, self.clock.taken_s(message.board_time_us, now_s, latest_s), message)
         passed_us = (message.board_time_us - before_us) & 0xFFFF_FFFF
         self._still_frames = 0 if passed_us else self._still_frames + 1
         frozen = self._still_frames >= FROZEN_FRAMES
         if frozen:
             self.clock.restart()
-        t_s = self.clock.taken_s(message.board_time_us, now_s)
+        t_s = self.clock.taken_s(message.board_time_us, now_s, latest_s)
         elapsed_s = min(passed_us * 1e-6, LONGEST_STEP_S)
         return RawSample(sequence, t_s, message, elapsed_s, frozen, self.clock.off)
 
@@ -196,7 +200,7 @@ class Link:
         if wanted == self._sent and now_s - self._sent_s < KEEP_ALIVE_S and not urgent:
             return b""
         self._sent, self._sent_s = wanted, now_s
-        return urgent + self._encode(wanted)
+        return urgent + self._order(wanted, now_s)
 
     def _ask_to_agree(self, now_s: float) -> bytes:
         """Tell the board when to vent in a silence, and ask it: nothing is inflated before it says so."""
@@ -205,7 +209,12 @@ class Link:
         self._sent_s = now_s
         self._agreeing_s = min(self._agreeing_s, now_s)
         vent = Command(mode=Mode.VENT, vent_after_ms=self.vent_after_ms)
-        return self._encode(vent) + self._encode(Identify())
+        return self._order(vent, now_s) + self._encode(Identify())
+
+    def _order(self, command: Command, now_s: float) -> bytes:
+        data = self._encode(command)
+        self.echo.sent(self.command_sequence, now_s)
+        return data
 
     def _encode(self, message: Message) -> bytes:
         self.command_sequence = (self.command_sequence + 1) & 0xFFFF

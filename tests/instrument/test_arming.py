@@ -12,6 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from instrument.arming import HOLD_REFUSALS, STEPS, Arming, Step
 from instrument.faults import HostFault
 from instrument.rig.frames import BoardState, Fault, Mode
+from instrument.rig.link import RawSample
 from tests.instrument.driving import HOLD, HOLD_8, PAGE, PLC, ROBOT, SETPOINT, VENT, Drive
 
 STEPPED = {
@@ -211,6 +212,27 @@ def test_a_board_that_does_not_vent_is_told_apart_and_cannot_be_cleared():
     assert "vent_fault" in seen.status
     drive.obey = lambda: None
     assert drive.order("clear_faults") == ("failed", "cause_persists")
+
+
+def test_what_the_board_did_before_it_was_told_is_not_held_against_it():
+    drive = Drive.holding()
+    stopped_s = drive.now_s
+    drive.now_s += 1.2  # the process was stopped; meanwhile the board went on
+    drive.instrument.tick(drive.now_s)
+    for n in range(590):
+        drive.instrument.take(RawSample(0, stopped_s + 0.002 * n, drive.sample()))
+    drive.run(1.5)
+    assert list(drive.instrument.faults) == [HostFault.LINK_LOST]
+
+
+@pytest.mark.parametrize("mask", [1 << 15, 1 << 15 | 1 << 4])
+def test_a_fault_that_only_a_later_board_knows_trips_like_any_other(mask):
+    drive = Drive.holding()
+    drive.feed(faults=mask, fault=15)
+    assert drive.see().state == "tripped"
+    assert not drive.inflates
+    assert 15 in drive.see().faults
+    drive.must(VENT)
 
 
 def test_a_board_that_heard_nothing_for_a_while_is_not_blamed_for_it():

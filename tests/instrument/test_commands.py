@@ -45,6 +45,22 @@ def test_the_key_is_used_up_by_each_run():
     assert drive.see().answer_state == "failed"
 
 
+def test_the_key_is_used_up_by_a_repetition_too():
+    drive = Drive.zeroed()
+    order = {"command_code": "new_balloon", "command_argument": 77, "command_sequence": 1}
+    drive.must(KEY | order)
+    drive.must(KEY | order)
+    drive.must({"command_argument": 99, "command_sequence": 2})
+    assert (drive.see().answer_state, drive.see().balloon_id) == ("failed", 77)
+
+
+def test_what_one_peer_has_prepared_is_not_run_by_another():
+    drive = Drive.zeroed()
+    drive.must(KEY | {"command_code": "new_balloon", "command_argument": 77})
+    drive.must({"command_sequence": 1}, ("modbus_tcp", "10.0.0.2"))
+    assert (drive.see().answer_state, drive.see().balloon_id) == ("failed", 0)
+
+
 def test_the_words_may_be_written_one_by_one():
     drive = Drive.zeroed()
     for word in (KEY, {"command_code": "new_balloon"}, {"command_argument": 3}, {"command_sequence": 9}):

@@ -55,7 +55,7 @@ class Board(threading.Thread):
         self.noise = b""
         self._identified = False
         self._started_s = time.monotonic()
-        self._samples = 0
+        self._samples = self._obeyed = 0
         self._decoder = Decoder.of_host()
         self._ended = threading.Event()
 
@@ -78,6 +78,7 @@ class Board(threading.Thread):
             elif isinstance(message, Vent):
                 self.state = BoardState.VENTED
             elif isinstance(message, Command):
+                self._obeyed = frame.sequence & 0xFF
                 self.state = BoardState.HOLDING if message.mode == Mode.HOLD else BoardState.VENTED
                 if not self.deaf_to_time_outs:
                     self.vent_after_ms = message.vent_after_ms
@@ -95,7 +96,7 @@ class Board(threading.Thread):
             held = self.state is BoardState.HOLDING
             pressure_kpa, valves, setpoint_pa = (8.0, Valve.VENT_CLOSED, 8000) if held else (0.0, 0, 0)
             adc_sum, time_us = adc_sum_of(pressure_kpa + 0.2), self._samples * 2000
-            self._send(Sample(time_us, adc_sum, 5000, valves, self.state, 0, 0, 0, setpoint_pa))
+            self._send(Sample(time_us, adc_sum, 5000, valves, self.state, 0, 0, self._obeyed, setpoint_pa))
 
     def _send(self, message):
         os.write(self.far, encode(message, self._samples, self.version))
@@ -511,6 +512,19 @@ def test_the_boards_events_are_logged_and_not_piled_up(cable, caplog):
                 board._send(Event(0, BoardState.TRIPPED, BoardState.HOLDING, 5))
             await until(lambda: sum("holding to tripped (burst)" in r.message for r in caplog.records) == 20)
             assert host.link.events == []
+
+    asyncio.run(story())
+
+
+def test_an_event_with_a_fault_that_only_a_later_board_knows_is_told_by_its_number(cable, caplog):
+    async def story():
+        board = cable.plug()
+        async with running(cable) as host:
+            caplog.set_level(logging.INFO)
+            board._send(Event(0, BoardState.SETTLING, BoardState.HOLDING, 99))
+            await until(lambda: any("settling (fault 99)" in r.message for r in caplog.records))
+            before = see(host).sample_counter
+            await until(lambda: see(host).sample_counter > before + 10)
 
     asyncio.run(story())
 

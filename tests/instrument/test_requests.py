@@ -8,7 +8,7 @@ from instrument.faults import HostFault
 from instrument.requests import SETPOINT_KPA
 from instrument.rig.frames import BoardState, CommandFlag
 from registers.map import BY_NAME
-from tests.instrument.driving import HOLD_8, KEY, PAGE, PLC, ROBOT, SETPOINT, VENT, Drive
+from tests.instrument.driving import HOLD, HOLD_8, KEY, PAGE, PLC, ROBOT, SETPOINT, VENT, Drive
 
 LEASED = {"lease_s": 60.0}
 
@@ -109,6 +109,30 @@ def test_a_refusal_is_kept_while_255_others_write():
     for number in range(255):
         drive.must(SETPOINT, ("modbus_tcp", str(number)))
     assert drive.see(PLC).refusal == "state"
+
+
+def test_however_many_others_write_a_hold_without_end_never_undoes_a_vent():
+    drive = Drive.holding()
+    drive.must(VENT, PAGE)
+    drive.run(1.5)
+    for number in range(300):
+        drive.must(VENT, ("modbus_tcp", str(number)))
+    assert drive.write(HOLD) == "state"
+    assert not drive.inflates
+
+
+def test_where_more_hold_than_can_be_remembered_the_unknown_have_to_vent_first():
+    drive = Drive.ready()
+    drive.must(SETPOINT)
+    for number in range(300):
+        drive.write(HOLD, ("modbus_tcp", str(number)))
+    drive.must(VENT)
+    drive.run(1.5)
+    stranger = ("modbus_tcp", "stranger")
+    assert [drive.write(HOLD, ("modbus_tcp", str(n))) for n in (0, 299)] == ["state", "state"]
+    assert drive.write(HOLD, stranger) == "state"
+    drive.must(VENT, stranger)
+    drive.must(HOLD, stranger)
 
 
 def test_with_the_write_lock_only_a_vent_passes():

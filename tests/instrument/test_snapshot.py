@@ -142,6 +142,15 @@ def test_outside_the_validated_range_a_contact_has_no_force(setpoint_kpa, inside
     assert ("out_of_range" in seen.status, "out_of_specification" in seen.status) == (not inside, not inside)
 
 
+def test_outside_that_range_no_register_shows_a_force_not_even_the_one_without_compensation():
+    drive = Drive.holding(request={"setpoint_requested_kpa": 3.0})
+    drive.push_kpa = 1.0
+    drive.run(0.5)
+    seen = drive.see()
+    assert seen.rise_kpa > 0.5
+    assert all(math.isnan(n) for n in (seen.force_n, seen.force_std_n, seen.force_uncompensated_n))
+
+
 def test_a_hard_push_is_no_reason_to_go_blank():
     seen = pressed(9.5).see()
     assert seen.force_n > 5

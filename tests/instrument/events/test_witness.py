@@ -185,3 +185,14 @@ def test_of_every_register_that_can_be_written_the_old_value_is_known():
         watched.write({quantity: getattr(watched.drive.see(), quantity)})
         for told in watched.told("write"):
             assert told["values"][quantity][0] is not None
+
+
+def test_an_error_of_ours_in_putting_down_keeps_no_write_from_its_answer(monkeypatch, caplog):
+    watched = Watched(Drive.holding())
+    monkeypatch.setattr("instrument.events.witness.changes", lambda *_: 1 / 0)
+    assert watched.write(VENT) == "none"
+    assert not watched.drive.inflates
+    monkeypatch.setattr("instrument.events.witness.standing", lambda *_: 1 / 0)
+    assert watched.write(VENT) == "none"
+    assert watched.write(VENT) == "none"
+    assert [record.levelname for record in caplog.records].count("ERROR") <= 2

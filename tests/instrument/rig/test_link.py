@@ -32,9 +32,10 @@ def hello(uptime_ms=1000, version=PROTOCOL_VERSION):
 
 
 def sample(sequence, time_us=None, **changes):
-    values = {"adc_sum": 700, "supply_mv": 5000, "valves": 0, "state": BoardState.VENTED} | changes
+    values = {"adc_sum": 700, "supply_mv": 5000, "valves": 0, "state": BoardState.VENTED, "faults": 0}
+    values |= {"command": 0} | changes
     time_us = 2000 * sequence if time_us is None else time_us
-    message = Sample(board_time_us=time_us, fault=0, faults=0, command=0, setpoint_pa=0, **values)
+    message = Sample(board_time_us=time_us, fault=0, setpoint_pa=0, **values)
     return encode(message, sequence)
 
 
