@@ -66,7 +66,7 @@ class Store:
         if not os.fstat(self._lock).st_size and self._ahead.is_file() and self._ahead.stat().st_size:
             raise NotOurs(
                 f"{self._ahead} holds records of a log that was moved without it: move it to that log, "
-                "under the log's name and -wal, or delete it"
+                "named as the log and -wal, or delete it"
             )
 
     def _open(self) -> None:
@@ -125,13 +125,20 @@ class Store:
                 raise OSError(errno.ESTALE, f"{file.name} was taken away, or another put in its place")
 
     def close(self) -> None:
-        """Give the file back, complete: SQLite leaves a moved one without its write-ahead log."""
-        with suppress(sqlite3.Error):
-            self._db.execute(f"PRAGMA busy_timeout = {CLOSE_WAIT_MS}")
-            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        """Give the file back, complete: SQLite leaves a moved one without its write-ahead log.
+
+        That of a deleted one stays: it belongs to the copy, if it was copied and not just deleted.
+        """
+        if os.fstat(self._lock).st_nlink:
+            self._empty_write_ahead_log()
         with suppress(sqlite3.Error):
             self._db.close()
         os.close(self._lock)
+
+    def _empty_write_ahead_log(self) -> None:
+        with suppress(sqlite3.Error):
+            self._db.execute(f"PRAGMA busy_timeout = {CLOSE_WAIT_MS}")
+            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
 def _identity(file: Path) -> tuple[int, int] | None:

@@ -120,6 +120,26 @@ def test_a_log_that_is_moved_away_while_it_is_written_keeps_what_was_committed(w
     assert "log was taken away" in changed["why"]
 
 
+def test_a_log_moved_to_another_disk_is_complete_once_its_write_ahead_log_has_followed(writer, tmp_path):
+    """Such a move is a copy and a deletion."""
+    file = ten_kept(writer)
+    shutil.copy(file, tmp_path / "2026")
+    file.unlink()
+    wait_until(lambda: "log-wal holds records of a log that was moved without it" in writer.trouble)
+    file.with_name("log-wal").rename(tmp_path / "2026-wal")
+    wait_until(lambda: not writer.trouble)
+    assert [body["which"] for body in bodies(tmp_path / "2026")] == list(range(10))
+    assert [body["kind"] for body in bodies(file)] == ["file_changed"]
+
+
+def test_a_copy_in_the_place_of_the_log_lacks_no_record(writer, tmp_path):
+    file = ten_kept(writer)
+    shutil.copy(file, tmp_path / "copy")
+    (tmp_path / "copy").replace(file)
+    wait_until(lambda: len(bodies(file)) == 11)
+    assert [body["kind"] for body in bodies(file)] == ["test"] * 10 + ["file_changed"]
+
+
 def test_a_log_that_is_moved_just_before_the_end_keeps_what_was_committed(tmp_path):
     store = Store(tmp_path / "log")
     store.append([b"{}"])
