@@ -37,8 +37,8 @@ def canlog(
 ) -> None:
     """Record every frame on the CAN bus, the instrument's and all others.
 
-    A recording that is killed keeps all frames up to then, but for BLF, which has to be ended by Ctrl-C or
-    --seconds. python -m can.player plays one.
+    A recording that is killed keeps all frames up to then, except that BLF wants an end by Ctrl-C or time.
+    python -m can.player sends a recording again.
 
     Example: pneuforce canlog --seconds 10 --output press.log
     """

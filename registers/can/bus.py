@@ -64,7 +64,7 @@ class Bus:
         logging.getLogger("can").setLevel(logging.CRITICAL)  # it logs what it raises, and each split frame
         try:
             self._bus, self._trouble = _opened(at)
-        except (can.CanError, OSError, ValueError) as error:
+        except (can.CanError, OSError, ValueError, NotImplementedError) as error:
             reason = getattr(error, "strerror", None) or _sentence(error)
             raise OSError(f"CAN on {at} cannot be opened: {reason}") from None
 

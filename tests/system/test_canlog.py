@@ -1,10 +1,11 @@
 """`pneuforce canlog` beside a running instrument, its files read by python-can and cantools."""
 
+import re
 import resource
 import signal
 import subprocess
 import sys
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
@@ -26,8 +27,8 @@ STRANGERS = {message.arbitration_id for message in FOREIGN}
 
 
 @contextmanager
-def recording(stack, *words, **how):
-    command = [sys.executable, "-m", "instrument", "canlog", "--port", str(stack.can_port), *map(str, words)]
+def recording(port, *words, **how):
+    command = [sys.executable, "-m", "instrument", "canlog", "--port", str(port), *map(str, words)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as process:
         try:
             yield process
@@ -54,7 +55,10 @@ def is_unbroken(messages):
 
 
 def waited_for(file, frames):
-    wait_for(lambda: file.exists() and file.read_bytes().count(b"185"), lambda seen: seen >= frames)
+    wait_for(
+        lambda: file.exists() and len(re.findall(rb" 185[# ]", file.read_bytes())),
+        lambda seen: seen >= frames,
+    )
 
 
 @pytest.mark.parametrize(("form", "ending"), [("candump", "log"), ("asc", "asc"), ("blf", "blf")])
@@ -62,7 +66,7 @@ def test_ctrl_c_leaves_a_file_with_every_frame_on_the_bus_that_others_read(
     lasting_stack, tmp_path, form, ending
 ):
     file = tmp_path / f"press.{ending}"
-    with recording(lasting_stack, "--format", form, "--output", file) as process:
+    with recording(lasting_stack.can_port, "--format", form, "--output", file) as process:
         wait_for(file.exists, bool)
         with lasting_stack.robot() as robot:
             for message in FOREIGN:
@@ -88,7 +92,7 @@ def test_ctrl_c_leaves_a_file_with_every_frame_on_the_bus_that_others_read(
 @pytest.mark.parametrize(("form", "ending"), [("candump", "log"), ("asc", "asc")])
 def test_a_recording_that_is_killed_keeps_all_frames_up_to_then(lasting_stack, tmp_path, form, ending):
     file = tmp_path / f"press.{ending}"
-    with recording(lasting_stack, "--format", form, "--output", file) as process:
+    with recording(lasting_stack.can_port, "--format", form, "--output", file) as process:
         waited_for(file, 30)
         process.kill()
         process.wait()
@@ -101,7 +105,7 @@ def test_a_recording_that_is_killed_keeps_all_frames_up_to_then(lasting_stack, t
 def test_a_file_that_cannot_grow_ends_the_recording_in_a_sentence(lasting_stack, tmp_path):
     file = tmp_path / "press.log"
     limit = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))}
-    with recording(lasting_stack, "--output", file, **limit) as process:
+    with recording(lasting_stack.can_port, "--output", file, **limit) as process:
         _, said = process.communicate(timeout=10)
     assert process.returncode == 2
     assert said.startswith(f"pneuforce: {file} cannot be written: File too large; ")
@@ -111,10 +115,26 @@ def test_a_file_that_cannot_grow_ends_the_recording_in_a_sentence(lasting_stack,
 
 
 def test_no_room_on_stdout_is_a_sentence(lasting_stack):
-    with open("/dev/full", "w") as full, recording(lasting_stack, stdout=full) as process:
+    with open("/dev/full", "w") as full, recording(lasting_stack.can_port, stdout=full) as process:
         _, said = process.communicate(timeout=10)
     assert process.returncode == 2
     assert said == "pneuforce: stdout cannot be written: No space left on device; 0 frames are in it\n"
+
+
+@pytest.fixture
+def hub():
+    with Child("hub", ["registers.can.hub", "--port", "0"]) as started:
+        yield started
+
+
+def test_a_bus_that_goes_away_ends_the_recording_in_a_sentence(hub, tmp_path):
+    file = tmp_path / "press.log"
+    with recording(hub.ready()["port"], "--output", file) as process:
+        wait_for(file.exists, bool)
+        hub.stop()
+        _, said = process.communicate(timeout=10)
+    assert (process.returncode, len(said.splitlines())) == (2, 1)
+    assert "is an instrument running there?" in said
 
 
 def test_what_cannot_be_recorded_is_said_and_leaves_no_file(lasting_stack, tmp_path):
@@ -131,21 +151,19 @@ def test_what_cannot_be_recorded_is_said_and_leaves_no_file(lasting_stack, tmp_p
     assert refusal("--format", "blf") == "pneuforce: blf needs a file: give it with --output\n"
     assert "cannot be made: No such file or directory" in refusal("--output", tmp_path / "no" / "x.log")
     assert "is an instrument running there?" in refusal("--output", absent, port=1)
+    assert "CAN interface 'foo' not supported" in refusal("--output", absent, "--interface", "foo")
     assert not absent.exists()
 
 
-def test_a_recording_is_played_again_to_another_bus(lasting_stack, tmp_path):
+def test_a_recording_is_played_again_to_another_bus(lasting_stack, hub, tmp_path):
     file = tmp_path / "press.log"
-    with recording(lasting_stack, "--output", file) as process:
+    with recording(lasting_stack.can_port, "--output", file) as process:
         waited_for(file, 30)
         process.terminate()
         process.wait(5)
-    messages = recorded(file)
-    with ExitStack() as children:
-        hub = children.enter_context(Child("hub", ["registers.can.hub", "--port", "0"]))
-        port = hub.ready()["port"]
-        place = {"interface": "socketcand", "host": "127.0.0.1", "port": port, "channel": "can0"}
-        listener = children.enter_context(can.Bus(**place, tcp_tune=True))
+    messages, port = recorded(file), hub.ready()["port"]
+    place = {"interface": "socketcand", "host": "127.0.0.1", "port": port, "channel": "can0"}
+    with can.Bus(**place, tcp_tune=True) as listener:
         to = ["--bus-kwargs", "host=127.0.0.1", f"port={port}", "-i", "socketcand", "-c", "can0"]
         player = [sys.executable, "-m", "can.player", *to, str(file)]
         subprocess.run(player, check=True, capture_output=True, timeout=30)
