@@ -4,14 +4,18 @@ import asyncio
 import os
 import select
 import statistics
+import termios
 import time
 import tty
 from contextlib import contextmanager, suppress
+from itertools import pairwise
 
 import pytest
+import serial
 from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ModbusIOException
 
+from registers.modbus import rtu_line
 from registers.modbus.client import Plc, PlcError
 from registers.modbus.rtu import frame
 from registers.modbus.rtu_line import ModbusRtuLine, Options
@@ -147,18 +151,58 @@ def test_a_port_that_takes_no_bytes_costs_answers_and_nothing_else(source):
             assert heard < 1000
             far.write(request)
             assert eventually(lambda before=heard: server.unit.counters.requests > before)
-        while select.select([far], [], [], 0.01)[0]:
-            far.read(4096)
+        sent = server.unit.counters.requests - server.unsent
+        assert len(drained(far)) < sent * len(
+            frame(1, bytes((4, 250)) + bytes(250))
+        )  # what is late is not sent
         far.write(READ)
         assert far.read(len(READ_ANSWER)) == READ_ANSWER
+
+
+def drained(far):
+    data = b""
+    while select.select([far], [], [], 0.1)[0]:
+        data += far.read(4096)
+    return data
+
+
+@pytest.mark.parametrize("stop_bits", [1, 2])
+def test_the_stop_bits_are_those_that_were_asked_for(source, stop_bits):
+    with pty() as (port, far), serving_on(port, source, parity="none", stop_bits=stop_bits):
+        flags = termios.tcgetattr(far.fileno())[2]
+        assert bool(flags & termios.CSTOPB) == (stop_bits == 2)
+        assert termios.tcgetattr(far.fileno())[5] == termios.B19200
+
+
+@pytest.mark.parametrize(
+    ("parity", "letter"),
+    [("even", serial.PARITY_EVEN), ("odd", serial.PARITY_ODD), ("none", serial.PARITY_NONE)],
+)
+def test_the_parity_of_a_line_is_the_one_that_was_asked_for(source, monkeypatch, parity, letter):
+    """A pty keeps no parity: seen is what pyserial is asked for, where the port is taken for a line."""
+    asked, open_port = [], serial.Serial
+
+    def told(*arguments, **options):
+        asked.append(options["parity"])
+        return open_port(*arguments, **options | {"parity": serial.PARITY_NONE})
+
+    monkeypatch.setattr(serial, "Serial", told)
+    monkeypatch.setattr(rtu_line, "_PTY_MAJORS", ())
+    with pty() as (port, _), serving_on(port, source, parity=parity):
+        assert asked == [letter]
 
 
 def plugged_in(link):
     """A new cable whose first end is found under `link`; the master's end."""
     fresh = Cable()
-    link.unlink(missing_ok=True)
     link.symlink_to(fresh.ports[0])
     return fresh
+
+
+def unplug(cable, link):
+    """Pull it out; its name goes first, for the pty's own may be another's a moment later."""
+    link.unlink()
+    cable.unplug()
 
 
 def told(caplog):
@@ -180,7 +224,7 @@ def test_a_port_that_comes_back_under_another_name_is_served_again_within_2_s(so
     with serving_on(link, source):
         assert answers_on(plugged.ports[1])
         for away_s in (0.0, 0.7):
-            plugged.unplug()
+            unplug(plugged, link)
             time.sleep(away_s)
             plugged = plugged_in(link)
             begun_s = time.monotonic()
@@ -190,15 +234,21 @@ def test_a_port_that_comes_back_under_another_name_is_served_again_within_2_s(so
     assert told(caplog) == [f"Modbus RTU: {link} is gone: hung up", f"Modbus RTU: {link} is open again"] * 2
 
 
-def test_a_port_that_stays_away_costs_hardly_any_processor_time(source, tmp_path, caplog):
-    link = tmp_path / "by-id"
+def test_a_port_that_stays_away_is_tried_twice_a_second_and_told_of_once(
+    source, tmp_path, caplog, monkeypatch
+):
+    link, tries, opened = tmp_path / "by-id", [], rtu_line._opened
+
+    def tried(options):
+        tries.append(time.monotonic())
+        return opened(options)
+
+    monkeypatch.setattr(rtu_line, "_opened", tried)
     plugged = plugged_in(link)
     with serving_on(link, source):
-        plugged.unplug()
-        assert eventually(lambda: len(told(caplog)) == 1)
-        begun_s = time.process_time()
-        time.sleep(1.2)
-        assert time.process_time() - begun_s < 0.1
+        unplug(plugged, link)
+        assert eventually(lambda: len(tries) == 4, 10.0)
+    assert all(later - earlier > 0.45 for earlier, later in pairwise(tries[1:]))
     assert len(told(caplog)) == 1
 
 
