@@ -37,6 +37,17 @@ def test_the_bus_comes_back_by_itself_and_its_first_frame_is_fresh():
         assert bus.counters.reopened == 1
 
 
+def test_reports_of_the_controller_are_counted_and_handed_to_nobody():
+    at, got = BusAt(interface="virtual", channel="reports"), []
+    with opened(at, got.append) as bus, peer_on(at) as peer:
+        for error_class in (0x001, 0x004, 0x080, 0x100):  # time-out, controller, bus error, restarted
+            peer.send(message(0, arbitration_id=error_class, is_error_frame=True))
+        peer.send(message(7))
+        wait_for(lambda: got)
+        assert (bus.counters.error_frames, bus.counters.received, bus.is_up) == (4, 1, True)
+    assert got == [numbered(7, 0x205)]
+
+
 class _Controller:
     """A bus that answers each send as told: what only a controller in hardware would do by itself."""
 
