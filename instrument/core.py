@@ -10,6 +10,7 @@ from typing import Any
 from instrument.arming import STEPS, Arming, Step
 from instrument.chain import Chain
 from instrument.commands import CommandBlock
+from instrument.execution import carry_out, situation_of, tell
 from instrument.faults import HostFault, Latch, codes_of, name_of
 from instrument.interlocks import InterlockWatch
 from instrument.lease import Lease, Peer
@@ -17,7 +18,7 @@ from instrument.measurement import Measurement
 from instrument.obedience import Obedience
 from instrument.operations import Operations
 from instrument.refusal import Refusal
-from instrument.requests import PeerMemory, Peers, Situation, Wanted, verdict
+from instrument.requests import Peers, Wanted, verdict
 from instrument.rig.frames import Command, CommandFlag, Hello, Mode, Sample
 from instrument.rig.limits import HOST_SILENCE_S
 from instrument.rig.link import RawSample
@@ -59,7 +60,7 @@ class Instrument:
         self._vented = VentedWatch()
         self._interlocks = InterlockWatch()
         self._vent_due_s: float | None = None
-        self._held_setpoint_kpa = math.nan
+        self.held_setpoint_kpa = math.nan
         self._views: dict[tuple[float, str, Refusal], Snapshot] = {}  # of one instant, until anything changes
 
     # ---- from the rig
@@ -194,7 +195,7 @@ class Instrument:
         return Command(
             mode=Mode.HOLD if hold else Mode.VENT,
             flags=flags,
-            setpoint_pa=round(self._held_setpoint_kpa * 1e3) if hold else 0,
+            setpoint_pa=round(self.held_setpoint_kpa * 1e3) if hold else 0,
             zero_pa=round(zero.zero_kpa * 1e3) if zero.taken else 0,
             contact_limit_pa=round(self.settings.contact_limit_kpa * 1e3),
             vent_after_ms=round(self.settings.vent_after_s * 1e3),
@@ -216,6 +217,13 @@ class Instrument:
             self._obedience.ask_vent(now_s)
         self._vent_due_s = None
         self.advance(Step.VENT)
+
+    def hold(self) -> None:
+        """Inflate to the setpoint, then lock; to be asked only where arming allows it."""
+        if self.arming is not Arming.HOLDING:
+            self.inflations += 1
+            self._obedience.ask_hold()
+        self.advance(Step.HOLD)
 
     def advance(self, step: Step) -> None:
         """Go one step of the arming table."""
@@ -243,57 +251,13 @@ class Instrument:
         self._views = {}
         self._watch_lease(now_s)
         memory = self.peers.of(peer)
-        refusal = verdict(peer, values, memory, self.wanted, self.lease, self._situation(peer, now_s))
+        refusal = verdict(peer, values, memory, self.wanted, self.lease, situation_of(self, peer, now_s))
         if refusal is Refusal.NONE:
-            self._carry_out(peer, values, now_s)
+            carry_out(self, peer, values, now_s)
         elif values.get("mode") == "vent":
             self.vent(now_s)
         memory.refusal = refusal
         if "mode" in values:
             memory.mode = values["mode"]
-        _tell(peer, values, refusal, memory)
+        tell(peer, values, refusal, memory)
         return refusal
-
-    def _situation(self, peer: Peer, now_s: float) -> Situation:
-        commands = self.commands(peer)
-        return Situation(
-            arming=self.arming,
-            link_lost=self.link_lost(now_s),
-            zeroed=self.chain.zero.taken,
-            vented=self.vented(now_s),
-            in_contact=self.measurement.in_contact,
-            write_lock=self.settings.write_lock,
-            lease_demanded=self.settings.lease_demanded,
-            busy=self.operations.busy,
-            answer_due=commands.sequence if commands.answer_state == "busy" else None,
-        )
-
-    def _carry_out(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> None:
-        wanted = self.wanted
-        wanted.setpoint_kpa = values.get("setpoint_requested_kpa", wanted.setpoint_kpa)
-        wanted.force_limit_n = values.get("force_limit_n", wanted.force_limit_n)
-        if "reference_pressure_kpa" in values:
-            wanted.reference_kpa = self.chain.reference_kpa = values["reference_pressure_kpa"]
-        if "lease_s" in values:
-            self.lease.take(peer, values["lease_s"], now_s)
-        self.lease.renew(peer, now_s)
-        if values.get("mode") == "vent":
-            self.vent(now_s)
-        elif values.get("mode") == "hold":
-            if self.arming is not Arming.HOLDING:
-                self.inflations += 1
-                self._obedience.ask_hold()
-            self.advance(Step.HOLD)
-        if self.arming is Arming.HOLDING:
-            self._held_setpoint_kpa = wanted.setpoint_kpa
-        if any(name.startswith("command_") for name in values):
-            self.commands(peer).write(peer, values, now_s)
-
-
-def _tell(peer: Peer, values: Mapping[str, Any], refusal: Refusal, memory: PeerMemory) -> None:
-    """Log a write, but not its repetitions: a PLC may write the same every cycle."""
-    wrote = ", ".join(f"{name} {value}" for name, value in values.items())
-    told = f"{wrote}: {'done' if refusal is Refusal.NONE else f'refused, {refusal}'}"
-    if told != memory.told:
-        memory.told = told
-        log.info("%s wrote %s", " ".join(peer).strip(), told)
