@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from instrument.core import Instrument
-from instrument.doctor.check import Check, Verdict, unchecked
+from instrument.doctor.check import AGAIN, Check, Verdict, unchecked
 from instrument.doctor.circuit import circuit_checks
 from instrument.doctor.examination import Examination, Stage
 from instrument.doctor.port import port_checks
@@ -24,6 +24,7 @@ from instrument.host import Host
 from instrument.settings import Settings
 
 LOOK_S = 0.02
+ENDED_EARLY = "examination"
 COLOURS = {Verdict.GOOD: "green", Verdict.DOUBTFUL: "yellow", Verdict.BAD: "bold red"}
 SAID = {
     Stage.LISTENING: "listening",
@@ -47,7 +48,7 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     else:
         _show(checks)
         print(_conclusion(checks))
-    return int(any(check.verdict is Verdict.BAD for check in checks))
+    return int(any(check.verdict is Verdict.BAD or check.name == ENDED_EARLY for check in checks))
 
 
 async def _of_the_rig(port: str, inflate_kpa: float | None) -> list[Check]:
@@ -66,8 +67,12 @@ async def _of_the_rig(port: str, inflate_kpa: float | None) -> list[Check]:
     await _examine(host, examination, stop)
     hello = host.link.hello
     greeted = board_checks(hello, since_opened_s) if hello else []
-    ended = [] if examination.done else [Check("examination", Verdict.BAD, "ended early; vented", "again")]
-    return [*greeted, *signal_checks(examination), *circuit_checks(examination), *ended]
+    return [*greeted, *signal_checks(examination), *circuit_checks(examination), *_end(examination)]
+
+
+def _end(examination: Examination) -> list[Check]:
+    """That it was interrupted, where it was."""
+    return [] if examination.done else [unchecked(ENDED_EARLY, "interrupted; vented", AGAIN)]
 
 
 async def _examine(host: Host, examination: Examination, stop: asyncio.Event) -> None:
@@ -84,7 +89,8 @@ async def _examine(host: Host, examination: Examination, stop: asyncio.Event) ->
 
 
 def _show(checks: list[Check]) -> None:
-    table = Table("check", "verdict", "found", "what to do", box=SIMPLE_HEAD)
+    table = Table("check", "verdict", "found", box=SIMPLE_HEAD)
+    table.add_column("what to do", overflow="fold")  # paths are to be copied whole
     for name, verdict, found, advice in checks:
         table.add_row(name, f"[{COLOURS.get(verdict, 'dim')}]{verdict}[/]", _plain(found), _plain(advice))
     Console(soft_wrap=not sys.stdout.isatty()).print(table)
@@ -97,6 +103,8 @@ def _conclusion(checks: list[Check]) -> str:
     )
     if bad:
         return f"Not fit for use; bad: {bad}."
+    if any(check.name == ENDED_EARLY for check in checks):
+        return "Interrupted: whether it is fit for use is not known."
     return f"Fit for use, with doubts about: {doubtful}." if doubtful else "Fit for use, in what was checked."
 
 

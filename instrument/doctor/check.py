@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple
 
+AGAIN = "run it again"  #: what to do about a check that was disturbed
+
 
 class Verdict(StrEnum):
     """How a check went."""
@@ -30,6 +32,6 @@ def graded(name: str, found: str, advice: str, *, good: bool, usable: bool) -> C
     return Check(name, verdict, found, "" if good else advice)
 
 
-def unchecked(name: str, why: str) -> Check:
+def unchecked(name: str, why: str, advice: str = "") -> Check:
     """A check that could not be made."""
-    return Check(name, Verdict.NOT_CHECKED, why)
+    return Check(name, Verdict.NOT_CHECKED, why, advice)

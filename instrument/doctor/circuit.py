@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 from instrument.doctor.causes import INFLATED, causes_of
-from instrument.doctor.check import Check, Verdict, graded, unchecked
+from instrument.doctor.check import AGAIN, Check, Verdict, graded, unchecked
 from instrument.doctor.examination import Examination, Row, Stage
 from instrument.faults import HostFault, name_of
 from instrument.refusal import Refusal
@@ -29,6 +29,8 @@ def circuit_checks(examination: Examination) -> list[Check]:
     """Ramp, leak and vent against what was commissioned (`instrument.rig.limits`)."""
     if examination.inflate_kpa is None:
         return [unchecked(name, "--inflate 5.0 inflates the balloon for it") for name in NAMES]
+    if not examination.done:
+        return [unchecked(name, "interrupted", AGAIN) for name in NAMES]
     filling = examination.rows_of(Stage.FILLING)
     if not filling:
         why = "there is no zero" if examination.refusal is Refusal.NONE else f"refused: {examination.refusal}"
@@ -88,8 +90,8 @@ def _settling(filling: list[Row], leaking: list[Row], setpoint_kpa: float) -> Ch
 
 
 def _pressed(name: str, above_kpa: float) -> Check:
-    advice = "let go and run it again; if nobody touched it, the inlet valve does not shut"
-    return Check(name, Verdict.NOT_CHECKED, f"the balloon was pressed ({above_kpa:+.2f} kPa)", advice)
+    advice = f"let go and {AGAIN}; if nobody touched it, the inlet valve does not shut"
+    return unchecked(name, f"the balloon was pressed ({above_kpa:+.2f} kPa)", advice)
 
 
 def _leak(rows: list[Row], examination: Examination, setpoint_kpa: float) -> Check:

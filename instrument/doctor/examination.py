@@ -71,7 +71,7 @@ class Examination:
         self.rows: list[Row] = []
         self.refusal = Refusal.NONE  #: why the instrument did not inflate
         self.stage = Stage.LISTENING
-        self.listened_until_s = math.nan
+        self.until_s = math.nan  #: up to when it was looked
         self.instrument = instrument
         self.link = link
         self._since_s = math.nan
@@ -121,8 +121,8 @@ class Examination:
         """Time has passed: go on to the next stage where this one is over."""
         if math.isnan(self._since_s):
             self._since_s = now_s
-        if self.stage is Stage.LISTENING:
-            self.listened_until_s = now_s
+        if not self.done:
+            self.until_s = now_s
         following = _STEPS[self.stage](self, now_s) if not self.done else None
         if following is not None:
             self.stage, self._since_s = following, now_s

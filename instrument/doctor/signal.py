@@ -19,6 +19,9 @@ SUPPLY_SPREAD_MV = 50.0
 GAP_S = (0.05, 0.25)
 LOST_SHARE = 0.01
 
+LATE = (
+    "nothing was lost: the board's clock, a busy machine, or an emulated board that is slower than a real one"
+)
 CABLE = "look at cable, plug and earth; keep the cable away from motors; another USB port, no hub"
 
 
@@ -49,7 +52,7 @@ def signal_checks(examination: Examination) -> list[Check]:
         return [Check("samples", Verdict.BAD, f"{len(rows)} samples", CABLE), _latched(examination)]
     return [
         _rate(rows, examination),
-        _gaps(rows, examination.listened_until_s),
+        _gaps(examination.rows, examination.until_s),
         _clock(examination),
         _supply(rows),
         *_sensor(rows),
@@ -62,7 +65,8 @@ def _rate(rows: list[Row], examination: Examination) -> Check:
     per_s = (len(rows) - 1) / (rows[-1].t_s - rows[0].t_s) if rows[-1].t_s > rows[0].t_s else math.nan
     found = f"{per_s:.1f} per s of {SAMPLES_PER_S}; {lost} lost, {refused} damaged"
     good = not lost + refused and abs(per_s / SAMPLES_PER_S - 1) <= OFF_ERROR
-    return graded("samples", found, CABLE, good=good, usable=lost + refused <= LOST_SHARE * len(rows))
+    advice = CABLE if lost + refused else LATE
+    return graded("samples", found, advice, good=good, usable=lost + refused <= LOST_SHARE * len(rows))
 
 
 def _gaps(rows: list[Row], until_s: float) -> Check:

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import os
+import stat
 from contextlib import suppress
 from pathlib import Path
 
 #: Who has opened one of these is the far end of its pty, as a simulator is, and no rival for it.
 MASTERS = {"/dev/ptmx", "/dev/pts/ptmx"}
+#: What udev is to know of the boards.
+RULES = Path(__file__).with_name("60-pneuforce.rules")
 
 
 def is_device(url: str) -> bool:
     """Whether this names a device of this machine, not one behind `socket://`."""
     return "://" not in url
+
+
+def is_serial(port: str, devices: Path = Path("/sys/dev/char")) -> bool:
+    """Whether this may be a serial port: a character device that Linux does not know as something else."""
+    about = os.stat(port)
+    if not stat.S_ISCHR(about.st_mode):
+        return False
+    kind = devices / f"{os.major(about.st_rdev)}:{os.minor(about.st_rdev)}" / "subsystem"
+    return not kind.exists() or kind.resolve().name in {"tty", "usb-serial"}
 
 
 def stable_name(port: str, by_id: Path = Path("/dev/serial/by-id")) -> Path | None:

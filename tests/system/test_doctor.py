@@ -60,7 +60,10 @@ def test_ctrl_c_vents_a_balloon_that_it_has_inflated(rig):
         os.kill(process.pid, signal.SIGINT)
         out, _ = process.communicate(timeout=10)
     assert process.returncode == 1
-    assert verdicts(out)["examination"] == "bad"
+    found = verdicts(out)
+    assert {found[name] for name in ("filling", "settling", "leak", "venting", "examination")} == {
+        "not checked"
+    }
     time.sleep(1.5)
     assert remote.truth()["balloon_kpa"] < 2.0
 

@@ -8,7 +8,7 @@ from instrument.doctor.causes import LINE, causes_of
 from instrument.doctor.check import Verdict
 from instrument.doctor.circuit import circuit_checks
 from instrument.doctor.examination import Examination, Stage
-from instrument.doctor.signal import board_checks, signal_checks
+from instrument.doctor.signal import LATE, board_checks, signal_checks
 from instrument.faults import HostFault
 from instrument.rig.frames import Fault, Hello, Valve
 from sim.faults import Faults
@@ -148,6 +148,25 @@ def test_a_vent_that_is_shut_is_bad_though_the_balloon_is_pressed():
     ward = touched()
     ward.faults.put_in("vent_shut")
     assert ward.examined().verdicts["venting"] is Verdict.BAD
+
+
+class Slow(Ward):
+    """A board that takes 3 % more of the host's time, as an emulated one on a busy machine."""
+
+    @property
+    def now_s(self):
+        return 1000.0 + 1.03 * self.world.now_s
+
+
+def test_a_rate_that_is_off_though_nothing_was_lost_is_no_cable():
+    check = Slow().examined().checks["samples"]
+    assert (check.verdict, check.advice) == (Verdict.DOUBTFUL, LATE)
+
+
+def test_a_link_that_was_lost_later_stands_in_the_gaps():
+    ward = Ward(5.0).examined(Stage.LEAKING)
+    ward.faults.put_in("line_cut")
+    assert ward.examined().verdicts["gaps"] is Verdict.BAD
 
 
 def test_the_zero_of_a_rig_that_has_tripped_for_another_reason_is_not_judged():

@@ -5,8 +5,8 @@ import os
 import pytest
 
 from instrument.doctor.check import Verdict
-from instrument.doctor.port import port_checks
-from instrument.rig.device import holders, stable_name, usb_latency_ms
+from instrument.doctor.port import INSTALL_RULES, port_checks
+from instrument.rig.device import RULES, holders, stable_name, usb_latency_ms
 
 
 @pytest.fixture
@@ -21,6 +21,18 @@ def test_a_port_that_is_not_there_is_bad_and_nothing_else_is_asked(tmp_path):
     first, *others = port_checks(str(tmp_path / "absent"))
     assert first.verdict is Verdict.BAD
     assert {check.verdict for check in others} == {Verdict.NOT_CHECKED}
+
+
+@pytest.mark.parametrize("other", ["/dev/null", "/dev/zero", "/etc/passwd", "/tmp"])
+def test_what_is_no_serial_port_is_bad_and_called_so(other):
+    first, *others = port_checks(other)
+    assert (first.verdict, first.found) == (Verdict.BAD, f"{other} is not a serial port")
+    assert {check.verdict for check in others} == {Verdict.NOT_CHECKED}
+
+
+def test_the_rule_that_is_to_be_installed_is_there():
+    assert RULES.is_file()
+    assert str(RULES) in INSTALL_RULES
 
 
 def test_of_a_port_behind_the_network_nothing_is_known():
