@@ -234,6 +234,23 @@ def test_a_lost_master_vents_a_free_balloon_and_its_return_inflates_nothing(node
     assert rig.read()["state"] == "tripped"
 
 
+def test_the_way_back_from_a_trip_goes_by_sdo_alone(node, network, rig, vented):
+    rig.wait_for(lambda r: "vented" in r["status"])
+    node.sdo["lease"].raw = 200
+    rig.wait_for(lambda r: r["state"] == "tripped")
+    with pytest.raises(canopen.SdoAbortedError, match="0x08000022"):
+        node.sdo["mode"].raw = 1
+    refusals = BY_NAME["refusal"].values.names
+    assert refusals[node.sdo["refusal"].raw] == "fault_latched"
+    node.sdo["command_key"].raw = 0x5046
+    node.sdo["command_code"].raw = 2
+    node.sdo["command_sequence"].raw = node.sdo["command_sequence"].raw + 1
+    done = BY_NAME["answer_state"].values.codes["done"]
+    wait_for(lambda: node.sdo["answer_state"].raw, lambda state: state == done)
+    assert told_of(node, 0x0000).register == 0
+    inflate_by_sdo(node, rig, 6.0)
+
+
 def test_neither_a_stop_nor_a_reset_moves_a_held_balloon_and_a_vent_passes_though_stopped(
     node, rig, network, vented
 ):
