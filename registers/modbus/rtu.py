@@ -93,6 +93,11 @@ class Decoder:
                 return found
         return []
 
+    def forget(self) -> None:
+        """Lose what was not finished, as behind a long silence."""
+        self._lose(len(self._data))
+        self._silent = True
+
     def _start(self) -> None:
         self._starts.append(len(self._data))
         if len(self._starts) > _MOST_STARTS:

@@ -87,6 +87,7 @@ class ModbusRtuLine:
 
     def _attach(self, port: serial.Serial) -> None:
         self._port = port
+        self.unit.begin()
         asyncio.get_running_loop().add_reader(port.fileno(), self._readable)
 
     def _release(self) -> None:

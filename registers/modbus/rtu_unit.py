@@ -49,8 +49,14 @@ class Unit:
         bank, objects = Bank(word_swap=word_swap), Identity(identity)
         self._responder = Responder(bank, source, objects, read_only=read_only)
         self._everybody = Responder(bank, source, objects, vent_only=True)
+        self._timing = timing
         self._decoder, self._echo = Decoder(timing), Echo(timing)
         self._lost_when_sent = 0
+
+    def begin(self) -> None:
+        """Forget what the line did: its port was opened anew, and another adapter may hear itself."""
+        self._decoder.forget()
+        self._echo = Echo(self._timing)
 
     @property
     def lost_bytes(self) -> int:

@@ -192,9 +192,9 @@ def test_the_parity_of_a_line_is_the_one_that_was_asked_for(source, monkeypatch,
         assert asked == [letter]
 
 
-def plugged_in(link):
-    """A new cable whose first end is found under `link`; the master's end."""
-    fresh = Cable()
+def plugged_in(link, echoing=()):
+    """A new cable whose first end is found under `link`."""
+    fresh = Cable(echoing=echoing)
     link.symlink_to(fresh.ports[0])
     return fresh
 
@@ -232,6 +232,24 @@ def test_a_port_that_comes_back_under_another_name_is_served_again_within_2_s(so
             assert time.monotonic() < begun_s + 2.0
     plugged.unplug()
     assert told(caplog) == [f"Modbus RTU: {link} is gone: hung up", f"Modbus RTU: {link} is open again"] * 2
+
+
+def test_an_adapter_that_is_exchanged_for_one_that_hears_itself_has_no_request_carried_out_twice(
+    source, tmp_path, caplog
+):
+    link = tmp_path / "by-id"
+    plugged = plugged_in(link)
+    with serving_on(link, source) as server:
+        assert answers_on(plugged.ports[1])
+        assert answers_on(plugged.ports[1])
+        unplug(plugged, link)
+        plugged = plugged_in(link, echoing=(0,))
+        assert eventually(lambda: told(caplog)[-1:] == [f"Modbus RTU: {link} is open again"], 5.0)
+        with master(plugged.ports[1], timeout=3.0) as client:
+            assert client.write_register(516, 0).isError() is False
+        assert eventually(lambda: server.unit.counters.echoes == 1)
+    plugged.unplug()
+    assert source.asked == [{"mode": "vent"}]
 
 
 def test_a_port_that_stays_away_is_tried_twice_a_second_and_told_of_once(
