@@ -52,8 +52,9 @@ def verify(
 ) -> None:
     """Reckon all seals anew: was a record changed, taken out or put in? Exit code 1 where one was.
 
-    Who can write the file can also make a new chain: note the head that this prints where others cannot
-    write. With it, --head shows whether all up to then is still as it was.
+    Who can write the file can also make a new chain.
+    So note the head that this prints, where others cannot write.
+    With it, --head shows whether all up to then is still as it was.
 
     Example: pneuforce log verify --config instrument.toml
     """

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import shlex
 import shutil
 import subprocess
+from typing import Any
 
 from instrument.core import Instrument
 from instrument.errors import ConfigurationError, PortBusy, RigError
@@ -21,6 +23,7 @@ from sim.board.board import FIRMWARE
 SIGNATURE = (0x1E, 0x95, 0x0F)
 BOOT_BAUD = 115_200
 PATIENCE_S = 60.0
+FAREWELL = "avrdude done"
 
 
 def talk(port: str) -> list[str]:
@@ -33,21 +36,30 @@ def flash_command(port: str) -> list[str]:
     return [*talk(port), "-D", "-U", f"flash:w:{HEX}:i"]
 
 
-def run_flash(port: str, dry_run: bool) -> None:
+def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
     """Flash the board at `port` and say which version answers then. Raises ConfigurationError, RigError.
 
     The board restarts: the balloon is vented. With `dry_run` the command is printed only.
     """
     command = flash_command(port)
-    print(f"firmware {_revision(FIRMWARE)}, protocol {PROTOCOL_VERSION}, made from {SKETCH}")
-    print(shlex.join(command), flush=True)
-    if dry_run:
-        return
+    plan = {"firmware": _revision(FIRMWARE), "protocol": PROTOCOL_VERSION, "sketch": str(SKETCH)}
+    if not as_json:
+        print("firmware {firmware}, protocol {protocol}, made from {sketch}".format(**plan))
+        print(shlex.join(command), flush=True)
+    answers = None if dry_run else _flashed(port, command)
+    if as_json:
+        print(json.dumps({**plan, "command": command, "answers": answers}))
+    elif answers:
+        print("firmware {firmware} answers, board {serial}".format(**answers))
+
+
+def _flashed(port: str, command: list[str]) -> dict[str, Any]:
+    """What answers at `port` once the command has been run there."""
     _refuse_others(port)
     _check_signature(port)
     _avrdude(command)
     hello = asyncio.run(_greeted(port))
-    print(f"firmware {_revision(hello.firmware)} answers, board {hello.serial}")
+    return {"firmware": _revision(hello.firmware), "serial": hello.serial}
 
 
 def _revision(firmware: int) -> str:
@@ -89,11 +101,21 @@ def _avrdude(command: list[str]) -> str:
     except subprocess.TimeoutExpired:
         raise RigError(f"avrdude did not end within {PATIENCE_S:g} s") from None
     if done.returncode:
-        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
         raise RigError(
-            f"avrdude failed: {last}; with RESET-EN cut, press the board's reset button as it begins"
+            f"avrdude failed: {_complaint(done.stderr)}; with RESET-EN cut, press the board's reset button "
+            "as it begins"
         )
     return done.stdout
+
+
+def _complaint(said: str) -> str:
+    """The line of avrdude's that says what is wrong; its last one is a farewell, whatever has happened.
+
+    Its "OS error" says only what the line before it caused.
+    """
+    lines = [line.strip() for line in said.splitlines() if line.strip() and FAREWELL not in line]
+    errors = [line for line in lines if "error" in line.lower() and "OS error" not in line]
+    return (errors or lines or ["it said nothing"])[-1]
 
 
 async def _greeted(port: str) -> Hello:

@@ -10,25 +10,24 @@ from instrument.cli.options import Json
 
 commands = typer.Typer()
 
-Port = Annotated[
-    str, typer.Option("--port", help="The board's device, as /dev/serial/by-id/…; or a simulator's link.")
-]
+_DEVICE = "The board's device, as /dev/serial/by-id/…"
 
 
 @commands.command()
 def doctor(
-    port: Port,
+    port: Annotated[str, typer.Option("--port", help=f"{_DEVICE}; or a simulator's link.")],
     inflate: Annotated[
         float | None,
         typer.Option(
-            min=2.0, max=12.0, help="Test ramp, leak and vent at this pressure [kPa]. Inflates the balloon!"
+            min=2.0, max=12.0, help="Test ramp, leak and vent at this many kPa: it inflates the balloon!"
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
     """Examine a rig: port, board, samples, clock, sensor, supply; with --inflate the circuit too.
 
-    Ends venting, also at Ctrl-C. Exit code 1 where a check is bad.
+    Ends venting, also at Ctrl-C. Exit code 1: a check is bad, or it was interrupted.
+    Nobody may touch the balloon meanwhile: start a simulator with --no-hand.
 
     Example: pneuforce doctor --port /dev/ttyACM0 --inflate 5.0
     """
@@ -39,8 +38,9 @@ def doctor(
 
 @commands.command()
 def flash(
-    port: Port,
+    port: Annotated[str, typer.Option("--port", help=f"{_DEVICE}.")],
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print what would be run.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Put the firmware on an Arduino UNO with avrdude; another chip, or a port in use, is refused.
 
@@ -48,4 +48,4 @@ def flash(
     """
     from instrument.cli.flash import run_flash
 
-    run_flash(port, dry_run)
+    run_flash(port, dry_run, as_json)

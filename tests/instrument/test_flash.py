@@ -1,5 +1,8 @@
 """Flashing, with an avrdude that only writes down what it is asked: no board is flashed here."""
 
+import json
+import re
+
 import pytest
 
 from instrument.cli import flash
@@ -86,6 +89,42 @@ def test_what_avrdude_says_when_it_fails_is_told(avrdude, cable):
     cable.plug()
     with pytest.raises(RigError, match=r"avrdude failed: programmer is not responding; .*reset button"):
         flash.run_flash(str(cable.path), dry_run=False)
+
+
+@pytest.mark.parametrize(
+    ("said", "quoted"),
+    [
+        (
+            "avrdude: stk500_recv(): programmer is not responding\\n"
+            "avrdude error: unable to open port /dev/ttyACM0 for programmer arduino\\n\\n"
+            "avrdude done.  Thank you.\\n",
+            "avrdude error: unable to open port /dev/ttyACM0 for programmer arduino",
+        ),
+        (
+            "avrdude: ser_open(): can't open device: No such device\\n\\navrdude done.  Thank you.\\n",
+            "avrdude: ser_open(): can't open device: No such device",
+        ),
+        (
+            "avrdude ERROR: cannot set signals\\navrdude OS error: Inappropriate ioctl\\navrdude done.\\n",
+            "avrdude ERROR: cannot set signals",
+        ),
+        ("\\navrdude done.  Thank you.\\n", "it said nothing"),
+    ],
+)
+def test_of_what_avrdude_says_the_error_is_told_not_the_farewell(avrdude, cable, said, quoted):
+    avrdude(writes=f'printf "{said}" >&2; exit 1')
+    cable.plug()
+    with pytest.raises(RigError, match=re.escape(f"avrdude failed: {quoted}; with")):
+        flash.run_flash(str(cable.path), dry_run=False)
+
+
+def test_a_program_is_told_what_was_run_and_who_answered(avrdude, cable, capsys):
+    avrdude()
+    cable.plug()
+    flash.run_flash(str(cable.path), dry_run=False, as_json=True)
+    told = json.loads(capsys.readouterr().out)
+    assert told["answers"]["firmware"] == told["firmware"] == "1.0"
+    assert told["command"][0] == "avrdude"
 
 
 def test_without_avrdude_one_sentence_says_what_to_do(cable, monkeypatch, tmp_path):
