@@ -156,6 +156,22 @@ def test_sigterm_ends_a_host_that_still_greets_a_silent_port(tmp_path, modbus):
     assert (host.returncode, "Traceback" in said) == (0, False)
 
 
+@pytest.mark.parametrize("module", ["typer", "instrument.cli.rig_commands", "instrument.config", "pydantic"])
+def test_ctrl_c_while_it_is_being_loaded_ends_quietly(module):
+    typed = (
+        "import os, signal, sys\n"
+        "class CtrlC:\n"
+        "    def find_spec(name, path=None, target=None):\n"
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, CtrlC)\n"
+        "sys.argv = ['pneuforce', 'config', '--example']\n"
+        "from instrument.cli import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", typed], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 def test_no_room_for_the_answer_is_a_sentence():
     with open("/dev/full", "w") as full:
         done = subprocess.run(
