@@ -5,7 +5,7 @@ import resource
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,6 +23,7 @@ FOREIGN = [
     can.Message(arbitration_id=0x123, data=b"\x01\x02\x03", is_extended_id=False),
     can.Message(arbitration_id=0x18DAF110, data=bytes(8), is_extended_id=True),
 ]
+ENDINGS = {"candump": "log", "asc": "asc", "blf": "blf"}
 STRANGERS = {message.arbitration_id for message in FOREIGN}
 
 
@@ -61,22 +62,33 @@ def waited_for(file, frames):
     )
 
 
-@pytest.mark.parametrize(("form", "ending"), [("candump", "log"), ("asc", "asc"), ("blf", "blf")])
-def test_ctrl_c_leaves_a_file_with_every_frame_on_the_bus_that_others_read(
-    lasting_stack, tmp_path, form, ending
-):
-    file = tmp_path / f"press.{ending}"
-    with recording(lasting_stack.can_port, "--format", form, "--output", file) as process:
-        wait_for(file.exists, bool)
+def test_ctrl_c_leaves_files_with_every_frame_on_the_bus_that_others_read(lasting_stack, tmp_path):
+    files = {form: tmp_path / f"press.{ending}" for form, ending in ENDINGS.items()}
+    with ExitStack() as recordings:
+        processes = {
+            form: recordings.enter_context(
+                recording(lasting_stack.can_port, "--format", form, "--output", file)
+            )
+            for form, file in files.items()
+        }
+        wait_for(lambda: all(file.exists() for file in files.values()), bool)
         with lasting_stack.robot() as robot:
             for message in FOREIGN:
                 robot.send(message)
             for _ in range(60):
                 assert robot.recv(2.0)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=5)
-    messages = recorded(file)
-    assert (process.returncode, said.split(" on ")[0]) == (0, f"pneuforce: {len(messages)} frames")
+        for process in processes.values():
+            process.send_signal(signal.SIGINT)
+        said = {form: process.communicate(timeout=5)[1] for form, process in processes.items()}
+    for form, file in files.items():
+        messages = recorded(file)
+        ended = processes[form].returncode, said[form].split(" on ")[0]
+        assert ended == (0, f"pneuforce: {len(messages)} frames")
+        assert_whole(messages)
+
+
+def assert_whole(messages):
+    """All that was sent, in its order, and the instrument's frames are the DBC's."""
     strangers = [m for m in messages if m.arbitration_id in STRANGERS]
     assert [(m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in strangers] == [
         (m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in FOREIGN
@@ -89,9 +101,9 @@ def test_ctrl_c_leaves_a_file_with_every_frame_on_the_bus_that_others_read(
             DBC.decode_message(message.arbitration_id, message.data)
 
 
-@pytest.mark.parametrize(("form", "ending"), [("candump", "log"), ("asc", "asc")])
-def test_a_recording_that_is_killed_keeps_all_frames_up_to_then(lasting_stack, tmp_path, form, ending):
-    file = tmp_path / f"press.{ending}"
+@pytest.mark.parametrize("form", ["candump", "asc"])
+def test_a_recording_that_is_killed_keeps_all_frames_up_to_then(lasting_stack, tmp_path, form):
+    file = tmp_path / f"press.{ENDINGS[form]}"
     with recording(lasting_stack.can_port, "--format", form, "--output", file) as process:
         waited_for(file, 30)
         process.kill()
