@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from registers.can.frames import FRAMES
 from registers.canopen.communication import PRODUCT_CODE, REVISION, VENDOR_ID
 from registers.canopen.dictionary import OBJECTS
-from registers.canopen.entry import Entry, Kind, Object
+from registers.canopen.entry import Entry, Kind, Object, Type
 from registers.map import MAP_VERSION
 from registers.views.facts import ascii_text, number
 
@@ -106,10 +106,12 @@ def _entry(entry: Entry) -> Iterator[tuple[str, object]]:
     yield "ObjectType", _hex(Kind.VAR.value, 1)
     yield "DataType", _hex(entry.type.number, 4)
     yield "AccessType", entry.access
+    yield "PDOMapping", int(entry.mappable)
+    if entry.type is Type.F32:
+        return  # "20" is decimal to python-canopen, and the bits of a float to Lely: none is given
     default = default_text(entry)
     if default:
         yield "DefaultValue", default
-    yield "PDOMapping", int(entry.mappable)
     if entry.low is not None:
         yield "LowLimit", number(entry.low)
     if entry.high is not None:
