@@ -7,8 +7,10 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
+from instrument.aside import aside, unless
 from instrument.core import Instrument
 from instrument.errors import ProtocolMismatch, RigError, RigSilent, TimeOutMismatch
 from instrument.faults import name_of
@@ -76,7 +78,10 @@ class Host:
         Raises RigError: port busy or missing, no board of ours there, or one of another version. The port is
         given back then.
         """
-        self._attach(self._open_port(self.url))
+        port = await unless(stop, aside(partial(self._open_port, self.url)))
+        if port is None:
+            return
+        self._attach(port)
         try:
             await self._greet(stop)
         except BaseException:
@@ -165,7 +170,7 @@ class Host:
 
     async def _reopen(self) -> None:
         try:
-            port = await asyncio.to_thread(self._open_port, self.url)
+            port = await aside(partial(self._open_port, self.url))
         except Exception as error:
             self._say_still_down(str(error))
             self._wait_longer()

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
+from functools import partial
 from importlib.metadata import version
 
+from instrument.aside import aside, unless
 from instrument.config import Can
 from instrument.core import Instrument
 from instrument.errors import FaceError
@@ -58,14 +60,8 @@ class CanFace:
 
     async def open(self, stop: asyncio.Event) -> None:
         """Open the bus and see that the node id is free: 1.2 s, or until `stop` is set. Raises FaceError."""
-        opening = asyncio.ensure_future(asyncio.to_thread(self.bus.open, self.node.heartbeat_id))
-        stopping = asyncio.ensure_future(stop.wait())
-        await asyncio.wait({opening, stopping}, return_when=asyncio.FIRST_COMPLETED)
-        stopping.cancel()
-        if stop.is_set():
-            self.bus.close()
         try:
-            await opening
+            await unless(stop, aside(partial(self.bus.open, self.node.heartbeat_id)))
         except OSError as error:
             raise FaceError(str(error)) from None
 
