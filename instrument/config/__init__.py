@@ -55,6 +55,12 @@ class Configuration(Section):
         return zlib.crc32((self.model_dump_json() + calibration).encode())
 
     @property
+    def doubt(self) -> str:
+        """What an instrument that is of use would not have, empty for nothing."""
+        served = self.modbus.enabled or self.modbus_rtu.enabled or self.can.enabled
+        return "" if served else "no bus is enabled (modbus, modbus_rtu, can): nobody can see or ask anything"
+
+    @property
     def calibration_date(self) -> int:
         """Date of the calibration as yyyymmdd, 0 where never."""
         return self._calibration.date_code if self._calibration else self.identity.calibration_date
@@ -125,7 +131,11 @@ def load(path: Path) -> Configuration:
 
 def read(path: Path) -> Configuration:
     """Configuration of a TOML file as it stands, without its calibration. Raises ConfigurationError."""
-    return parse(tables_of(path, f"pneuforce config --example > {path} writes one"), str(path))
+    remedy = f"pneuforce config --example > {path} writes one"
+    tables = tables_of(path, remedy)
+    if not tables:
+        raise ConfigurationError(f"{path}: no table in it, as in a file that was never written out; {remedy}")
+    return parse(tables, str(path))
 
 
 def parse(tables: dict[str, Any], name: str) -> Configuration:

@@ -28,7 +28,7 @@ def refused(tables):
     return str(told.value)
 
 
-def test_an_empty_file_is_the_defaults():
+def test_what_no_table_gives_is_at_its_default():
     assert parse({}, "x") == Configuration()
 
 
@@ -155,6 +155,13 @@ class TestFiles:
         path = tmp_path / "instrument.toml"
         path.write_bytes(content)
         with pytest.raises(ConfigurationError, match=r"instrument\.toml: "):
+            load(path)
+
+    @pytest.mark.parametrize("text", ["", "\n", "# instrument.toml: every key with its default.\n"])
+    def test_a_file_without_a_table_is_not_taken_for_the_defaults(self, tmp_path, text):
+        path = tmp_path / "instrument.toml"
+        path.write_text(text)
+        with pytest.raises(ConfigurationError, match=r"toml: no table in it.*pneuforce config --example > "):
             load(path)
 
     def test_a_missing_file_is_told_with_the_command_that_writes_one(self, tmp_path):
