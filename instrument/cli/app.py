@@ -8,8 +8,15 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import calibrate_commands, can_commands, event_commands, force_commands, rig_commands
-from instrument.cli.options import Json, Parity, Seconds
+from instrument.cli import (
+    calibrate_commands,
+    can_commands,
+    event_commands,
+    force_commands,
+    rig_commands,
+    watch_command,
+)
+from instrument.cli.options import Json, Seconds
 
 app = typer.Typer(
     name="pneuforce",
@@ -20,11 +27,30 @@ app = typer.Typer(
 )
 app.add_typer(force_commands.commands)
 app.add_typer(rig_commands.commands)
+app.add_typer(watch_command.commands)
 app.add_typer(can_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(event_commands.commands, name="log")
 
 LINK = Path("/tmp/pneuforce-rig")
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"pneuforce {version('pneuforce')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _pneuforce(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Say which version this is.", callback=_say_version, is_eager=True),
+    ] = False,
+) -> None:
+    pass
 
 
 class MapFormat(Enum):
@@ -38,13 +64,6 @@ class MapFormat(Enum):
     OBJECTS = "objects"
     ST = "st"
     H = "h"
-
-
-class BusName(Enum):
-    """The buses that can be watched."""
-
-    MODBUS = "modbus"
-    CAN = "can"
 
 
 class BoardName(Enum):
@@ -196,60 +215,19 @@ def config(
     check: Annotated[
         Path | None, typer.Option("--check", help="Say whether this file is acceptable.")
     ] = None,
+    as_json: Json = False,
 ) -> None:
     """Document or check an instrument.toml.
 
     Example: pneuforce config --example > instrument.toml
     """
+    from instrument.cli.config_check import check_config
     from instrument.config import example as example_text
-    from instrument.config import load
+    from instrument.errors import ConfigurationError
 
-    if check is not None:
-        from instrument.cli.can_face import options_of
-        from instrument.cli.rtu_face import check_ports
-
-        configuration = load(check)
-        options_of(configuration.can)
-        check_ports(configuration)
-        typer.echo(f"{check}: good")
+    if as_json and check is None:
+        raise ConfigurationError("--json is for --check: an example is TOML")
     if example or check is None:
         typer.echo(example_text(), nl=False)
-
-
-@app.command()
-def watch(
-    bus: Annotated[BusName, typer.Argument(help="Which bus to look at.")],
-    host: Annotated[str, typer.Option(help="Address of the instrument, or of the CAN hub.")] = "127.0.0.1",
-    port: Annotated[int | None, typer.Option(help="TCP port; default 5020 (Modbus), 29536 (CAN).")] = None,
-    device: Annotated[
-        str | None, typer.Option(help="Modbus only: serial port, for Modbus RTU instead of TCP.")
-    ] = None,
-    baud: Annotated[int, typer.Option(help="With --device: its baud rate.", min=1)] = 19200,
-    parity: Annotated[Parity, typer.Option(help="With --device: its parity.")] = "even",
-    unit: Annotated[int, typer.Option(help="Modbus only: unit id.", min=1, max=247)] = 1,
-    interface: Annotated[str, typer.Option(help="CAN only: python-can interface.")] = "socketcand",
-    channel: Annotated[str, typer.Option(help="CAN only: channel.")] = "can0",
-    node_id: Annotated[int, typer.Option(help="CAN only: node id of the instrument.", min=1, max=127)] = 5,
-    seconds: Seconds = None,
-    as_json: Json = False,
-) -> None:
-    """Show what a PLC (modbus) or a robot controller (can) sees of a running instrument.
-
-    A PLC's registers are shown each in its own unit, CAN signals in the DBC's (N, kPa, mm, s).
-    With --json both are in N, kPa, mm, s, and null where not available.
-
-    Example: pneuforce watch modbus --seconds 5
-    """
-    from instrument.cli.observe import NodeAt
-    from instrument.cli.watch_can import watch_can
-    from instrument.cli.watch_modbus import watch_modbus
-    from registers.can.bus import BusAt
-    from registers.modbus.client import Plc
-
-    if bus is BusName.MODBUS and device:
-        watch_modbus(lambda: Plc.on_line(device, baud=baud, parity=parity, unit=unit), seconds, as_json)
-    elif bus is BusName.MODBUS:
-        watch_modbus(lambda: Plc.connect(host, port or 5020, unit=unit), seconds, as_json)
-    else:
-        at = BusAt(interface=interface, channel=channel, host=host, port=port or 29536)
-        watch_can(NodeAt(at, node_id), seconds, as_json)
+    if check is not None:
+        raise typer.Exit(check_config(check, as_json))

@@ -40,6 +40,8 @@ def serve(configuration: Configuration, events: Path | None) -> None:
     """
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     with log_to_stderr():
+        if configuration.doubt:
+            log.warning("%s", configuration.doubt)
         asyncio.run(_serve(configuration, events))
 
 

@@ -15,14 +15,16 @@ from rich.table import Table
 from instrument.cli.showing import HINT, as_json, say, stop_after, with_unit
 from instrument.errors import FaceError
 from registers.map import BY_NAME, Register
-from registers.modbus.client import Plc, PlcError
+from registers.modbus.client import Plc, PlcError, PortError
 
 POLL_S = 0.5
 SIDES = (range(36), range(512, 544))  #: what is measured, what is asked; without the scaled mirrors
 
 
-def watch_modbus(connect: Callable[[], Plc], seconds: float | None, json_lines: bool) -> None:
-    """Poll the registers twice a second. Raises FaceError where nobody answers."""
+def watch_modbus(
+    connect: Callable[[], Plc], seconds: float | None, json_lines: bool, hint: str = HINT
+) -> None:
+    """Poll the registers twice a second. Raises FaceError, with the hint, where nobody answers."""
     stop = stop_after(seconds)
     try:
         with connect() as plc, _shower(json_lines, _lines_of_registers(), _register_table) as show:
@@ -30,8 +32,10 @@ def watch_modbus(connect: Callable[[], Plc], seconds: float | None, json_lines: 
                 show(plc.read())
                 if stop.wait(POLL_S):
                     return
+    except PortError as error:
+        raise FaceError(str(error)) from None
     except PlcError as error:
-        raise FaceError(f"{error}; {HINT}") from None
+        raise FaceError(f"{error}; {hint}") from None
 
 
 @contextmanager

@@ -10,7 +10,8 @@ from registers.field import plain_unit
 from registers.map import BY_NAME, REGISTERS, Register
 from registers.modbus.bank import MODE, Bank
 from registers.modbus.codes import Code
-from registers.views.facts import span_text
+from registers.modbus.line_port import PARITIES, opened, possible_parity
+from registers.views.facts import ascii_text, span_text
 
 if TYPE_CHECKING:
     from pymodbus.client.base import ModbusBaseSyncClient
@@ -29,6 +30,10 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 class PlcError(OSError):
     """The instrument cannot be reached, or it refused a request."""
+
+
+class PortError(PlcError):
+    """A serial port cannot be opened."""
 
 
 class Plc:
@@ -54,17 +59,23 @@ class Plc:
     def on_line(
         cls, device: str, *, baud: int = 19200, parity: str = "even", unit: int = 1, wait_s: float = 2.0
     ) -> Plc:
-        """The same on a serial port, as Modbus RTU; `parity` is even, odd or none (with two stop bits)."""
+        """The same on a serial port, as Modbus RTU; `parity` is even, odd or none (with two stop bits).
+
+        Raises PortError where the port cannot be had.
+        """
         from pymodbus.client import ModbusSerialClient
 
+        stop_bits = 2 if parity == "none" else 1
         client = ModbusSerialClient(
             device,
             baudrate=baud,
-            parity=parity[0].upper(),
-            stopbits=2 if parity == "none" else 1,
+            parity=PARITIES[possible_parity(device, parity)],
+            stopbits=stop_bits,
             timeout=wait_s,
             retries=0,
         )
+        if not client.connect():
+            _say_why(device, baud, parity, stop_bits)
         return cls._met(client, unit, f"{device} cannot be opened")
 
     @classmethod
@@ -92,7 +103,8 @@ class Plc:
     def read(self) -> dict[str, Any]:
         """Value of every register that changes, by name: in the quantity's unit; NaN is not available.
 
-        Three requests, so three instants; within one range all values belong together. Raises PlcError.
+        Three requests, so three instants; within one range all values belong together. Left out is what
+        repeats another value in the unit of its name (force_mn, pressure_pa, …). Raises PlcError.
         """
         return {name: value for range_ in _READ for name, value in self._values(range_).items()}
 
@@ -132,7 +144,8 @@ class Plc:
     def _values(self, range_: range) -> dict[str, Any]:
         registers = [r for r in REGISTERS if r.address in range_]
         codes = self._bank.codes(registers, range_.start, self._words(range_))
-        return {r.name: r.decode(code) for r, code in zip(registers, codes, strict=True)}
+        read = zip(registers, codes, strict=True)
+        return {r.name: r.decode(code) for r, code in read if not _named_otherwise(r)}
 
     def _words(self, range_: range) -> bytes:
         answer = self._ask(self._client.read_input_registers, range_.start, count=len(range_))
@@ -158,12 +171,28 @@ class Plc:
         return f"{name} ({code:02X}h), reason {reason}"
 
 
+def _say_why(device: str, baud: int, parity: str, stop_bits: int) -> None:
+    """Raises PortError with what pymodbus keeps to itself."""
+    try:
+        opened(device, baud, parity, stop_bits).close()
+    except OSError as error:
+        raise PortError(str(error)) from None
+
+
+def _named_otherwise(register: Register) -> bool:
+    """Whether its name ends in a unit that is not the quantity's: pressure_pa would be a number of kPa."""
+    unit = ascii_text(register.unit)
+    return unit != plain_unit(register.unit) and register.name.endswith(f"_{unit.lower()}")
+
+
 def _writable(name: str) -> Register:
     """The register of this name. Raises PlcError."""
     if name not in BY_NAME:
         near = get_close_matches(name, [register.name for register in REGISTERS if register.writable])
         told = f"; near: {', '.join(near)}" if near else ""
         raise PlcError(f"there is no register {name}{told}")
+    if _named_otherwise(BY_NAME[name]):
+        raise PlcError(f"{name} repeats a value that goes by its quantity: write {name.rpartition('_')[0]}")
     if not BY_NAME[name].writable:
         raise PlcError(f"{name} is read only")
     return BY_NAME[name]

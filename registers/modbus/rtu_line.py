@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import logging
 import os
 import termios
@@ -15,6 +14,7 @@ from typing import Literal
 
 import serial
 
+from registers.modbus.line_port import PARITIES, opened, why
 from registers.modbus.rtu import Timing
 from registers.modbus.rtu_unit import Unit
 from registers.source import Source
@@ -25,8 +25,6 @@ _log = logging.getLogger(__name__)
 _READ_BYTES = 4096
 _RETRY_S = 0.5
 _SAY_AGAIN_S = 60.0
-_PTY_MAJORS = range(136, 144)  #: Linux, Documentation/admin-guide/devices.txt
-_PARITIES = {"even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD, "none": serial.PARITY_NONE}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +41,7 @@ class Options:
 
     def __str__(self) -> str:
         """As serial ports are called for short: /dev/ttyUSB0, 19200 8E1."""
-        return f"{self.port}, {self.baud} 8{_PARITIES[self.parity]}{self.stop_bits}"
+        return f"{self.port}, {self.baud} 8{PARITIES[self.parity]}{self.stop_bits}"
 
 
 class ModbusRtuLine:
@@ -77,7 +75,11 @@ class ModbusRtuLine:
 
     async def start(self) -> None:
         """Open the port and listen. Raises OSError, in a sentence, where it cannot be had."""
-        self._attach(await asyncio.to_thread(_opened, self.options))
+        self._attach(await asyncio.to_thread(self._opened))
+
+    def _opened(self) -> serial.Serial:
+        own = self.options
+        return opened(own.port, own.baud, own.parity, own.stop_bits)
 
     def close(self) -> None:
         """Give the port back."""
@@ -107,7 +109,7 @@ class ModbusRtuLine:
         except BlockingIOError:
             return
         except OSError as error:
-            self._lose(_why(error))
+            self._lose(why(error))
             return
         if not data:
             self._lose("hung up")
@@ -133,7 +135,7 @@ class ModbusRtuLine:
         except BlockingIOError:
             sent = 0
         except OSError as error:
-            self._lose(_why(error))
+            self._lose(why(error))
             return
         if sent < len(answer):
             self.unsent += 1
@@ -154,42 +156,11 @@ class ModbusRtuLine:
         while self._port is None:
             await asyncio.sleep(_RETRY_S)
             with contextlib.suppress(OSError):
-                self._attach(await asyncio.to_thread(_opened, self.options))
+                self._attach(await asyncio.to_thread(self._opened))
         self._say("is open again")
 
     def _say(self, message: str, *facts: object) -> None:
         self._log.say(self._clock(), f"Modbus RTU: {self.options.port} {message}", *facts)
-
-
-def _opened(options: Options) -> serial.Serial:
-    """The port, exclusive to this process. Raises OSError in a sentence."""
-    try:
-        return serial.Serial(
-            options.port,
-            options.baud,
-            parity=_PARITIES[_parity(options)],
-            stopbits=options.stop_bits,
-            timeout=0,
-            exclusive=True,
-        )
-    except (OSError, termios.error) as error:
-        raise OSError(f"{options.port} cannot be opened: {_why(error)}") from None
-
-
-def _parity(options: Options) -> str:
-    """As configured; none on a pty, which has no line and refuses to be told of it a second time."""
-    return "none" if os.major(os.stat(options.port).st_rdev) in _PTY_MAJORS else options.parity
-
-
-def _why(error: Exception) -> str:
-    code = getattr(error, "errno", None)
-    if "exclusively lock" in str(error) or code == errno.EBUSY:
-        return "another process uses it"
-    if code == errno.EACCES:
-        return "no permission; its group is dialout"
-    if "configure port" in str(error):
-        return "it is no serial port, or does not know these settings"
-    return os.strerror(code).lower() if code else str(error)
 
 
 def _discard_output(port: serial.Serial) -> None:

@@ -31,20 +31,25 @@ def plc(server):
 def test_a_plc_reads_every_value_by_name(plc):
     values = plc.read()
     assert values["force"] == 1.25
-    assert values["pressure_pa"] == 8.5
+    assert values["pressure"] == 8.5
     assert values["state"] == "vented"
     assert values["status"] == {"vented", "simulated", "any_failure"}
     assert values["mode"] == "vent"
     assert math.isnan(values["rise"])
-    assert values["setpoint_requested"] == values["setpoint_requested_pa"] == 5.0
+    assert values["setpoint_requested"] == 5.0
+    assert values["condensed_status"] == {"simulated"}
+
+
+def test_no_name_contradicts_the_unit_of_its_value(plc):
+    for values in (plc.read(), plc.read_all()):
+        assert {name.rpartition("_")[2] for name in values} & {"mn", "pa", "um", "ms"} == set()
+        assert {"force", "pressure", "radius", "setpoint", "rise", "peak_force", "force_limit"} <= set(values)
 
 
 def test_a_plc_sets_the_pressure_holds_and_vents(plc, source):
     plc.write("setpoint_requested", 8.0)
     plc.write("mode", "hold")
     assert (source.values["setpoint_requested_kpa"], source.values["mode"]) == (8.0, "hold")
-    plc.write("setpoint_requested_pa", 7.5)
-    assert source.values["setpoint_requested_kpa"] == 7.5
     plc.vent()
     assert source.values["mode"] == "vent"
 
@@ -54,7 +59,7 @@ def test_a_plc_sets_the_pressure_holds_and_vents(plc, source):
     [
         ("setpoint_requested", 12.5, "illegal value (03h); allowed: 2 … 12 kPa"),
         ("setpoint_requested", math.nan, "illegal value (03h); allowed: 2 … 12 kPa"),
-        ("setpoint_requested_pa", 30.0, "illegal value (03h); allowed: 2 … 12 kPa"),
+        ("setpoint_requested_pa", 6.5, "repeats a value that goes by its quantity: write setpoint_requested"),
         ("lease", 70.0, "allowed: 0 or 0.2 … 60 s"),
         ("force", 1.0, "force is read only"),
         ("mode", "hodl", "mode = hodl cannot be put on the wire; allowed: vent, hold"),

@@ -15,8 +15,8 @@ import serial
 from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ModbusIOException
 
-from registers.modbus import rtu_line
-from registers.modbus.client import Plc, PlcError
+from registers.modbus import line_port, rtu_line
+from registers.modbus.client import Plc, PlcError, PortError
 from registers.modbus.rtu import frame
 from registers.modbus.rtu_line import ModbusRtuLine, Options
 from tests.registers.modbus.memory import MemorySource
@@ -72,6 +72,23 @@ def test_pymodbus_reads_writes_and_identifies(source):
         assert client.write_registers(512, client.convert_to_registers(12.5, floats)).exception_code == 3
         assert client.read_holding_registers(200).exception_code == 2
         assert client.read_device_information(read_code=3).information[0x80] == b"42"
+
+
+@pytest.mark.parametrize("parity", ["even", "odd", "none"])
+def test_a_plc_reaches_an_instrument_over_a_pair_of_ptys_whatever_its_parity(source, parity):
+    with cable() as line, serving_on(line.ports[0], source, parity=parity):
+        for _ in range(2):  # a pty refuses a parity from the second time on
+            with Plc.on_line(line.ports[1], parity=parity) as plc:
+                assert plc.read()["force"] == 1.25
+
+
+@pytest.mark.parametrize(
+    ("port", "why"),
+    [("/dev/no-such-port", "no such file or directory"), ("/dev/null", "it is no serial port")],
+)
+def test_a_plc_is_told_why_its_port_cannot_be_opened(port, why):
+    with pytest.raises(PortError, match=f"{port} cannot be opened: .*{why}"):
+        Plc.on_line(port)
 
 
 def test_a_plc_on_the_line_sees_what_one_on_tcp_sees(source):
@@ -187,7 +204,7 @@ def test_the_parity_of_a_line_is_the_one_that_was_asked_for(source, monkeypatch,
         return open_port(*arguments, **options | {"parity": serial.PARITY_NONE})
 
     monkeypatch.setattr(serial, "Serial", told)
-    monkeypatch.setattr(rtu_line, "_PTY_MAJORS", ())
+    monkeypatch.setattr(line_port, "_PTY_MAJORS", ())
     with pty() as (port, _), serving_on(port, source, parity=parity):
         assert asked == [letter]
 
@@ -255,13 +272,13 @@ def test_an_adapter_that_is_exchanged_for_one_that_hears_itself_has_no_request_c
 def test_a_port_that_stays_away_is_tried_twice_a_second_and_told_of_once(
     source, tmp_path, caplog, monkeypatch
 ):
-    link, tries, opened = tmp_path / "by-id", [], rtu_line._opened
+    link, tries, opened = tmp_path / "by-id", [], rtu_line.opened
 
-    def tried(options):
+    def tried(*settings):
         tries.append(time.monotonic())
-        return opened(options)
+        return opened(*settings)
 
-    monkeypatch.setattr(rtu_line, "_opened", tried)
+    monkeypatch.setattr(rtu_line, "opened", tried)
     plugged = plugged_in(link)
     with serving_on(link, source):
         unplug(plugged, link)
