@@ -28,9 +28,11 @@ RESULTS = Values(
 NODE_STATES = Values({0: "boot_up", 4: "stopped", 5: "operational", 127: "pre_operational"})
 
 NO_ERROR = 0x0000
+MASTER_LOST = 0x8130  #: the CANopen master's heartbeat, which was watched, stays away
 RIG_ERROR = 0xFF00  #: plus the code of the first fault
 ERRORS = Values(
-    {NO_ERROR: "no_error"} | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
+    {NO_ERROR: "no_error", MASTER_LOST: "master_lost"}
+    | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
 )
 GENERIC_ERROR = 0x81  #: error register: generic and manufacturer-specific
 
@@ -180,9 +182,12 @@ EMERGENCY = Frame(
             name="error_code",
             wire=U16,
             legend=ERRORS,
-            doc="FF00h + code of the fault that came; 0000h where faults went.",
+            doc="FF00h + code of the fault that came, 8130h: CANopen master lost; 0000h: something went.",
         ),
-        _own("error_register", "CiA 301 object 1001h: 81h while any fault is active, else 0."),
+        _own(
+            "error_register",
+            "CiA 301 object 1001h: bits 0 and 7 while any fault is active, 0 and 4 while the master is lost.",
+        ),
         BY_NAME["active_faults"].on_wire(U8),
         BY_NAME["status"],
     ),

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from registers.can.frames import GENERIC_ERROR, NO_ERROR, RIG_ERROR
+from registers.can.frames import GENERIC_ERROR, MASTER_LOST, NO_ERROR, RIG_ERROR
 from registers.canopen.communication import ERRORS_KEPT
 
-MASTER_LOST = 0x8130
 _COMMUNICATION = 0x11  #: error register: generic, communication
 _MOST_WAITING = 32
 

@@ -12,7 +12,6 @@ from registers.canopen.dictionary import REGISTERS_AT
 from registers.canopen.entry import Entry
 from registers.canopen.parameters import Parameters, Place
 from registers.canopen.readings import Reading
-from registers.field import Field
 from registers.source import Source
 
 _COMMAND_MODE = RECORDS[COMMAND.name], 1 + [field.name for field in COMMAND.fields].index("mode")
@@ -82,7 +81,7 @@ class Store:
         if entry.at == _COMMAND_MODE:
             self._source.write(CAN, {"mode": "vent"}, now_s)
             return
-        field: Field = entry.field  # type: ignore[assignment]  # every writable entry up there has one
-        refusal = self._source.write(CAN, {field.quantity: field.decode(code)}, now_s)
+        assert entry.field is not None, "what can be written up there is a register"
+        refusal = self._source.write(CAN, {entry.field.quantity: entry.field.decode(code)}, now_s)
         if refusal != "none":
             raise Abort(Why.LOCAL_CONTROL if refusal in _LOCAL_CONTROL else Why.DEVICE_STATE)
