@@ -128,13 +128,15 @@ class Writer:
             self._store = None
 
     def _say_trouble(self, error: Exception) -> None:
-        if not self.trouble:
+        """Once, and once more where somebody has to do something about it."""
+        why = _why(error)
+        if not self.trouble or (isinstance(error, NotOurs) and why != self.trouble):
             log.warning(
                 "event log %s cannot be written: %s; measuring goes on, records are kept in memory meanwhile",
                 self.path,
-                _why(error),
+                why,
             )
-        self.trouble = _why(error)
+        self.trouble = why
 
 
 def _now() -> Moment:

@@ -120,12 +120,16 @@ def test_a_log_that_is_moved_away_while_it_is_written_keeps_what_was_committed(w
     assert "log was taken away" in changed["why"]
 
 
-def test_a_log_moved_to_another_disk_is_complete_once_its_write_ahead_log_has_followed(writer, tmp_path):
+def test_a_log_moved_to_another_disk_is_complete_once_its_write_ahead_log_has_followed(
+    writer, tmp_path, caplog
+):
     """Such a move is a copy and a deletion."""
     file = ten_kept(writer)
     shutil.copy(file, tmp_path / "2026")
     file.unlink()
     wait_until(lambda: "log-wal holds records of a log that was moved without it" in writer.trouble)
+    time.sleep(1.2)
+    assert len([line for line in caplog.messages if "moved without it" in line]) == 1
     file.with_name("log-wal").rename(tmp_path / "2026-wal")
     wait_until(lambda: not writer.trouble)
     assert [body["which"] for body in bodies(tmp_path / "2026")] == list(range(10))
