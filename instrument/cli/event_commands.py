@@ -20,13 +20,23 @@ Config = Annotated[
 ]
 
 
+def _moment(text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise typer.BadParameter("a time in UTC is wanted, as 2027-01-31 or 2027-01-31T08:00:00") from None
+
+
 @commands.command()
 def show(
     file: File = None,
     config: Config = None,
     last: Annotated[int, typer.Option("--last", min=0, help="So many records; 0 shows all.")] = 50,
     since: Annotated[
-        datetime | None, typer.Option("--since", help="From this time on, UTC; 2027-01-31 or with T08:00:00.")
+        datetime | None,
+        typer.Option(
+            "--since", help="From this time on, UTC: 2027-01-31T08:00:00.", metavar="TIME", parser=_moment
+        ),
     ] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Go on with what is added, until Ctrl-C.")] = False,
     as_json: Json = False,
@@ -49,6 +59,7 @@ def verify(
     head: Annotated[
         str | None, typer.Option("--head", help="A head that was noted earlier: it must still be in the log.")
     ] = None,
+    as_json: Json = False,
 ) -> None:
     """Reckon all seals anew: was a record changed, taken out or put in? Exit code 1 where one was.
 
@@ -60,7 +71,7 @@ def verify(
     """
     from instrument.cli.event_table import verify_events
 
-    raise typer.Exit(verify_events(_chosen(file, config), head))
+    raise typer.Exit(verify_events(_chosen(file, config), head, as_json))
 
 
 def _chosen(file: Path | None, config: Path | None) -> Path:

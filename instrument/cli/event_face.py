@@ -28,7 +28,7 @@ def witnessed(instrument: Instrument, configuration: Configuration, file: Path |
         {"version": version("pneuforce"), **identity, "serial_number": configuration.identity.serial_number},
         time.monotonic(),
     )
-    why = "asked"
+    why = "asked to stop"
     try:
         yield witness
     except BaseException as error:

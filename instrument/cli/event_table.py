@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from instrument.errors import ConfigurationError
-from instrument.events.reading import LOWEST, Damaged, opened
+from instrument.events.reading import LOWEST, Damaged, NoLog, opened
 from instrument.events.verification import Broken, Row, moment_of, verified
 
 FOLLOW_S = 0.5
@@ -59,10 +59,11 @@ def _read(path: Path, choice: Choice, first: int = LOWEST) -> list[Row]:
             chosen = (row for row in rows if not from_ or moment_of(row.body) >= from_)
             return list(deque(chosen, choice.last or None))
     except Damaged as error:
-        raise ConfigurationError(f"{error}; pneuforce log verify says how much of it is good") from None
+        hint = "" if isinstance(error, NoLog) else "; pneuforce log verify says how much of it is good"
+        raise ConfigurationError(f"{error}{hint}") from None
 
 
-def verify_events(path: Path, head: str | None) -> int:
+def verify_events(path: Path, head: str | None, as_json: bool) -> int:
     """Say whether the chain is unbroken; exit code 1 where it is not. Raises ConfigurationError."""
     if head is not None and not HEAD.fullmatch(head.lower()):
         raise ConfigurationError(f"--head {head}: a head is 64 hexadecimal digits, as verify prints them")
@@ -72,8 +73,12 @@ def verify_events(path: Path, head: str | None) -> int:
         if not chain.records:
             raise Broken("it holds no record; was it moved, or copied, without what lies beside it as -wal?")
     except (Broken, Damaged) as wrong:
-        print(f"{path}: NOT GOOD: {wrong}")
+        bad = {"file": str(path), "good": False, "why": str(wrong)}
+        print(json.dumps(bad) if as_json else f"{path}: NOT GOOD: {wrong}")
         return 1
+    if as_json:
+        print(json.dumps({"file": str(path), "good": True, **chain._asdict()}))
+        return 0
     span = f" from {chain.first_at} to {chain.last_at}"
     kept = ", the noted head among them" if head else ""
     print(f"{chain.records} records{span}, unbroken{kept}, head {chain.head}")
@@ -137,12 +142,12 @@ def _write_in_words(facts: Mapping[str, Any]) -> str:
     return ", ".join(parts) + (" (vented all the same)" if facts.get("vented") else "")
 
 
-def _times_in_words(how: str) -> Callable[[Mapping[str, Any]], str]:
+def _times_in_words(how: Callable[[int], str]) -> Callable[[Mapping[str, Any]], str]:
     def words(facts: Mapping[str, Any]) -> str:
         of = facts["of"]
         verdict = f": {of['verdict']}" if "verdict" in of else ""
         span = f"{facts['since'][:19]} to {facts['until'][:19]}".replace("T", " ")
-        return f"{how.format(facts['times'])} ({span}): {in_words(of)}{verdict}"
+        return f"{how(facts['times'])} ({span}): {in_words(of)}{verdict}"
 
     return words
 
@@ -152,10 +157,11 @@ _TOLD_ELSEWHERE = {"at", "mono_s", "who", "verdict", "kind"}
 _WORDS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "write": _write_in_words,
     "request": lambda facts: f"request {facts['request']}",
+    "stop": lambda facts: f"stop: {facts['why']}",
     "answer": lambda facts: f"command {facts['command']}",
-    "repeated": _times_in_words("repeated {} times"),
-    "held_back": _times_in_words("{} more, too many to keep each; the last"),
-    "lost": _times_in_words("{} records lost, the disk did not take them; the first"),
+    "repeated": _times_in_words(lambda times: "repeated once" if times == 1 else f"repeated {times} times"),
+    "held_back": _times_in_words(lambda times: f"{times} more, too many to keep each; the last"),
+    "lost": _times_in_words(lambda times: f"{times} records lost, the disk did not take them; the first"),
 }
 
 

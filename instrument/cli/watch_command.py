@@ -62,6 +62,7 @@ def watch(
 
     A PLC's registers are shown each in its own unit, CAN signals in the DBC's (N, kPa, mm, s).
     With --json both are in N, kPa, mm, s, and null where not available.
+    Registers that repeat another in the unit of their name (pressure_pa) are left out.
 
     Example: pneuforce watch modbus --seconds 5
     """

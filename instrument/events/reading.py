@@ -22,6 +22,10 @@ class Damaged(Exception):
     """A file that SQLite cannot read on."""
 
 
+class NoLog(Damaged):
+    """A file of which SQLite can read nothing."""
+
+
 @contextmanager
 def opened(path: Path, first: int = LOWEST) -> Iterator[Iterator[Row]]:
     """The records of a log from number `first` on, in order, as they lie in the file.
@@ -49,6 +53,8 @@ def _damage_in_words(path: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as error:
+        if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_NOTADB:
+            raise NoLog(f"{path} is not an event log, or its beginning is destroyed") from None
         raise Damaged(f"{path} cannot be read on: {error}") from None
 
 

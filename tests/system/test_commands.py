@@ -7,6 +7,7 @@ import select
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import version
 
 import pytest
 
@@ -170,6 +171,54 @@ def test_ctrl_c_while_it_is_being_loaded_ends_quietly(module):
     )
     done = subprocess.run([sys.executable, "-c", typed], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_the_version_is_told():
+    assert pneuforce("--version").stdout == f"pneuforce {version('pneuforce')}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("modbus --baud 9600", "--baud is for watch modbus --device, not for watch modbus"),
+        ("modbus --node-id 7", "--node-id is for watch can, not for watch modbus"),
+        ("modbus --device /dev/ttyUSB0 --port 5020", "--port is for watch modbus and watch can, not for"),
+        ("can --unit 2", "--unit is for watch modbus and watch modbus --device, not for watch can"),
+        ("modbus --device /dev/ttyUSB77", "/dev/ttyUSB77 cannot be opened: no such file or directory"),
+    ],
+)
+def test_what_cannot_be_watched_so_is_a_sentence(words, said):
+    refused = pneuforce("watch", *words.split(), "--seconds", "0.1")
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert refused.stderr.startswith(f"pneuforce: {said}")
+    assert len(refused.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("bus", ["modbus", "can"])
+def test_a_port_that_no_computer_has_is_refused_with_its_span(bus):
+    refused = pneuforce("watch", bus, "--port", "99999")
+    assert refused.returncode == 2
+    assert "65535" in refused.stderr
+
+
+def test_the_check_of_a_configuration_is_told_to_a_program(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text("[modbus]\nport = 70000\n")
+    refused = pneuforce("config", "--check", file, "--json")
+    assert (refused.returncode, refused.stderr) == (2, "")
+    told = json.loads(refused.stdout)
+    assert told["good"] is False
+    assert "modbus.port = 70000" in told["why"]
+    file.write_text("[modbus]\nport = 5021\n")
+    told = json.loads(pneuforce("config", "--check", file, "--json").stdout)
+    assert told == {"file": str(file), "good": True, "doubt": None}
+
+
+def test_an_instrument_without_a_bus_is_doubted(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text(f'[rig]\nport = "{tmp_path}/nothing"\n[modbus]\nenabled = false\n')
+    assert "good, but no bus is enabled" in pneuforce("config", "--check", file).stdout
+    assert "no bus is enabled" in pneuforce("run", "--config", file).stderr
 
 
 def test_no_room_for_the_answer_is_a_sentence():

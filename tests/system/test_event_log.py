@@ -13,6 +13,7 @@ from contextlib import ExitStack, closing, suppress
 
 import pytest
 
+from instrument.cli.event_table import in_words
 from registers.modbus.client import PlcError
 from tests.instrument.events.keeping import chain_of, written
 from tests.typed import pneuforce
@@ -60,7 +61,7 @@ def test_the_life_of_an_instrument_can_be_read_from_start_to_stop(lived):
     file, *_ = lived
     told = records(file)
     assert [record["number"] for record in told] == list(range(1, len(told) + 1))
-    assert (told[0]["kind"], told[-1]["kind"], told[-1]["why"]) == ("start", "stop", "asked")
+    assert (told[0]["kind"], told[-1]["kind"], told[-1]["why"]) == ("start", "stop", "asked to stop")
     assert {"version", "map_hash", "configuration_hash"} <= set(told[0])
     states = [record["is"] for record in told if record["kind"] == "state"]
     assert states[:4] == ["vented", "inflating", "settling", "holding"]
@@ -104,6 +105,23 @@ def test_a_changed_record_is_named_and_the_exit_code_is_1(lived, tmp_path):
     assert re.search(r"NOT GOOD: record \d+ is not what was sealed", verified.stdout)
 
 
+def test_a_program_is_told_whether_a_log_is_good(lived, tmp_path):
+    told = json.loads(log("verify", "--file", lived[0], "--json").stdout)
+    assert (told["good"], told["head"]) == (True, chain_of(lived[0]).head)
+    (tmp_path / "notes").write_text("mine\n" * 1000)
+    verified = log("verify", "--file", tmp_path / "notes", "--json")
+    told = json.loads(verified.stdout)
+    assert (verified.returncode, told["good"]) == (1, False)
+    assert "is not an event log" in told["why"]
+
+
+def test_what_came_once_more_is_told_in_words():
+    of = {"kind": "write", "values": {"mode": [0, 0]}, "verdict": "accepted"}
+    facts = {"kind": "repeated", "times": 1, "since": "2027-01-31T08:00:00Z", "until": "2027-01-31T08:00:01Z"}
+    assert in_words({**facts, "of": of}).startswith("repeated once (")
+    assert in_words({**facts, "times": 2, "of": of}).startswith("repeated 2 times (")
+
+
 def test_a_log_that_was_cut_off_lacks_the_head(lived, tmp_path):
     short = written(tmp_path / "log", range(3))
     verified = log("verify", "--file", short, "--head", chain_of(lived[0]).head)
@@ -122,6 +140,7 @@ def test_the_table_says_it_in_words(lived):
     assert re.search(r"modbus_tcp 127\.0\.0\.1 +accepted +setpoint_requested_kpa nan → 8\b", shown)
     assert re.search(r"illegal_value +request 10 02 00 00 02 04 42 c6 00 00", shown)
     assert "state: settling → holding" in shown
+    assert "stop: asked to stop" in shown
     assert len(log("show", "--file", lived[0], "--last", "2").stdout.splitlines()) == 3
 
 
@@ -140,6 +159,8 @@ def test_since_a_moment_shows_what_came_from_then_on(lived):
         (("verify", "--file", "{log}", "--head", "abc"), "64 hexadecimal digits"),
         (("show", "--file", "{log}", "--config", "x"), "give one of them"),
         (("show", "--config", "{config}"), "keeps no log"),
+        (("show", "--file", "{config}"), "is not an event log"),
+        (("show", "--file", "{log}", "--since", "gestern"), "2027-01-31T08:00:00"),
     ],
 )
 def test_what_cannot_be_read_is_a_sentence(lived, tmp_path, words, said):
