@@ -26,7 +26,7 @@ NODE_ID, MASTER_ID = 5, 127
 WATCH_MS = 500
 TOP = Path(__file__).parents[2]
 EDS, GUIDE = str(TOP / "docs/pneuforce.eds"), TOP / "docs/canopen.md"
-SILENCE_S = 0.1
+ANSWER_S, SILENCE_S = 2.0, 0.1
 INTO = {OPERATIONAL: 1, STOPPED: 2}
 
 
@@ -71,7 +71,7 @@ def network(rig):
 @pytest.fixture(scope="module")
 def lasting_node(network):
     node = network.add_node(NODE_ID, EDS)
-    node.sdo.RESPONSE_TIMEOUT = 5.0
+    node.sdo.RESPONSE_TIMEOUT, node.sdo.MAX_RETRIES = ANSWER_S, 3
     return node
 
 
@@ -122,20 +122,28 @@ def send(bus, can_id, data):
     bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
 
 
+def played(bus, state, steps):
+    """What goes wrong in a case, which begins with a reset; empty where nothing does."""
+    send(bus, 0, bytes((0x82, NODE_ID)))
+    send(bus, 0, bytes((INTO.get(state, 0x80), NODE_ID)))
+    for said, expected in steps:
+        frame = frame_of(said)
+        send(bus, frame.id, frame.data)
+        frames = heard(bus, ANSWER_S if expected else SILENCE_S)
+        if not agrees(expected, frames):
+            return f"{said}: {told(frames) or 'silence'}, not {expected or 'silence'}"
+    return ""
+
+
 def test_the_standing_cases_hold_on_a_live_bus(rig):
-    """Its SDO dialogues; in Operational too, with all its process data on the bus."""
-    failed = []
+    """Each is played up to three times: on a busy machine a late frame is dropped, as it should be."""
     with can.Bus(**rig.can) as bus:
-        for name, state, steps in STANDING:
-            send(bus, 0, bytes((0x82, NODE_ID)))
-            send(bus, 0, bytes((INTO.get(state, 0x80), NODE_ID)))
-            for said, expected in steps:
-                frame = frame_of(said)
-                send(bus, frame.id, frame.data)
-                frames = heard(bus, 5.0 if expected else SILENCE_S)
-                if not agrees(expected, frames):
-                    failed.append(f"{name}: {said}: {told(frames) or 'silence'}, not {expected or 'silence'}")
-    assert failed == []
+        failed = {
+            name: wrong
+            for name, state, steps in STANDING
+            if all(wrong := played(bus, state, steps) for _ in range(3))
+        }
+    assert failed == {}
 
 
 def test_every_object_of_the_data_sheet_is_there_and_reads_in_its_type(node):
