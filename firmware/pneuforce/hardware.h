@@ -15,7 +15,9 @@
 /* Blank cells read FFh. */
 #define EEPROM_KIND 0       /* u8: what sits at the far end; blank: a real board */
 #define EEPROM_SERIAL 1     /* u32 */
-#define EEPROM_BANDGAP_MV 5 /* u16: the reference as measured; the data sheet allows 1000 to 1200 */
+#define EEPROM_BANDGAP_MV 5 /* u16: the reference as measured; beyond the data sheet's span: the nominal one */
+#define BANDGAP_LEAST_MV 1000u
 #define BANDGAP_NOMINAL_MV 1100u
+#define BANDGAP_MOST_MV 1200u
 
 #endif

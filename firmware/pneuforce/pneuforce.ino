@@ -3,7 +3,8 @@
  * Timer 1 begins a sample every 2 ms: 16 conversions of the sensor, then one of the bandgap, by which the supply
  * is known. The main loop takes each sample through `board_step` and alone keeps the watchdog quiet.
  * On shutdown: any reset makes the pins inputs, and then `setup` drives SAFE before all else. A hung main
- * loop is made SAFE by the watchdog's interrupt and reset by its second time-out. */
+ * loop is made SAFE by the watchdog's interrupt and reset by its second time-out; one that is late for a sample
+ * makes itself so, for what the board counts in samples would no longer be time. */
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -13,6 +14,7 @@
 #include "hardware.h"
 
 #define CYCLES_PER_SAMPLE (F_CPU / SAMPLES_PER_S)
+#define SAMPLE_US (1000ul * SAMPLE_MS)
 /* Sensor conversions end at 1.80 ms. The bandgap is of high impedance and wants time on the multiplexer. */
 #define BANDGAP_AT_CYCLES (CYCLES_PER_SAMPLE / 100 * 93)
 #define AVCC_REFERENCE (1u << REFS0)
@@ -33,10 +35,10 @@ static volatile uint16_t bandgap_conversion = CONVERSION_STEPS - 1;
 static volatile uint8_t converted;
 static volatile bool converting_bandgap, sampled;
 
-/* Rings whose places are the low bits of counters. RX holds what the line can bring in a sample; of it two frames
- * are heard in each, so that nonsense at the full rate of the line cannot delay a sample. */
+/* Rings whose places are the low bits of counters. RX holds what the line can bring in a sample; of it one frame
+ * is heard in each, so that nonsense at the full rate of the line cannot delay a sample. */
 #define RX_BYTES 128u
-#define MOST_HEARD (2 * FRAME_BYTES)
+#define MOST_HEARD FRAME_BYTES
 static volatile uint8_t rx[RX_BYTES], tx[256];
 static volatile uint8_t rx_in, rx_out, tx_in, tx_out;
 
@@ -61,10 +63,23 @@ static void drive(uint8_t valves)
     PORTD = pins;
 }
 
+/* Nor may others think that the rig can be used. */
 static void all_vent(void)
 {
     drive(SAFE);
     DDRD |= 1u << INLET_BIT | 1u << VENT_BIT;
+    PORTB &= (uint8_t)~(1u << OK_BIT);
+}
+
+/* SAFE at once; the watchdog's next time-out resets. */
+static void give_up(void)
+{
+    cli();
+    all_vent();
+    restart_mark = RESTARTED;
+    WDTCSR &= (uint8_t)~(1u << WDIE);
+    for (;;)
+        ;
 }
 
 /* What the eye and a PLC's input see of the board. */
@@ -94,7 +109,7 @@ static void begin_board(void)
     uint8_t kind = eeprom_read_byte((const uint8_t *)EEPROM_KIND);
 
     bandgap_mv = eeprom_read_word((const uint16_t *)EEPROM_BANDGAP_MV);
-    if (bandgap_mv == UINT16_MAX)
+    if (!(BANDGAP_LEAST_MV <= bandgap_mv && bandgap_mv <= BANDGAP_MOST_MV))
         bandgap_mv = BANDGAP_NOMINAL_MV;
     board_begin(&board, kind == UINT8_MAX ? (uint8_t)BOARD_REAL : kind,
                 eeprom_read_dword((const uint32_t *)EEPROM_SERIAL), unasked_reset());
@@ -178,6 +193,8 @@ void loop(void)
     adc_sum = sampled_sum;
     conversion = bandgap_conversion;
     sei();
+    if (now_us - board.time_us != SAMPLE_US)
+        give_up();
     board_tick(&board, now_us);
     for (n = 0; n < MOST_HEARD && rx_out != rx_in; n++, rx_out++)
         board_hear(&board, rx[rx_out % RX_BYTES]);
@@ -190,7 +207,7 @@ void loop(void)
 
 ISR(TIMER1_COMPA_vect)
 {
-    time_us += 1000ul * SAMPLE_MS;
+    time_us += SAMPLE_US;
     sum = 0;
     converted = 0;
     ADMUX = AVCC_REFERENCE | SENSOR_CHANNEL;
@@ -238,14 +255,10 @@ ISR(USART_UDRE_vect)
         UDR0 = tx[tx_out++];
 }
 
-/* The main loop hangs: SAFE at once, and the second time-out resets. */
+/* The main loop hangs. */
 ISR(WDT_vect)
 {
-    all_vent();
-    restart_mark = RESTARTED;
-    WDTCSR &= (uint8_t)~(1u << WDIE);
-    for (;;)
-        ;
+    give_up();
 }
 
 #ifndef ARDUINO
