@@ -59,15 +59,16 @@ def _damage_in_words(path: Path) -> Iterator[None]:
 
 
 def _openable(path: Path, stack: ExitStack) -> tuple[Path, str]:
-    """What to open, and how, so that SQLite leaves no file of its own beside it.
+    """What to open, and how, so that SQLite leaves no file of its own beside it, and takes none away.
 
     Without a write-ahead log nobody writes. With one and its index an instrument runs or was killed, and both
     are there already. With one and no index these are copies, and the index is made beside further copies.
+    One that lies beside an empty file is another log's, and SQLite would delete it.
     """
     if not path.is_file() or not os.access(path, os.R_OK):
         raise ConfigurationError(f"{path}: no such file, or not to be read by you")
     ahead, index = (Path(f"{path}{end}") for end in ("-wal", "-shm"))
-    if not ahead.exists() or not ahead.stat().st_size:
+    if not path.stat().st_size or not ahead.exists() or not ahead.stat().st_size:
         return path, "immutable=1"
     if index.exists():
         return path, "mode=ro"

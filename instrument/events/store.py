@@ -44,14 +44,14 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._ahead = Path(f"{path}-wal")
+        ahead = Path(f"{path}-wal")
+        _refuse_leftovers(path, ahead)
         # A lock of its own, for SQLite's are not held between transactions. The descriptor must outlive
         # SQLite's: closing any descriptor of a file drops all POSIX locks that the process has on it.
         self._lock = _locked(path)
         try:
-            self._refuse_leftovers()
             self._open()
-            self._ours = {file: _identity(file) for file in (self._ahead, Path(f"{path}-shm"))}
+            self._ours = {file: _identity(file) for file in (ahead, Path(f"{path}-shm"))}
         except sqlite3.DatabaseError as error:
             os.close(self._lock)
             if getattr(error, "sqlite_errorcode", 0) & 0xFF in _NO_DATABASE:
@@ -60,14 +60,6 @@ class Store:
         except BaseException:
             os.close(self._lock)
             raise
-
-    def _refuse_leftovers(self) -> None:
-        """SQLite would throw away what lies beside an empty file."""
-        if not os.fstat(self._lock).st_size and self._ahead.is_file() and self._ahead.stat().st_size:
-            raise NotOurs(
-                f"{self._ahead} holds records of a log that was moved without it: move it to that log, "
-                "named as the log and -wal, or delete it"
-            )
 
     def _open(self) -> None:
         self._db = sqlite3.connect(
@@ -139,6 +131,15 @@ class Store:
         with suppress(sqlite3.Error):
             self._db.execute(f"PRAGMA busy_timeout = {CLOSE_WAIT_MS}")
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+def _refuse_leftovers(path: Path, ahead: Path) -> None:
+    """SQLite throws away what lies beside an empty file, whoever opens that: none is begun there."""
+    if ahead.is_file() and ahead.stat().st_size and not (path.exists() and path.stat().st_size):
+        raise NotOurs(
+            f"{ahead} holds records of a log that was moved without it: move it to that log, "
+            "named as the log and -wal, or delete it"
+        )
 
 
 def _identity(file: Path) -> tuple[int, int] | None:

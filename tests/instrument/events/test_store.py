@@ -118,6 +118,18 @@ def test_a_second_instrument_on_the_same_file_is_refused_and_harms_nothing(tmp_p
     assert chain_of(file).records == 2
 
 
+def test_reading_an_empty_file_takes_nothing_from_beside_it(tmp_path):
+    store = Store(tmp_path / "log")
+    store.append([b"{}"])
+    for name in ("log-wal", "log-shm"):
+        shutil.copy(tmp_path / name, tmp_path / f"empty{name.removeprefix('log')}")
+    store.close()
+    (tmp_path / "empty").touch()
+    before = lying(tmp_path)
+    assert chain_of(tmp_path / "empty").records == 0
+    assert lying(tmp_path) == before
+
+
 def test_what_a_killed_instrument_left_beside_a_log_that_was_moved_is_not_thrown_away(tmp_path):
     killed, store = tmp_path / "killed", Store(tmp_path / "log")
     store.append([b"{}"])
@@ -127,6 +139,7 @@ def test_what_a_killed_instrument_left_beside_a_log_that_was_moved_is_not_thrown
     store.close()
     with pytest.raises(NotOurs, match="log-wal holds records of a log that was moved without it"):
         Store(killed / "log")
+    assert not (killed / "log").exists()  # whoever opened an empty one would delete what lies beside it
     (killed / "log-wal").rename(killed / "2026-wal")
     assert chain_of(killed / "2026").records == 1
     Store(killed / "log").close()
