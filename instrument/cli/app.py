@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -101,10 +102,11 @@ def demo(
     Starts the rig simulator, a CAN hub and the instrument as processes of their own, inflates the balloon and
     lets a simulated hand press it again and again. What the panel shows is read back over Modbus and CAN.
     """
-    from instrument.cli.demo import run_demo
+    from instrument.cli.demo import refuse_taken, run_demo
     from instrument.cli.panel import Ports
     from instrument.cli.scenarios import checked
 
+    refuse_taken({"modbus-port": modbus_port, "can-port": can_port, "control-port": control_port})
     rig = ["--control-port", str(control_port), "--scenario", checked(scenario), "--board", board.value]
     rig += [] if seed is None else ["--seed", str(seed)]
     raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), rig))
@@ -160,7 +162,9 @@ def sim(
             )
         )
     except OSError as error:
-        raise RigError(f"the simulator cannot start: {error}") from None
+        busy = error.errno == errno.EADDRINUSE
+        why = f"--control-port {control_port} is in use by another program" if busy else error
+        raise RigError(f"the simulator cannot start: {why}") from None
     except Crashed as error:
         raise RigError(f"the emulated board has stopped: {error}") from None
 

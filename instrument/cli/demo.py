@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import signal
+import socket
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,12 +19,24 @@ from rich.live import Live
 
 from instrument.cli.observe import NodeAt, Observer, Seen, number
 from instrument.cli.panel import EVENTS, Ports, panel, plain_line
+from instrument.errors import FaceError
 from registers.can.bus import BusAt
 from registers.modbus.client import Plc, PlcError
 from teststand.children import ChildFailed, Stopped
 from teststand.stack import Stack, start
 
 PANEL_HZ = 5
+
+
+def refuse_taken(ports: Mapping[str, int]) -> None:
+    """Raises FaceError, naming the option, where one of these TCP ports is another program's."""
+    for option, port in ports.items():
+        try:
+            socket.create_server(("127.0.0.1", port)).close()
+        except OSError as error:
+            busy = error.errno == errno.EADDRINUSE
+            why = "is in use by another program" if busy else "may not be listened on by you"
+            raise FaceError(f"--{option} {port} {why}: choose another") from None
 
 
 def run_demo(seconds: float | None, ports: Ports, rig: Sequence[str]) -> int:

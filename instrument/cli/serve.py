@@ -133,10 +133,9 @@ async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None
     try:
         await modbus.start()
     except OSError as error:
-        hint = "; is another instrument running?" if error.errno == errno.EADDRINUSE else ""
-        raise FaceError(
-            f"Modbus cannot listen on {own.host}:{own.port}: {error.strerror or error}{hint}"
-        ) from None
+        busy = error.errno == errno.EADDRINUSE
+        why = "it is in use; end the other instrument, or change [modbus] port" if busy else error.strerror
+        raise FaceError(f"Modbus cannot listen on {own.host}:{own.port}: {why or error}") from None
     log.info("Modbus TCP on %s:%d, unit %d", own.host, modbus.port, own.unit)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import errno
 import json
 import signal
 import socket
@@ -129,7 +130,9 @@ def main() -> int:
     try:
         asyncio.run(_serve(port))
     except (OSError, OverflowError) as error:
-        print(f"the CAN hub cannot listen on {HOST}:{port}: {error}", file=sys.stderr)
+        busy = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
+        why = "it is in use; --port takes another" if busy else error
+        print(f"the CAN hub cannot listen on {HOST}:{port}: {why}", file=sys.stderr)
         return 2
     return 0
 

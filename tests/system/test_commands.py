@@ -4,15 +4,19 @@ import json
 import os
 import re
 import select
+import socket
 import subprocess
 import sys
 import tomllib
+from contextlib import ExitStack
 from importlib.metadata import version
 
 import pytest
 
 from registers.views import VIEWS
 from tests.typed import pneuforce
+from teststand.children import ChildFailed
+from teststand.stack import start
 
 
 def estimate(*arguments):
@@ -140,6 +144,21 @@ def test_watching_as_json_gives_a_line_for_each_look(lasting_stack, bus):
         assert lines[-1]["state"] == "vented"
     else:
         assert {"Force", "State", "Status"} <= {line["frame"] for line in lines}
+
+
+def test_a_simulator_whose_control_port_is_taken_names_the_option(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        refused = pneuforce("sim", "--link", tmp_path / "rig", "--control-port", port)
+    why = f"--control-port {port} is in use by another program"
+    assert refused.stderr == f"pneuforce: the simulator cannot start: {why}\n"
+
+
+def test_an_instrument_whose_modbus_port_is_taken_names_the_key(lasting_stack, tmp_path):
+    taken = {"modbus": {"port": lasting_stack.modbus_port}}
+    why = r"it is in use; end the other instrument, or change \[modbus\] port"
+    with ExitStack() as children, pytest.raises(ChildFailed, match=why):
+        start(children, tmp_path / "rig", ["--no-hand"], taken)
 
 
 @pytest.mark.parametrize("modbus", ["enabled = false", "port = 5999"])

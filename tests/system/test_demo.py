@@ -14,6 +14,7 @@ import pytest
 from registers.modbus.client import Plc
 from tests.system.conftest import answers
 from tests.system.waiting import wait_for
+from tests.typed import pneuforce
 from teststand.stack import free_port
 
 
@@ -97,14 +98,16 @@ def test_without_a_terminal_it_says_one_plain_line_a_second_and_ends_in_time():
     assert any(force.search(line) for line in lines), said
 
 
-def test_a_taken_port_is_said_in_a_sentence_and_its_owner_is_left_alone(stack):
-    command = ["instrument", "demo", "--can-port", str(free_port()), "--modbus-port", str(stack.modbus_port)]
-    refused = subprocess.run(
-        [sys.executable, "-m", *command], capture_output=True, text=True, timeout=30, check=False
-    )
-    assert refused.returncode == 2
-    assert f"Modbus cannot listen on 127.0.0.1:{stack.modbus_port}" in refused.stderr
-    assert "Traceback" not in refused.stderr
+def test_a_taken_port_is_said_by_its_option_and_its_owner_is_left_alone(stack):
+    free = {"modbus": free_port(), "can": free_port(), "control": 0}
+    taken = {"modbus": stack.modbus_port, "can": stack.can_port, "control": stack.can_port}
+    for name, port in taken.items():
+        options = [word for key, at in {**free, name: port}.items() for word in (f"--{key}-port", at)]
+        refused = pneuforce("demo", *options)
+        assert refused.returncode == 2
+        assert refused.stderr == (
+            f"pneuforce: --{name}-port {port} is in use by another program: choose another\n"
+        )
     with stack.plc() as plc:
         assert math.isnan(plc.read()["setpoint_requested"])
 

@@ -210,4 +210,4 @@ def test_a_port_in_use_is_named_in_one_sentence(hub_port):
     )
     assert second.returncode == 2
     assert second.stderr.count("\n") == 1
-    assert f"cannot listen on 127.0.0.1:{hub_port}" in second.stderr
+    assert f"cannot listen on 127.0.0.1:{hub_port}: it is in use; --port takes another" in second.stderr
