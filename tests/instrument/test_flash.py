@@ -9,7 +9,7 @@ from instrument.cli import flash
 from instrument.errors import ConfigurationError, PortBusy, RigError
 from instrument.rig.port import SerialPort
 from sim.avr.toolchain import HEX, SKETCH
-from tests.instrument.test_host import Cable
+from tests.instrument.plugged import Cable
 
 AVRDUDE = """#!/bin/sh
 echo "$@" >> {log}
