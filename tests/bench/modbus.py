@@ -19,7 +19,9 @@ from registers.modbus.client import Plc
 from tests.system.waiting import inflate
 from teststand.stack import free_port, start
 
-HERE = Path(__file__).parent
+OURS = Path(__file__).parent / "libmodbus"
+SERVERS = Path(__file__).parents[1] / "hostile/rivals/servers"
+START_S = 10.0
 SECONDS = 4
 CLIENTS = (1, 8, 32)
 FLOODERS, RIG_HZ = 4, 500
@@ -27,10 +29,10 @@ REQUESTS, CONNECTIONS = 10**6, 10**4
 READ = bytes.fromhex("0001 0000 0006 01 04 0000 0014")
 
 
-def built(folder, name):
-    """A program of this folder's libmodbus/, compiled."""
+def built(folder, name, sources=OURS):
+    """A program in C that uses libmodbus, compiled."""
     flags = subprocess.check_output(["pkg-config", "--cflags", "--libs", "libmodbus"], text=True).split()
-    source, program = HERE / "libmodbus" / f"{name}.c", Path(folder) / name
+    source, program = sources / f"{name}.c", Path(folder) / name
     subprocess.run(["gcc", "-O2", "-o", program, source, *flags, "-lpthread"], check=True)
     return program
 
@@ -55,12 +57,31 @@ def listening(command):
 
 
 @contextmanager
+def serving(*command):
+    """A server of others; the port that it listens on, which is told it as its last word."""
+    port = free_port()
+    with subprocess.Popen([*command, str(port)], stderr=subprocess.DEVNULL) as server:
+        try:
+            until_s = time.monotonic() + START_S
+            while not accepts(port):
+                assert time.monotonic() < until_s, f"{command} does not listen"
+                time.sleep(0.05)
+            yield port
+        finally:
+            server.kill()
+
+
+def accepts(port):
+    with socket.socket() as client:
+        return client.connect_ex(("127.0.0.1", port)) == 0
+
+
+@contextmanager
 def rivals(folder):
     """Ports of pymodbus's and libmodbus's servers."""
-    mine, theirs = free_port(), free_port()
-    stock = [sys.executable, "-m", "tests.bench.stock", str(mine)]
-    with listening(stock), listening([built(folder, "server"), str(theirs)]):
-        yield {"pymodbus": mine, "libmodbus, C": theirs}
+    in_c = built(folder, "stock_libmodbus", SERVERS)
+    with serving(sys.executable, SERVERS / "stock_pymodbus.py") as pymodbus, serving(in_c) as libmodbus:
+        yield {"pymodbus": pymodbus, "libmodbus, C": libmodbus}
 
 
 @contextmanager
