@@ -44,6 +44,7 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._size = 0  #: as it was last seen
         ahead = Path(f"{path}-wal")
         _refuse_leftovers(path, ahead)
         # A lock of its own, for SQLite's are not held between transactions. The descriptor must outlive
@@ -110,8 +111,11 @@ class Store:
         return rows
 
     def check_in_place(self) -> None:
-        """Raises OSError where a file that is open is not the one with that name any more."""
+        """Raises OSError where an open file is not the one with that name any more, or was cut short."""
         named = os.fstat(self._lock)
+        if named.st_size < self._size:
+            raise OSError(errno.ESTALE, f"{self._path.name} was cut short")
+        self._size = named.st_size
         for file, ours in {self._path: (named.st_dev, named.st_ino), **self._ours}.items():
             if _identity(file) != ours:
                 raise OSError(errno.ESTALE, f"{file.name} was taken away, or another put in its place")

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import os
 import resource
 import shutil
 import subprocess
@@ -142,6 +143,16 @@ def test_a_copy_in_the_place_of_the_log_lacks_no_record(writer, tmp_path):
     (tmp_path / "copy").replace(file)
     wait_until(lambda: len(bodies(file)) == 11)
     assert [body["kind"] for body in bodies(file)] == ["test"] * 10 + ["file_changed"]
+
+
+def test_a_log_that_is_cut_short_while_it_is_written_is_noticed(writer):
+    """As by a rotation of logs that copies a file and empties it: here all lies beside it still."""
+    file = ten_kept(writer)
+    time.sleep(0.3)
+    os.truncate(file, 0)
+    wait_until(lambda: bodies(file)[-1:] and bodies(file)[-1]["kind"] == "file_changed")
+    assert bodies(file)[-1]["why"] == "log was cut short"
+    assert chain_of(file).records == 11
 
 
 def test_a_log_that_is_moved_just_before_the_end_keeps_what_was_committed(tmp_path):
