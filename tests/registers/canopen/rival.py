@@ -1,6 +1,6 @@
 """The cases played to python-canopen's LocalNode, with our data sheet.
 
-Run with: python -m tests.registers.canopen.rival. Prints each case that comes out otherwise; takes a minute and a half.
+`python -m tests.registers.canopen.rival` prints each case that comes out otherwise, in a minute and a half.
 """
 
 import io
