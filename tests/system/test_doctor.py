@@ -10,6 +10,10 @@ from contextlib import contextmanager
 
 import pytest
 
+from instrument.cli.doctor import _show
+from instrument.doctor.check import Check, Verdict
+from instrument.doctor.port import INSTALL_RULES
+from instrument.rig.device import RULES
 from sim.remote import Remote
 from teststand.children import Child
 
@@ -49,6 +53,12 @@ def test_the_table_ends_in_a_sentence_that_says_whether_the_rig_is_fit_for_use(r
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.stdout.endswith("Not fit for use; bad: sensor, faults.\n")
     assert done.stderr == "listening\n"
+
+
+def test_a_path_that_is_to_be_copied_is_whole_in_80_columns(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    _show([Check("USB latency", Verdict.DOUBTFUL, "16 ms", INSTALL_RULES)])
+    assert str(RULES) in "".join(capsys.readouterr().out.split())
 
 
 def test_ctrl_c_vents_a_balloon_that_it_has_inflated(rig):
