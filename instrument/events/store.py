@@ -68,11 +68,17 @@ class Store:
         )
         try:
             self._identify()
-            newest = "SELECT number, seal FROM records ORDER BY number DESC LIMIT 1"
-            self._at: tuple[int, bytes] = self._db.execute(newest).fetchone() or (0, GENESIS)
+            self._at = self._newest()
         except BaseException:
             self._db.close()
             raise
+
+    def _newest(self) -> tuple[int, bytes]:
+        newest = "SELECT number, seal FROM records ORDER BY number DESC LIMIT 1"
+        number, head = self._db.execute(newest).fetchone() or (0, GENESIS)
+        if not isinstance(head, bytes) or len(head) != len(GENESIS):
+            raise NotOurs(f"{self._path} is a damaged event log: move it away (record {number} has no seal)")
+        return number, head
 
     def _identify(self) -> None:
         for pragma in ("journal_size_limit = 8000000", "synchronous = FULL"):

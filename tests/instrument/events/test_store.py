@@ -97,6 +97,20 @@ def test_what_is_no_database_is_refused_and_left_alone(tmp_path):
     assert file.read_text() == "notes of mine\n" * 100
 
 
+@pytest.mark.parametrize("seal", ["NULL", "'text'", "5", "x'00'"])
+def test_a_log_whose_last_record_has_no_seal_is_refused(tmp_path, seal):
+    """As may be read from a file whose end was cut off; in such a one SQLite does not find every damage."""
+    file = written(tmp_path / "log", range(2))
+    altered(
+        file,
+        "ALTER TABLE records RENAME TO were",
+        "CREATE TABLE records (number INTEGER PRIMARY KEY, body, seal)",
+        f"INSERT INTO records SELECT number, body, {seal} FROM were",
+    )
+    with pytest.raises(NotOurs, match=r"move it away \(record 2 has no seal\)"):
+        Store(file)
+
+
 @pytest.mark.parametrize(("name", "said"), [("", "folder"), ("/dev/null", "not a regular file")])
 def test_what_is_no_file_is_refused(tmp_path, name, said):
     with pytest.raises(NotOurs, match=said):
