@@ -21,6 +21,7 @@ from sim.board import Board
 from sim.hand import Hand
 from sim.published import PublishedPlant
 from sim.rig import STEP_S, Rig
+from tests.firmware.test_on_chip import BEGINNINGS, flooded
 from tests.sim.conftest import Bench
 
 CYCLES_PER_MS = 1000 * CYCLES_PER_US
@@ -108,6 +109,13 @@ def bench_speed(seconds=10):
     )
 
 
+def bench_flood():
+    """How long a sample takes the chip while a host floods the line."""
+    for beginning in BEGINNINGS:
+        longest = flooded(beginning).board.chip.longest_cycles
+        print(f"longest work on one sample, line full of beginnings {beginning}: {longest} of 32000 cycles")
+
+
 def bench_size():
     """Flash and RAM."""
     said = subprocess.run(["avr-size", program()], check=True, capture_output=True, text=True).stdout
@@ -119,6 +127,7 @@ def bench_avr():
     """All of them."""
     bench_size()
     bench_speed()
+    bench_flood()
     bench_reactions()
     bench_settling()
 

@@ -80,13 +80,18 @@ def test_a_pass_that_takes_nearly_a_sample_is_not_late(tmp_path):
 BEGINNINGS = {"of any kind": SYNC, "of greetings": SYNC + b"\x99", "of commands": SYNC + b"\xaa\x01"}
 
 
-@pytest.mark.parametrize("beginning", BEGINNINGS)
-def test_a_line_full_of_beginnings_of_frames_delays_no_sample(beginning):
-    bench = Bench(AvrBoard()).inflating()
-    flood = BEGINNINGS[beginning] * 12_000
+def flooded(beginning):
+    """A rig that inflates while a host fills the line with these."""
+    bench, flood = Bench(AvrBoard()).inflating(), BEGINNINGS[beginning] * 12_000
     for at in range(0, 30_000, BYTES_PER_SAMPLE):
         bench.to_send = flood[at : at + BYTES_PER_SAMPLE]
         bench.step()
+    return bench
+
+
+@pytest.mark.parametrize("beginning", BEGINNINGS)
+def test_a_line_full_of_beginnings_of_frames_delays_no_sample(beginning):
+    bench = flooded(beginning)
     chip = bench.board.chip
     assert chip.longest_cycles < 24_000  # of 32 000: a quarter is left
     assert (chip.resets, chip.overruns) == (1, 0)
