@@ -125,13 +125,12 @@ def _opened(at: BusAt) -> tuple[can.BusABC, Callable[[], str]]:
     if at.interface == "socketcand":
         from registers.can.daemon import DaemonBus
 
-        daemon = DaemonBus(at.channel, at.host, at.port)
-        return daemon, daemon.trouble
+        return DaemonBus(at.channel, at.host, at.port), str
+    import can
+
     trouble = partial(trouble_of, at.channel) if at.interface == "socketcan" else str
     if trouble():
         raise ConnectionError(trouble())
-    import can
-
     bus = can.Bus(interface=at.interface, channel=at.channel, ignore_config=True)
     if at.interface == "socketcan":
         bus.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)  # type: ignore[attr-defined]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-from registers.can.socketcand import GREETING, NO_ROOM, NO_SUCH_BUS, OK, Decoder, frame_of_send
+from registers.can.socketcand import ECHO, GREETING, NO_ROOM, NO_SUCH_BUS, OK, Decoder, frame_of_send
 
 if TYPE_CHECKING:
     from registers.can.hub import Hub
@@ -50,14 +50,14 @@ class HubClient(asyncio.Protocol):
         garbage_before = self._decoder.garbage
         frames = []
         for words in self._decoder.feed(data):
-            if self in self._hub.members:
-                frame = frame_of_send(words, self._hub.clock())
-                if frame is None:
-                    self._hub.counters.garbage += 1
-                else:
-                    frames.append(frame)
-            else:
+            if self not in self._hub.members:
                 self._shake_hands(words)
+            elif words == ["echo"]:
+                self._write(ECHO)
+            elif frame := frame_of_send(words, self._hub.clock()):
+                frames.append(frame)
+            else:
+                self._hub.counters.garbage += 1
         self._hub.counters.garbage += self._decoder.garbage - garbage_before
         if frames:
             self._join()  # who sends has read its last "ok"

@@ -6,6 +6,7 @@ import re
 
 GREETING = b"< hi >"
 OK = b"< ok >"
+ECHO = b"< echo >"  #: asked and answered alike
 NO_SUCH_BUS = b"< error could not open bus >"
 NO_ROOM = b"< error too many clients >"
 _LONGEST_MESSAGE = 200
