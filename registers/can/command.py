@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from registers.can.frames import COMMAND, COMMAND_MODES, REFUSED, RESULTS, decode
-from registers.map import COMMAND_KEY, REFUSALS
+from registers.codes import REFUSALS
+from registers.map import COMMAND_KEY
 from registers.source import Peer, Source
 
 CAN = Peer("can")

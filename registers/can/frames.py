@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import Any
 
 from registers.can.wire import CanFrame
+from registers.codes import FAULTS, REFUSALS
 from registers.field import Field, Values, Wire
-from registers.map import BY_NAME, FAULTS, REFUSALS
+from registers.map import BY_NAME
 
 I16, U16, U8 = Wire.I16, Wire.U16, Wire.U8
 

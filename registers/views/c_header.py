@@ -8,8 +8,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
+from registers.codes import STATUS
 from registers.field import Values, Wire
-from registers.map import BLOCKS, COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, STATUS, Register
+from registers.map import BLOCKS, COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
 from registers.views.facts import ENUMERATIONS, MEASURED, TEST, ascii_text, number
 
 _C_TYPES = {Wire.F32: "float", Wire.U32: "uint32_t", Wire.I16: "int16_t", Wire.U16: "uint16_t"}

@@ -5,18 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from registers.codes import ANSWERS, COMMANDS, FAULTS, HOLDERS, METHODS, MODES, REFUSALS, STATES
 from registers.field import Field, Values, Wire
-from registers.map import (
-    ANSWERS,
-    BY_NAME,
-    COMMANDS,
-    FAULTS,
-    HOLDERS,
-    METHODS,
-    MODES,
-    REFUSALS,
-    STATES,
-)
+from registers.map import BY_NAME
 
 TYPES: Mapping[Wire, str] = {
     Wire.F32: "float32",

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from registers.can.frames import COMMAND_MODES, DEFAULT_NODE_ID, FRAMES, NODE_STATES, RESULTS, Frame
+from registers.codes import CONDENSED, STATUS
 from registers.field import Bits, Field, Values
-from registers.map import BLOCKS, CONDENSED, MAP_HASH, MAP_VERSION, REGISTERS, STATUS, Register
+from registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS, Register
 from registers.views.facts import (
     ENUMERATIONS,
     HOLDING_REGISTERS,

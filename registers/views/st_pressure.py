@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from string import Template
 
-from registers.map import ANSWERS, BY_NAME, COMMAND_KEY, MODES, STATES
+from registers.codes import ANSWERS, MODES, STATES
+from registers.map import BY_NAME, COMMAND_KEY
 from registers.views.facts import number
 
 _TEXT = Template("""\

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from registers.codes import STATUS
 from registers.field import Bit, Wire
-from registers.map import BY_NAME, REGISTERS, STATUS, Register
+from registers.map import BY_NAME, REGISTERS, Register
 from registers.modbus.bank import Bank
 from registers.views.facts import MEASURED, TEST, ascii_text
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from registers.codes import STATUS
 from registers.field import Wire
-from registers.map import COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, STATUS, Register
+from registers.map import COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
 from registers.views.facts import ENUMERATIONS, MEASURED, ascii_text, number
 from registers.views.st_pressure import pressure_block
 from registers.views.st_reading import reading_blocks

@@ -6,8 +6,9 @@ import json
 from typing import Any
 
 from registers.can.frames import COMMAND_MODES, DEFAULT_NODE_ID, FRAMES, NODE_STATES, RESULTS, Frame
+from registers.codes import CONDENSED, STATUS
 from registers.field import Bits, Field
-from registers.map import BLOCKS, CONDENSED, MAP_HASH, MAP_VERSION, REGISTERS, STATUS
+from registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS
 from registers.views.facts import ENUMERATIONS, TYPES, not_available_text
 
 

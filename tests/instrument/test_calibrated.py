@@ -12,7 +12,8 @@ from instrument.chain import ChainSettings
 from instrument.config import Configuration, load, parse
 from instrument.errors import ConfigurationError
 from instrument.model import Law, estimate
-from registers.map import BY_NAME, METHODS, STATUS
+from registers.codes import METHODS, STATUS
+from registers.map import BY_NAME
 from tests.instrument.calibration.test_calibration_file import WHOLE, force_part
 from tests.instrument.driving import VENT, Drive
 

@@ -10,7 +10,7 @@ from instrument.measurement import Measurement, Quality
 from instrument.rig.frames import COUNTS_LIMIT, BoardKind, BoardState, Fault, Hello
 from instrument.rig.limits import PRESSURISED
 from instrument.rig.link import RawSample
-from registers.map import STATUS
+from registers.codes import STATUS
 from tests.instrument.driving import HOLD_8, PLC, VENT, Drive
 
 LIMIT_KPA = 18.0

@@ -7,7 +7,8 @@ import pytest
 from instrument.faults import HostFault
 from instrument.rig.frames import BoardKind, BoardState, Hello
 from instrument.settings import Identity
-from registers.map import BY_NAME, CONDENSED, REGISTERS, STATUS
+from registers.codes import CONDENSED, STATUS
+from registers.map import BY_NAME, REGISTERS
 from tests.instrument.driving import HOLD_8, PAGE, VENT, Drive
 
 CONTACT_QUANTITIES = ("force_n", "rise_kpa", "indentation_mm", "contact_radius_mm")

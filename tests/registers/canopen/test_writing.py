@@ -6,7 +6,8 @@ import struct
 import pytest
 
 from registers.canopen.dictionary import ENTRIES
-from registers.map import REFUSALS, REGISTERS
+from registers.codes import REFUSALS
+from registers.map import REGISTERS
 from tests.registers.can.rig import Rig
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
 from tests.registers.canopen.talking import Master, agrees, told

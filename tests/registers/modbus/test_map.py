@@ -8,8 +8,9 @@ import pytest
 from instrument.faults import HostFault
 from instrument.rig.frames import Fault
 from instrument.snapshot import Snapshot
+from registers.codes import FAULTS, STATUS
 from registers.field import UNITS, Wire
-from registers.map import BLOCKS, FAULTS, MAP_HASH, REGISTERS, STATUS
+from registers.map import BLOCKS, MAP_HASH, REGISTERS
 from registers.modbus.bank import Bank
 from registers.modbus.codes import Code
 

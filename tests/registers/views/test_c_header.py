@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from registers.map import BLOCKS, BY_NAME, REGISTERS, STATUS
+from registers.codes import STATUS
+from registers.map import BLOCKS, BY_NAME, REGISTERS
 from registers.modbus.bank import Bank
 from registers.views import c_header
 from registers.views.facts import ENUMERATIONS, TEST

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from instrument.snapshot import Snapshot
 from registers.can.frames import FRAMES, encode
-from registers.map import CONDENSED, REGISTERS, STATUS
+from registers.codes import CONDENSED, STATUS
+from registers.map import REGISTERS
 from registers.views import dbc
 
 DBC = cantools.database.load_string(dbc.render(), "dbc", strict=True)

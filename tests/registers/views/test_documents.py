@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from registers.can.frames import FRAMES
-from registers.map import CONDENSED, MAP_HASH, REGISTERS, STATUS
+from registers.codes import CONDENSED, STATUS
+from registers.map import MAP_HASH, REGISTERS
 from registers.views import VIEWS
 from registers.views.facts import ENUMERATIONS
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from instrument.config.sections import Modbus, ModbusRtu
+from registers.codes import REFUSALS, STATUS
 from registers.field import Wire
-from registers.map import BLOCKS, BY_NAME, COMMAND_KEY, REFUSALS, REGISTERS, STATUS
+from registers.map import BLOCKS, BY_NAME, COMMAND_KEY, REGISTERS
 from registers.modbus.bank import Bank
 from registers.views import c_header
 from registers.views.facts import MEASURED, TEST

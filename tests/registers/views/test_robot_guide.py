@@ -9,7 +9,8 @@ import pytest
 from instrument.config.sections import Can
 from registers.can.frames import COMMAND, FRAMES, RESULTS, decode
 from registers.can.options import Options, bus_load
-from registers.map import BY_NAME, CONDENSED
+from registers.codes import CONDENSED
+from registers.map import BY_NAME
 from tests.registers.views.cpp_listener import EXAMPLES, STRICT
 from tests.tools import needs
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from registers.map import BY_NAME, COMMANDS, REFUSALS, STATES
+from registers.codes import COMMANDS, REFUSALS, STATES
+from registers.map import BY_NAME
 from registers.modbus.bank import Bank
 from registers.modbus.identity import Identity
 from registers.modbus.pdu import Responder

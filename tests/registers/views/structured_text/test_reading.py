@@ -8,7 +8,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from registers.map import REGISTERS, STATUS
+from registers.codes import STATUS
+from registers.map import REGISTERS
 from registers.modbus.bank import Bank
 from registers.views.facts import MEASURED, TEST
 from registers.views.st_reading import member, pascal
