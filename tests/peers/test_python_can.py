@@ -47,9 +47,11 @@ def program(name, *arguments, end=signal.SIGINT, **how):
     )
     try:
         yield running
-    finally:
         running.send_signal(end)
         running.wait(20)
+    finally:
+        running.kill()
+        running.wait()
         if running.stdout is not None:
             running.stdout.close()
 
