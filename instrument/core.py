@@ -50,6 +50,7 @@ class Instrument:
         self.operations = Operations(self)
         self._blocks: dict[str, CommandBlock] = {}
         self.can_down = False
+        self.master_lost = False  #: the CAN master's heartbeat is watched, and stays away
         self.log_down = False  #: events cannot be kept just now
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id

@@ -76,6 +76,8 @@ class Operations:
         own = self._instrument
         if own.vent_pending:
             return Refusal.IN_CONTACT
+        if own.master_lost:
+            return Refusal.CAUSE_PERSISTS
         failed = self._self_test(argument, now_s)
         if failed is not Refusal.NONE:
             return failed

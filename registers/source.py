@@ -32,6 +32,10 @@ class Source(Protocol):
         """Hear that the CAN master, whose heartbeat the bus watches, is silent: nobody commands any more."""
         ...
 
+    def master_back(self, now_s: float) -> None:
+        """Hear that a lost CAN master is heard again, or that nobody watches it any more."""
+        ...
+
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Hear of a request to write that its bus refused and never brought here, for whoever keeps a log."""
         ...

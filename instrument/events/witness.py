@@ -114,8 +114,13 @@ class Witness:
 
     def master_lost(self, now_s: float) -> None:
         """Have the instrument do without its CAN master."""
+        self._instrument.master_lost = True
         self._instrument.abandoned(HostFault.CAN_MASTER_LOST, now_s)
         self._look(now_s)
+
+    def master_back(self, now_s: float) -> None:  # noqa: ARG002
+        """Let its loss be cleared from now on."""
+        self._instrument.master_lost = False
 
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Put down a request to write that did not get as far as the instrument."""

@@ -34,6 +34,7 @@ from registers.source import Source
 
 SYNC_ID = 0x080
 SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
+_BOOT_UP = b"\x00"  #: which is no heartbeat: a master that starts over and over watches nothing
 
 
 class CanopenNode:
@@ -58,7 +59,7 @@ class CanopenNode:
         self._store = Store(source, self._parameters, options.node_id, own)
         self._store.on_write = {
             ERROR_FIELD: lambda _: self._emergencies.history.clear(),
-            MASTER: lambda _: self._master.begin(),
+            MASTER: self._watch_anew,
             PRODUCER: self._begin_to_beat,
         }
         self._sdo = SdoServer(self._store)
@@ -191,9 +192,19 @@ class CanopenNode:
         answer = self._sdo.take(data, now_s) if self._admits(Service.SDO) else None
         return [self._sdo_frame(answer)] if answer else []
 
-    def _watch(self, _data: bytes, now_s: float) -> list[CanFrame]:
-        self._master.heard(now_s, watched(self._parameters[MASTER])[1])
+    def _watch(self, data: bytes, now_s: float) -> list[CanFrame]:
+        if data != _BOOT_UP:
+            self._end_loss(now_s)
+            self._master.heard(now_s, watched(self._parameters[MASTER])[1])
         return []
+
+    def _watch_anew(self, now_s: float) -> None:
+        self._end_loss(now_s)
+        self._master.begin()
+
+    def _end_loss(self, now_s: float) -> None:
+        if self._master.lost:
+            self._source.master_back(now_s)
 
     def _command(self, data: bytes, now_s: float) -> list[CanFrame]:
         """A Command is taken in Operational; one that vents is taken in every state."""

@@ -91,9 +91,11 @@ def reset(node, command=0x82):
 
 
 @pytest.fixture
-def vented(rig):
+def vented(rig, lasting_node):
     yield
     rig.release(wait=False)
+    reset(lasting_node)
+    lasting_node.sdo[0x1016][1].raw = 0
     if rig.read()["state"] == "tripped":
         rig.write("command_key", 0x5046)
         rig.write("command_code", "clear_faults")

@@ -31,6 +31,7 @@ class Rig:
         self.written = []
         self.turned_away = []
         self.masters_lost = []
+        self.masters_back = []
 
     def set(self, **values):
         self.now = self.now._replace(**values)
@@ -45,6 +46,9 @@ class Rig:
 
     def master_lost(self, now_s):
         self.masters_lost.append(now_s)
+
+    def master_back(self, now_s):
+        self.masters_back.append(now_s)
 
     def refused(self, peer, request, why, now_s):
         assert peer.channel == "can"

@@ -251,6 +251,13 @@ MOVING = [
         ("+0.1 085", "085 00 00 00 …"),
         ("+0.6 085", "085 30 81 11 …"),
     ]),
+    ("a master that starts over and over is lost", PRE, [
+        _WATCH, ("77F 05", ""), ("+0.4 085", ""), ("77F 00", ""), ("+0.2 085", "085 30 81 11 …"),
+    ]),
+    ("a boot-up does not bring a lost master back", PRE, [
+        _WATCH, ("77F 05", ""), ("+0.6 085", "085 30 81 11 …"), ("77F 00", ""), ("+0.6 085", ""),
+    ]),
+    ("a boot-up does not begin the watch", PRE, [_WATCH, ("77F 00", ""), ("+2 085", "")]),
     ("another node's heartbeat", PRE, [_WATCH, ("77E 05", ""), ("+2 085", "")]),
     ("a long heartbeat is none", PRE, [_WATCH, ("77F 05 05", ""), ("+2 085", "")]),
     ("operational without a master", OPERATIONAL, [

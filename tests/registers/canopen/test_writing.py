@@ -165,6 +165,19 @@ def test_a_lost_master_is_told_once_and_again_only_after_it_came_back():
     assert len(master.rig.masters_lost) == 2
 
 
+@pytest.mark.parametrize("back", ["77F 05", "605 23 16 10 01 F4 01 7F 00", "605 23 16 10 01"])
+def test_a_lost_master_is_back_with_its_heartbeat_or_when_the_watch_is_written_anew(back):
+    master = Master()
+    for said in ("605 23 16 10 01 F4 01 7F 00", "77F 05"):
+        master.say(said)
+    master.wait(2.0)
+    for said in ("605 40 16 10 01", "77E 05", "77F 00", "000 81 05", "000 01 05"):
+        master.say(said)
+    assert master.rig.masters_back == []
+    master.say(back)
+    assert master.rig.masters_back == [pytest.approx(2.0)]
+
+
 def test_a_master_that_ends_its_watch_is_not_lost():
     master = Master()
     master.say("605 23 16 10 01 F4 01 7F 00")
