@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from registers.can.frames import COMMAND, EMERGENCY, FORCE, HEARTBEAT
-from registers.can.options import HIGHEST_LOAD, Options
+from registers.can.options import HIGHEST_LOAD, RIG_RATE_HZ, Options
 from registers.can.wire import longest_bits
 from registers.canopen.abort import Abort, Why
 from registers.canopen.communication import BY_EVENT, MASTER, OFF, PRODUCER, TPDOS, tpdo_at
@@ -50,15 +50,16 @@ def bus_load(values: Mapping[Place, int], options: Options) -> float:
 
 
 def _pdo_hz(values: Mapping[Place, int], number: int, options: Options) -> float:
-    """How often a TPDO may come; `most_per_s` counts with the default event timer."""
-    frame, _, default_ms = TPDOS[number]
+    """How often a TPDO may come; `most_per_s` counts with the default event timer and inhibit time."""
+    frame, least, default_ms = TPDOS[number]
     index = tpdo_at(number)
     if values[index, 1] & OFF or values[index, 2] not in BY_EVENT:
         return 0.0
-    events_hz = options.most_force_hz if frame is FORCE else frame.most_per_s
+    inhibit = values[index, 3]
+    events_hz = frame.most_per_s if inhibit >= least else RIG_RATE_HZ  # a status may flicker with each sample
+    events_hz = options.most_force_hz if frame is FORCE else events_hz
     more_hz = max(0.0, _hz(values[index, 5] / 1e3) - _hz(default_ms / 1e3))
-    inhibit_s = values[index, 3] / 1e4
-    return min(events_hz + more_hz, _hz(inhibit_s)) if inhibit_s else events_hz + more_hz
+    return min(events_hz + more_hz, _hz(inhibit / 1e4)) if inhibit else events_hz + more_hz
 
 
 def _hz(period_s: float) -> float:

@@ -59,7 +59,9 @@ def test_the_cyclic_frames_keep_their_rate(rig):
     assert counts["Heartbeat"] == 10
 
 
-def test_the_heartbeat_begins_with_a_boot_up_and_beats_without_samples(rig):
+@pytest.mark.parametrize("status", [frozenset({"holding"}), STALE])
+def test_the_heartbeat_begins_with_a_boot_up_and_beats_without_samples(rig, status):
+    rig.set(status=status)
     beats = of(run(CanNode(rig, Options()), 3.5, samples=False), "Heartbeat")
     assert [values["node_state"] for _, values in beats] == ["boot_up"] + 3 * ["operational"]
 
