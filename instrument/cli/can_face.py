@@ -61,7 +61,7 @@ class CanFace:
     async def open(self, stop: asyncio.Event) -> None:
         """Open the bus and see that the node id is free: 1.2 s, or until `stop` is set. Raises FaceError."""
         try:
-            await unless(stop, aside(partial(self.bus.open, self.node.heartbeat_id)))
+            await unless(stop, aside(partial(self.bus.open, self.node.own_ids)))
         except OSError as error:
             raise FaceError(str(error)) from None
 
@@ -84,7 +84,7 @@ class CanFace:
             "frames with our identifiers ignored": self.node.counters.ignored,
             "frames cut from a flood": self._inbox.dropped,
             "errors of ours": of_bus.errors,
-            f"heartbeats of another node with our id {self.node.options.node_id}": self._namesakes,
+            f"frames of another node with our id {self.node.options.node_id}": self._namesakes,
         }
 
     def close(self) -> None:
@@ -98,7 +98,7 @@ class CanFace:
 
     def _take_one(self) -> None:
         frame = self._inbox.take()
-        self._namesakes += frame.id == self.node.heartbeat_id and not frame.kind
+        self._namesakes += frame.id in self.node.own_ids and not frame.kind
         self._send(self.node.receive(frame, time.monotonic()))
 
     def _is_vent(self, frame: CanFrame) -> bool:

@@ -205,6 +205,14 @@ HEARTBEAT = Frame(
 FRAMES = (FORCE, STATE, STATUS_FRAME, ANSWER, COMMAND, EMERGENCY, HEARTBEAT)
 
 
+SDO_ANSWER = 0x580  #: plus the node id; in raw mode nobody sends it, in CANopen mode the node
+
+
+def sent_ids(node_id: int) -> frozenset[int]:
+    """Identifiers that nobody but the node `node_id` may send, whatever its mode."""
+    return frozenset((SDO_ANSWER + node_id, *(f.base_id + node_id for f in FRAMES if not f.received)))
+
+
 def frame_of(can_id: int, node_id: int) -> Frame | None:
     """The frame that has this identifier at the node `node_id`."""
     return next((frame for frame in FRAMES if frame.base_id + node_id == can_id), None)

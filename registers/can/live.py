@@ -6,7 +6,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from registers.can.bus import Bus, BusAt, BusFull
@@ -54,17 +54,18 @@ class CanBus:
             threading.Thread(target=self._receive, name="can-receive", daemon=True),
         ]
 
-    def open(self, heartbeat_id: int | None = None) -> None:
-        """Open the interface and start; waits 1.2 s where `heartbeat_id` is given.
+    def open(self, own_ids: Collection[int] = ()) -> None:
+        """Open the interface and start; waits 1.2 s where `own_ids` are given.
 
-        Raises OSError, in a sentence: no such interface, or another node sends `heartbeat_id`.
+        Raises OSError, in a sentence: no such interface, or another node sends one of `own_ids`.
         """
         bus = Bus(self.at)
         try:
-            if heartbeat_id is not None and self._heard(bus, heartbeat_id):
+            taken = self._heard(bus, own_ids) if own_ids else None
+            if taken is not None:
                 raise OSError(
-                    f"CAN node id {heartbeat_id & 0x7F} is taken on {self.at}: another node sends "
-                    f"{heartbeat_id:03X}h; choose another id"
+                    f"CAN node id {taken & 0x7F} is taken on {self.at}: another node sends "
+                    f"{taken:03X}h; choose another id"
                 )
         except OSError:
             bus.close()
@@ -78,17 +79,17 @@ class CanBus:
         self._patience.taken()
         self._bus = bus
 
-    def _heard(self, bus: Bus, heartbeat_id: int) -> bool:
-        """Whether a heartbeat comes within 1.2 s, or until `close`. Raises OSError: the bus is gone."""
+    def _heard(self, bus: Bus, own_ids: Collection[int]) -> int | None:
+        """The first of `own_ids` that comes within 1.2 s, or until `close`. Raises OSError: bus gone."""
         until_s = time.monotonic() + LISTEN_S
         while time.monotonic() < until_s and not self._closing.is_set():
             try:
                 heard = bus.receive()
             except OSError as error:
                 raise OSError(f"CAN on {self.at} went down: {error}") from None
-            if heard is not None and heard[1].id == heartbeat_id and not heard[1].kind:
-                return True
-        return False
+            if heard is not None and heard[1].id in own_ids and not heard[1].kind:
+                return heard[1].id
+        return None
 
     @property
     def is_up(self) -> bool:

@@ -14,7 +14,6 @@ from registers.can.frames import (
     COMMAND,
     EMERGENCY,
     FORCE,
-    FRAMES,
     GENERIC_ERROR,
     HEARTBEAT,
     NO_ERROR,
@@ -23,6 +22,7 @@ from registers.can.frames import (
     STATUS_FRAME,
     Frame,
     encode,
+    sent_ids,
 )
 from registers.can.options import Options
 from registers.can.wire import CanFrame
@@ -68,10 +68,10 @@ class CanNode:
     def __init__(self, source: Source, options: Options) -> None:
         self.options = options
         self.counters = Counters()
-        self.heartbeat_id = HEARTBEAT.base_id + options.node_id
+        self.own_ids = sent_ids(options.node_id)
         self._source = source
         self._desk = CommandDesk(source)
-        self._ids = {frame.base_id + options.node_id for frame in FRAMES}
+        self._command_id = COMMAND.base_id + options.node_id
         self._counter = 0
         self._decimation = Decimation(options.force_rate_hz)
         self._silence = Cycle(SILENCE_PERIOD_S)
@@ -143,13 +143,13 @@ class CanNode:
 
     def hears(self, frame: CanFrame) -> bool:
         """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
-        return frame.id in self._ids
+        return frame.id == self._command_id or frame.id in self.own_ids
 
     def receive(self, frame: CanFrame, now_s: float) -> list[CanFrame]:
         """Frames that answer one received: only a Command is obeyed, in a data frame with an 11-bit id."""
         if not self.hears(frame):
             return []
-        if frame.kind or frame.id != COMMAND.base_id + self.options.node_id:
+        if frame.kind or frame.id != self._command_id:
             self.counters.ignored += 1
             return []
         self.counters.commands += 1

@@ -6,7 +6,17 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from registers.can.command import CAN, MALFORMED, CommandDesk, Reply, vents
-from registers.can.frames import ANSWER, COMMAND, EMERGENCY, FORCE, FRAMES, HEARTBEAT, Frame, encode
+from registers.can.frames import (
+    ANSWER,
+    COMMAND,
+    EMERGENCY,
+    FORCE,
+    HEARTBEAT,
+    SDO_ANSWER,
+    Frame,
+    encode,
+    sent_ids,
+)
 from registers.can.node import Counters
 from registers.can.options import Options
 from registers.can.wire import CanFrame
@@ -33,7 +43,7 @@ from registers.canopen.store import Store
 from registers.source import Source
 
 SYNC_ID = 0x080
-SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
+SDO_REQUEST = 0x600
 _BOOT_UP = b"\x00"  #: which is no heartbeat: a master that starts over and over watches nothing
 
 
@@ -43,7 +53,7 @@ class CanopenNode:
     def __init__(self, source: Source, options: Options, identity: Identity) -> None:
         self.options = options
         self.counters = Counters()
-        self.heartbeat_id = HEARTBEAT.base_id + options.node_id
+        self.own_ids = sent_ids(options.node_id)
         self._source = source
         self._parameters = Parameters(options)
         self._desk = CommandDesk(source)
@@ -70,8 +80,6 @@ class CanopenNode:
             SDO_REQUEST + options.node_id: self._serve,
             COMMAND.base_id + options.node_id: self._command,
         }
-        own_ids = {frame.base_id + options.node_id for frame in FRAMES}
-        self._ids = own_ids | set(self._handlers) | {SDO_ANSWER + options.node_id}
 
     # ---- to the bus
 
@@ -146,7 +154,7 @@ class CanopenNode:
 
     def hears(self, frame: CanFrame) -> bool:
         """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
-        return frame.id in self._ids or frame.id == self._master_id
+        return frame.id in self._handlers or frame.id in self.own_ids or frame.id == self._master_id
 
     @property
     def _master_id(self) -> int | None:

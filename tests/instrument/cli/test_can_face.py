@@ -7,11 +7,12 @@ from contextlib import asynccontextmanager
 from itertools import count
 
 import can
+import pytest
 
 from instrument.cli.can_face import CanFace
 from instrument.config import Configuration
 from instrument.core import Instrument, Settings
-from registers.can.frames import ANSWER, COMMAND, decode, encode
+from registers.can.frames import ANSWER, COMMAND, decode, encode, sent_ids
 from registers.can.inbox import MOST_FRAMES
 from tests.registers.can.conftest import wait_for
 
@@ -19,11 +20,12 @@ _channels = count()
 
 
 @asynccontextmanager
-async def joined():
+async def joined(**own):
     """A face on a bus of its own, its instrument, and a client beside it."""
     at = {"interface": "virtual", "channel": f"face-{next(_channels)}"}
     instrument = Instrument(Settings())
-    face = CanFace(instrument, instrument, Configuration.model_validate({"can": at | {"enabled": True}}).can)
+    own = Configuration.model_validate({"can": at | {"enabled": True} | own}).can
+    face = CanFace(instrument, instrument, own)
     with can.Bus(**at) as peer:
         await face.open(asyncio.Event())
         try:
@@ -71,16 +73,20 @@ def test_a_bus_that_goes_off_is_told_on_the_other_buses_and_joined_again(caplog)
     assert "CAN is up again" in caplog.text
 
 
-def test_another_node_that_comes_later_with_our_id_is_told_and_obeyed_in_nothing(caplog):
+@pytest.mark.parametrize("mode", ["raw", "canopen"])
+def test_another_node_that_comes_later_with_our_id_is_told_and_obeyed_in_nothing(caplog, mode):
     async def play():
-        async with joined() as (face, instrument, peer):
-            peer.send(data_frame(0x705, b"\x05"))
+        async with joined(mode=mode) as (face, instrument, peer):
+            for sent in sent_ids(5):
+                peer.send(data_frame(sent, b"\x05"))
+            wait_for(lambda: face.bus.counters.received == 7)
+            await asyncio.sleep(0)
             await until(face, lambda: "another node" in caplog.text)
             assert not instrument.can_down
 
     with caplog.at_level(logging.WARNING):
         asyncio.run(play())
-    assert "heartbeats of another node with our id 5 1" in caplog.text
+    assert "frames of another node with our id 5 7" in caplog.text
 
 
 def test_a_vent_behind_a_flood_is_carried_out(caplog):

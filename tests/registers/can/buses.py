@@ -10,9 +10,9 @@ from registers.can.wire import CanFrame
 
 
 @contextlib.contextmanager
-def opened(at, on_frame=lambda frame: None, heartbeat_id=None):
+def opened(at, on_frame=lambda frame: None, own_ids=()):
     bus = CanBus(at, on_frame)
-    bus.open(heartbeat_id)
+    bus.open(own_ids)
     try:
         yield bus
     finally:

@@ -12,6 +12,7 @@ import can
 import pytest
 
 from registers.can.bus import BusAt, listen
+from registers.can.frames import sent_ids
 from registers.can.live import CanBus
 from registers.can.wire import CanFrame, Kind
 from tests.registers.can.buses import heard, message, numbered, opened, peer_on
@@ -163,19 +164,21 @@ def test_closing_ends_soon_and_sends_what_waits(at):
     assert not bus.is_up
 
 
-def test_a_node_id_that_another_node_uses_is_refused_in_a_sentence(at):
+@pytest.mark.parametrize("sent", sorted(sent_ids(5)), ids=hex)
+def test_a_node_id_that_another_node_uses_is_refused_in_a_sentence(at, sent):
+    """Whichever of its frames betrays it: one without a heartbeat has its process data."""
     stop = threading.Event()
 
     def beat(peer):
-        while not stop.wait(0.3):
-            peer.send(message(0, arbitration_id=0x705, data=b"\x05"))
+        while not stop.wait(0.1):
+            peer.send(message(0, arbitration_id=sent, data=b"\x05"))
 
     with peer_on(at) as peer:
         other = threading.Thread(target=beat, args=(peer,))
         other.start()
         try:
-            with pytest.raises(OSError, match=r"CAN node id 5 is taken on .*: another node sends 705h"):
-                CanBus(at, print).open(0x705)
+            with pytest.raises(OSError, match=rf"CAN node id 5 is taken on .* node sends {sent:03X}h"):
+                CanBus(at, print).open(sent_ids(5))
         finally:
             stop.set()
             other.join()
@@ -188,6 +191,7 @@ def test_a_free_node_id_is_taken_after_listening(at):
     def chatter(peer):
         while not stop.wait(0.1):
             peer.send(message(0, arbitration_id=0x706, data=b"\x05"))
+            peer.send(message(0))  # a Command to the one that is to come
             peer.send(message(0, arbitration_id=0x705, data=b"\x05", is_extended_id=True))
 
     with peer_on(at) as peer:
@@ -195,7 +199,7 @@ def test_a_free_node_id_is_taken_after_listening(at):
         others.start()
         try:
             begun_s = time.monotonic()
-            with opened(at, heartbeat_id=0x705) as bus:
+            with opened(at, own_ids=sent_ids(5)) as bus:
                 assert bus.is_up
                 assert time.monotonic() - begun_s >= 1.2
         finally:
