@@ -131,13 +131,11 @@ class CanopenNode:
         return self._frame(frame, snapshot, **self._told.own(frame))
 
     def _errors(self, snapshot: Any, now_s: float) -> list[CanFrame]:
-        self._emergencies.follow(snapshot.faults, master_lost=self._master.lost)
+        self._emergencies.follow(snapshot, master_lost=self._master.lost)
         if not self._admits(Service.EMERGENCY):
             return []
-        return [
-            self._frame(EMERGENCY, snapshot, error_code=code, error_register=register)
-            for code, register in self._emergencies.due(now_s, self._parameters[EMERGENCY_INHIBIT] / 1e4)
-        ]
+        due = self._emergencies.due(now_s, self._parameters[EMERGENCY_INHIBIT] / 1e4)
+        return [CanFrame(EMERGENCY.base_id + self.options.node_id, data) for data in due]
 
     def _lose_master(self, now_s: float) -> None:
         self._source.master_lost(now_s)
