@@ -13,8 +13,6 @@ from instrument.config import Can
 from instrument.core import Instrument
 from instrument.errors import FaceError
 from registers.can.bus import BusAt, load
-from registers.can.command import vents
-from registers.can.frames import COMMAND
 from registers.can.inbox import Inbox
 from registers.can.live import CanBus
 from registers.can.node import CanNode
@@ -52,7 +50,7 @@ class CanFace:
         load(own.interface)
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)
-        self._inbox = Inbox(self._is_vent)
+        self._inbox = Inbox(self.node.is_vent)
         self._namesakes = 0
         self._tally = Tally()
         self._instrument = instrument
@@ -100,10 +98,6 @@ class CanFace:
         frame = self._inbox.take()
         self._namesakes += frame.id in self.node.own_ids and not frame.kind
         self._send(self.node.receive(frame, time.monotonic()))
-
-    def _is_vent(self, frame: CanFrame) -> bool:
-        at_us = frame.id == COMMAND.base_id + self.node.options.node_id and not frame.kind
-        return at_us and vents(frame.data)
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:

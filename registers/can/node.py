@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from registers.can.command import CAN, MALFORMED, CommandDesk, Reply
+from registers.can.command import CAN, MALFORMED, CommandDesk, Reply, vents
 from registers.can.decimation import Decimation
 from registers.can.frames import (
     ANSWER,
@@ -144,6 +144,10 @@ class CanNode:
     def hears(self, frame: CanFrame) -> bool:
         """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
         return frame.id == self._command_id or frame.id in self.own_ids
+
+    def is_vent(self, frame: CanFrame) -> bool:
+        """Whether a frame asks for a vent."""
+        return frame.id == self._command_id and not frame.kind and vents(frame.data)
 
     def receive(self, frame: CanFrame, now_s: float) -> list[CanFrame]:
         """Frames that answer one received: only a Command is obeyed, in a data frame with an 11-bit id."""

@@ -159,6 +159,15 @@ class CanopenNode:
         node_id, _ = watched(self._parameters[MASTER])
         return HEARTBEAT.base_id + node_id if node_id else None
 
+    def is_vent(self, frame: CanFrame) -> bool:
+        """Whether a frame asks for a vent that this node carries out now: a Command, or SDO in one frame."""
+        if frame.kind:
+            return False
+        if frame.id == COMMAND.base_id + self.options.node_id:
+            return vents(frame.data)
+        by_sdo = frame.id == SDO_REQUEST + self.options.node_id and self._admits(Service.SDO)
+        return by_sdo and self._sdo.vents(frame.data)
+
     def receive(self, frame: CanFrame, now_s: float) -> list[CanFrame]:
         """Frames that answer one received; only data frames with an 11-bit identifier are obeyed."""
         if not self.hears(frame):

@@ -14,6 +14,8 @@ from registers.canopen.entry import Entry
 TIMEOUT_S = 2.0  #: between two segments of a transfer
 _LENGTH = 8
 _SEGMENT = 7
+_DOWNLOAD = 1
+_EXPEDITED, _SIZED = 2, 1  #: bits of a request to download
 _NOWHERE = b"\x00\x00\x00"
 
 
@@ -30,6 +32,10 @@ class Values(Protocol):
 
     def write(self, entry: Entry, raw: bytes, now_s: float) -> None:
         """Write it whole. Raises Abort."""
+        ...
+
+    def vents(self, entry: Entry, raw: bytes) -> bool:
+        """Whether writing this asks for a vent and nothing else. Raises Abort: it cannot be written."""
         ...
 
 
@@ -53,7 +59,7 @@ class SdoServer:
         self._transfer: _Transfer | None = None
         self._services: Mapping[int, Callable[[bytes, float], bytes]] = {
             0: self._download_segment,
-            1: self._download,
+            _DOWNLOAD: self._download,
             2: self._upload,
             3: self._upload_segment,
         }
@@ -74,6 +80,16 @@ class SdoServer:
             return self._services[specifier](request, now_s)
         except Abort as abort:
             return self._aborted(place, abort.why)
+
+    def vents(self, request: bytes) -> bool:
+        """Whether a request asks for a vent, in one frame."""
+        if len(request) != _LENGTH or request[0] >> 5 != _DOWNLOAD or not request[0] & _EXPEDITED:
+            return False
+        try:
+            entry = _entry_of(request)
+            return self._values.vents(entry, _value_in(request, entry))
+        except Abort:
+            return False
 
     def tick(self, now_s: float) -> bytes | None:
         """The abort of a transfer that its client has given up."""
@@ -105,12 +121,10 @@ class SdoServer:
 
     def _download(self, request: bytes, now_s: float) -> bytes:
         self._transfer = None
-        head, place, entry = request[0], request[1:4], _entry_of(request)
+        place, entry, sized = request[1:4], _entry_of(request), request[0] & _SIZED
         self._values.check(entry, now_s)
-        expedited, sized = head & 2, head & 1
-        if expedited:
-            length = 4 - (head >> 2 & 3) if sized else entry.type.size
-            self._values.write(entry, request[4 : 4 + length], now_s)
+        if request[0] & _EXPEDITED:
+            self._values.write(entry, _value_in(request, entry), now_s)
         else:
             size = int.from_bytes(request[4:], "little") if sized else entry.type.size
             if size != entry.type.size:
@@ -138,6 +152,11 @@ class SdoServer:
         transfer.toggle ^= 1
         transfer.until_s = now_s + TIMEOUT_S
         return transfer
+
+
+def _value_in(request: bytes, entry: Entry) -> bytes:
+    length = 4 - (request[0] >> 2 & 3) if request[0] & _SIZED else entry.type.size
+    return request[4 : 4 + length]
 
 
 def _entry_of(request: bytes) -> Entry:

@@ -12,9 +12,11 @@ from registers.canopen.dictionary import REGISTERS_AT
 from registers.canopen.entry import Entry
 from registers.canopen.parameters import Parameters, Place
 from registers.canopen.readings import Reading
+from registers.map import BY_NAME
 from registers.source import Source
 
 _COMMAND_MODE = RECORDS[COMMAND.name], 1 + [field.name for field in COMMAND.fields].index("mode")
+_MODES = (_COMMAND_MODE, (REGISTERS_AT + BY_NAME["mode"].address, 0))
 _VENT = COMMAND_MODES.codes["vent"]
 #: Refusals that are about who asks; the others are about the state of the rig.
 _LOCAL_CONTROL = frozenset(("lease", "write_lock"))
@@ -70,6 +72,10 @@ class Store:
             self._parameters.set(entry.at, int(code))
         if entry.at in self.on_write:
             self.on_write[entry.at](now_s)
+
+    def vents(self, entry: Entry, raw: bytes) -> bool:
+        """Whether writing this asks for a vent and nothing else. Raises Abort: it cannot be written."""
+        return entry.at in _MODES and entry.decode(raw, self._node_id) == _VENT
 
     def _accepted(self, entry: Entry, raw: bytes) -> float:
         code = entry.decode(raw, self._node_id)

@@ -104,6 +104,28 @@ def test_a_vent_behind_a_flood_is_carried_out(caplog):
     assert "frames cut from a flood" in caplog.text
 
 
+def test_a_vent_by_sdo_behind_a_flood_is_carried_out():
+    async def play():
+        async with joined(mode="canopen") as (face, _, peer):
+            face.tick(time.monotonic())  # boot-up
+            for _ in range(199):
+                peer.send(data_frame(0x605, bytes.fromhex("4000100000000000")))
+            peer.send(data_frame(0x605, bytes.fromhex("2B04220000000000")))
+            wait_for(lambda: face.bus.counters.received == 200)  # while the loop stands
+            answers = []
+            await until(face, lambda: sdo_answers_of(peer, answers)[-1:] == ["6004220000000000"])
+            assert len(answers) == MOST_FRAMES
+
+    asyncio.run(play())
+
+
+def sdo_answers_of(peer, answers):
+    while (message := peer.recv(0)) is not None:
+        if message.arbitration_id == 0x585:
+            answers.append(message.data.hex())
+    return answers
+
+
 def answers_of(peer, answers):
     while (message := peer.recv(0)) is not None:
         if message.arbitration_id == 0x485:

@@ -5,12 +5,13 @@ import struct
 
 import pytest
 
+from registers.can.wire import Kind
 from registers.canopen.dictionary import ENTRIES
 from registers.codes import REFUSALS
 from registers.map import REGISTERS
 from tests.registers.can.rig import Rig
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
-from tests.registers.canopen.talking import Master, agrees, told
+from tests.registers.canopen.talking import Master, agrees, frame_of, told
 
 VENT = {"mode": "vent"}
 VENT_BY_PDO = "205 00 00 00 01 00 00 00 00"
@@ -68,6 +69,48 @@ def test_nothing_but_a_whole_vent_is_taken_outside_operational(state, said):
     assert master.say(said) == []
     assert master.rig.written == []
     assert master.node.counters.ignored == 1
+
+
+VENTS = [
+    VENT_BY_PDO,
+    VENT_BY_SDO,
+    "605 22 04 22 00",
+    "605 2F 10 28 02",
+]
+NO_VENTS = [
+    "205 00 00 01 01 00 00 00 00",
+    "205 00 00 00 01 00 00 00",
+    "605 2B 04 22 00 01",
+    "605 23 04 22 00",  # too long
+    "605 2B 04 22 01",  # no such sub-index
+    "605 21 04 22 00 02",  # in segments
+    "605 40 04 22 00",
+    "605 2B 05 22 00",
+    "605 2F 10 28 03",
+    "605 2B 34 12 00",
+    "605 2B 04 22 00 00 !",
+    "606 2B 04 22 00 00 00 00 00",
+    "585 2B 04 22 00 00 00 00 00",
+    "000 02 05",
+]
+
+
+@pytest.mark.parametrize("said", VENTS + NO_VENTS)
+@pytest.mark.parametrize("state", [PRE, OPERATIONAL])
+def test_what_is_taken_for_a_vent_in_a_flood_is_what_vents(state, said):
+    master = Master(state)
+    frame = frame_of(said)
+    assert master.node.is_vent(frame) == (said in VENTS)
+    assert not master.node.is_vent(frame._replace(kind=Kind.EXTENDED))
+    master.say(said)
+    vented = any(VENT.items() <= written.items() for written in master.rig.written)
+    assert vented == (said in VENTS)
+
+
+def test_a_stopped_node_takes_no_vent_by_sdo_and_so_lets_none_push_a_command_out():
+    master = Master(STOPPED)
+    assert not master.node.is_vent(frame_of(VENT_BY_SDO))
+    assert master.node.is_vent(frame_of(VENT_BY_PDO))
 
 
 NMT = ["000 01 05", "000 02 05", "000 80 05", "000 81 05", "000 82 00"]
