@@ -190,6 +190,10 @@ MOVING = [
         ("605 60", "585 80 00 00 00 01 00 04 05"),
     ]),
     ("a transfer given up, and the node stopped", PRE, [_SLOW_READ, ("000 02 05", ""), ("+3 585", "")]),
+    ("a text that was read to its end is not given up", PRE, [
+        _SLOW_READ, ("605 60", "585 00 …"), ("605 70", "585 10 …"), ("605 60", "585 00 …"),
+        ("605 70", "585 1D 72"), ("+3 585", ""),
+    ]),
     ("each segment has its time", PRE, [
         _SLOW_READ, ("+1.9 585", ""), ("605 60", "585 00 …"), ("+1.9 585", ""),
     ]),
@@ -258,6 +262,11 @@ MOVING = [
         _WATCH, ("77F 05", ""), ("+0.6 085", "085 30 81 11 …"), ("77F 00", ""), ("+0.6 085", ""),
     ]),
     ("a boot-up does not begin the watch", PRE, [_WATCH, ("77F 00", ""), ("+2 085", "")]),
+    ("a lost master that is watched no more", PRE, [
+        _WATCH, ("77F 05", ""), ("+0.6 085", "085 30 81 11 …"),
+        ("605 23 16 10 01", "585 60 16 10 01"),
+        ("+0.02 085", "085 00 00 00 …"), ("605 40 01 10 00", "585 4F 01 10 00"),
+    ]),
     ("another node's heartbeat", PRE, [_WATCH, ("77E 05", ""), ("+2 085", "")]),
     ("a long heartbeat is none", PRE, [_WATCH, ("77F 05 05", ""), ("+2 085", "")]),
     ("operational without a master", OPERATIONAL, [
@@ -321,6 +330,10 @@ MOVING = [
         ("605 2F 01 18 02 03", "585 60 01 18 02"), ("000 01 05", ""),
         ("080", ""), ("080", ""), ("080", "285 40 1F …"), ("080", ""),
     ]),
+    ("a new start counts the SYNCs anew", PRE, [
+        ("605 2F 01 18 02 03", "585 60 01 18 02"), ("000 01 05", ""), ("080", ""), ("080", ""),
+        ("000 80 05", ""), ("000 01 05", ""), ("080", ""), ("080", ""), ("080", "285 40 1F …"),
+    ]),
     ("no SYNC before the start", PRE, [("605 2F 01 18 02 01", "585 60 01 18 02"), ("080", "")]),
     ("no SYNC while stopped", PRE, [
         ("605 2F 01 18 02 01", "585 60 01 18 02"), ("000 02 05", ""), ("080", ""),
@@ -335,6 +348,9 @@ MOVING = [
     ]),
     # ---- PDO
     ("a start again is no start", OPERATIONAL, [("+0.06 285", ""), ("000 01 05", ""), ("+0.02 285", "")]),
+    ("a new start tells State at once", OPERATIONAL, [
+        ("+0.06 285", ""), ("000 80 05", ""), ("000 01 05", ""), ("+0.01 285", "285 40 1F …"),
+    ]),
     ("no PDO before the start", PRE, [("+1 285", ""), ("+1 185", ""), ("+1 385", "")]),
     ("no PDO while stopped", STOPPED, [("+1 285", "")]),
     ("a Command is answered", OPERATIONAL, [("205 40 1F 01 01 00 00 00 00", "485 01 00 40 1F")]),
@@ -354,6 +370,9 @@ MOVING = [
         ("605 40 10 28 01", "585 4B 10 28 01 40 1F"),
         ("605 40 10 28 03", "585 4F 10 28 03 09"),
         ("605 40 03 28 01", "585 4F 03 28 01 09"),
+    ]),
+    ("a short Command is not read back", OPERATIONAL, [
+        ("205 40 1F 01 07", "485 07 01 40 1F"), ("605 40 10 28 03", "585 4F 10 28 03"),
     ]),
     ("a vent of the record passes by SDO", PRE, [("605 2F 10 28 02 00", "585 60 10 28 02")]),
 ]  # fmt: skip
