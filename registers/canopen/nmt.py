@@ -32,7 +32,11 @@ ADMITTED: Mapping[str, frozenset[Service]] = {
 
 
 def command_for(data: bytes, node_id: int) -> int | None:
-    """The command in an NMT message for this node or for all; None for what is not for it, or malformed."""
-    if len(data) != 2 or data[1] not in (0, node_id):
-        return None
-    return data[0] if data[0] in COMMANDS or data[0] in RESETS else None
+    """The command in an NMT message for this node or for all; None for what is malformed or unknown."""
+    known = len(data) == 2 and (data[0] in COMMANDS or data[0] in RESETS)
+    return data[0] if known and data[1] in (0, node_id) else None
+
+
+def is_for_another(data: bytes, node_id: int) -> bool:
+    """Whether an NMT message is well formed, and another node's."""
+    return len(data) == 2 and data[1] not in (0, node_id)

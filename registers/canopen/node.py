@@ -74,7 +74,7 @@ class CanopenNode:
         }
         self._sdo = SdoServer(self._store)
         self._state = "boot_up"
-        self._handlers: Mapping[int, Callable[[bytes, float], list[CanFrame]]] = {
+        self._handlers: Mapping[int, Callable[[bytes, float], list[CanFrame] | None]] = {
             nmt.NMT_ID: self._manage,
             SYNC_ID: self._sync,
             SDO_REQUEST + options.node_id: self._serve,
@@ -175,20 +175,25 @@ class CanopenNode:
         handler = self._handlers.get(frame.id)
         if handler is None and frame.id == self._master_id and len(frame.data) == 1:
             handler = self._watch
-        if frame.kind or handler is None:
+        frames = handler(frame.data, now_s) if handler and not frame.kind else None
+        if frames is None:
             self.counters.ignored += 1
-            return []
-        return handler(frame.data, now_s)
+        return frames or []
 
-    def _manage(self, data: bytes, now_s: float) -> list[CanFrame]:
+    # Each of these gives the answer, or None where it did not obey.
+
+    def _manage(self, data: bytes, now_s: float) -> list[CanFrame] | None:
+        if nmt.is_for_another(data, self.options.node_id):
+            return []
         command = nmt.command_for(data, self.options.node_id)
         if command in nmt.RESETS:
             self._parameters.reset()
             self._emergencies = Emergencies()
             self._sdo = SdoServer(self._store)
             return self._boot(now_s)
-        if command is not None and self._state != "boot_up":
-            self._enter(nmt.COMMANDS[command])
+        if command is None or self._state == "boot_up":
+            return None
+        self._enter(nmt.COMMANDS[command])
         return []
 
     def _enter(self, state: str) -> None:
@@ -197,14 +202,18 @@ class CanopenNode:
                 tpdo.begin()
         self._state = state
 
-    def _sync(self, data: bytes, now_s: float) -> list[CanFrame]:
-        if len(data) > 1 or not self._admits(Service.PDO):
+    def _sync(self, data: bytes, now_s: float) -> list[CanFrame] | None:
+        if len(data) > 1:
+            return None
+        if not self._admits(Service.PDO):
             return []
         snapshot = self._source.snapshot(CAN, now_s)
         return [self._pdo(tpdo.frame, snapshot) for tpdo in self._tpdos.values() if tpdo.due_at_sync()]
 
-    def _serve(self, data: bytes, now_s: float) -> list[CanFrame]:
+    def _serve(self, data: bytes, now_s: float) -> list[CanFrame] | None:
         answer = self._sdo.take(data, now_s) if self._admits(Service.SDO) else None
+        if answer is None:
+            return None
         return [self._sdo_frame(answer)] if answer else []
 
     def _watch(self, data: bytes, now_s: float) -> list[CanFrame]:
@@ -221,13 +230,12 @@ class CanopenNode:
         if self._master.lost:
             self._source.master_back(now_s)
 
-    def _command(self, data: bytes, now_s: float) -> list[CanFrame]:
+    def _command(self, data: bytes, now_s: float) -> list[CanFrame] | None:
         """A Command is taken in Operational; one that vents is taken in every state."""
         self.counters.commands += 1
         listening = self._admits(Service.PDO) and not self._parameters[RPDO_COB_ID] & OFF
         if not listening and not vents(data):
-            self.counters.ignored += 1
-            return []
+            return None
         self._told.command = data if len(data) == COMMAND.length else self._told.command
         reply = self._desk.take(data, now_s)
         if reply and reply.result in MALFORMED:

@@ -65,13 +65,13 @@ class SdoServer:
         }
 
     def take(self, request: bytes, now_s: float) -> bytes | None:
-        """The answer to one request; None for what is none, and for the client's own abort."""
+        """The answer to one request, empty to the client's own abort; None for what is no request."""
         if len(request) != _LENGTH:
             return None
         specifier = request[0] >> 5
         if specifier == 4:
             self._transfer = None
-            return None
+            return b""
         in_transfer = specifier in (0, 3)
         place = request[1:4] if not in_transfer else self._transfer.place if self._transfer else _NOWHERE
         try:

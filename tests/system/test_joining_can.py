@@ -31,10 +31,11 @@ def refused(tmp_path, stack):
     return run
 
 
-def test_a_node_id_that_another_instrument_uses_is_not_taken(stack, refused):
+@pytest.mark.parametrize("mode", ["raw", "canopen"])
+def test_a_node_id_that_another_instrument_uses_is_not_taken(stack, refused, mode):
     with stack.plc() as plc:
         wait_for(plc.read, lambda registers: "can_down" not in registers["status"])
-    said = refused(f'interface = "socketcand"\nport = {stack.can_port}\n')
+    said = refused(f'mode = "{mode}"\ninterface = "socketcand"\nport = {stack.can_port}\n')
     assert said.startswith("pneuforce: CAN node id 5 is taken on socketcand can0 at 127.0.0.1:")
 
 
