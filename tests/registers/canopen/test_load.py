@@ -31,8 +31,9 @@ def refusal(index, sub, value, before=(), bit_rate=SLOW):
     ("inhibit", "why"), [(0, Why.VALUE), (10, Why.VALUE), (29, Why.VALUE), (30, None), (99, None)]
 )
 def test_a_status_that_may_flicker_with_each_sample_is_counted_so(inhibit, why):
-    assert refusal(STATUS, 3, inhibit) is why  # 341 a second would still be room enough
-    assert refusal(STATUS, 3, inhibit, bit_rate=500_000) is None
+    before = [((STATUS, 1), 0xC000_0385), ((STATUS, 3), inhibit)]
+    assert refusal(STATUS, 1, 0x4000_0385, before) is why  # there is room for 341 a second
+    assert refusal(STATUS, 1, 0x4000_0385, before, bit_rate=500_000) is None
 
 
 def flickering(master, seconds):
