@@ -86,7 +86,7 @@ def _tpdo(number: int, frame: Frame, inhibit: int, timer: int) -> Object:
               allowed=lambda code, _: code in SYNCHRONOUS or code in BY_EVENT,
               doc="0: at the SYNC after an event; n: at each n-th SYNC, to 240; 254, 255: at events."),
         Entry(index=at, sub=3, name="Inhibit time", type=Type.U16, access="rw", default=inhibit,
-              doc="Least time between two, types 254 and 255 [100 µs]."),
+              doc="Least time between two, types 254 and 255; settable while the PDO is off [100 µs]."),
         Entry(index=at, sub=5, name="Event timer", type=Type.U16, access="rw", default=timer,
               doc="Also after this time without an event, types 254 and 255; 0: no [ms]."),
     )  # fmt: skip

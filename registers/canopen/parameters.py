@@ -13,6 +13,7 @@ from registers.canopen.dictionary import ENTRIES
 
 Place = tuple[int, int]  #: index and sub-index
 _DEFAULTS = {entry.at: (entry.default, entry.plus_node_id) for entry in ENTRIES if entry.default is not None}
+_INHIBIT_TIMES = {(tpdo_at(number), 3) for number in range(len(TPDOS))}
 
 
 class Parameters:
@@ -34,8 +35,14 @@ class Parameters:
         self._values = self._defaults() | {MASTER: self._values[MASTER]}
 
     def set(self, at: Place, value: int) -> None:
-        """Change one. Raises Abort where the node could then load the bus by more than 60 %."""
+        """Change one.
+
+        Raises Abort: an inhibit time while its PDO is not off (CiA 301 on 1800h), or anything with which the
+        node could load the bus by more than 60 %.
+        """
         changed = self._values | {at: value}
+        if at in _INHIBIT_TIMES and value != self._values[at] and not self._values[at[0], 1] & OFF:
+            raise Abort(Why.VALUE)
         if not bus_load(changed, self._options) <= HIGHEST_LOAD:
             raise Abort(Why.VALUE)
         self._values = changed

@@ -189,8 +189,9 @@ def test_a_manager_configures_a_tpdo_as_its_library_does(node, network):
     node.tpdo.read()
     node.tpdo[2].trans_type = 2
     node.tpdo[2].event_timer = 0
+    node.tpdo[2].inhibit_time = 50
     node.tpdo[2].save()
-    assert node.sdo[0x1801][2].raw == 2
+    assert [node.sdo[0x1801][sub].raw for sub in (2, 3, 5)] == [2, 50, 0]
     node.nmt.state = "OPERATIONAL"
     received = []
     node.tpdo[2].add_callback(lambda mapped: received.append(mapped.timestamp))

@@ -85,10 +85,17 @@ def test_no_event_timer_no_repetition():
     assert len(times(master, 1.0, 0x285)) == 1
 
 
+def inhibit_force(master, time):
+    """It is changed while the TPDO is off."""
+    for said in ("605 23 00 18 01 85 01 00 C0", f"605 2B 00 18 03 {time}", "605 23 00 18 01 85 01 00 40"):
+        (answer,) = master.say(said)
+        assert answer.data[0] == 0x60
+
+
 def test_the_inhibit_time_keeps_force_frames_apart():
     master = Master(OPERATIONAL, force_rate_hz=500)
     assert len(times(master, 1.0, 0x185, samples=True)) == pytest.approx(500, abs=2)
-    master.say("605 2B 00 18 03 F4 01")  # 50 ms
+    inhibit_force(master, "F4 01")  # 50 ms
     sent = times(master, 1.0, 0x185, samples=True)
     assert len(sent) == pytest.approx(20, abs=1)
     assert min(b - a for a, b in itertools.pairwise(sent)) >= 0.0499
@@ -143,7 +150,7 @@ def test_out_of_the_box_it_loads_the_bus_as_raw_mode_does(rate_hz):
 
 def test_an_inhibit_time_makes_room_for_a_faster_timer():
     master = Master(bit_rate=125_000)
-    master.say("605 2B 00 18 03 64")  # 10 ms
+    inhibit_force(master, "64")  # 10 ms
     (answer,) = master.say("605 2B 00 18 05 02")
     assert answer.data[0] == 0x60
 
