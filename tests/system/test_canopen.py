@@ -288,7 +288,7 @@ def test_a_lease_of_the_plc_refuses_the_master_but_not_its_vent(node, stack, rig
 
 
 def test_the_program_of_the_guide_runs(stack, rig):
-    rig.wait_for(lambda r: "vented" in r["status"])
+    rig.wait_for(lambda r: "vented" in r["status"] and "not_zeroed" not in r["status"])
     (program,) = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
     done = subprocess.run(
         [sys.executable, "-c", program.replace("29536", str(stack.can_port))],
@@ -298,5 +298,6 @@ def test_the_program_of_the_guide_runs(stack, rig):
         timeout=60,
         check=False,
     )
-    assert done.stdout.splitlines() == ["no force N"] * 3, done.stderr
-    assert rig.read()["setpoint_requested"] == 6.0
+    assert done.stdout.splitlines() == ["0.000 N"] * 3, done.stderr
+    left = rig.wait_for(lambda r: "vented" in r["status"])
+    assert (left["setpoint_requested"], left["first_fault"]) == (6.0, 0)
