@@ -14,7 +14,7 @@ from instrument.core import Instrument
 from instrument.errors import FaceError
 from registers.can.bus import BusAt, load
 from registers.can.inbox import Inbox
-from registers.can.live import CanBus
+from registers.can.live import SAY_PERIOD_S, CanBus
 from registers.can.node import CanNode
 from registers.can.options import Options
 from registers.can.tally import Tally
@@ -22,6 +22,7 @@ from registers.can.wire import CanFrame
 from registers.canopen.node import CanopenNode
 from registers.canopen.readings import Identity
 from registers.source import Source
+from registers.sparing_log import SparingLog
 
 log = logging.getLogger("pneuforce")
 
@@ -52,6 +53,8 @@ class CanFace:
         self.bus = CanBus(at, self._hand_over)
         self._inbox = Inbox(self.node.is_vent)
         self._namesakes = 0
+        self._errors = 0
+        self._say = SparingLog(log, SAY_PERIOD_S).say
         self._tally = Tally()
         self._instrument = instrument
         self._loop = asyncio.get_running_loop()
@@ -81,7 +84,7 @@ class CanFace:
             "error frames": of_bus.error_frames,
             "frames with our identifiers ignored": self.node.counters.ignored,
             "frames cut from a flood": self._inbox.dropped,
-            "errors of ours": of_bus.errors,
+            "errors of ours": of_bus.errors + self._errors,
             f"frames of another node with our id {self.node.options.node_id}": self._namesakes,
         }
 
@@ -97,7 +100,12 @@ class CanFace:
     def _take_one(self) -> None:
         frame = self._inbox.take()
         self._namesakes += frame.id in self.node.own_ids and not frame.kind
-        self._send(self.node.receive(frame, time.monotonic()))
+        now_s = time.monotonic()
+        try:
+            self._send(self.node.receive(frame, now_s))
+        except Exception:
+            self._errors += 1
+            self._say(now_s, "CAN frame %03Xh dropped after an error of ours", frame.id, trace=True)
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:

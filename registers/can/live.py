@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-import math
 import threading
 import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
+from registers.can.back_off import BackOff
 from registers.can.bus import Bus, BusAt, BusFull
 from registers.can.outbox import Outbox
 from registers.can.patience import Patience
@@ -18,8 +18,6 @@ from registers.sparing_log import SparingLog
 log = logging.getLogger(__name__)
 
 LISTEN_S = 1.2  #: for another node with our id; a heartbeat comes each second
-BACK_OFF_S = (0.1, 2.0)
-WELL_S = 5.0  #: of an open bus, after which the next failure is a new one
 SAY_PERIOD_S = 60.0
 
 
@@ -44,9 +42,8 @@ class CanBus:
         self._on_frame = on_frame
         self._outbox = Outbox()
         self._bus: Bus | None = None
-        self._opened_s = -math.inf
         self._patience = Patience()
-        self._back_off_s = BACK_OFF_S[0]
+        self._back_off = BackOff()
         self._say = SparingLog(log, SAY_PERIOD_S).say
         self._closing = threading.Event()
         self._threads = [
@@ -75,7 +72,7 @@ class CanBus:
             thread.start()
 
     def _use(self, bus: Bus) -> None:
-        self._opened_s = time.monotonic()
+        self._back_off.opened(time.monotonic())
         self._patience.taken()
         self._bus = bus
 
@@ -155,7 +152,7 @@ class CanBus:
         while not self._closing.is_set():
             if self._bus is not None:
                 self._receive_one(self._bus)
-            elif not self._closing.wait(self._back_off_s):
+            elif not self._closing.wait(self._back_off.wait_s):
                 self._reopen()
         self._let_go()
 
@@ -167,8 +164,7 @@ class CanBus:
         except Exception as error:
             self._say(time.monotonic(), "CAN is down: %s: %s", self.at, str(error).partition("\n")[0])
             self._let_go()
-            if time.monotonic() - self._opened_s > WELL_S:
-                self._back_off_s = BACK_OFF_S[0]
+            self._back_off.failed(time.monotonic())
             return
         if heard is not None:
             self._hand_over(heard[1])
@@ -187,7 +183,7 @@ class CanBus:
             )
 
     def _reopen(self) -> None:
-        self._back_off_s = min(2 * self._back_off_s, BACK_OFF_S[1])
+        self._back_off.tried()
         try:
             bus = Bus(self.at)
         except Exception as error:

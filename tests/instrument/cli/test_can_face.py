@@ -14,6 +14,7 @@ from instrument.config import Configuration
 from instrument.core import Instrument, Settings
 from registers.can.frames import ANSWER, COMMAND, decode, encode, sent_ids
 from registers.can.inbox import MOST_FRAMES
+from registers.sparing_log import MOST_LINES
 from tests.registers.can.conftest import wait_for
 
 _channels = count()
@@ -47,9 +48,12 @@ def data_frame(can_id, data):
     return can.Message(arbitration_id=can_id, data=data, is_extended_id=False)
 
 
+HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
+VENT = HOLD | {"mode": "vent", "sequence": 99}
+
+
 def command(**changes):
-    hold = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
-    return data_frame(0x205, encode(COMMAND, None, **(hold | changes)))
+    return data_frame(0x205, encode(COMMAND, None, **(HOLD | changes)))
 
 
 def bus_off():
@@ -132,3 +136,41 @@ def answers_of(peer, answers):
             values = decode(ANSWER, bytes(message.data))
             answers.append((values["sequence"], values["result"]))
     return answers
+
+
+def test_a_frame_that_we_fail_on_is_told_and_the_next_one_is_obeyed(caplog):
+    async def play():
+        async with joined() as (face, instrument, peer):
+            write = instrument.write
+            instrument.write = lambda *request: 1 / 0
+            for sequence in range(1, 11):
+                peer.send(command(sequence=sequence))
+            await until(face, lambda: "errors of ours" in caplog.text)
+            instrument.write = write
+            peer.send(command(mode="vent", sequence=20))
+            answers = []
+            await until(face, lambda: answers_of(peer, answers)[-1:] == [(20, "accepted")])
+            assert face._errors == 10
+
+    asyncio.run(play())
+    assert "CAN frame 205h dropped after an error of ours" in caplog.text
+    assert caplog.text.count("ZeroDivisionError") == MOST_LINES
+    assert "Exception in callback" not in caplog.text
+
+
+def test_a_frame_with_29_bits_is_neither_a_namesake_nor_a_vent_that_takes_anothers_place(caplog):
+    async def play():
+        async with joined() as (face, _, peer):
+            answers = []
+            for sequence in range(1, MOST_FRAMES + 1):
+                peer.send(command(sequence=sequence))
+            for can_id, data in ((0x205, encode(COMMAND, None, **VENT)), (0x705, b"\x05")):
+                peer.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=True))
+            wait_for(lambda: face.bus.counters.received == MOST_FRAMES + 2)  # while the loop stands
+            await until(face, lambda: len(answers_of(peer, answers)) == MOST_FRAMES)
+            assert answers[-1][0] == MOST_FRAMES
+            peer.send(can.Message(arbitration_id=0x705, data=b"\x05", is_extended_id=True))
+            await until(face, lambda: face.node.counters.ignored)
+            assert face._namesakes == 0
+
+    asyncio.run(play())

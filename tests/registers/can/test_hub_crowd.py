@@ -72,6 +72,23 @@ def test_who_does_not_join_in_time_is_closed_and_who_has_joined_may_be_silent(mo
     assert asyncio.run(play()) == b"< hi >< ok >< ok >"
 
 
+def test_who_has_left_is_given_no_more_frames():
+    async def play():
+        hub = Hub()
+        port = await hub.start(0)
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(b"< open can0 >< rawmode >")
+        async with asyncio.timeout(15):
+            await reader.readuntil(b"< ok >< ok >")
+            assert len(hub.members) == 1
+            writer.close()
+            while hub.members:
+                await asyncio.sleep(0.005)
+        hub.close()
+
+    asyncio.run(play())
+
+
 def test_a_thousand_clients_leave_nothing_behind():
     with hub_process() as (port, hub):
         listener = Client(port).join()

@@ -4,7 +4,7 @@ import pytest
 
 from registers.can.wire import CanFrame, Kind
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
-from tests.registers.canopen.talking import Master
+from tests.registers.canopen.talking import Master, frame_of
 
 IGNORED = [
     (PRE, "000"),
@@ -55,3 +55,10 @@ def test_a_remote_or_extended_frame_is_counted_once(can_id, kind):
     master = Master(OPERATIONAL)
     assert master.node.receive(CanFrame(can_id, b"\x01\x05", kind), 0.0) == []
     assert master.node.counters.ignored == 1
+
+
+@pytest.mark.parametrize("vent", ["205 00 00 00 01 00 00 00 00", "605 2B 04 22 00 00"])
+def test_what_looks_like_a_vent_in_a_frame_of_another_kind_is_none(vent):
+    node, frame = Master(OPERATIONAL).node, frame_of(vent)
+    assert node.is_vent(frame)
+    assert not any(node.is_vent(frame._replace(kind=kind)) for kind in (Kind.REMOTE, Kind.EXTENDED))
