@@ -1,1 +1,4 @@
-"""The CANopen face (CiA 301): an object dictionary made from the register map, and the slave without I/O."""
+"""The CANopen face: an object dictionary made from the register map, and the slave without I/O.
+
+Sections and tables of CiA 301 that these files cite are those of version 4.2.0.
+"""

@@ -1,4 +1,4 @@
-"""Heartbeats: our own, and the watch over the master's."""
+"""Heartbeats (CiA 301, 7.2.8.3.2.2): our own, and the watch over the master's."""
 
 from __future__ import annotations
 
