@@ -3,7 +3,6 @@
 With real threads and real sockets.
 """
 
-import errno
 import threading
 import time
 from itertools import count
@@ -12,7 +11,7 @@ from pathlib import Path
 import can
 import pytest
 
-from registers.can.bus import Bus, BusAt, BusFull, listen
+from registers.can.bus import BusAt, listen
 from registers.can.frames import sent_ids
 from registers.can.live import CanBus
 from registers.can.wire import CanFrame, Kind
@@ -235,32 +234,3 @@ def test_an_interface_that_is_not_there_is_refused_at_once_in_a_sentence(at, sen
     with pytest.raises(OSError, match=sentence):
         CanBus(at, print).open()
     assert time.monotonic() - begun_s < 5  # python-can alone would try for ten
-
-
-def failing(bus, error):
-    def send(message, timeout):
-        raise error
-
-    bus._bus.send = send
-
-
-FULL = [
-    can.CanOperationError("Failed to transmit", errno.ENOBUFS),
-    can.CanOperationError("Transmit buffer full"),
-]
-GONE = can.CanOperationError("Failed to transmit: Network is down", errno.ENETDOWN)
-
-
-@pytest.mark.parametrize(
-    ("error", "kind"), [(FULL[0], BusFull), (FULL[1], BusFull), (GONE, OSError)], ids=str
-)
-def test_a_full_buffer_is_told_from_a_bus_that_is_gone(error, kind):
-    """As python-can's socketcan raises them; only a controller in hardware would, by itself."""
-    bus = Bus(BusAt(interface="virtual", channel=f"test-{next(_channels)}"))
-    try:
-        failing(bus, error)
-        with pytest.raises(OSError, match="ransmit") as caught:
-            bus.send(numbered(1))
-        assert caught.type is kind
-    finally:
-        bus.close()
