@@ -27,7 +27,6 @@ REOPEN_S = 3.0  #: then the port is opened anew
 BACK_OFF_S = (0.1, 2.0)
 SAY_AGAIN_S = (10.0, 3600.0)  #: least and most between two words of the same trouble
 VENT_ANSWER_S = 0.3
-STALL_S = 0.1  #: a beat that comes later than this: the process was stopped, or starved
 
 
 class Face(Protocol):
@@ -70,7 +69,6 @@ class Host:
         self._complaint = ""
         self._down_because, self._hush_s, self._say_again_s = "", 0.0, 0.0
         self._bytes_before = 0  # heard until then, for whoever asks what came in a silence
-        self._beat_s = clock()
 
     async def connect(self, stop: asyncio.Event) -> None:
         """Open the port and greet the board; or come back without, when `stop` is set.
@@ -109,7 +107,7 @@ class Host:
             await self._vent_and_close()
 
     def _beat(self) -> None:
-        now_s = self._beat_s = self._clock()
+        now_s = self._clock()
         self.instrument.tick(now_s)
         self._keep_alive(now_s)
         for face in self.faces:
@@ -194,7 +192,7 @@ class Host:
     def _readable(self) -> None:
         assert self._port is not None
         now_s = self._clock()
-        if now_s > self._beat_s + STALL_S:
+        if self.instrument.link_lost(now_s):
             self.instrument.tick(now_s)  # a silence is one, though what was sent in it is about to be read
         try:
             samples = self.link.feed(self._port.read(), now_s)

@@ -51,10 +51,14 @@ class Bank:
         codes = [_encoder(register) for register in registers]
         part = slice(2 * (address - start), 2 * (end - start))
         swap = self.word_swap
+        seen, words = object(), b""
 
         def render(snapshot: Any) -> bytes:
-            data = _packed(layout, [code(snapshot) for code in codes])
-            return (_bytes_swapped(data) if swap else data)[part]
+            nonlocal seen, words
+            if snapshot is not seen:  # who polls the same at the same instant is given the same
+                data = _packed(layout, [code(snapshot) for code in codes])
+                seen, words = snapshot, (_bytes_swapped(data) if swap else data)[part]
+            return words
 
         return render
 
