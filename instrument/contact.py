@@ -37,6 +37,13 @@ AT_REST_KPA = 0.012
 DRIFT_S = 5.0
 
 
+def presses_again(now_kpa: float, initial_kpa: float, peak_kpa: float, trough_kpa: float) -> bool:
+    """Whether this upturn after a trough is a new contact, and no easing of the hand in the same one."""
+    rise_kpa = peak_kpa - initial_kpa
+    released = trough_kpa - initial_kpa < RELEASED * rise_kpa
+    return released and now_kpa - max(trough_kpa, initial_kpa) > max(AGAIN_KPA, AGAIN * rise_kpa)
+
+
 @dataclass(slots=True)
 class ContactTracker:
     """Follows the pressure of the locked balloon."""
@@ -118,9 +125,7 @@ class ContactTracker:
         if now_kpa > self._peak_kpa:
             self._peak_kpa = self._trough_kpa = now_kpa
         self._trough_kpa = min(self._trough_kpa, now_kpa)
-        released = self._trough_kpa - self.initial_kpa < RELEASED * rise_kpa
-        upturn_kpa = now_kpa - max(self._trough_kpa, self.initial_kpa)
-        if released and upturn_kpa > max(AGAIN_KPA, AGAIN * rise_kpa):
+        if presses_again(now_kpa, self.initial_kpa, self._peak_kpa, self._trough_kpa):
             self._end()
             self._begin(self.initial_kpa, now_kpa)
 
