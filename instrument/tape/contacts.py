@@ -1,7 +1,7 @@
 """The contacts of a stream of measured samples: their pressures, their greatest force, and when.
 
-What a contact is the instrument has decided (`instrument/contact.py`): here its samples come together again. Two
-without a free sample between them are told apart by the rule from there.
+What a contact is the instrument has decided (`instrument/contact.py`): here its samples come together again.
+Two without a free sample between them are told apart by the rule from there.
 """
 
 from __future__ import annotations

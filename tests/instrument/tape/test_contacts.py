@@ -63,7 +63,7 @@ def test_a_press_is_one_with_its_pressures_and_its_greatest_force():
     )
     assert row.peak_n == stream.peaks[0] == max(m.force_n for m in stream.samples)
     assert row.peak_std_n == next(m.force_std_n for m in stream.samples if m.force_n == row.peak_n)
-    assert row.duration_s == pytest.approx(0.7, abs=0.1)
+    assert 0.6 < row.duration_s < 1.0  # it ends where the pressure, which lags, is back
 
 
 def test_the_stars_lie_where_the_pressure_was_that():
