@@ -114,10 +114,10 @@
 #define PNEUFORCE_STATUS_VENT_FAULT UINT32_C(0x00200000) /* Vent valve stuck, or the tube is occluded: the balloon may be inflated. */
 #define PNEUFORCE_STATUS_BOARD_RESET UINT32_C(0x00400000) /* The board restarted. */
 #define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline is old or drifting. */
-#define PNEUFORCE_STATUS_MAINTENANCE UINT32_C(0x01000000) /* NAMUR NE 107: maintenance required. */
-#define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* NAMUR NE 107: out of specification. */
-#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* NAMUR NE 107: function check. */
-#define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* NAMUR NE 107: failure. */
+#define PNEUFORCE_STATUS_MAINTENANCE UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): look at it soon. */
+#define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107). */
+#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): nothing is held, nothing has failed. */
+#define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or samples are stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force carries a force calibration. */
 #define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Any failure is active. */
 

@@ -58,6 +58,7 @@ class MapFormat(Enum):
     """The documents made from the register map: pages, tables, and code for PLC and C programs."""
 
     MD = "md"
+    FAULTS = "faults"
     CSV = "csv"
     JSON = "json"
     DBC = "dbc"

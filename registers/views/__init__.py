@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from registers.views import c_header, dbc, eds, markdown, object_table, structured_text, table_csv, tree_json
+from registers.views import (
+    c_header,
+    dbc,
+    eds,
+    faults_page,
+    markdown,
+    object_table,
+    structured_text,
+    table_csv,
+    tree_json,
+)
 
 
 class View(NamedTuple):
@@ -17,6 +27,7 @@ class View(NamedTuple):
 
 VIEWS = {
     "md": View(markdown.render, "docs/registers.md"),
+    "faults": View(faults_page.render, "docs/faults.md"),
     "csv": View(table_csv.render, "docs/registers.csv"),
     "json": View(tree_json.render, "docs/registers.json"),
     "dbc": View(dbc.render, "docs/pneuforce.dbc"),

@@ -53,7 +53,8 @@ _STATUS = """\
 ## Status bits
 
 Register 20 (uint32), the Status frame, and the discrete inputs 0–31. A bit that latches stays until it is
-cleared by command once its cause is gone; the others follow their cause.
+cleared by command once its cause is gone; the others follow their cause. What to do at each of them, and at
+each fault and refusal: [faults.md](faults.md).
 """
 _FRAMES = """\
 ## CAN frames
@@ -72,7 +73,7 @@ def render() -> str:
     """The page."""
     parts = [
         _INTRODUCTION,
-        _table(("address", "hex", "number", "name", "type", "unit", "span", "n/a", "access", "meaning"),
+        table(("address", "hex", "number", "name", "type", "unit", "span", "n/a", "access", "meaning"),
                map(_register_row, REGISTERS)),
         _STATUS,
         _bits(STATUS),
@@ -106,7 +107,7 @@ def _register_row(register: Register) -> Sequence[str]:
 
 
 def _bits(bits: Bits) -> str:
-    return _table(
+    return table(
         ("bit", "name", "latches", "meaning"),
         ((str(b.number), f"`{b.name}`", "latches" if b.latches else "", b.doc) for b in bits.bits),
     )
@@ -122,7 +123,7 @@ def _frame(frame: Frame) -> str:
     bytes_ = "1 byte" if frame.length == 1 else f"{frame.length} bytes"
     head = f"### {frame.name}: {frame.base_id:03X}h + N, {bytes_}{period}\n\n{frame.doc}\n"
     rows = (_field_row(at, field) for at, field in frame.placed)
-    return f"{head}\n" + _table(("byte", "name", "type", "unit", "span", "n/a", "meaning"), rows)
+    return f"{head}\n" + table(("byte", "name", "type", "unit", "span", "n/a", "meaning"), rows)
 
 
 def _field_row(at: int, field: Field) -> Sequence[str]:
@@ -138,6 +139,7 @@ def _field_row(at: int, field: Field) -> Sequence[str]:
     )
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table, its head first."""
     lines = [head, ["---"] * len(head), *rows]
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
