@@ -120,7 +120,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Look at the cable and at the board's program (`pneuforce flash`); then clear.",
     ),
     40: Advice(
-        "The force passed the force limit, and the configuration says to vent then.",
+        "The force passed the force limit, and `vent_on_force_limit` is configured.",
         "Back off; is the limit (register 514) the one that you want? Then clear.",
     ),
     41: Advice(

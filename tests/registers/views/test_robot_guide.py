@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from instrument.config.sections import Can
-from registers.can.frames import COMMAND, FRAMES, RESULTS, decode
+from registers.can.frames import COMMAND, FRAMES, REFUSED, RESULTS, decode
 from registers.can.options import Options, bus_load
 from registers.codes import CONDENSED
 from registers.map import BY_NAME
@@ -37,7 +37,9 @@ def test_each_condition_of_the_condensed_status_is_told():
 
 def test_each_result_has_what_to_do():
     told = {int(code): name for code, name, what in rows(3) if code.isdecimal() and what}
-    assert told == RESULTS.names
+    refused = [code for code in RESULTS.names if code > REFUSED]
+    assert told == {code: name for code, name in RESULTS.names.items() if code < REFUSED}
+    assert f"| {refused[0]}–{refused[-1]} | refused_… | {REFUSED} + the code" in GUIDE
 
 
 COMMANDS = [bytes.fromhex(data) for data in re.findall(r"205#([0-9A-F]+)", GUIDE)]
