@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from instrument.lease import Peer
 from instrument.refusal import Refusal
 
-#: What a command does; it answers with a refusal, NONE where it is done, or None where it is still busy.
-Run = Callable[[int, float], Refusal | None]
+
+class Runner(Protocol):
+    """What can be commanded."""
+
+    def run(self, code: str, argument: int, now_s: float) -> Refusal | None:
+        """Run a command; NONE where it is done, None where it is still busy, else why not."""
+        ...
 
 
 @dataclass(slots=True)
 class CommandBlock:
     """What was written, and the answer to it."""
 
-    runs: Mapping[str, Run]
+    runner: Runner
     key: int = 0
     code: str = "none"
     argument: int = 0
@@ -39,13 +44,12 @@ class CommandBlock:
         self.argument = int(values.get("command_argument", self.argument))
         if "command_sequence" not in values:
             return
-        run = self.runs.get(self.code) if self.key else None
-        self.key = 0
+        unlocked, self.key = bool(self.key), 0
         if values["command_sequence"] == self.sequence:
             return
         self.sequence = self.answer_sequence = int(values["command_sequence"])
         self.answer_state, self.answer_result = "busy", Refusal.NONE
-        result = run(self.argument, now_s) if run else Refusal.STATE
+        result = self.runner.run(self.code, self.argument, now_s) if unlocked else Refusal.STATE
         if result is not None:
             self.finish(result)
 

@@ -52,6 +52,7 @@ class Instrument:
         self.can_down = False
         self.master_lost = False  #: the CAN master's heartbeat is watched, and stays away
         self.log_down = False  #: events cannot be kept just now
+        self.recording_down = False  #: a recording that was asked for has stopped by itself
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id
         self.inflations = 0
@@ -236,7 +237,11 @@ class Instrument:
 
     def commands(self, peer: Peer) -> CommandBlock:
         """The command block of the peer's channel: each bus counts its own sequence numbers."""
-        return self._blocks.setdefault(peer[0], CommandBlock(self.operations.table))
+        return self._blocks.setdefault(peer[0], CommandBlock(self.operations))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the snapshots of the present instant."""
+        return vars(self) | {"_views": {}}
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         """Every quantity at one instant, as `peer` sees it; at that instant one for all who see alike."""

@@ -12,6 +12,7 @@ from typing import Protocol
 
 from instrument.aside import aside, unless
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.errors import ProtocolMismatch, RigError, RigSilent, TimeOutMismatch
 from instrument.faults import name_of
 from instrument.rig.frames import BoardState, Valve
@@ -22,7 +23,6 @@ log = logging.getLogger("pneuforce")
 
 TICK_S = 0.01
 GREETING_S = 5.0  #: an UNO that was reset by opening its port needs two of them
-SILENT_S = 1.0  #: then the board is greeted anew
 REOPEN_S = 3.0  #: then the port is opened anew
 BACK_OFF_S = (0.1, 2.0)
 SAY_AGAIN_S = (10.0, 3600.0)  #: least and most between two words of the same trouble
@@ -46,14 +46,13 @@ class Host:
 
     def __init__(
         self,
-        instrument: Instrument,
+        coupling: Coupling,
         url: str,
         open_port: Callable[[str], RigLink] = SerialPort,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.instrument = instrument
+        self.coupling = coupling
         self.url = url
-        self.link = Link(round(instrument.settings.vent_after_s * 1e3))
         self.faces: list[Face] = []
         self.reconnects = 0
         self._open_port = open_port
@@ -61,14 +60,22 @@ class Host:
         self._port: RigLink | None = None
         self._back_off_s = BACK_OFF_S[0]
         self._try_again_s = 0.0
-        self._heard_s = 0.0  # when samples came, or the port was opened
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
-        self._restarts_seen = 0
         self._clock_off = False
         self._complaint = ""
         self._down_because, self._hush_s, self._say_again_s = "", 0.0, 0.0
         self._bytes_before = 0  # heard until then, for whoever asks what came in a silence
+
+    @property
+    def instrument(self) -> Instrument:
+        """What is fed."""
+        return self.coupling.instrument
+
+    @property
+    def link(self) -> Link:
+        """The link to the board."""
+        return self.coupling.link
 
     async def connect(self, stop: asyncio.Event) -> None:
         """Open the port and greet the board; or come back without, when `stop` is set.
@@ -108,7 +115,7 @@ class Host:
 
     def _beat(self) -> None:
         now_s = self._clock()
-        self.instrument.tick(now_s)
+        self.coupling.beat(now_s)
         self._keep_alive(now_s)
         for face in self.faces:
             self._guarded(face.tick, now_s)
@@ -117,13 +124,11 @@ class Host:
         if self._port is None:
             self._reopen_later(now_s)
             return
-        silent_s = now_s - self._heard_s
+        silent_s = now_s - self.coupling.heard_s
         if silent_s > REOPEN_S:
             self._detach(str(RigSilent(self.url, silent_s, self.link.heard_bytes - self._bytes_before)))
             return
-        if silent_s > SILENT_S and self.link.phase is not Phase.GREETING:
-            self.link.restart()
-        self._send(self.link.tick(self.instrument.command(), now_s))
+        self._send(self.coupling.orders(now_s))
 
     def _send(self, data: bytes) -> None:
         if not data or self._port is None:
@@ -137,16 +142,13 @@ class Host:
 
     def _attach(self, port: RigLink) -> None:
         self._port = port
-        self._heard(self._clock())
-        self.link.restart()
+        self.coupling.attach(self._clock())
+        self._bytes_before = self.link.heard_bytes
         asyncio.get_running_loop().add_reader(port.fileno(), self._readable)
-
-    def _heard(self, now_s: float) -> None:
-        self._heard_s, self._bytes_before = now_s, self.link.heard_bytes
 
     def _detach(self, why: str) -> None:
         log.warning("rig link down: %s", why)
-        self.instrument.disconnected()
+        self.coupling.detach(self._clock())
         self._release()
         self._wait_longer()
 
@@ -192,13 +194,10 @@ class Host:
     def _readable(self) -> None:
         assert self._port is not None
         now_s = self._clock()
-        if self.instrument.link_lost(now_s):
-            self.instrument.tick(now_s)  # a silence is one, though what was sent in it is about to be read
         try:
-            samples = self.link.feed(self._port.read(), now_s)
+            samples = self.coupling.receive(self._port.read(), now_s)
         except (ProtocolMismatch, TimeOutMismatch) as error:
             self._failure = error
-            self.link.forget()
             self._detach(str(error))
             return
         except OSError as error:
@@ -206,14 +205,9 @@ class Host:
             return
         self._guarded(self._log_events)
         self._guarded(self._log_clock)
-        if self.link.board_restarts != self._restarts_seen:
-            self._restarts_seen = self.link.board_restarts
-            self.instrument.board_restarted()
         if samples:
             self._back_off_s, self._down_because = BACK_OFF_S[0], ""
-            self._heard(now_s)
-            if self.link.hello is not None:
-                self.instrument.greeted(self.link.hello)
+            self._bytes_before = self.link.heard_bytes
         for sample in samples:
             self._guarded(self._use, sample, now_s)
 
@@ -231,7 +225,7 @@ class Host:
             log.warning("the board's clock is %s; all its times are by it", found)
 
     def _use(self, sample: RawSample, now_s: float) -> None:
-        self.instrument.take(sample)
+        self.coupling.take(sample, now_s)
         for face in self.faces:
             self._guarded(face.on_sample, now_s)
 
@@ -248,10 +242,9 @@ class Host:
 
     async def _vent_and_close(self) -> None:
         """Vent, wait until the board says that its valves are SAFE, and give the port back."""
-        self.instrument.vent(self._clock())
-        self.link.vent()
         now_s = self._clock()
-        self._send(self.link.tick(self.instrument.command(), now_s))
+        self.coupling.leave(now_s)
+        self._send(self.coupling.orders(now_s))
         while self._port is not None and self._clock() < now_s + VENT_ANSWER_S:
             sample = self.instrument.sample
             if sample is not None and sample.valves == Valve.NONE and self._clock() > now_s + TICK_S:

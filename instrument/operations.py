@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from instrument.arming import Step
-from instrument.commands import Run
 from instrument.interlocks import violated
 from instrument.refusal import Refusal
 
@@ -29,13 +28,11 @@ class Operations:
         #: Faults being cleared: the board may still report them. One that comes again is none of these.
         self.clearing: set[int] = set()
         self._clearing_since_s: float | None = None
-        self.table: Mapping[str, Run] = {
-            "zero_pressure": self._zero_pressure,
-            "clear_faults": self._clear_faults,
-            "self_test": self._self_test,
-            "undo_zero": self._undo_zero,
-            "new_balloon": self._new_balloon,
-        }
+
+    def run(self, code: str, argument: int, now_s: float) -> Refusal | None:
+        """Run a command by its name; None where it is still busy, STATE for one that there is not."""
+        run = _RUNS.get(code)
+        return run(self, argument, now_s) if run else Refusal.STATE
 
     def _zero_pressure(self, argument: int, now_s: float) -> Refusal:  # noqa: ARG002
         own = self._instrument
@@ -108,3 +105,12 @@ class Operations:
             return Refusal.CAUSE_PERSISTS
         own.advance(Step.CLEAR)
         return Refusal.NONE
+
+
+_RUNS: Mapping[str, Callable[[Operations, int, float], Refusal | None]] = {
+    "zero_pressure": Operations._zero_pressure,
+    "clear_faults": Operations._clear_faults,
+    "self_test": Operations._self_test,
+    "undo_zero": Operations._undo_zero,
+    "new_balloon": Operations._new_balloon,
+}

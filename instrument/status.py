@@ -34,7 +34,8 @@ def status_of(instrument: Instrument, m: Measurement, now_s: float) -> frozenset
 
 def _wants_maintenance(instrument: Instrument) -> bool:
     clock_off = instrument.raw is not None and instrument.raw.clock_off
-    return instrument.can_down or instrument.log_down or clock_off or instrument.chain.leak.seen
+    neighbours = instrument.can_down or instrument.log_down or instrument.recording_down
+    return neighbours or clock_off or instrument.chain.leak.seen
 
 
 def _conditions(instrument: Instrument, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:

@@ -18,10 +18,12 @@ FORBIDDEN_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "com
 CALIBRATION = {"model", "chain", "columns", "contact", "errors", "fifths", "tables", "whole_file"}
 VALIDATION = CALIBRATION - {"tables"} | {"calibration", "lag"}
 CONFIG = {"model", "calibration", "chain", "errors", "settings", "tables"}
+EVENTS = {"commands", "core", "coupling", "errors", "faults", "lease", "refusal", "rig", "snapshot"}
+TAPE = {"core", "coupling", "errors", "measurement", "rig"}
 #: What a part may import of ours beside itself; "instrument." is left out. The longest prefix says which part
 #: a module belongs to, so that "instrument" is what lies in that folder and in none of those named here.
 MAY_IMPORT = {
-    "instrument": {"model", "rig"},
+    "instrument": {"model", "rig", "tape"},
     "instrument.__main__": {"cli"},
     "instrument.model": set(),
     "instrument.rig": {"errors"},
@@ -29,7 +31,8 @@ MAY_IMPORT = {
     "instrument.validation": VALIDATION,
     "instrument.config": CONFIG,
     "instrument.doctor": {"core", "faults", "lease", "refusal", "rig"},
-    "instrument.events": {"commands", "core", "errors", "faults", "lease", "refusal", "rig", "snapshot"},
+    "instrument.events": EVENTS,
+    "instrument.tape": TAPE,
     "instrument.cli": {
         "instrument",
         "model",
@@ -39,6 +42,7 @@ MAY_IMPORT = {
         "config",
         "doctor",
         "events",
+        "tape",
     }
     | {"registers", "sim", "teststand"},
     "registers": set(),

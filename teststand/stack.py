@@ -64,7 +64,8 @@ def start(
     line = None if line_seed is None else ends_later.enter_context(SerialProxy(str(link), seed=line_seed))
     at = {**own.get("rig", {}), "port": line.port if line else str(link)}
     events = {"file": str(link.with_name("events.sqlite")), **own.get("events", {})}
-    host.tell(toml({**own, "rig": at, "modbus": modbus, "can": can, "events": events}))
+    local = {"socket": str(link.with_name("pneuforce.sock")), **own.get("local", {})}
+    host.tell(toml({**own, "rig": at, "modbus": modbus, "can": can, "events": events, "local": local}))
     host.ready(stop)  # not before: another instrument may answer on that port
     return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line)
 

@@ -116,13 +116,26 @@ def demo(
 @app.command()
 def run(
     config: Annotated[Path, typer.Option("--config", help="The instrument.toml; see pneuforce config.")],
+    record: Annotated[
+        Path | None, typer.Option(help="Record everything from the start into this new file.")
+    ] = None,
 ) -> None:
     """Run the instrument on a real port and real buses until Ctrl-C or SIGTERM; then vent and end."""
-    from instrument.cli.serve import serve
+    from instrument.cli.serve import Files, serve
     from instrument.config import beside, load
+    from instrument.errors import ConfigurationError
 
     configuration = load(config)
-    serve(configuration, beside(config, configuration.events.file))
+    if record and not configuration.local.socket:
+        raise ConfigurationError("--record goes through the local socket, and local.socket is empty")
+    serve(
+        configuration,
+        Files(
+            events=beside(config, configuration.events.file),
+            socket=beside(config, configuration.local.socket),
+            recording=record,
+        ),
+    )
 
 
 @app.command()

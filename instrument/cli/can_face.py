@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
+from collections import defaultdict
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 
@@ -42,6 +44,20 @@ def node_of(source: Source, own: Can) -> CanNode | CanopenNode:
     return CanNode(source, options_of(own))
 
 
+@dataclass(slots=True)
+class Sighting:
+    """The last frame with one identifier."""
+
+    data: bytes = b""
+    count: int = 0
+    at_s: float = 0.0
+
+    def note(self, data: bytes, now_s: float) -> None:
+        """One more."""
+        self.data, self.at_s = data, now_s
+        self.count += 1
+
+
 class CanFace:
     """A node on a live bus, told of samples and time by the host."""
 
@@ -52,6 +68,8 @@ class CanFace:
         at = BusAt(interface=own.interface, channel=own.channel, host=own.host, port=own.port)
         self.bus = CanBus(at, self._hand_over)
         self._inbox = Inbox(self.node.is_vent)
+        #: By identifier, and whether the node sent it.
+        self.sighted: defaultdict[tuple[int, bool], Sighting] = defaultdict(Sighting)
         self._namesakes = 0
         self._errors = 0
         self._say = SparingLog(log, SAY_PERIOD_S).say
@@ -68,12 +86,12 @@ class CanFace:
 
     def on_sample(self, now_s: float) -> None:
         """Send what is due at a new sample."""
-        self._send(self.node.on_sample(now_s))
+        self._send(self.node.on_sample(now_s), now_s)
 
     def tick(self, now_s: float) -> None:
         """Send what is due by time, and tell the instrument how the bus is."""
         self._instrument.can_down = not self.bus.is_up
-        self._send(self.node.tick(now_s))
+        self._send(self.node.tick(now_s), now_s)
         if line := self._tally.line(self._counts(), now_s):
             log.warning("CAN: %s", line)
 
@@ -101,12 +119,14 @@ class CanFace:
         frame = self._inbox.take()
         self._namesakes += frame.id in self.node.own_ids and not frame.kind
         now_s = time.monotonic()
+        self.sighted[frame.id, False].note(frame.data, now_s)
         try:
-            self._send(self.node.receive(frame, now_s))
+            self._send(self.node.receive(frame, now_s), now_s)
         except Exception:
             self._errors += 1
             self._say(now_s, "CAN frame %03Xh dropped after an error of ours", frame.id, trace=True)
 
-    def _send(self, frames: list[CanFrame]) -> None:
+    def _send(self, frames: list[CanFrame], now_s: float) -> None:
         for frame in frames:
             self.bus.send(frame)
+            self.sighted[frame.id, True].note(frame.data, now_s)

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.doctor.check import AGAIN, Check, Verdict, unchecked
 from instrument.doctor.circuit import circuit_checks
 from instrument.doctor.examination import Examination, Stage
@@ -56,7 +57,7 @@ async def _of_the_rig(port: str, inflate_kpa: float | None) -> list[Check]:
     stop = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
-    host, opened_s = Host(Instrument(Settings()), port), time.monotonic()
+    host, opened_s = Host(Coupling(Instrument(Settings())), port), time.monotonic()
     try:
         await host.connect(stop)
     except RigError as error:

@@ -10,6 +10,7 @@ import subprocess
 from typing import Any
 
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.errors import ConfigurationError, PortBusy, RigError
 from instrument.host import Host
 from instrument.rig.device import holders, is_device
@@ -121,7 +122,7 @@ def _complaint(said: str) -> str:
 async def _greeted(port: str) -> Hello:
     """The greeting of the board at `port`, which is vented and given back."""
     stop = asyncio.Event()
-    host = Host(Instrument(Settings()), port)
+    host = Host(Coupling(Instrument(Settings())), port)
     await host.connect(stop)
     stop.set()
     await host.run(stop)

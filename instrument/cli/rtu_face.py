@@ -40,19 +40,19 @@ class RtuFace:
             word_swap=own.word_order == "CDAB",
             read_only=own.read_only,
         )
-        self._line = ModbusRtuLine(source, options, identity) if own.enabled else None
+        self.line = ModbusRtuLine(source, options, identity) if own.enabled else None
 
     async def open(self) -> None:
         """Listen on the port. Raises FaceError."""
-        if self._line is None:
+        if self.line is None:
             return
         try:
-            await self._line.start()
+            await self.line.start()
         except OSError as error:
             raise FaceError(f"Modbus RTU: {error}") from None
-        log.info("Modbus RTU on %s, unit %d", self._line.options, self._line.options.unit)
+        log.info("Modbus RTU on %s, unit %d", self.line.options, self.line.options.unit)
 
     def close(self) -> None:
         """Give the port back."""
-        if self._line is not None:
-            self._line.close()
+        if self.line is not None:
+            self.line.close()

@@ -9,18 +9,25 @@ import json
 import logging
 import signal
 import sys
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from instrument.cli.can_face import CanFace
 from instrument.cli.event_face import witnessed
+from instrument.cli.health import can_health, modbus_health, rig_health, rtu_health
+from instrument.cli.local_face import LocalFace
 from instrument.cli.logs import log_to_stderr
+from instrument.cli.recorder import Recorder
 from instrument.cli.rtu_face import RtuFace
 from instrument.config import Configuration
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.errors import FaceError
 from instrument.events.witness import Witness
 from instrument.host import Host
+from instrument.tape.feed import Feed
 from registers.modbus.identity import Object
 from registers.modbus.tcp import ModbusTcpServer, Options
 from registers.source import Source
@@ -30,8 +37,17 @@ log = logging.getLogger("pneuforce")
 SWITCH_INTERVAL_S = 0.0005  #: how long a bus thread may hold up the loop
 
 
-def serve(configuration: Configuration, events: Path | None) -> None:
-    """Run until SIGTERM or Ctrl-C, then vent and end; what happens is kept in the file `events`, if any.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Files:
+    """What an instrument keeps beside its configuration; None for none."""
+
+    events: Path | None = None
+    socket: Path | None = None
+    recording: Path | None = None
+
+
+def serve(configuration: Configuration, files: Files) -> None:
+    """Run until SIGTERM or Ctrl-C, then vent and end.
 
     Prints one JSON line when it serves Modbus. CAN follows once the node id was found free; until then the
     status says that CAN is down.
@@ -42,37 +58,69 @@ def serve(configuration: Configuration, events: Path | None) -> None:
     with log_to_stderr():
         if configuration.doubt:
             log.warning("%s", configuration.doubt)
-        asyncio.run(_serve(configuration, events))
+        asyncio.run(_serve(configuration, files))
 
 
-async def _serve(configuration: Configuration, events: Path | None) -> None:
-    instrument = Instrument(configuration.settings())
-    with witnessed(instrument, configuration, events) as witness:
-        await _run(configuration, instrument, witness)
+async def _serve(configuration: Configuration, files: Files) -> None:
+    feed = Feed()
+    coupling = Coupling(Instrument(configuration.settings()), feed)
+    with witnessed(coupling, configuration, files.events, feed) as witness:
+        faces = Faces(configuration, Host(coupling, configuration.rig.port), witness, feed)
+        await _run(faces, files)
 
 
-async def _run(configuration: Configuration, instrument: Instrument, witness: Witness) -> None:
+class Faces:
+    """Everything that shows the instrument of one host."""
+
+    def __init__(self, configuration: Configuration, host: Host, witness: Witness, feed: Feed) -> None:
+        """Set them up, none opened. Raises PneuforceError: two of them want the same port, or too much of CAN."""
+        self.configuration = configuration
+        self.host = host
+        self.modbus = modbus_server(configuration, witness)
+        self.rtu = RtuFace(configuration, witness, identity(configuration))
+        own = configuration.can
+        self.can = CanFace(host.instrument, witness, own) if own.enabled else None
+        self.local = LocalFace(host.coupling, witness, feed, configuration, self._health)
+        host.faces += [witness, self.local]
+
+    def _health(self, now_s: float) -> dict[str, Any]:
+        events = self.configuration.events.file
+        return {
+            "rig": rig_health(self.host, now_s),
+            "modbus_tcp": modbus_health(self.modbus, now_s),
+            "modbus_rtu": rtu_health(self.rtu),
+            "can": can_health(self.can, now_s),
+            "events": {"file": events, "down": self.host.instrument.log_down},
+        }
+
+
+async def _run(faces: Faces, files: Files) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's wish
             loop.add_signal_handler(number, stop.set)
-    host = Host(instrument, configuration.rig.port)
-    host.faces.append(witness)
-    modbus = modbus_server(configuration, witness)
-    rtu = RtuFace(configuration, witness, identity(configuration))
-    can = CanFace(instrument, witness, configuration.can) if configuration.can.enabled else None
-    joining = asyncio.create_task(_join(can, host, stop))
+    host = faces.host
+    await faces.local.open(files.socket)
+    recorder = (
+        Recorder(faces.local, files.socket, files.recording) if files.socket and files.recording else None
+    )
+    joining = asyncio.create_task(_join(faces.can, host, stop))
     try:
+        if recorder is not None:
+            await recorder.start()
         await host.connect(stop)
         if not stop.is_set():
             log.info("rig on %s answered", host.url)
-        await _work(host, modbus, rtu, joining, configuration, stop)
+        await _work(faces, joining, stop)
     finally:
         stop.set()
-        if can is not None:
-            can.close()
+        if faces.can is not None:
+            faces.can.close()
         await asyncio.gather(joining, return_exceptions=True)  # what it raised was raised in _work
+        await faces.local.close("asked to stop")
+        if recorder is not None:
+            await recorder.ended()
 
 
 async def _join(can: CanFace | None, host: Host, stop: asyncio.Event) -> None:
@@ -83,26 +131,20 @@ async def _join(can: CanFace | None, host: Host, stop: asyncio.Event) -> None:
         host.faces.append(can)
 
 
-async def _work(
-    host: Host,
-    modbus: ModbusTcpServer | None,
-    rtu: RtuFace,
-    joining: asyncio.Task[None],
-    configuration: Configuration,
-    stop: asyncio.Event,
-) -> None:
+async def _work(faces: Faces, joining: asyncio.Task[None], stop: asyncio.Event) -> None:
+    host, modbus = faces.host, faces.modbus
     working = asyncio.create_task(host.run(stop))
     try:
         if not stop.is_set():
-            await rtu.open()
-            await (joining if modbus is None else _listen(modbus, configuration))
+            await faces.rtu.open()
+            await (joining if modbus is None else _listen(modbus, faces.configuration))
             print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
         await joining
         gc.freeze()
         await working
         log.info("vented; ended")
     finally:
-        rtu.close()
+        faces.rtu.close()
         if modbus is not None:
             modbus.close()
         stop.set()

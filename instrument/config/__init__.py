@@ -18,9 +18,11 @@ from instrument.config.sections import (
     CircuitSection,
     Events,
     IdentitySection,
+    Local,
     MeasurementSection,
     Modbus,
     ModbusRtu,
+    Page,
     Rig,
     Safety,
 )
@@ -45,6 +47,8 @@ class Configuration(Section):
     modbus_rtu: ModbusRtu = ModbusRtu()
     can: Can = Can()
     events: Events = Events()
+    local: Local = Local()
+    page: Page = Page()
     identity: IdentitySection = IdentitySection()
     _calibration: Calibration | None = None
 
@@ -53,6 +57,11 @@ class Configuration(Section):
         """CRC-32 of all values and the calibration: two instruments with the same hash measure alike."""
         calibration = self._calibration.model_dump_json() if self._calibration else ""
         return zlib.crc32((self.model_dump_json() + calibration).encode())
+
+    @property
+    def calibration(self) -> dict[str, Any] | None:
+        """The calibration as its file has it, None without."""
+        return self._calibration.model_dump(mode="json") if self._calibration else None
 
     @property
     def doubt(self) -> str:

@@ -6,7 +6,7 @@ from datetime import date
 from ipaddress import ip_address, ip_network
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, ValidationInfo
+from pydantic import AfterValidator, Field, SecretStr, ValidationInfo
 
 from instrument.chain import ChainSettings
 from instrument.model import Balloon, Circuit
@@ -24,6 +24,12 @@ def _date(code: int) -> int:
 def _network(text: str) -> str:
     ip_network(text)
     return text
+
+
+def _long_enough(token: SecretStr) -> SecretStr:
+    if 0 < len(token.get_secret_value()) < 12:
+        raise ValueError("a token of fewer than 12 characters is soon guessed")
+    return token
 
 
 def _is_loopback(host: str) -> bool:
@@ -216,6 +222,34 @@ class Events(Section):
 
     file: str = Field(
         "events.sqlite", max_length=500, description="file of the log, beside this one; empty for none"
+    )
+
+
+class Local(Section):
+    """A socket for programs of this machine: the page and recorders."""
+
+    socket: str = Field(
+        "pneuforce.sock", max_length=100, description="its path, beside this file; empty for none"
+    )
+
+
+class Page(Section):
+    """The page: the instrument in a browser."""
+
+    enabled: bool = Field(False, description="serve the page")
+    host: str = Field(
+        "127.0.0.1", min_length=1, description="address to listen on; another than loopback demands allow"
+    )
+    allow: Annotated[list[Network], AfterValidator(_named_where_reachable)] = Field(
+        [],
+        max_length=64,
+        validate_default=True,
+        description="who may connect beside 127.0.0.1 and ::1; on loopback, empty means this whole machine",
+    )
+    port: Port = Field(8080, description="TCP port")
+    token: Annotated[SecretStr, AfterValidator(_long_enough)] = Field(
+        SecretStr(""),
+        description="what an operator has to know to do more than vent, 12 characters or more; empty: nobody may",
     )
 
 

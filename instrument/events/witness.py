@@ -8,11 +8,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from instrument.commands import CommandBlock
-from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.events.changes import Seen, changes
 from instrument.events.record import Facts, Moment, Record
 from instrument.events.sieve import Deed, Sieve
-from instrument.faults import HostFault
 from instrument.lease import Peer
 from instrument.refusal import Refusal
 from instrument.snapshot import Snapshot, standing, state_of
@@ -26,7 +25,10 @@ ALARM_OVER_S = 1.0  #: a force that hovers at its limit is one alarm
 class Journal(Protocol):
     """What keeps the records."""
 
-    trouble: str  #: why it cannot just now, empty where it can
+    @property
+    def trouble(self) -> str:
+        """Why it cannot just now, empty where it can."""
+        ...
 
     def put(self, record: Record) -> None:
         """Take a record; never waits, never raises."""
@@ -50,11 +52,12 @@ class Witness:
 
     def __init__(
         self,
-        instrument: Instrument,
+        coupling: Coupling,
         journal: Journal,
         utc_us: Callable[[], int] = lambda: time.time_ns() // 1000,
     ) -> None:
-        self._instrument = instrument
+        self._coupling = coupling
+        self._instrument = coupling.instrument
         self._journal = journal
         self._utc_us = utc_us
         self._sieve = Sieve()
@@ -73,7 +76,7 @@ class Witness:
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> Refusal:
         """Have one request carried out, and put it down."""
         before = self._guarded(standing, self._instrument, peer, now_s) or {}
-        refusal = self._instrument.write(peer, values, now_s)
+        refusal = self._coupling.write(peer, values, now_s)
         self._guarded(self._put_down, peer, values, before, refusal, now_s)
         return refusal
 
@@ -114,13 +117,12 @@ class Witness:
 
     def master_lost(self, now_s: float) -> None:
         """Have the instrument do without its CAN master."""
-        self._instrument.master_lost = True
-        self._instrument.abandoned(HostFault.CAN_MASTER_LOST, now_s)
+        self._coupling.master_lost(now_s)
         self._look(now_s)
 
-    def master_back(self, now_s: float) -> None:  # noqa: ARG002
+    def master_back(self, now_s: float) -> None:
         """Let its loss be cleared from now on."""
-        self._instrument.master_lost = False
+        self._coupling.master_back(now_s)
 
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Put down a request to write that did not get as far as the instrument."""

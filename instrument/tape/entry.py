@@ -28,12 +28,13 @@ class Kind(IntEnum):
     # inputs
     ATTACHED = 8  #: the port was opened
     RECEIVED = 9  #: bytes from the rig
-    BEAT = 10  #: the host's beat; one byte: a mask of `Trouble`
-    DETACHED = 11  #: the port is gone
-    WRITE = 12  #: JSON [channel, address, {quantity: value}]: a request of a bus
-    MASTER_LOST = 13
-    MASTER_BACK = 14
-    LEAVING = 15  #: the host ends, and vents
+    BEAT = 10  #: time has passed; one byte: which of the neighbours are in trouble, see `beating.py`
+    ASKED = 11  #: the board was told what is wanted of it
+    DETACHED = 12  #: the port is gone
+    WRITE = 13  #: JSON [channel, address, {quantity: value}]: a request of a bus
+    MASTER_LOST = 14
+    MASTER_BACK = 15
+    LEAVING = 16  #: the host ends, and vents
     # what came of them
     MEASURED = 32  #: one sample, raw and derived
     EVENT = 33  #: JSON: a record of the event log

@@ -31,6 +31,8 @@ class Connection(asyncio.BufferedProtocol):
         self._wrong = ""  #: why to close, behind the last answer
         self._ended = False  #: the client sends no more
         self.heard_s = server.clock()
+        self.requests = 0
+        self.exceptions = 0  #: of them, answered with an exception code
         self._frame_begun_s = math.inf
         self._unread_s = math.inf  #: since when answers wait for a client that does not read
 
@@ -118,9 +120,10 @@ class Connection(asyncio.BufferedProtocol):
         else:
             answer = exception(pdu[0], Code.NO_SUCH_UNIT)
         if answer is not None:
-            counters = self._server.counters
-            counters.requests += 1
-            counters.exceptions += answer[0] >= 0x80
+            wrong = answer[0] >= 0x80
+            for counters in (self, self._server.counters):
+                counters.requests += 1
+                counters.exceptions += wrong
         return answer
 
     def _refuse(self, why: str) -> None:

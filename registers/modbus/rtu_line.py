@@ -73,6 +73,11 @@ class ModbusRtuLine:
         self._lost_bytes = 0  #: when last told of
         self._told_s = -_SAY_AGAIN_S
 
+    @property
+    def is_up(self) -> bool:
+        """Whether the port is open."""
+        return self._port is not None
+
     async def start(self) -> None:
         """Open the port and listen. Raises OSError, in a sentence, where it cannot be had."""
         self._attach(await asyncio.to_thread(self._opened))

@@ -91,6 +91,11 @@ class ModbusTcpServer:
         self._sweep_every(min(self.options.frame_s, self.options.idle_s, 2.0) / 4)
 
     @property
+    def listening(self) -> bool:
+        """Whether it has started."""
+        return self._server is not None
+
+    @property
     def port(self) -> int:
         """The port that is listened on; differs from the option where that is 0."""
         assert self._server is not None

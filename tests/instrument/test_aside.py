@@ -9,6 +9,7 @@ from instrument.aside import aside, unless
 from instrument.cli.can_face import CanFace
 from instrument.config import Configuration
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.host import Host
 from instrument.settings import Settings
 
@@ -64,13 +65,13 @@ def test_what_a_call_returns_or_raises_comes_back_and_the_loop_goes_on_meanwhile
 
 
 def test_the_end_does_not_wait_for_the_first_opening_of_the_rigs_port(blocking):
-    host = Host(Instrument(Settings()), "rig", blocking)
+    host = Host(Coupling(Instrument(Settings())), "rig", blocking)
     asyncio.run(stopping_while(host.connect, blocking))
     assert not blocking.ended
 
 
 def test_the_end_does_not_wait_for_the_rigs_port_that_is_opened_anew(blocking):
-    host = Host(Instrument(Settings()), "rig", blocking)
+    host = Host(Coupling(Instrument(Settings())), "rig", blocking)
     asyncio.run(stopping_while(host.run, blocking))
     assert not blocking.ended
 

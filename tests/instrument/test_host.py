@@ -9,6 +9,7 @@ import time
 import pytest
 
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.errors import PortBusy, PortUnavailable, ProtocolMismatch, RigSilent, TimeOutMismatch
 from instrument.faults import HostFault
 from instrument.host import BACK_OFF_S, Host
@@ -43,7 +44,7 @@ def cable(tmp_path):
 @contextlib.asynccontextmanager
 async def running(cable):
     """A host that is connected and runs; vented and ended on the way out."""
-    host, stop = Host(Instrument(Settings()), str(cable.path)), asyncio.Event()
+    host, stop = Host(Coupling(Instrument(Settings())), str(cable.path)), asyncio.Event()
     await host.connect(asyncio.Event())
     task = asyncio.create_task(host.run(stop))
     try:
@@ -180,7 +181,7 @@ def test_it_ends_venting_even_when_a_vent_was_being_put_off(cable):
 def test_whatever_ends_it_vents(cable):
     async def story():
         board = cable.plug()
-        host = Host(Instrument(Settings()), str(cable.path))
+        host = Host(Coupling(Instrument(Settings())), str(cable.path))
         await host.connect(asyncio.Event())
         task = asyncio.create_task(host.run(asyncio.Event()))
         await inflate(host)
@@ -196,7 +197,7 @@ class TestNoBoard:
     """What is refused before anything moves."""
 
     def connect(self, url):
-        host = Host(Instrument(Settings()), str(url))
+        host = Host(Coupling(Instrument(Settings())), str(url))
         asyncio.run(host.connect(asyncio.Event()))
 
     def test_another_device_on_the_port_is_told_by_the_bytes_it_sends(self, cable, monkeypatch):
@@ -334,7 +335,7 @@ class TestCable:
                 told.extend([now_s] * (len(caplog.records) - before))
                 now_s += 2.0
 
-        host = Host(Instrument(Settings()), "rig", refuse, clock=lambda: now_s)
+        host = Host(Coupling(Instrument(Settings())), "rig", refuse, clock=lambda: now_s)
         asyncio.run(try_until(700.0))
         assert told == [0.0, 10.0, 30.0, 70.0, 150.0, 310.0, 630.0]
         reason = "no permission"
@@ -424,7 +425,7 @@ def test_an_event_with_a_fault_that_only_a_later_board_knows_is_told_by_its_numb
 
 
 def test_a_clock_that_is_off_is_told_once_and_so_is_its_end(caplog):
-    host, board_us = Host(Instrument(Settings()), "nowhere"), 0.0
+    host, board_us = Host(Coupling(Instrument(Settings())), "nowhere"), 0.0
     host.link.feed(encode(Hello(BoardKind.REAL, 0x100, 9000, 7, 250, 2000), 0), 0.0)
     for n in range(20_000):
         board_us += 2000 * (1.015 if n < 5000 else 1.0)

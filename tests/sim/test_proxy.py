@@ -9,6 +9,7 @@ from dataclasses import fields
 import pytest
 
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.host import Host
 from instrument.rig.port import SerialPort
 from instrument.settings import Settings
@@ -109,7 +110,7 @@ def test_a_proxy_of_nobody_closes_the_connection():
 
 @contextlib.asynccontextmanager
 async def host_on(port):
-    host, stop = Host(Instrument(Settings()), port), asyncio.Event()
+    host, stop = Host(Coupling(Instrument(Settings())), port), asyncio.Event()
     await host.connect(stop)
     running = asyncio.create_task(host.run(stop))
     try:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from instrument.coupling import Coupling
 from instrument.events.witness import ALARM_OVER_S, Witness
 from instrument.rig.frames import Fault
 from registers.map import REGISTERS
@@ -15,7 +16,7 @@ class Watched:
 
     def __init__(self, drive):
         self.drive, self.journal = drive, Memory()
-        self.witness = Witness(drive.instrument, self.journal, lambda: round(drive.now_s * 1e6))
+        self.witness = Witness(Coupling(drive.instrument), self.journal, lambda: round(drive.now_s * 1e6))
         self.look()
         self.journal.records.clear()
 

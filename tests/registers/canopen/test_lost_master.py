@@ -2,6 +2,7 @@
 
 import pytest
 
+from instrument.coupling import Coupling
 from instrument.events.witness import Nowhere, Witness
 from registers.can.options import Options
 from registers.can.wire import CanFrame
@@ -18,7 +19,7 @@ class Bench:
 
     def __init__(self):
         self.drive = Drive.holding(ROBOT)
-        self.node = CanopenNode(Witness(self.drive.instrument, Nowhere()), Options(), IDENTITY)
+        self.node = CanopenNode(Witness(Coupling(self.drive.instrument), Nowhere()), Options(), IDENTITY)
         self.run(0.1)
         self.say(WATCH, HEARTBEAT)
         self.run(0.4)
