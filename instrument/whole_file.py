@@ -40,17 +40,22 @@ def write(path: Path, lines: Iterable[str]) -> None:
 
     Raises ConfigurationError.
     """
-    _write(path, lines, keep=True)
+    _write(path, (line.encode() for line in lines), keep=True)
 
 
-def _write(path: Path, lines: Iterable[str], keep: bool) -> None:
+def write_bytes(path: Path, content: bytes) -> None:
+    """The same for bytes. Raises ConfigurationError."""
+    _write(path, (content,), keep=True)
+
+
+def _write(path: Path, pieces: Iterable[bytes], keep: bool) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         if path.exists():
             _check_regular(path, "written")
         try:
-            with beside.open("w", encoding="utf-8", newline="") as file:
-                file.writelines(lines)
+            with beside.open("wb") as file:
+                file.writelines(pieces)
             if keep:
                 beside.replace(path)
         finally:

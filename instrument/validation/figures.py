@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,10 +31,15 @@ DASH_S = 0.5  #: length of the dash that shows an estimate
 BLUE, GREEN, RED, YELLOW, GREY = "#1f4e9c", "#2e8b57", "#c8102e", "#f2b705", "#666666"
 
 
+def check_drawable(wish: str) -> None:
+    """Raises ConfigurationError where nothing can be drawn."""
+    if find_spec("matplotlib") is None:
+        raise ConfigurationError(f"{wish} needs matplotlib: {sys.executable} -m pip install matplotlib")
+
+
 def prepared(folder: Path) -> None:
     """Make the folder. Raises ConfigurationError where that, or drawing, is not possible."""
-    if find_spec("matplotlib") is None:
-        raise ConfigurationError(f"--figures needs matplotlib: {sys.executable} -m pip install matplotlib")
+    check_drawable("--figures")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -103,16 +109,22 @@ def continuous(trial: Seen) -> Figure:
 
 
 def error_bars(peaks: Peaks) -> Figure:
-    """Fig. 7: mean absolute error by fifths of the range; energy (4) in another colour than (5)."""
-    figure, [axes] = _figure(1)
+    """Fig. 7: mean absolute error by fifths of the range."""
     groups = errors_of(peaks, FIFTHS)
-    colours = [YELLOW] * (len(FIFTHS) - STIFF_FIFTHS) + [BLUE] * STIFF_FIFTHS
-    heights = [group.by_method["energetic"].absolute_percent for group in groups]
     names = [f"{group.name}\nn = {group.contacts}" for group in groups]
-    bars = axes.bar(names, heights, color=colours, edgecolor=GREY)
-    axes.bar_label(bars, fmt="%.2f", padding=2)
-    axes.tick_params(axis="x", labelsize=8)
-    axes.set(xlabel="inflating pressure ΔP_i", ylabel="mean absolute error [%]")
+    heights = [group.by_method["energetic"].absolute_percent for group in groups]
+    figure = fifth_bars(names, heights, "inflating pressure ΔP_i", "mean absolute error [%]")
+    figure.axes[0].tick_params(axis="x", labelsize=8)
+    return figure
+
+
+def fifth_bars(names: Sequence[str], percent: Sequence[float], what: str, how_much: str) -> Figure:
+    """A bar for each fifth of the range; energy (4) in another colour than (5)."""
+    figure, [axes] = _figure(1)
+    colours = [YELLOW] * (len(names) - STIFF_FIFTHS) + [BLUE] * STIFF_FIFTHS
+    bars = axes.bar(names, percent, color=colours, edgecolor=GREY)
+    axes.bar_label(bars, ["–" if np.isnan(height) else f"{height:.2f}" for height in percent], padding=2)
+    axes.set(xlabel=what, ylabel=how_much)
     return figure
 
 

@@ -1,0 +1,153 @@
+"""`pneuforce plot`: a picture of a recording."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+
+from instrument.columns import points_in
+from instrument.errors import ConfigurationError
+from instrument.tape import by_pressure
+from instrument.tape.drawing import drawn_alike, figure_of
+from instrument.tape.measured import Measured
+from instrument.tape.opening import opened
+from instrument.tape.picture import Picture
+from instrument.tape.reading import Recording
+from instrument.validation.figures import check_drawable, fifth_bars
+from instrument.whole_file import check_writable, content_of, write_bytes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: What makes a file another each time is left out: when it was drawn, and with what.
+ANONYMOUS = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None}}
+DOTS_PER_INCH = 160
+TOLD_EACH = 5000  #: samples
+
+
+class Wish(NamedTuple):
+    """What is to be drawn of which recording, and where to."""
+
+    recording: Path
+    out: Path | None = None
+    from_s: float = -math.inf
+    to_s: float = math.inf
+    by_pressure: bool = False
+    reference: Path | None = None
+    title: str | None = None
+
+    @property
+    def file(self) -> Path:
+        """The picture's file. Raises ConfigurationError: no format that is drawn."""
+        out = self.out or self.recording.with_suffix(".png")
+        if out.suffix.lower() not in ANONYMOUS:
+            raise ConfigurationError(f"{out}: a picture is .png or .svg")
+        return out
+
+
+def plot(wish: Wish) -> None:
+    """Draw it. Raises ConfigurationError where something cannot be read or written."""
+    check_drawable("pneuforce plot")
+    if wish.reference is not None and not wish.by_pressure:
+        raise ConfigurationError("--reference goes with --by-pressure")
+    if not wish.from_s < wish.to_s:
+        raise ConfigurationError(f"--from-s {wish.from_s:g} is not before --to-s {wish.to_s:g}")
+    check_writable(wish.file)
+    with opened(wish.recording) as recording:
+        picture = _collected(recording, wish)
+        title = wish.title or wish.recording.stem + (
+            "  (simulated rig)" if recording.about.get("simulated") else ""
+        )
+        remark = recording.remark()
+        begin_s = recording.begin_s
+    with drawn_alike():
+        figure = _bars(picture, wish, begin_s, title) if wish.by_pressure else figure_of(picture, title)
+        _save(figure, wish.file)
+    if remark:
+        print(remark, file=sys.stderr)
+    print(f"{wish.file}: {_told(picture)}")
+
+
+def _collected(recording: Recording, wish: Wish) -> Picture:
+    picture = Picture(recording.begin_s)
+    faults = _faults(recording)
+    next_t_s, latched = next(faults)
+    for m in _with_progress(recording.samples(wish.from_s, wish.to_s), recording.most_samples):
+        while m.t_s >= next_t_s:
+            picture.latched(latched)
+            next_t_s, latched = next(faults)
+        picture.take(m)
+    return picture
+
+
+def _faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
+    """When which faults were latched, in order; the last never comes."""
+    for record in recording.events():
+        if record.get("kind") == "faults":
+            yield record["mono_s"], tuple(record["is"])
+    yield math.inf, ()
+
+
+def _with_progress(samples: Iterable[Measured], total: int | None) -> Iterator[Measured]:
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("reading", total=total)
+        for number, m in enumerate(samples, 1):
+            if number % TOLD_EACH == 0:
+                progress.update(task, completed=number)
+            yield m
+
+
+def _bars(picture: Picture, wish: Wish, begin_s: float, title: str) -> Figure:
+    """The picture by pressure: errors where there is a reference, else the uncertainty that was stated."""
+    if wish.reference is None:
+        how_much, bars = "mean relative uncertainty u [%]", by_pressure.uncertainties(picture.contacts)
+    else:
+        how_much = "mean absolute error of the peak [%]"
+        bars = by_pressure.errors(picture.contacts, _reference(wish.reference, begin_s))
+    names = [f"{bar.name}\nn = {bar.contacts}" for bar in bars]
+    figure = fifth_bars(names, [bar.percent for bar in bars], "inflating pressure ΔP_i [kPa]", how_much)
+    axes = figure.axes[0]
+    axes.set_title(title, loc="left", fontsize=11, parse_math=False)
+    if not any(bar.contacts for bar in bars):
+        axes.text(0.5, 0.5, _nothing(picture, wish), transform=axes.transAxes, ha="center", fontsize=13)
+        axes.set_ylim(0, 1)
+        axes.set_yticks([])
+    return figure
+
+
+def _nothing(picture: Picture, wish: Wish) -> str:
+    felt = " that the reference felt" if wish.reference else ""
+    return picture.remark or f"no contact of more than 0.5 kPa{felt}"
+
+
+def _reference(file: Path, begin_s: float) -> by_pressure.Reference:
+    """A reference force; its time counts from the recording's beginning, as in an export."""
+    points = points_in(content_of(file), str(file), [("t_s", "force_n")])
+    back = np.flatnonzero(np.diff(points["t_s"]) <= 0)
+    if len(back):
+        raise points.refusal("t_s does not rise", int(back[0]) + 1)
+    return by_pressure.Reference(points["t_s"] + begin_s, points["force_n"])
+
+
+def _save(figure: Figure, file: Path) -> None:
+    form = file.suffix.lower()
+    content = BytesIO()
+    figure.savefig(content, format=form[1:], dpi=DOTS_PER_INCH, metadata=ANONYMOUS[form])
+    write_bytes(file, content.getvalue())
+
+
+def _told(picture: Picture) -> str:
+    if picture.remark:
+        return picture.remark
+    contacts: Sequence[object] = picture.contacts
+    length_s = picture.end_s - picture.first_s
+    return f"{length_s:.1f} s, {len(contacts)} contact{'s' if len(contacts) != 1 else ''}"

@@ -1,0 +1,94 @@
+"""What a picture of a recording shows, put together sample by sample however long the recording is."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from instrument.faults import name_of
+from instrument.rig.limits import HOST_SILENCE_S, PRESSURISED
+from instrument.tape.contacts import ContactRow, Contacts
+from instrument.tape.measured import Measured
+from instrument.tape.strand import Strand
+
+MOST_CONTACTS = 20_000
+VENTED, SILENT = "vented", "no samples"
+_FILLED = frozenset(state.value for state in PRESSURISED)
+
+
+class Span(NamedTuple):
+    """A time in which there was nothing to measure, and why."""
+
+    begin_s: float
+    end_s: float
+    name: str
+    trip: bool
+
+
+class Picture:
+    """Takes measured samples in order, and what the event log says of faults in between."""
+
+    def __init__(self, begin_s: float) -> None:
+        """Times are shown since `begin_s`, the beginning of the recording."""
+        self.begin_s = begin_s
+        self.first_s = self.end_s = math.nan  #: of what was taken
+        self.samples = 0
+        self.filled = False  #: whether the balloon was, at any time
+        self.pressure, self.pressed, self.setpoint, self.force = Strand(), Strand(), Strand(), Strand()
+        self._contacts = Contacts(keep=MOST_CONTACTS)
+        self._spans: list[Span] = []
+        self._latched: tuple[str, ...] = ()
+
+    def latched(self, faults: tuple[str, ...]) -> None:
+        """From now on these faults are latched, the first one first."""
+        self._latched = faults
+
+    def take(self, m: Measured) -> None:
+        """Use one sample."""
+        if not self.samples:
+            self.first_s = m.t_s
+        elif not 0 <= m.t_s - self.end_s <= HOST_SILENCE_S:
+            self._silence(m.t_s)
+        self._contacts.take(m)
+        self._rest(m)
+        self.pressure.take(m.t_s, m.pressure_kpa)
+        self.pressed.take(m.t_s, m.initial_kpa + m.rise_kpa if m.in_contact else math.nan)
+        self.setpoint.take(m.t_s, m.setpoint_pa / 1e3 if m.setpoint_pa else math.nan)
+        self.force.take(m.t_s, m.force_n, m.force_std_n if m.in_contact else 0.0)
+        self.samples += 1
+        self.end_s = m.t_s
+
+    def _silence(self, now_s: float) -> None:
+        for strand in (self.pressure, self.pressed, self.setpoint, self.force):
+            strand.interrupt(self.end_s)
+        self._spans.append(Span(self.end_s, now_s, SILENT, trip=False))
+
+    def _rest(self, m: Measured) -> None:
+        if m.state in _FILLED:
+            self.filled = True
+            return
+        names = (name_of(m.fault),) if m.fault else self._latched
+        name, last = (names or (VENTED,))[0], self._spans[-1] if self._spans else None
+        if last is not None and last.end_s == self.end_s and last.name == name:
+            self._spans[-1] = last._replace(end_s=m.t_s)
+        else:
+            self._spans.append(Span(m.t_s, m.t_s, name, trip=bool(names)))
+
+    @property
+    def contacts(self) -> list[ContactRow]:
+        """The contacts in order."""
+        return self._contacts.rows
+
+    @property
+    def spans(self) -> list[Span]:
+        """When there was nothing to measure, in order."""
+        return self._spans
+
+    @property
+    def remark(self) -> str:
+        """What a reader must know of it in a sentence, empty where nothing is missing."""
+        if not self.samples:
+            return "no samples"
+        if not self.filled:
+            return "vented all the time: no force"
+        return "" if self.contacts else "no contact"
