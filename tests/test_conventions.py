@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("instrument", "registers", "sim", "teststand")
+PACKAGES = ("instrument", "page", "registers", "sim", "teststand")
 SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 MOST_LINES, MOST_FUNCTION_LINES = 300, 50
 FORBIDDEN_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "common", "misc"}
@@ -45,6 +45,7 @@ MAY_IMPORT = {
         "tape",
     }
     | {"registers", "sim", "teststand"},
+    "page": {"registers", "errors", "events.words", "tape"},
     "registers": set(),
     "sim": {"sim.published", "rig"},
     "sim.published": {"sim", "model"},
@@ -54,6 +55,7 @@ MAY_IMPORT = {
 KNOWN_IN = {
     "pymodbus": ["registers/modbus/client.py"],
     "can": ["registers/can/bus.py", "registers/can/daemon.py", "registers/can/recording.py"],
+    "uvicorn": ["page/__main__.py", "page/connection.py"],
 }
 
 each_source = pytest.mark.parametrize("path", SOURCES, ids=[str(p.relative_to(ROOT)) for p in SOURCES])

@@ -13,7 +13,7 @@ from contextlib import ExitStack, closing, suppress
 
 import pytest
 
-from instrument.cli.event_table import in_words
+from instrument.events.words import in_words
 from registers.modbus.client import PlcError
 from tests.instrument.events.keeping import chain_of, written
 from tests.typed import pneuforce

@@ -1,0 +1,99 @@
+"""Answers to a browser, and what is believed of its questions."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+
+from registers.asked import Malformed
+from registers.asked import asked as check
+
+MOST_BYTES = 16_384
+BODY_S = 5.0
+
+
+class Refused(Exception):
+    """A question that cannot be answered: its HTTP status, and why in a sentence."""
+
+    def __init__(self, status: int, why: str) -> None:
+        super().__init__(why)
+        self.status = status
+
+
+def text_of(facts: Any) -> str:
+    """JSON of facts in which no number is NaN."""
+    return json.dumps(facts, separators=(",", ":"), allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """What JSON knows of a value: null for NaN and the infinities, sorted lists for sets."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(part) for key, part in value.items()}
+    if isinstance(value, set | frozenset):
+        return sorted(value)
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    return value
+
+
+def answer(facts: Any, status: int = 200) -> Response:
+    """An answer of JSON."""
+    return Response(text_of(facts), status, media_type="application/json")
+
+
+def told(status: int, why: str) -> Response:
+    """An answer that says why there is no other."""
+    return answer({"text": why}, status)
+
+
+async def asked(request: Request) -> dict[str, Any]:
+    """The JSON object that a request brings. Raises Refused."""
+    try:
+        async with asyncio.timeout(BODY_S):
+            body = await _body(request)
+    except TimeoutError:
+        raise Refused(408, f"The request did not come whole within {BODY_S:g} s.") from None
+    except ClientDisconnect:
+        raise Refused(400, "The request did not come whole.") from None
+    try:
+        facts = json.loads(body, parse_constant=_no_number)
+    except (ValueError, RecursionError):
+        raise Refused(400, "The request is not JSON.") from None
+    if not isinstance(facts, dict):
+        raise Refused(400, "The request is not a JSON object.")
+    return facts
+
+
+async def _body(request: Request) -> bytes:
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > MOST_BYTES:
+            raise Refused(413, f"The request is longer than {MOST_BYTES} bytes.")
+    return bytes(body)
+
+
+def _no_number(text: str) -> None:
+    raise ValueError(f"{text} is no number of JSON")
+
+
+def wanted(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """The registers and values that a request to write names. Raises Refused."""
+    values = facts.get("values")
+    if not isinstance(values, dict):
+        raise Refused(400, 'The request names no values: {"values": {"mode": "vent"}} would.')
+    try:
+        check(values)
+    except Malformed as error:
+        raise Refused(400, f"That cannot be asked: {error}.") from None
+    except OverflowError:
+        raise Refused(400, "That cannot be asked: a number is too long.") from None
+    return values
