@@ -1,4 +1,4 @@
-"""Every command and program that the README, the rules and the PLC guide tell a newcomer to type, typed."""
+"""Every command and program that README, first steps, rules and PLC guide tell a newcomer to type, typed."""
 
 import re
 import shlex
@@ -15,7 +15,8 @@ from tests.system.waiting import wait_for
 from tests.tools import needs
 
 TOP = Path(__file__).parents[2]
-README, RULES, PLC = ((TOP / name).read_text() for name in ("README.md", "docs/rules.md", "docs/plc.md"))
+README = (TOP / "README.md").read_text()
+START, RULES, PLC = ((TOP / "docs" / name).read_text() for name in ("start.md", "rules.md", "plc.md"))
 
 
 def commands(text):
@@ -72,9 +73,10 @@ def started(line, folder):
         process.communicate()
 
 
-def test_the_readme_has_commands():
+def test_the_documents_have_commands():
     assert len(PNEUFORCE) >= 8
-    assert len(mbpoll_lines(README)) >= 10
+    assert len(mbpoll_lines(README)) >= 5
+    assert len(mbpoll_lines(START)) >= 10
     assert len(mbpoll_lines(RULES)) >= 6
     assert len(mbpoll_lines(PLC)) >= 20
 
@@ -136,7 +138,7 @@ def test_the_python_program_prints_forces(demo, tmp_path):
 
 
 @needs("mbpoll")
-@pytest.mark.parametrize("text", [README, RULES, PLC], ids=["README", "rules", "plc"])
+@pytest.mark.parametrize("text", [README, START, RULES, PLC], ids=["README", "start", "rules", "plc"])
 def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, text):
     for line, comment in mbpoll_lines(text):
         command = shlex.split(typed(line, demo, tmp_path))
