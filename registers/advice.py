@@ -35,8 +35,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     4: Advice(
         "A pressure limit was passed: 0.5 kPa above the setpoint or 12.5 kPa while filling, "
-        "`contact_limit_kpa` while held, 25 kPa always.",
-        "Back off. Was it a push? Push less, or raise `contact_limit_kpa`. Was it none? Look at the "
+        "contact_limit_kpa while held, 25 kPa always.",
+        "Back off. Was it a push? Push less, or raise contact_limit_kpa. Was it none? Look at the "
         "regulator, and at an inlet valve that does not shut. Then clear.",
     ),
     5: Advice(
@@ -82,7 +82,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     14: Advice(
         "The board restarted by itself: its watchdog, or a supply that fell too low.",
         "Look at the board's supply; give the relays' coils one of their own; then clear. Again and again? "
-        "Flash the board's program anew: `pneuforce flash`.",
+        "Flash the board's program anew: pneuforce flash.",
     ),
     32: Advice(
         "Whoever held the lease did not renew it in time, so nobody was in command.",
@@ -98,8 +98,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "come again.",
     ),
     35: Advice(
-        "The pressure passed `contact_limit_kpa` or 25 kPa, or fell below −5 kPa, by the host's own look.",
-        "Back off. Was it a push? Push less, or raise `contact_limit_kpa`. Was it none? Look at the inlet "
+        "The pressure passed contact_limit_kpa or 25 kPa, or fell below −5 kPa, by the host's own look.",
+        "Back off. Was it a push? Push less, or raise contact_limit_kpa. Was it none? Look at the inlet "
         "valve and the regulator. Then clear.",
     ),
     36: Advice(
@@ -109,7 +109,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     37: Advice(
         "The board's clock stands still: its program hangs.",
         "Unplug the board, which vents the rig, and plug it in again; then clear. Again and again? Flash the "
-        "board's program anew: `pneuforce flash`.",
+        "board's program anew: pneuforce flash.",
     ),
     38: Advice(
         "The board was told to hold, and for a second did not: most likely it has restarted.",
@@ -117,10 +117,10 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     39: Advice(
         "The board was told to vent, and for a second did not.",
-        _INFLATED + "Look at the cable and at the board's program (`pneuforce flash`); then clear.",
+        _INFLATED + "Look at the cable and at the board's program (pneuforce flash); then clear.",
     ),
     40: Advice(
-        "The force passed the force limit, and `vent_on_force_limit` is configured.",
+        "The force passed the force limit, and vent_on_force_limit is configured.",
         "Back off; is the limit (register 514) the one that you want? Then clear.",
     ),
     41: Advice(
@@ -131,7 +131,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
 
 _BACK_OFF = "No force: assume the highest, and stop moving. "
 
-#: What to do while a status bit is set; what it says stands beside the bit in `codes.py`.
+#: What to do while a status bit is set; what it says stands beside the bit in codes.py.
 _WHILE: Mapping[str, str] = {
     "in_contact": "Write no new setpoint now: it would wait for the end of the contact.",
     "inflating": "Wait, and touch nothing: a contact now gives no force.",
@@ -144,7 +144,7 @@ _WHILE: Mapping[str, str] = {
     "stale": _BACK_OFF + "Look at the link to the rig, and whether this machine is overloaded.",
     "link_lost": _BACK_OFF + "The rig trips. Look at cable and power; then clear.",
     "sensor_fault": "The rig has vented: look at the sensor and its cable; then clear.",
-    "overpressure": "The rig has vented: back off. Was the push harder than `contact_limit_kpa`? Then clear.",
+    "overpressure": "The rig has vented: back off. Was the push harder than contact_limit_kpa? Then clear.",
     "leak": "The rig has vented: look at the balloon and its joints; then clear.",
     "burst": "The rig has vented: look at the balloon; the fault (register 778) says more; then clear.",
     "lease_expired": "The program that held the lease was late: find out why; then clear.",
