@@ -18,7 +18,7 @@ run: $(VENV)/installed build/page/tried
 	@$(BIN)/pneuforce demo $(ARGS)
 
 test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/page/tried
-	@$(BIN)/python -m pytest $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest -m "avr or slow" tests/sim tests/firmware $(ARGS)

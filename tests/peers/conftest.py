@@ -30,7 +30,7 @@ class Instrument:
                 assert other.said("06 0205 0000") == "0602050000"
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def instrument(tmp_path_factory):
     folder = tmp_path_factory.mktemp("peers")
     with ExitStack() as children:
