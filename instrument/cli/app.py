@@ -13,8 +13,10 @@ from instrument.cli import (
     calibrate_commands,
     can_commands,
     event_commands,
+    files,
     force_commands,
     rig_commands,
+    tape_commands,
     watch_command,
 )
 from instrument.cli.options import Json, Seconds
@@ -30,8 +32,10 @@ app.add_typer(force_commands.commands)
 app.add_typer(rig_commands.commands)
 app.add_typer(watch_command.commands)
 app.add_typer(can_commands.commands)
+app.add_typer(tape_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(event_commands.commands, name="log")
+app.add_typer(files.commands)
 
 LINK = Path("/tmp/pneuforce-rig")
 

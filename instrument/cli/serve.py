@@ -14,11 +14,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from instrument.aside import unless
 from instrument.cli.can_face import CanFace
 from instrument.cli.event_face import witnessed
 from instrument.cli.health import can_health, modbus_health, rig_health, rtu_health
 from instrument.cli.local_face import LocalFace
 from instrument.cli.logs import log_to_stderr
+from instrument.cli.notify import service_face
+from instrument.cli.page_face import PageFace, page_face
 from instrument.cli.recorder import Recorder
 from instrument.cli.rtu_face import RtuFace
 from instrument.config import Configuration
@@ -81,7 +84,8 @@ class Faces:
         own = configuration.can
         self.can = CanFace(host.instrument, witness, own) if own.enabled else None
         self.local = LocalFace(host.coupling, witness, feed, configuration, self._health)
-        host.faces += [witness, self.local]
+        self.service = service_face(host.instrument)
+        host.faces += [witness, self.local, self.service]
 
     def _health(self, now_s: float) -> dict[str, Any]:
         events = self.configuration.events.file
@@ -97,28 +101,38 @@ class Faces:
 async def _run(faces: Faces, files: Files) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
+
+    def end() -> None:
+        stop.set()
+        faces.service.stopping()
+
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's wish
-            loop.add_signal_handler(number, stop.set)
+            loop.add_signal_handler(number, end)
     host = faces.host
+    page = page_face(faces.configuration.page, files.socket)
     await faces.local.open(files.socket)
     recorder = (
         Recorder(faces.local, files.socket, files.recording) if files.socket and files.recording else None
     )
     joining = asyncio.create_task(_join(faces.can, host, stop))
     try:
+        if page is not None:
+            await page.begin()
         if recorder is not None:
             await recorder.start()
         await host.connect(stop)
         if not stop.is_set():
             log.info("rig on %s answered", host.url)
-        await _work(faces, joining, stop)
+        await _work(faces, page, joining, stop)
     finally:
         stop.set()
         if faces.can is not None:
             faces.can.close()
         await asyncio.gather(joining, return_exceptions=True)  # what it raised was raised in _work
         await faces.local.close("asked to stop")
+        if page is not None:
+            await page.close()
         if recorder is not None:
             await recorder.ended()
 
@@ -131,15 +145,22 @@ async def _join(can: CanFace | None, host: Host, stop: asyncio.Event) -> None:
         host.faces.append(can)
 
 
-async def _work(faces: Faces, joining: asyncio.Task[None], stop: asyncio.Event) -> None:
+async def _work(
+    faces: Faces, page: PageFace | None, joining: asyncio.Task[None], stop: asyncio.Event
+) -> None:
     host, modbus = faces.host, faces.modbus
     working = asyncio.create_task(host.run(stop))
     try:
         if not stop.is_set():
             await faces.rtu.open()
             await (joining if modbus is None else _listen(modbus, faces.configuration))
-            print(json.dumps({"modbus": modbus.port if modbus else None}), flush=True)
+            ports = {"modbus": modbus.port if modbus else None}
+            if page is not None:
+                ports["page"] = await unless(stop, page.ready())
+            print(json.dumps(ports), flush=True)
         await joining
+        if not stop.is_set():
+            faces.service.ready()
         gc.freeze()
         await working
         log.info("vented; ended")

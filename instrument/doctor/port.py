@@ -5,7 +5,15 @@ from __future__ import annotations
 import os
 
 from instrument.doctor.check import Check, Verdict, graded, unchecked
-from instrument.rig.device import RULES, holders, is_device, is_serial, stable_name, usb_latency_ms
+from instrument.rig.device import (
+    ONLY_BOARD,
+    RULES,
+    holders,
+    is_device,
+    is_serial,
+    stable_name,
+    usb_latency_ms,
+)
 
 MOST_LATENCY_MS = 2
 INSTALL_RULES = f"sudo cp {RULES} /etc/udev/rules.d/, then plug it in anew"
@@ -35,7 +43,7 @@ def _stable_name(port: str) -> Check:
     if name is None:
         return unchecked(NAMES[1], "the device has none in /dev/serial/by-id")
     advice = f'[rig] port = "{name}" still is this board when others are plugged in'
-    named = os.path.abspath(port) == str(name)
+    named = os.path.abspath(port) in {str(name), ONLY_BOARD}
     return graded(NAMES[1], str(name), advice, good=named, usable=True)
 
 

@@ -9,8 +9,10 @@ from pathlib import Path
 
 #: Who has opened one of these is the far end of its pty, as a simulator is, and no rival for it.
 MASTERS = {"/dev/ptmx", "/dev/pts/ptmx"}
+#: The rule's name for a machine's only UNO, whichever it is.
+ONLY_BOARD = "/dev/pneuforce"
 #: What udev is to know of the boards.
-RULES = Path(__file__).with_name("60-pneuforce.rules")
+RULES = Path(__file__).parents[1] / "service/60-pneuforce.rules"
 
 
 def is_device(url: str) -> bool:

@@ -1,0 +1,95 @@
+"""What systemd is told by datagrams: that the instrument serves, that its loop goes round, what it does.
+
+The protocol: sd_notify(3), systemd.service(5) on WatchdogSec. Without $NOTIFY_SOCKET nobody is told.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import socket
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+
+from instrument.core import Instrument
+from instrument.faults import name_of
+from registers.source import Peer
+
+Tell = Callable[[str], None]
+
+BEATS_PER_WATCH = 4  #: so that a datagram lost, or a beat that came late, is no reason to be ended
+STATUS_S = 0.5
+OWN = Peer("service")
+
+
+class ServiceFace:
+    """A face of the host, so that the watchdog hears of the loop's own beats and of no other thread's."""
+
+    def __init__(self, instrument: Instrument, tell: Tell, watch_s: float) -> None:
+        """`watch_s` is the silence [s] after which systemd would end this process; inf: it does not watch."""
+        self._instrument = instrument
+        self._tell = tell
+        self._watch_s = watch_s
+        self._serving = False
+        self._due_s = -math.inf
+        self._status = ""
+
+    def ready(self) -> None:
+        """The buses are served."""
+        self._serving = True
+        self._tell("READY=1")
+
+    def stopping(self) -> None:
+        """It vents and ends."""
+        self._serving = False
+        self._tell("STOPPING=1\nSTATUS=venting, then ending")
+
+    def on_sample(self, now_s: float) -> None:
+        """Nothing: a rig that is silent is no reason to begin anew."""
+
+    def tick(self, now_s: float) -> None:
+        """Say that the loop goes round, and what has changed."""
+        if not self._serving or now_s < self._due_s:
+            return
+        self._due_s = now_s + min(self._watch_s / BEATS_PER_WATCH, STATUS_S)
+        said = ["WATCHDOG=1"] if math.isfinite(self._watch_s) else []
+        status = status_of(self._instrument, now_s)
+        if status != self._status:
+            self._status = status
+            said.append(f"STATUS={status}")
+        if said:
+            self._tell("\n".join(said))
+
+
+def status_of(instrument: Instrument, now_s: float) -> str:
+    """What the instrument does, and its faults, in words."""
+    seen = instrument.snapshot(OWN, now_s)
+    state = "no word from the board" if instrument.link_lost(now_s) else seen.state
+    return ": ".join([state, *filter(None, [", ".join(map(name_of, seen.faults))])])
+
+
+def service_face(instrument: Instrument, environment: Mapping[str, str] = os.environ) -> ServiceFace:
+    """The face of a process that systemd started, or of one that it did not: that tells nobody."""
+    return ServiceFace(instrument, tell_to(environment.get("NOTIFY_SOCKET", "")), watch_s_of(environment))
+
+
+def watch_s_of(environment: Mapping[str, str]) -> float:
+    """The silence [s] after which this process is ended, inf where it is not watched."""
+    watched = environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid())
+    us = environment.get("WATCHDOG_USEC", "")
+    return int(us) / 1e6 if watched and us.isdecimal() and int(us) else math.inf
+
+
+def tell_to(address: str) -> Tell:
+    """Sends to a socket, or nowhere; never waits: a deaf systemd must not hold up a sample."""
+    if not address.startswith(("/", "@")):
+        return lambda _: None
+    sender = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+    sender.setblocking(False)
+    at = "\0" + address[1:] if address.startswith("@") else address  # "@": the abstract name space
+
+    def tell(text: str) -> None:
+        with suppress(OSError):
+            sender.sendto(text.encode(), at)
+
+    return tell
