@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from instrument.errors import ConfigurationError
@@ -48,20 +49,29 @@ def write_bytes(path: Path, content: bytes) -> None:
     _write(path, (content,), keep=True)
 
 
-def _write(path: Path, pieces: Iterable[bytes], keep: bool) -> None:
+@contextmanager
+def in_place_of(path: Path, keep: bool = True) -> Iterator[Path]:
+    """A name beside the file; what is written there takes the file's place when it is whole.
+
+    Raises ConfigurationError where that fails.
+    """
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         if path.exists():
             _check_regular(path, "written")
         try:
-            with beside.open("wb") as file:
-                file.writelines(pieces)
+            yield beside
             if keep:
                 beside.replace(path)
         finally:
             beside.unlink(missing_ok=True)
     except OSError as error:
         raise ConfigurationError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _write(path: Path, pieces: Iterable[bytes], keep: bool) -> None:
+    with in_place_of(path, keep) as beside, beside.open("wb") as file:
+        file.writelines(pieces)
 
 
 def _check_regular(path: Path, done: str) -> None:

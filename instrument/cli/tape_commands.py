@@ -1,0 +1,117 @@
+"""The commands that make recordings and use them."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from instrument.cli.options import Json, Seconds
+
+commands = typer.Typer()
+
+Recorded = Annotated[Path, typer.Argument(metavar="FILE", help="The recording.")]
+FromS = Annotated[float | None, typer.Option("--from-s", help="From so long after its beginning [s].")]
+ToS = Annotated[float | None, typer.Option("--to-s", help="Up to so long after its beginning [s].")]
+
+
+class ExportFormat(Enum):
+    """What a recording is exported as."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+    VALIDATION = "validation"
+
+
+@commands.command()
+def record(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A new file.")],
+    config: Annotated[
+        Path | None, typer.Option("--config", help="The instrument.toml of the instrument that runs.")
+    ] = None,
+    socket: Annotated[Path | None, typer.Option("--socket", help="Its local socket, instead.")] = None,
+    seconds: Seconds = None,
+    as_json: Json = False,
+) -> None:
+    """Record all that a running instrument is told and measures, into one file.
+
+    Without --config and --socket it is the running demo that is recorded.
+
+    Example: pneuforce record press.tape --config instrument.toml --seconds 60
+    """
+    from instrument.cli.record import record, socket_of_demo
+
+    at = _socket_of(config, socket) or socket_of_demo()
+    raise typer.Exit(record(file, at, seconds, as_json))
+
+
+def _socket_of(config: Path | None, socket: Path | None) -> Path | None:
+    from instrument.config import beside, read
+    from instrument.errors import ConfigurationError
+
+    if config is None:
+        return socket
+    if socket is not None:
+        raise ConfigurationError("--config and --socket both name an instrument: give one of them")
+    named = beside(config, read(config).local.socket)
+    if named is None:
+        raise ConfigurationError(f'{config}: local.socket = "", so this instrument cannot be recorded')
+    return named
+
+
+@commands.command()
+def export(
+    file: Recorded,
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="The file to make: .csv or .parquet.")],
+    form: Annotated[
+        ExportFormat | None, typer.Option("--format", help="What it becomes; without it, by its name.")
+    ] = None,
+    from_s: FromS = None,
+    to_s: ToS = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            "--reference", help="validation only: a CSV of the true force, columns t_s and force_n."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Make a table of a recording's samples, for a spreadsheet, pandas or pneuforce validate.
+
+    Example: pneuforce export press.tape press.parquet --from-s 10 --to-s 20
+    """
+    from instrument.cli.export import Wanted, export
+
+    wanted = Wanted(out, form.value if form else None, from_s, to_s, reference)
+    raise typer.Exit(export(file, wanted, as_json))
+
+
+@commands.command()
+def plot(
+    file: Recorded,
+    out: Annotated[
+        Path | None, typer.Argument(metavar="[OUT]", help="A .png or .svg; beside the recording without it.")
+    ] = None,
+    from_s: FromS = None,
+    to_s: ToS = None,
+    by_pressure: Annotated[
+        bool, typer.Option("--by-pressure", help="How sure the peak forces are, by fifths of the pressure.")
+    ] = False,
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="With --by-pressure: their errors beside a CSV, columns t_s and force_n."),
+    ] = None,
+    title: Annotated[str | None, typer.Option(help="Instead of the recording's name.")] = None,
+) -> None:
+    """Draw a recording: pressure with the ΔP_i and ΔP_f of each contact, force with ±2u.
+
+    Example: pneuforce plot press.tape press.svg --from-s 10 --to-s 40
+    """
+    from instrument.cli.plot import Wish, plot
+
+    low_s = -math.inf if from_s is None else from_s
+    high_s = math.inf if to_s is None else to_s
+    plot(Wish(file, out, low_s, high_s, by_pressure, reference, title))
