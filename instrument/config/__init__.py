@@ -32,7 +32,17 @@ from instrument.model.uncertainty import ModelErrors
 from instrument.settings import Identity, Settings
 from instrument.tables import Section, checked, span_of, tables_of, toml_of
 
-__all__ = ["Can", "Configuration", "MeasurementSection", "Safety", "example", "load", "parse", "read"]
+__all__ = [
+    "Can",
+    "Configuration",
+    "MeasurementSection",
+    "Page",
+    "Safety",
+    "example",
+    "load",
+    "parse",
+    "read",
+]
 
 
 class Configuration(Section):
