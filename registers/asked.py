@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from registers.field import Wire
 from registers.map import BY_NAME, Register
+
+_BEYOND_ANY = 1e30  #: further than any register goes; NaN is not below it either
 
 
 class Malformed(ValueError):
@@ -38,7 +39,7 @@ def _asked(name: str, value: Any) -> tuple[str, Any]:
 def _code(register: Register, value: Any) -> float:
     if isinstance(value, str) and register.values and value in register.values.codes:
         return register.values.codes[value]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _BEYOND_ANY:
         raise Malformed(f"{register.name} = {value!r}: {_allowed(register)}")
     if register.wire is Wire.F32:
         return float(value)

@@ -166,8 +166,8 @@ class Guest(asyncio.Protocol):
         try:
             for entry in self._decoder.feed(data):
                 self._hear(entry)
-        except (TapeError, KeyError, TypeError) as error:
-            log.warning("a guest of the local socket is turned away: %s", error)
+        except Exception as error:  # whatever a stranger says, it costs him the connection and nobody else
+            log.warning("a guest of the local socket is turned away: %s", str(error) or type(error).__name__)
             self._transport.abort()
 
     def _hear(self, entry: Entry) -> None:
