@@ -44,11 +44,6 @@ def write(path: Path, lines: Iterable[str]) -> None:
     _write(path, (line.encode() for line in lines), keep=True)
 
 
-def write_bytes(path: Path, content: bytes) -> None:
-    """The same for bytes. Raises ConfigurationError."""
-    _write(path, (content,), keep=True)
-
-
 @contextmanager
 def in_place_of(path: Path, keep: bool = True) -> Iterator[Path]:
     """A name beside the file; what is written there takes the file's place when it is whole.

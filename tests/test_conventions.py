@@ -19,7 +19,7 @@ CALIBRATION = {"model", "chain", "columns", "contact", "errors", "fifths", "tabl
 VALIDATION = CALIBRATION - {"tables"} | {"calibration", "lag"}
 CONFIG = {"model", "calibration", "chain", "errors", "settings", "tables"}
 EVENTS = {"commands", "core", "coupling", "errors", "faults", "lease", "refusal", "rig", "snapshot"}
-TAPE = {"core", "coupling", "errors", "measurement", "rig"}
+TAPE = {"contact", "core", "coupling", "errors", "faults", "fifths", "measurement", "model", "rig"}
 #: What a part may import of ours beside itself; "instrument." is left out. The longest prefix says which part
 #: a module belongs to, so that "instrument" is what lies in that folder and in none of those named here.
 MAY_IMPORT = {

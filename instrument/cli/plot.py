@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from instrument.columns import points_in
 from instrument.errors import ConfigurationError
 from instrument.tape import by_pressure
 from instrument.tape.drawing import drawn_alike, figure_of
@@ -22,7 +19,8 @@ from instrument.tape.opening import opened
 from instrument.tape.picture import Picture
 from instrument.tape.reading import Recording
 from instrument.validation.figures import check_drawable, fifth_bars
-from instrument.whole_file import check_writable, content_of, write_bytes
+from instrument.validation.reference import read
+from instrument.whole_file import check_writable, in_place_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,27 +51,32 @@ class Wish(NamedTuple):
         return out
 
 
-def plot(wish: Wish) -> None:
-    """Draw it. Raises ConfigurationError where something cannot be read or written."""
+def plot(wish: Wish) -> int:
+    """Draw it; exit code 1 where the recording is damaged.
+
+    Raises ConfigurationError: a file or an option that cannot be used.
+    """
     check_drawable("pneuforce plot")
     if wish.reference is not None and not wish.by_pressure:
         raise ConfigurationError("--reference goes with --by-pressure")
     if not wish.from_s < wish.to_s:
-        raise ConfigurationError(f"--from-s {wish.from_s:g} is not before --to-s {wish.to_s:g}")
+        raise ConfigurationError("--from-s must be less than --to-s")
     check_writable(wish.file)
     with opened(wish.recording) as recording:
         picture = _collected(recording, wish)
-        title = wish.title or wish.recording.stem + (
-            "  (simulated rig)" if recording.about.get("simulated") else ""
-        )
-        remark = recording.remark()
-        begin_s = recording.begin_s
+        title = wish.title or _title(recording)
+        remark, damaged, begin_s = recording.remark(), bool(recording.damage), recording.begin_s
     with drawn_alike():
         figure = _bars(picture, wish, begin_s, title) if wish.by_pressure else figure_of(picture, title)
         _save(figure, wish.file)
     if remark:
-        print(remark, file=sys.stderr)
+        print(f"pneuforce: {remark}", file=sys.stderr)
     print(f"{wish.file}: {_told(picture)}")
+    return 1 if damaged else 0
+
+
+def _title(recording: Recording) -> str:
+    return recording.path.stem + ("  (simulated rig)" if recording.about.get("simulated") else "")
 
 
 def _collected(recording: Recording, wish: Wish) -> Picture:
@@ -107,12 +110,15 @@ def _with_progress(samples: Iterable[Measured], total: int | None) -> Iterator[M
 
 
 def _bars(picture: Picture, wish: Wish, begin_s: float, title: str) -> Figure:
-    """The picture by pressure: errors where there is a reference, else the uncertainty that was stated."""
+    """By pressure: the errors where there is a reference, else the uncertainty that was stated."""
     if wish.reference is None:
         how_much, bars = "mean relative uncertainty u [%]", by_pressure.uncertainties(picture.contacts)
     else:
         how_much = "mean absolute error of the peak [%]"
-        bars = by_pressure.errors(picture.contacts, _reference(wish.reference, begin_s))
+        cell = read(wish.reference)
+        bars = by_pressure.errors(
+            picture.contacts, by_pressure.Reference(cell["t_s"] + begin_s, cell["force_n"])
+        )
     names = [f"{bar.name}\nn = {bar.contacts}" for bar in bars]
     figure = fifth_bars(names, [bar.percent for bar in bars], "inflating pressure ΔP_i [kPa]", how_much)
     axes = figure.axes[0]
@@ -129,20 +135,10 @@ def _nothing(picture: Picture, wish: Wish) -> str:
     return picture.remark or f"no contact of more than 0.5 kPa{felt}"
 
 
-def _reference(file: Path, begin_s: float) -> by_pressure.Reference:
-    """A reference force; its time counts from the recording's beginning, as in an export."""
-    points = points_in(content_of(file), str(file), [("t_s", "force_n")])
-    back = np.flatnonzero(np.diff(points["t_s"]) <= 0)
-    if len(back):
-        raise points.refusal("t_s does not rise", int(back[0]) + 1)
-    return by_pressure.Reference(points["t_s"] + begin_s, points["force_n"])
-
-
 def _save(figure: Figure, file: Path) -> None:
     form = file.suffix.lower()
-    content = BytesIO()
-    figure.savefig(content, format=form[1:], dpi=DOTS_PER_INCH, metadata=ANONYMOUS[form])
-    write_bytes(file, content.getvalue())
+    with in_place_of(file) as new:
+        figure.savefig(new, format=form[1:], dpi=DOTS_PER_INCH, metadata=ANONYMOUS[form])
 
 
 def _told(picture: Picture) -> str:

@@ -93,7 +93,7 @@ def export(
 def plot(
     file: Recorded,
     out: Annotated[
-        Path | None, typer.Argument(metavar="[OUT]", help="A .png or .svg; beside the recording without it.")
+        Path | None, typer.Argument(metavar="OUT", help="A .png or .svg; beside the recording without it.")
     ] = None,
     from_s: FromS = None,
     to_s: ToS = None,
@@ -114,4 +114,4 @@ def plot(
 
     low_s = -math.inf if from_s is None else from_s
     high_s = math.inf if to_s is None else to_s
-    plot(Wish(file, out, low_s, high_s, by_pressure, reference, title))
+    raise typer.Exit(plot(Wish(file, out, low_s, high_s, by_pressure, reference, title)))

@@ -23,6 +23,7 @@ Style = dict[str, Any]
 SIZE_INCH = (6.4, 5.2)
 #: Light and dark are told apart in print without colour, and by those who see red and green alike.
 BLUE, YELLOW, RED, PALE, BLACK = "#1f4e9c", "#f7c600", "#c8102e", "#93a1b3", "#222222"
+PAPER: Style = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
 VENT: Style = {"facecolor": "#e4e4e4", "edgecolor": "none"}
 SILENCE: Style = {"facecolor": "none", "edgecolor": "#bbbbbb", "hatch": ".."}
 TRIP: Style = {"facecolor": "#f8e0dc", "edgecolor": "#d98a80", "hatch": "///"}
@@ -103,6 +104,8 @@ def _plain(axes: Axes, picture: Picture, scale: _Scale) -> None:
     if picture.samples:
         low, high = scale((picture.first_s, picture.end_s)).tolist()
         axes.set_xlim(low, max(high, low + 1e-3))
+    else:
+        axes.set_xticks([])
     for span in picture.spans:
         style = TRIP if span.trip else SILENCE if span.name == SILENT else VENT
         axes.axvspan(*scale((span.begin_s, span.end_s)).tolist(), zorder=0, linewidth=0, **style)
@@ -126,6 +129,9 @@ def _pressures(axes: Axes, picture: Picture, scale: _Scale) -> None:
     axes.set_ylabel("pressure [kPa]")
     if rows:
         axes.set_ylim(*_range_kpa(rows))
+    else:
+        low_kpa, high_kpa = axes.get_ylim()
+        axes.set_ylim(min(low_kpa, -LEAST_RANGE_KPA), max(high_kpa, LEAST_RANGE_KPA))
 
 
 def _range_kpa(rows: list[ContactRow]) -> tuple[float, float]:
@@ -160,7 +166,17 @@ def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
     axes.plot(scale(t_s), force_n, color=BLUE, linewidth=1.3, label="force")
     axes.set_ylabel("force [N]")
     if picture.remark:
-        axes.text(0.5, 0.5, picture.remark, transform=axes.transAxes, ha="center", va="center", fontsize=13)
+        axes.set_ylim(-0.5, 1.0)
+        axes.text(
+            0.5,
+            0.7,
+            picture.remark,
+            transform=axes.transAxes,
+            ha="center",
+            va="center",
+            fontsize=13,
+            bbox=PAPER,
+        )
 
 
 def _curve(axes: Axes, points: Rows, scale: _Scale, colour: str, name: str) -> None:
@@ -187,5 +203,5 @@ def _name(axes: Axes, span: Span, scale: _Scale) -> None:
         ha="center",
         va="bottom",
         fontsize=10,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+        bbox=PAPER,
     )

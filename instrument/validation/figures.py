@@ -119,10 +119,10 @@ def error_bars(peaks: Peaks) -> Figure:
 
 
 def fifth_bars(names: Sequence[str], percent: Sequence[float], what: str, how_much: str) -> Figure:
-    """A bar for each fifth of the range; energy (4) in another colour than (5)."""
+    """A bar for each fifth of the range, a dash where it is NaN; energy (4) in another colour than (5)."""
     figure, [axes] = _figure(1)
     colours = [YELLOW] * (len(names) - STIFF_FIFTHS) + [BLUE] * STIFF_FIFTHS
-    bars = axes.bar(names, percent, color=colours, edgecolor=GREY)
+    bars = axes.bar(names, np.nan_to_num(percent), color=colours, edgecolor=GREY)
     axes.bar_label(bars, ["–" if np.isnan(height) else f"{height:.2f}" for height in percent], padding=2)
     axes.set(xlabel=what, ylabel=how_much)
     return figure
