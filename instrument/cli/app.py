@@ -98,23 +98,31 @@ def demo(
     control_port: Annotated[
         int, typer.Option(help="TCP port for truth, hand and faults; 0 takes a free one.", min=0, max=65535)
     ] = 0,
+    page_port: Annotated[
+        int, typer.Option(help="TCP port of the page in the browser; 0 takes a free one.", min=0, max=65535)
+    ] = 8080,
     scenario: ScenarioName = "demo",
     seed: Seed = None,
     board: BoardOption = BoardName.PYTHON,
 ) -> None:
-    """The whole instrument on a simulated rig: contacts, live panel, Modbus and CAN to try out.
+    """The whole instrument on a simulated rig: contacts, live panel, page, Modbus and CAN to try out.
 
     Starts the rig simulator, a CAN hub and the instrument as processes of their own, inflates the balloon and
     lets a simulated hand press it again and again. What the panel shows is read back over Modbus and CAN.
     """
+    from secrets import token_urlsafe
+
     from instrument.cli.demo import refuse_taken, run_demo
     from instrument.cli.panel import Ports
     from instrument.cli.scenarios import checked
+    from teststand.stack import free_port
 
-    refuse_taken({"modbus-port": modbus_port, "can-port": can_port, "control-port": control_port})
     rig = ["--control-port", str(control_port), "--scenario", checked(scenario), "--board", board.value]
     rig += [] if seed is None else ["--seed", str(seed)]
-    raise typer.Exit(run_demo(seconds, Ports(modbus=modbus_port, can=can_port), rig))
+    taken = {"modbus-port": modbus_port, "can-port": can_port, "control-port": control_port}
+    refuse_taken({**taken, "page-port": page_port})
+    ports = Ports(modbus_port, can_port, page_port or free_port(), token_urlsafe(12))
+    raise typer.Exit(run_demo(seconds, ports, rig))
 
 
 @app.command()

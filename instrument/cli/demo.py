@@ -51,7 +51,11 @@ def run_demo(seconds: float | None, ports: Ports, rig: Sequence[str]) -> int:
         signal.signal(number_, lambda *_: stop.set())
     with ExitStack() as stack, suppress(Stopped):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
-        tables = {"modbus": {"port": ports.modbus}, "can": {"port": ports.can}}
+        tables = {
+            "modbus": {"port": ports.modbus},
+            "can": {"port": ports.can},
+            "page": {"enabled": True, "port": ports.page, "token": ports.token},
+        }
         parts = start(stack, folder / "rig", rig, tables, stop=stop)
         plc = stack.enter_context(Plc.connect(port=ports.modbus))
         observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), parts.control_port)
@@ -118,6 +122,7 @@ def _show(observer: Observer, ports: Ports, seconds: float | None, stop: Event, 
 def _display(seen: Seen, ports: Ports, parts: Stack) -> Iterator[tuple[Callable[[float], None], float]]:
     """What to call with the time that has passed, and how often: a panel, or one line a second."""
     if not sys.stdout.isatty():
+        print(ports.url, flush=True)
         yield lambda elapsed_s: print(plain_line(seen, elapsed_s, time.monotonic()), flush=True), 1.0
         return
     with Live(auto_refresh=False) as live:

@@ -22,10 +22,17 @@ EVENTS = 3
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """Where the demo's buses are."""
+    """Where the demo's buses and its page are."""
 
     modbus: int = 5020
     can: int = 29536
+    page: int = 8080
+    token: str = ""  #: what the page's operator has to know
+
+    @property
+    def url(self) -> str:
+        """The page, for its operator."""
+        return f"http://127.0.0.1:{self.page}/#operator={self.token}"
 
 
 def shown(value: float, form: str, unit: str) -> str:
@@ -74,7 +81,7 @@ def panel(
     """The whole panel; it fits a terminal of 80 × 24."""
     return Group(
         Panel(
-            Group(_numbers(seen, now_s), Text(), _curves(seen)),
+            Group(_numbers(seen, now_s), _curves(seen)),
             title="pneuforce demo · simulated rig",
             subtitle=f"{elapsed_s:.0f} s",
         ),
@@ -130,6 +137,7 @@ def _second_terminal(ports: Ports, control_port: int) -> Text:
     watch = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
     watch_can = "" if ports.can == 29536 else f" --port {ports.can}"
     return Text(
+        f"browser     {ports.url}\n"
         f"as a PLC    .venv/bin/pneuforce watch modbus{watch}\n"
         f"as a robot  .venv/bin/pneuforce watch can{watch_can}\n"
         f"go to 6.5   mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"

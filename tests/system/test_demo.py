@@ -21,7 +21,7 @@ from teststand.stack import free_port
 class Demo:
     def __init__(self, *arguments):
         self.modbus_port, self.can_port = free_port(), free_port()
-        ports = ["--modbus-port", str(self.modbus_port), "--can-port", str(self.can_port)]
+        ports = ["--modbus-port", str(self.modbus_port), "--can-port", str(self.can_port), "--page-port", "0"]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "instrument", "demo", *ports, *arguments],
             stdout=subprocess.PIPE,
@@ -91,7 +91,8 @@ def test_without_a_terminal_it_says_one_plain_line_a_second_and_ends_in_time():
     assert demo.process.returncode == 0
     assert complaints == ""
     assert time.monotonic() - begun_s < 18
-    lines = said.splitlines()
+    url, *lines = said.splitlines()
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/#operator=[\w-]{16}", url)
     assert 8 <= len(lines) <= 11
     assert all("\x1b" not in line for line in lines)
     force = re.compile(r"holding\s+force\s+\d\.\d{3} ± \d\.\d{3} N\s+CAN \d\.\d{3} N  applied .* contacts 1")
@@ -99,8 +100,9 @@ def test_without_a_terminal_it_says_one_plain_line_a_second_and_ends_in_time():
 
 
 def test_a_taken_port_is_said_by_its_option_and_its_owner_is_left_alone(stack):
-    free = {"modbus": free_port(), "can": free_port(), "control": 0}
-    taken = {"modbus": stack.modbus_port, "can": stack.can_port, "control": stack.can_port}
+    free = {"modbus": free_port(), "can": free_port(), "control": 0, "page": 0}
+    taken = dict.fromkeys(("modbus", "page"), stack.modbus_port)
+    taken |= dict.fromkeys(("can", "control"), stack.can_port)
     for name, port in taken.items():
         options = [word for key, at in {**free, name: port}.items() for word in (f"--{key}-port", at)]
         refused = pneuforce("demo", *options)
