@@ -15,6 +15,7 @@ from instrument.core import Instrument
 from instrument.coupling import Coupling
 from instrument.errors import ProtocolMismatch, RigError, RigSilent, TimeOutMismatch
 from instrument.faults import name_of
+from instrument.guard import Guard
 from instrument.rig.frames import BoardState, Valve
 from instrument.rig.link import Link, Phase, RawSample
 from instrument.rig.port import RigLink, SerialPort
@@ -63,7 +64,7 @@ class Host:
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
         self._clock_off = False
-        self._complaint = ""
+        self._guarded = Guard("dropped after an error of ours")
         self._down_because, self._hush_s, self._say_again_s = "", 0.0, 0.0
         self._bytes_before = 0  # heard until then, for whoever asks what came in a silence
 
@@ -92,6 +93,8 @@ class Host:
         except BaseException:
             self._close()
             raise
+        if not stop.is_set():
+            log.info("rig on %s answered", self.url)
 
     async def _greet(self, stop: asyncio.Event) -> None:
         deadline_s = self._clock() + GREETING_S
@@ -112,6 +115,7 @@ class Host:
                     await asyncio.wait_for(stop.wait(), TICK_S)
         finally:
             await self._vent_and_close()
+        log.info("vented; ended")
 
     def _beat(self) -> None:
         now_s = self._clock()
@@ -228,15 +232,6 @@ class Host:
         self.coupling.take(sample, now_s)
         for face in self.faces:
             self._guarded(face.on_sample, now_s)
-
-    def _guarded(self, handle: Callable[..., object], *arguments: object) -> None:
-        """One frame, one beat: what goes wrong in it costs no more than it, and is logged once."""
-        try:
-            handle(*arguments)
-        except Exception as error:
-            if repr(error) != self._complaint:
-                self._complaint = repr(error)
-                log.exception("dropped after an error of ours")
 
     # ---- the end
 

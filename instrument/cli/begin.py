@@ -7,14 +7,11 @@ from importlib.metadata import version
 from typing import Any
 
 from instrument.config import Configuration
-from instrument.coupling import Coupling
-from instrument.rig.frames import BoardKind
 from registers.map import MAP_HASH, MAP_VERSION
 
 
-def begin_of(configuration: Configuration, coupling: Coupling) -> dict[str, Any]:
+def begin_of(configuration: Configuration, simulated: bool) -> dict[str, Any]:
     """The facts of a BEGIN entry; an operator's token is masked in them."""
-    hello = coupling.link.hello
     return {
         "version": version("pneuforce"),
         "map_version": MAP_VERSION,
@@ -23,6 +20,6 @@ def begin_of(configuration: Configuration, coupling: Coupling) -> dict[str, Any]
         "calibration": configuration.calibration,
         "configuration_hash": f"{configuration.hash:08x}",
         "serial_number": configuration.identity.serial_number,
-        "simulated": hello is not None and hello.board != BoardKind.REAL,
+        "simulated": simulated,
         "utc_us": time.time_ns() // 1000,
     }

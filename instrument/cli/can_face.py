@@ -11,8 +11,8 @@ from functools import partial
 from importlib.metadata import version
 
 from instrument.aside import aside, unless
+from instrument.cli.loop import Shown
 from instrument.config import Can
-from instrument.core import Instrument
 from instrument.errors import FaceError
 from registers.can.bus import BusAt, load
 from registers.can.inbox import Inbox
@@ -61,7 +61,7 @@ class Sighting:
 class CanFace:
     """A node on a live bus, told of samples and time by the host."""
 
-    def __init__(self, instrument: Instrument, source: Source, own: Can) -> None:
+    def __init__(self, source: Shown, own: Can) -> None:
         """Set up the node. Raises FaceError: a bus load above 60 %."""
         self.node = node_of(source, own)
         load(own.interface)
@@ -74,7 +74,7 @@ class CanFace:
         self._errors = 0
         self._say = SparingLog(log, SAY_PERIOD_S).say
         self._tally = Tally()
-        self._instrument = instrument
+        self._source = source
         self._loop = asyncio.get_running_loop()
 
     async def open(self, stop: asyncio.Event) -> None:
@@ -89,8 +89,8 @@ class CanFace:
         self._send(self.node.on_sample(now_s), now_s)
 
     def tick(self, now_s: float) -> None:
-        """Send what is due by time, and tell the instrument how the bus is."""
-        self._instrument.can_down = not self.bus.is_up
+        """Send what is due by time, and tell the source how the bus is."""
+        self._source.can_down = not self.bus.is_up
         self._send(self.node.tick(now_s), now_s)
         if line := self._tally.line(self._counts(), now_s):
             log.warning("CAN: %s", line)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from instrument.cli.can_face import CanFace
+from instrument.cli.loop import Loop
 from instrument.cli.rtu_face import RtuFace
-from instrument.host import Host
 from registers.can.frames import frame_of
 from registers.modbus.tcp import ModbusTcpServer
 
 
-def rig_health(host: Host, now_s: float) -> dict[str, Any]:
-    """The link to the rig."""
+def rig_health(host: Loop, age_s: float) -> dict[str, Any]:
+    """The link to the rig, and how old its latest sample is."""
     link, hello = host.link, host.link.hello
     return {
         "url": host.url,
@@ -20,7 +20,7 @@ def rig_health(host: Host, now_s: float) -> dict[str, Any]:
         "board": hello.board if hello else None,
         "serial": hello.serial if hello else None,
         "firmware": hello.firmware if hello else None,
-        "age_s": _finite(host.instrument.age_s(now_s)),
+        "age_s": _finite(age_s),
         "samples": host.instrument.sample_counter,
         "lost_frames": link.lost_frames,
         "repeated_frames": link.repeated_frames,

@@ -117,10 +117,12 @@ class LocalFace:
 
     def welcome(self, wants: str) -> Listener:
         """A listener that has all from now on. Raises KeyError: nobody may want that."""
+        if wants not in self.feed.offers:
+            raise KeyError(f"{wants}: there is none to be had of this")
         listener, now_s = Listener(wants), time.monotonic()
-        listener.put(
-            Kind.BEGIN, encode(told(Kind.BEGIN, now_s, begin_of(self._configuration, self.coupling)))
-        )
+        simulated = "simulated" in self.source.snapshot(PAGE, now_s).status
+        begin = told(Kind.BEGIN, now_s, begin_of(self._configuration, simulated))
+        listener.put(Kind.BEGIN, encode(begin))
         if Kind.CHECKPOINT in listener.kinds:
             listener.put(Kind.CHECKPOINT, encode(Entry(Kind.CHECKPOINT, now_s, freeze(self.coupling))))
             self.trouble, self.coupling.instrument.recording_down = "", False

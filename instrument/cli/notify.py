@@ -11,9 +11,8 @@ import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
-from instrument.core import Instrument
 from instrument.faults import name_of
-from registers.source import Peer
+from registers.source import Peer, Source
 
 Tell = Callable[[str], None]
 
@@ -25,9 +24,9 @@ OWN = Peer("service")
 class ServiceFace:
     """A face of the host, so that the watchdog hears of the loop's own beats and of no other thread's."""
 
-    def __init__(self, instrument: Instrument, tell: Tell, watch_s: float) -> None:
+    def __init__(self, source: Source, tell: Tell, watch_s: float) -> None:
         """`watch_s` is the silence [s] after which systemd would end this process; inf: it does not watch."""
-        self._instrument = instrument
+        self._source = source
         self._tell = tell
         self._watch_s = watch_s
         self._serving = False
@@ -53,7 +52,7 @@ class ServiceFace:
             return
         self._due_s = now_s + min(self._watch_s / BEATS_PER_WATCH, STATUS_S)
         said = ["WATCHDOG=1"] if math.isfinite(self._watch_s) else []
-        status = status_of(self._instrument, now_s)
+        status = status_of(self._source, now_s)
         if status != self._status:
             self._status = status
             said.append(f"STATUS={status}")
@@ -61,16 +60,16 @@ class ServiceFace:
             self._tell("\n".join(said))
 
 
-def status_of(instrument: Instrument, now_s: float) -> str:
+def status_of(source: Source, now_s: float) -> str:
     """What the instrument does, and its faults, in words."""
-    seen = instrument.snapshot(OWN, now_s)
-    state = "no word from the board" if instrument.link_lost(now_s) else seen.state
+    seen = source.snapshot(OWN, now_s)
+    state = "no word from the board" if "link_lost" in seen.status else seen.state
     return ": ".join([state, *filter(None, [", ".join(map(name_of, seen.faults))])])
 
 
-def service_face(instrument: Instrument, environment: Mapping[str, str] = os.environ) -> ServiceFace:
+def service_face(source: Source, environment: Mapping[str, str] = os.environ) -> ServiceFace:
     """The face of a process that systemd started, or of one that it did not: that tells nobody."""
-    return ServiceFace(instrument, tell_to(environment.get("NOTIFY_SOCKET", "")), watch_s_of(environment))
+    return ServiceFace(source, tell_to(environment.get("NOTIFY_SOCKET", "")), watch_s_of(environment))
 
 
 def watch_s_of(environment: Mapping[str, str]) -> float:

@@ -18,8 +18,9 @@ from instrument.aside import unless
 from instrument.cli.can_face import CanFace
 from instrument.cli.event_face import witnessed
 from instrument.cli.health import can_health, modbus_health, rig_health, rtu_health
-from instrument.cli.local_face import LocalFace
+from instrument.cli.local_face import PAGE, LocalFace
 from instrument.cli.logs import log_to_stderr
+from instrument.cli.loop import Loop, Shown
 from instrument.cli.notify import service_face
 from instrument.cli.page_face import PageFace, page_face
 from instrument.cli.recorder import Recorder
@@ -28,7 +29,6 @@ from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.coupling import Coupling
 from instrument.errors import FaceError
-from instrument.events.witness import Witness
 from instrument.host import Host
 from instrument.tape.feed import Feed
 from registers.modbus.identity import Object
@@ -68,29 +68,31 @@ async def _serve(configuration: Configuration, files: Files) -> None:
     feed = Feed()
     coupling = Coupling(Instrument(configuration.settings()), feed)
     with witnessed(coupling, configuration, files.events, feed) as witness:
-        faces = Faces(configuration, Host(coupling, configuration.rig.port), witness, feed)
-        await _run(faces, files)
+        host = Host(coupling, configuration.rig.port)
+        host.faces.append(witness)
+        await work_until_stopped(Faces(configuration, host, witness, feed), files)
 
 
 class Faces:
-    """Everything that shows the instrument of one host."""
+    """Everything that shows the instrument of one host, or what a player shows in its place."""
 
-    def __init__(self, configuration: Configuration, host: Host, witness: Witness, feed: Feed) -> None:
+    def __init__(self, configuration: Configuration, host: Loop, source: Shown, feed: Feed) -> None:
         """Set them up, none opened. Raises PneuforceError: two of them want the same port, or too much of CAN."""
         self.configuration = configuration
         self.host = host
-        self.modbus = modbus_server(configuration, witness)
-        self.rtu = RtuFace(configuration, witness, identity(configuration))
+        self.source = source
+        self.modbus = modbus_server(configuration, source)
+        self.rtu = RtuFace(configuration, source, identity(configuration))
         own = configuration.can
-        self.can = CanFace(host.instrument, witness, own) if own.enabled else None
-        self.local = LocalFace(host.coupling, witness, feed, configuration, self._health)
-        self.service = service_face(host.instrument)
-        host.faces += [witness, self.local, self.service]
+        self.can = CanFace(source, own) if own.enabled else None
+        self.local = LocalFace(host.coupling, source, feed, configuration, self._health)
+        self.service = service_face(source)
+        host.faces += [self.local, self.service]
 
     def _health(self, now_s: float) -> dict[str, Any]:
         events = self.configuration.events.file
         return {
-            "rig": rig_health(self.host, now_s),
+            "rig": rig_health(self.host, self.source.snapshot(PAGE, now_s).age_s),
             "modbus_tcp": modbus_health(self.modbus, now_s),
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
@@ -98,7 +100,8 @@ class Faces:
         }
 
 
-async def _run(faces: Faces, files: Files) -> None:
+async def work_until_stopped(faces: Faces, files: Files) -> None:
+    """Open the faces, and go round until SIGTERM or Ctrl-C. Raises PneuforceError where it cannot start."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
 
@@ -109,21 +112,18 @@ async def _run(faces: Faces, files: Files) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's wish
             loop.add_signal_handler(number, end)
-    host = faces.host
     page = page_face(faces.configuration.page, files.socket)
     await faces.local.open(files.socket)
     recorder = (
         Recorder(faces.local, files.socket, files.recording) if files.socket and files.recording else None
     )
-    joining = asyncio.create_task(_join(faces.can, host, stop))
+    joining = asyncio.create_task(_join(faces, stop))
     try:
         if page is not None:
             await page.begin()
         if recorder is not None:
             await recorder.start()
-        await host.connect(stop)
-        if not stop.is_set():
-            log.info("rig on %s answered", host.url)
+        await faces.host.connect(stop)
         await _work(faces, page, joining, stop)
     finally:
         stop.set()
@@ -137,12 +137,12 @@ async def _run(faces: Faces, files: Files) -> None:
             await recorder.ended()
 
 
-async def _join(can: CanFace | None, host: Host, stop: asyncio.Event) -> None:
+async def _join(faces: Faces, stop: asyncio.Event) -> None:
     """Join the CAN bus, if any: it listens for 1.2 s whether its node id is free. Raises FaceError."""
-    if can is not None:
-        host.instrument.can_down = True
-        await can.open(stop)
-        host.faces.append(can)
+    if faces.can is not None:
+        faces.source.can_down = True
+        await faces.can.open(stop)
+        faces.host.faces.append(faces.can)
 
 
 async def _work(
@@ -163,7 +163,6 @@ async def _work(
             faces.service.ready()
         gc.freeze()
         await working
-        log.info("vented; ended")
     finally:
         faces.rtu.close()
         if modbus is not None:

@@ -69,6 +69,15 @@ class Witness:
 
     # ---- as a source
 
+    @property
+    def can_down(self) -> bool:
+        """Whether the CAN bus is down, as the instrument was told."""
+        return self._instrument.can_down
+
+    @can_down.setter
+    def can_down(self, down: bool) -> None:
+        self._instrument.can_down = down
+
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         """One instant, as `peer` sees it."""
         return self._instrument.snapshot(peer, now_s)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from instrument.measurement import Measurement
@@ -52,7 +52,8 @@ class Listener:
 class Feed:
     """A tape that is given to its listeners, and costs nothing without."""
 
-    def __init__(self) -> None:
+    def __init__(self, offers: Collection[str] = WANTS.keys()) -> None:
+        self.offers = offers  #: what may be wanted of it
         self.listeners: list[Listener] = []
 
     def note(self, kind: Kind, t_s: float, body: bytes = b"") -> None:

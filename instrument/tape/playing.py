@@ -35,6 +35,10 @@ class Playing:
             raise TapeError("nothing came from the rig in this recording: there is nothing to play")
         self.t_s = self._from_s = self._next.t_s
 
+    def live_s(self, t_s: float) -> float:
+        """When a recorded moment is played, by the clock [s]."""
+        return (self._live_s or 0.0) + (t_s - self._from_s) / self.speed
+
     def advance(self, now_s: float) -> Iterator[Replayed]:
         """Play what is due at `now_s`, not all of it where it is much; yields each sample as it is measured.
 

@@ -81,7 +81,7 @@ def test_the_end_does_not_wait_for_a_can_bus_that_is_being_opened(blocking, monk
 
     async def joining(stop):
         instrument = Instrument(Settings())
-        face = CanFace(instrument, instrument, own)
+        face = CanFace(instrument, own)
         monkeypatch.setattr(face.bus, "open", blocking)
         await face.open(stop)
         face.close()

@@ -129,12 +129,10 @@ def test_the_page_gets_snapshots_and_health(stack, path):
 def test_the_begin_masks_the_operators_token(tmp_path):
     from instrument.cli.begin import begin_of
     from instrument.config import parse
-    from instrument.core import Instrument
-    from instrument.coupling import Coupling
 
     secret = "correct-horse-battery"
     own = parse({"page": {"token": secret}}, "test")
-    assert secret not in json.dumps(begin_of(own, Coupling(Instrument(own.settings()))))
+    assert secret not in json.dumps(begin_of(own, simulated=False))
 
 
 def test_a_request_obeys_the_rules_of_every_bus(stack, path):

@@ -26,7 +26,7 @@ async def joined(**own):
     at = {"interface": "virtual", "channel": f"face-{next(_channels)}"}
     instrument = Instrument(Settings())
     own = Configuration.model_validate({"can": at | {"enabled": True} | own}).can
-    face = CanFace(instrument, instrument, own)
+    face = CanFace(instrument, own)
     with can.Bus(**at) as peer:
         await face.open(asyncio.Event())
         try:
