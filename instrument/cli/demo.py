@@ -51,7 +51,7 @@ def run_demo(seconds: float | None, ports: Ports, rig: Sequence[str]) -> int:
         signal.signal(number_, lambda *_: stop.set())
     with ExitStack() as stack, suppress(Stopped):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
-        tables = {
+        tables: dict[str, dict[str, Any]] = {
             "modbus": {"port": ports.modbus},
             "can": {"port": ports.can},
             "page": {"enabled": True, "port": ports.page, "token": ports.token},
