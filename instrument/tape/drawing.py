@@ -147,15 +147,8 @@ def _number(axes: Axes, rows: list[ContactRow], scale: _Scale) -> None:
     for row in rows:
         if row.number % each == 0 or each == 1:
             at = (float(scale(row.final_s)), row.final_kpa)
-            axes.annotate(
-                str(row.number),
-                at,
-                (0, 7),
-                textcoords="offset points",
-                ha="center",
-                fontsize=10,
-                gid="number",
-            )
+            style: Style = {"textcoords": "offset points", "ha": "center", "fontsize": 10, "zorder": 5}
+            axes.annotate(str(row.number), at, (0, 7), gid="number", **style)
 
 
 def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
@@ -167,16 +160,8 @@ def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
     axes.set_ylabel("force [N]")
     if picture.remark:
         axes.set_ylim(-0.5, 1.0)
-        axes.text(
-            0.5,
-            0.7,
-            picture.remark,
-            transform=axes.transAxes,
-            ha="center",
-            va="center",
-            fontsize=13,
-            bbox=PAPER,
-        )
+        middle: Style = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+        axes.text(0.5, 0.7, picture.remark, fontsize=13, bbox=PAPER, **middle)
 
 
 def _curve(axes: Axes, points: Rows, scale: _Scale, colour: str, name: str) -> None:
@@ -184,24 +169,19 @@ def _curve(axes: Axes, points: Rows, scale: _Scale, colour: str, name: str) -> N
 
 
 def _name_spans(axes: Axes, picture: Picture, scale: _Scale) -> None:
-    """The name of each span that is wide enough, upright; of a trip always."""
-    least_s = LEAST_NAMED * (picture.end_s - picture.first_s)
+    """The name of each span that is wide enough, upright; of a trip always, but once."""
+    length_s, before = picture.end_s - picture.first_s, ""
+    room_s = LEAST_NAMED * length_s
     for span in picture.spans:
-        if span.trip or span.end_s - span.begin_s > least_s:
-            _name(axes, span, scale)
+        if span.end_s - span.begin_s > room_s or (span.trip and span.name != before):
+            middle_s = (span.begin_s + span.end_s) / 2
+            at_s = min(max(middle_s, picture.first_s + room_s), picture.end_s - room_s)
+            _name(axes, span, float(scale(at_s)))
+        if span.name != SILENT:
+            before = span.name
 
 
-def _name(axes: Axes, span: Span, scale: _Scale) -> None:
+def _name(axes: Axes, span: Span, at: float) -> None:
     words = f"tripped: {span.name}" if span.trip else span.name
-    middle = float(scale((span.begin_s + span.end_s) / 2))
-    axes.text(
-        middle,
-        0.04,
-        words,
-        transform=axes.get_xaxis_transform(),
-        rotation=90,
-        ha="center",
-        va="bottom",
-        fontsize=10,
-        bbox=PAPER,
-    )
+    place: Style = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "bottom"}
+    axes.text(at, 0.04, words, rotation=90, fontsize=10, bbox=PAPER, **place)

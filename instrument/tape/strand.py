@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-BUCKETS = 1000  #: at least so many, once there are as many points; fewer than twice as many
+BUCKETS = 600  #: at least so many, once there are as many points; fewer than twice as many
 
 
 class Point(NamedTuple):
