@@ -39,7 +39,10 @@ class Ended(NamedTuple):
     """Why no more entries come."""
 
     how: How
-    why: str
+    why: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.how.value}{f': {self.why}' if self.why else ''}"
 
 
 def record(path: Path, at: Path, seconds: float | None, as_json: bool) -> int:
@@ -58,7 +61,7 @@ def record(path: Path, at: Path, seconds: float | None, as_json: bool) -> int:
                 ended = _take(line, file, stop, show)
             if not file.begun:
                 file.discard()
-                raise FaceError(f"{at}: {ended.why}; {HINT}")
+                raise FaceError(f"{at}: {ended.why or 'nothing came as yet'}; {HINT}")
             file.end(*ended)
             file.commit()
         except Unwritable as error:
@@ -93,7 +96,7 @@ def _connected(at: Path) -> socket.socket:
         line.connect(str(at))
     except OSError as error:
         line.close()
-        raise FaceError(f"{at}: no instrument there ({error.strerror or error}); {HINT}") from None
+        raise FaceError(f"{at}: {error.strerror or error}; {HINT}") from None
     line.settimeout(LISTEN_S)
     return line
 
@@ -111,7 +114,7 @@ def _take(line: socket.socket, file: TapeFile, stop: Event, show: Show) -> Ended
                     return Ended(How.END, _why(entry))
                 file.put(entry)
             if data == b"":
-                return Ended(How.CUT_OFF, "the instrument closed the connection")
+                return Ended(How.CUT_OFF, "the instrument closed it")
             now_s = time.monotonic()
             if now_s >= commit_s:
                 commit_s = now_s + COMMIT_S
@@ -125,7 +128,7 @@ def _take(line: socket.socket, file: TapeFile, stop: Event, show: Show) -> Ended
         raise
     except OSError as error:
         return Ended(How.CUT_OFF, f"the connection was lost: {error.strerror or error}")
-    return Ended(How.STOPPED, "asked to stop")
+    return Ended(How.STOPPED)
 
 
 def _heard(line: socket.socket) -> bytes | None:
@@ -182,10 +185,7 @@ def _say_end(file: TapeFile, ended: Ended, as_json: bool) -> None:
         "events": file.events,
         "bytes": file.bytes,
     }
-    words = (
-        f"{file.path}: {file.extent_s:.1f} s, {file.kept} samples, {file.bytes / 1e6:.1f} MB; "
-        f"{ended.how.value}: {ended.why}"
-    )
+    words = f"{file.path}: {file.extent_s:.1f} s, {file.kept} samples, {file.bytes / 1e6:.1f} MB; {ended}"
     if as_json:
         print(json.dumps(facts))
     if not good:

@@ -115,3 +115,48 @@ def plot(
     low_s = -math.inf if from_s is None else from_s
     high_s = math.inf if to_s is None else to_s
     raise typer.Exit(plot(Wish(file, out, low_s, high_s, by_pressure, reference, title)))
+
+
+@commands.command()
+def replay(
+    file: Recorded,
+    config: Annotated[
+        Path | None, typer.Option("--config", help="Play it on the buses of this instrument.toml.")
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option("--speed", min=0.1, max=100.0, help="So many times as fast; 1 without it.")
+    ] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="Begin again at the end, until Ctrl-C.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Measure once more what was recorded: is each sample the same, to the last bit? Exit code 1: one is not.
+
+    With --config nothing is verified: the buses show the recording as they showed it, marked as simulated.
+    They refuse each write but a vent.
+
+    Example: pneuforce replay press.tape --config instrument.toml --speed 0.5
+    """
+    from instrument.cli.replay import replay
+
+    if config is None:
+        _refuse_without_buses(speed, loop)
+        raise typer.Exit(replay(file, as_json))
+    _play(file, config, 1.0 if speed is None else speed, loop, as_json)
+
+
+def _refuse_without_buses(speed: float | None, loop: bool) -> None:
+    from instrument.errors import ConfigurationError
+
+    if speed is not None or loop:
+        raise ConfigurationError("--speed and --loop are for a replay on buses: name them with --config")
+
+
+def _play(file: Path, config: Path, speed: float, loop: bool, as_json: bool) -> None:
+    from instrument.cli.player import play
+    from instrument.config import beside, read
+    from instrument.errors import ConfigurationError
+
+    if as_json:
+        raise ConfigurationError("--json is for a replay without --config, which has a verdict")
+    configuration = read(config)
+    play(file, configuration, beside(config, configuration.local.socket), speed, loop)

@@ -97,7 +97,7 @@ class TapeFile:
 
     def end(self, how: How, why: str) -> None:
         """Say how the recording ended: no entry comes after that."""
-        self._add("ending", 1, self.now_s, how.value, why)
+        self._add("ending", 1, self.now_s, how.value, why, self.samples)
 
     def commit(self) -> None:
         """Put on the disk what waits, all or nothing. Raises Unwritable, and the recording is then over."""
@@ -144,7 +144,7 @@ class TapeFile:
 
     def _begin(self, entry: Entry) -> None:
         self.begin_s = entry.t_s
-        facts = {**_table(entry), "begin_s": entry.t_s}
+        facts = {"begin_s": entry.t_s, **_table(entry)}  # first, for nothing can be read without it
         for number, (key, value) in enumerate(facts.items(), 1):
             self._add("about", number, key, json.dumps(value))
 

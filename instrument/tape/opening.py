@@ -36,7 +36,7 @@ def _prepare(db: sqlite3.Connection, path: Path) -> None:
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application == 0 and not db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-        raise ConfigurationError(f"{path} holds no recording: {MISSING}")
+        raise ConfigurationError(f"{path} holds no recording ({MISSING})")
     if application != APPLICATION:
         raise ConfigurationError(f"{path} is another program's database, no recording")
     if version != VERSION:

@@ -25,15 +25,16 @@ from instrument.tape.schema import (
 
 ROWS_AT_ONCE = 1000
 _BOOLS = [i for i, kind in enumerate(KINDS.values()) if kind is bool]
-MISSING = "was it copied without what lies beside it as -wal?"
+MISSING = "nothing was recorded, or it was copied without what lay beside it as -wal"
 
 
 class Ending(NamedTuple):
-    """How a recording ended: a `How`, and why."""
+    """How a recording ended."""
 
     t_s: float
-    how: str
+    how: str  #: a `How`
     why: str
+    samples: int  #: how many were recorded
 
 
 class Recording:
@@ -50,6 +51,8 @@ class Recording:
         self._last = self._last_numbers()
         self.about: Mapping[str, Any] = self._about()  #: what BEGIN said, and when: `begin_s`
         self.begin_s = float(self.about["begin_s"])
+        if self.ending and self.ending.samples != self._last["samples"] is not None:
+            self.damage = f"it has {self._last['samples']} of {self.ending.samples} samples"
 
     # ---- what it holds; times of the samples are the host's monotonic clock, as recorded
 
@@ -180,8 +183,8 @@ class Recording:
 
     def _about(self) -> Mapping[str, Any]:
         about = {key: json.loads(value) for key, value in self._rows("about")}
-        if not about:
-            raise ConfigurationError(f"{self.path} holds no recording: {self.damage or MISSING}")
+        if "begin_s" not in about:
+            raise ConfigurationError(f"{self.path} holds no recording ({self.damage or MISSING})")
         return about
 
 

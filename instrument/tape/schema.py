@@ -25,7 +25,7 @@ TABLES = {
     "tape": ("first_t_s", "entries"),  #: inputs, as they came from the instrument, in batches
     "samples": SAMPLE,  #: NULL where a quantity is not available
     "events": ("t_s", "utc", "body"),
-    "ending": ("t_s", "how", "why"),
+    "ending": ("t_s", "how", "why", "samples"),  #: how many there are
 }
 
 
@@ -55,7 +55,8 @@ CREATE = f"""
     CREATE TABLE tape (number INTEGER PRIMARY KEY, first_t_s REAL, entries BLOB, crc32 INTEGER);
     CREATE TABLE samples (number INTEGER PRIMARY KEY, {_SAMPLE_COLUMNS}, crc32 INTEGER);
     CREATE TABLE events (number INTEGER PRIMARY KEY, t_s REAL, utc TEXT, body TEXT, crc32 INTEGER);
-    CREATE TABLE ending (number INTEGER PRIMARY KEY, t_s REAL, how TEXT, why TEXT, crc32 INTEGER);
+    CREATE TABLE ending
+        (number INTEGER PRIMARY KEY, t_s REAL, how TEXT, why TEXT, samples INTEGER, crc32 INTEGER);
     COMMIT;
 """
 
