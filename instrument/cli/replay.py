@@ -1,0 +1,134 @@
+"""`pneuforce replay FILE`: a recording goes through this program once more, and is held against itself."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from instrument.coupling import Coupling
+from instrument.tape.checkpoint import thaw
+from instrument.tape.entry import TapeError
+from instrument.tape.opening import opened
+from instrument.tape.reading import Recording
+from instrument.tape.replay import Difference, check_version, compared
+from registers.map import MAP_HASH
+
+SHOW_EACH = 500  #: samples
+
+
+class Verdict(NamedTuple):
+    """What a replay found."""
+
+    file: Path
+    samples: int  #: that were compared
+    recorded: int | None  #: that were to be compared; None where the file is too damaged to tell
+    duration_s: float
+    took_s: float
+    difference: Difference | None
+    remark: str  #: what is wrong with the file
+
+    @property
+    def equal(self) -> bool:
+        """Whether every whole sample came about again."""
+        return self.difference is None and not self.unexplained
+
+    @property
+    def unexplained(self) -> int:
+        """Samples that no input brings about, though the file is whole."""
+        return 0 if self.remark else (self.recorded or 0) - self.samples
+
+    @property
+    def times_real_time(self) -> float:
+        """How much faster it was than the recording."""
+        return self.duration_s / self.took_s if self.took_s else math.nan
+
+
+@contextmanager
+def replayable(file: Path) -> Iterator[Recording]:
+    """A recording that this program can replay.
+
+    Raises ConfigurationError: none that can be read; TapeError: another program's.
+    """
+    with opened(file) as recording:
+        try:
+            check_version(recording.about, version("pneuforce"), f"{MAP_HASH:08x}")
+        except TapeError as error:
+            raise TapeError(f"{file}: {error}") from None
+        yield recording
+
+
+def start_of(recording: Recording) -> Coupling:
+    """The coupling as it was when the recording began. Raises TapeError."""
+    checkpoint = recording.checkpoint
+    if checkpoint is None:
+        raise TapeError(f"{recording.path}: what it begins with is not whole, so nothing can be replayed")
+    return thaw(checkpoint.body)
+
+
+def replay(file: Path, as_json: bool) -> int:
+    """Verify a recording; returns the exit code, 0 only where all is equal. Raises PneuforceError."""
+    logging.getLogger("pneuforce").addHandler(logging.NullHandler())  # what was logged then is no news
+    with replayable(file) as recording:
+        verdict = _verdict(recording)
+    typer.echo(json.dumps(_facts(verdict)) if as_json else _sentence(verdict))
+    return 0 if verdict.equal else 1
+
+
+def _verdict(recording: Recording) -> Verdict:
+    coupling, begun_s, samples, found = start_of(recording), time.monotonic(), 0, None
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("replayed", total=recording.most_samples)
+        for found in compared(coupling, recording.entries(), recording.samples()):
+            samples += 1
+            if samples % SHOW_EACH == 0:
+                bar.update(task, completed=samples)
+            if found is not None:
+                break
+    took_s = time.monotonic() - begun_s
+    duration_s = recording.extent_s if found is None else found.t_s - recording.begin_s
+    recorded = recording.most_samples
+    return Verdict(recording.path, samples, recorded, duration_s, took_s, found, recording.remark())
+
+
+def _facts(verdict: Verdict) -> dict[str, Any]:
+    found = verdict.difference
+    return {
+        "file": str(verdict.file),
+        "samples": verdict.samples,
+        "duration_s": _finite(verdict.duration_s),
+        "took_s": verdict.took_s,
+        "times_real_time": _finite(verdict.times_real_time),
+        "equal": verdict.equal,
+        "difference": found and {name: _finite(value) for name, value in found._asdict().items()},
+        "remark": verdict.remark,
+    }
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _sentence(verdict: Verdict) -> str:
+    pace = f"replayed in {verdict.took_s:.1f} s, {verdict.times_real_time:.0f} times real time"
+    lines = [f"{verdict.samples} samples of {verdict.duration_s:.1f} s, {pace}"]
+    if verdict.difference is not None:
+        lines.append(f"differs: {verdict.difference}")
+    elif verdict.unexplained:
+        lines.append(
+            f"differs: {verdict.unexplained} more samples were recorded, and nothing brings them about"
+        )
+    else:
+        lines.append("all equal, to the last bit")
+    return "\n".join([*lines, verdict.remark] if verdict.remark else lines)
