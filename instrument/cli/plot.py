@@ -123,6 +123,7 @@ def _bars(picture: Picture, wish: Wish, begin_s: float, title: str) -> Figure:
     figure = fifth_bars(names, [bar.percent for bar in bars], "inflating pressure ΔP_i [kPa]", how_much)
     axes = figure.axes[0]
     axes.set_title(title, loc="left", fontsize=11, parse_math=False)
+    axes.margins(y=0.1)
     if not any(bar.contacts for bar in bars):
         axes.text(0.5, 0.5, _nothing(picture, wish), transform=axes.transAxes, ha="center", fontsize=13)
         axes.set_ylim(0, 1)

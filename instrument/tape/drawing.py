@@ -33,6 +33,7 @@ MOST_NUMBERS = 30
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 LEAST_NAMED = 0.025  #: share of the figure's width that a span needs for its name
 HEADROOM = 0.3  #: share of the contacts' range of pressure that is shown above and below it
+ROOM_BELOW, ROOM_ABOVE = 0.2, 1.1  #: what is shown of the force, of its greatest upper bound
 LEAST_RANGE_KPA = 0.5
 
 
@@ -158,6 +159,9 @@ def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
     )
     axes.plot(scale(t_s), force_n, color=BLUE, linewidth=1.3, label="force")
     axes.set_ylabel("force [N]")
+    tops_n = [row.peak_n + 2 * row.peak_std_n for row in picture.contacts if row.peak_n > 0]
+    if tops_n:  # where the pressure falls at once, as in a burst, the band has no bounds
+        axes.set_ylim(-ROOM_BELOW * max(tops_n), ROOM_ABOVE * max(tops_n))
     if picture.remark:
         axes.set_ylim(-0.5, 1.0)
         middle: Style = {"transform": axes.transAxes, "ha": "center", "va": "center"}

@@ -67,6 +67,14 @@ def lose_the_lease(drive, file):
     drive.run(1.0)
 
 
+def burst(drive, _):
+    hold(drive)
+    drive.push_kpa = 1.5
+    drive.renew(1.0)
+    drive.hit(-8.0)
+    drive.run(0.02)
+
+
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory):
     return recorded(tmp_path_factory.mktemp("pressed") / "press.tape", press)
@@ -167,6 +175,15 @@ def test_what_only_the_event_log_knows_names_the_vent(tmp_path):
     lost = drawn(recorded(tmp_path / "lease.tape", lose_the_lease))
     assert "tripped: lease expired" in words(lost)
     assert "vented" not in words(lost)
+
+
+def test_a_burst_hides_no_force_behind_its_own_uncertainty(tmp_path):
+    """The pressure falls in a moment, and nobody knows the force just then."""
+    torn = drawn(recorded(tmp_path / "burst.tape", burst))
+    ticks = [float(word.replace("−", "-")) for word in words(torn) if re.fullmatch(r"−?[\d.]+", word)]
+    with opened(tmp_path / "burst.tape") as recording:
+        assert max(m.force_std_n for m in recording.samples() if m.in_contact) > 5
+    assert min(ticks) > -1
 
 
 NOTHING = {
