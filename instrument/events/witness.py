@@ -76,6 +76,7 @@ class Witness:
 
     @can_down.setter
     def can_down(self, down: bool) -> None:
+        """Tell the instrument of it."""
         self._instrument.can_down = down
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
