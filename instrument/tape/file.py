@@ -18,6 +18,8 @@ from instrument.tape.entry import INPUTS, Entry, Kind, TapeError, encode
 from instrument.tape.measured import Measured, unpack
 from instrument.tape.schema import CREATE, How, checksum, insert_into, sample_checksum
 
+#: SQLite syncs at a checkpoint: so many pages, five seconds of samples, are what a power cut may cost.
+CHECKPOINT_PAGES = 200
 CLOSE_WAIT_MS = 200  #: for who reads meanwhile; a recorder that ends waits no longer
 #: What may lie beside a recording; SQLite would take it for this file's own.
 BESIDE = ("-wal", "-shm", "-journal")
@@ -60,6 +62,7 @@ class TapeFile:
             if mode != "wal":
                 raise OSError(errno.ENOTSUP, "SQLite's write-ahead log does not work on this file system")
             db.execute("PRAGMA synchronous = NORMAL")
+            db.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
         except BaseException:
             db.close()
             raise

@@ -13,9 +13,9 @@ from instrument import whole_file
 from instrument.columns import Numbers, Points, points_in
 from instrument.errors import ConfigurationError
 from instrument.validation.recording import NEEDED
-from instrument.validation.trial import LONGEST_GAP_S
 
 ROWS_AT_ONCE = 5000
+MOST_APART_S = 0.15  #: two points of the reference; a logger of 10 Hz may be late by half
 
 
 class Pressure(NamedTuple):
@@ -64,7 +64,7 @@ def force_at(t_s: Numbers, reference: Points) -> Numbers:
     """The reference force [N] at these times; NaN where its points are too far apart, or there are none."""
     known_s = reference["t_s"]
     after = np.clip(np.searchsorted(known_s, t_s), 1, len(known_s) - 1)
-    close = known_s[after] - known_s[after - 1] <= LONGEST_GAP_S
+    close = known_s[after] - known_s[after - 1] <= MOST_APART_S
     force_n = np.interp(t_s, known_s, reference["force_n"], left=np.nan, right=np.nan)
     return np.where(close, force_n, np.nan)
 
