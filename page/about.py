@@ -19,6 +19,7 @@ def about(begun: Mapping[str, Any], writable: bool) -> dict[str, Any]:
     node_id = begun.get("configuration", {}).get("can", {}).get("node_id", DEFAULT_NODE_ID)
     return {
         **{name: begun.get(name) for name in _OWN},
+        "replay": begun.get("replay", ""),
         "map_version": MAP_VERSION,
         "map_hash": f"{MAP_HASH:08x}",
         "writable": writable,
@@ -37,6 +38,7 @@ def _register(register: Register) -> dict[str, Any]:
         "words": register.wire.words,
         "name": register.name,
         "unit": register.unit,
+        "always": register.always,
         "type": TYPES[register.wire],
         "doc": register.doc,
         "writable": register.writable,

@@ -6,6 +6,7 @@ import asyncio
 import json
 import math
 from collections.abc import Mapping
+from textwrap import shorten
 from typing import Any
 
 from starlette.requests import ClientDisconnect, Request
@@ -16,6 +17,7 @@ from registers.asked import asked as check
 
 MOST_BYTES = 16_384
 BODY_S = 5.0
+MOST_ECHOED = 200
 
 
 class Refused(Exception):
@@ -93,7 +95,7 @@ def wanted(facts: Mapping[str, Any]) -> dict[str, Any]:
     try:
         check(values)
     except Malformed as error:
-        raise Refused(400, f"That cannot be asked: {error}.") from None
+        raise Refused(400, f"That cannot be asked: {shorten(str(error), MOST_ECHOED)}.") from None
     except OverflowError:
         raise Refused(400, "That cannot be asked: a number is too long.") from None
     return values

@@ -40,7 +40,7 @@ class Crowd:
             return
         self._connections[client] = connection
         if len(self._connections) > MOST_CONNECTIONS:
-            next(c for c in self._connections.values() if not c.streams).transport.abort()
+            self._cut_off(next(c for c in self._connections.values() if not c.streams))
 
     def leave(self, connection: Connection) -> None:
         """Forget one that is gone."""
@@ -55,4 +55,8 @@ class Crowd:
     def drop(self, client: Client) -> None:
         """Cut one off, with all that it has not taken."""
         if client in self._connections:
-            self._connections[client].transport.abort()
+            self._cut_off(self._connections[client])
+
+    def _cut_off(self, connection: Connection) -> None:
+        self.leave(connection)  # now, for the loop tells it of its end only later
+        connection.transport.abort()

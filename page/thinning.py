@@ -8,6 +8,7 @@ from typing import NamedTuple
 from instrument.tape.measured import Measured
 
 BUCKET_S = 0.04
+MOST_SHOWN = 4  #: of a bucket
 MOST_OF_BUCKET = 256  #: a clock that stands still must not fill the memory
 
 
@@ -52,6 +53,8 @@ class Thinning:
 
 def extremes(points: list[Point]) -> list[Point]:
     """The points with the least and the greatest force and pressure, in order; the first, if all are NaN."""
+    if len(points) <= MOST_SHOWN:
+        return points
     kept: set[int] = set()
     for at in _PLOTTED:
         values = [point[at] for point in points]
