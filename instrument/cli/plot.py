@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.progress import Progress
 
 from instrument.errors import ConfigurationError
-from instrument.tape import by_pressure
-from instrument.tape.drawing import drawn_alike, figure_of
+from instrument.tape.drawing import drawn_alike, figure_of, titled
 from instrument.tape.measured import Measured
 from instrument.tape.opening import opened
 from instrument.tape.picture import Picture
 from instrument.tape.reading import Recording
+from instrument.validation import by_pressure
 from instrument.validation.figures import check_drawable, fifth_bars
 from instrument.validation.reference import read
 from instrument.whole_file import check_writable, in_place_of
@@ -122,7 +122,7 @@ def _bars(picture: Picture, wish: Wish, begin_s: float, title: str) -> Figure:
     names = [f"{bar.name}\nn = {bar.contacts}" for bar in bars]
     figure = fifth_bars(names, [bar.percent for bar in bars], "inflating pressure ΔP_i [kPa]", how_much)
     axes = figure.axes[0]
-    axes.set_title(title, loc="left", fontsize=11, parse_math=False)
+    titled(axes, title)
     axes.margins(y=0.1)
     if not any(bar.contacts for bar in bars):
         axes.text(0.5, 0.5, _nothing(picture, wish), transform=axes.transAxes, ha="center", fontsize=13)

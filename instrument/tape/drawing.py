@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from instrument.tape.contacts import ContactRow
-from instrument.tape.picture import SILENT, Picture, Span
+from instrument.tape.picture import SILENT, Picture, Points, Span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Rows = NDArray[np.float64]
 Style = dict[str, Any]
 
 SIZE_INCH = (6.4, 5.2)
@@ -43,10 +42,17 @@ def drawn_alike() -> Iterator[None]:
     from matplotlib import rc_context, rcdefaults, rcParams
 
     own: Any = {"font.size": 11, "hatch.linewidth": 0.6, "svg.fonttype": "none", "svg.hashsalt": "pneuforce"}
-    with rc_context():
+    with rc_context(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of letters that its font has not
         rcdefaults()  # whatever the user's own matplotlibrc says
         rcParams.update(own)
         yield
+
+
+def titled(axes: Axes, title: str) -> None:
+    """Put the title over a figure; what no file can hold is a question mark."""
+    shown = "".join(letter if letter.isprintable() else "?" for letter in title)
+    axes.set_title(shown, loc="left", fontsize=11, parse_math=False)
 
 
 def figure_of(picture: Picture, title: str) -> Figure:
@@ -62,7 +68,7 @@ def figure_of(picture: Picture, title: str) -> Figure:
     for axes in (above, below):
         _plain(axes, picture, scale)
     _name_spans(above, picture, scale)
-    above.set_title(title, loc="left", fontsize=11, parse_math=False)
+    titled(above, title)
     below.set_xlabel("\n".join([f"time in the recording [{unit}]", *_thinned(picture)]))
     handles, names = (
         [*one, *other]
@@ -113,9 +119,9 @@ def _plain(axes: Axes, picture: Picture, scale: _Scale) -> None:
 
 
 def _pressures(axes: Axes, picture: Picture, scale: _Scale) -> None:
-    _curve(axes, picture.pressure.points(), scale, PALE, "pressure, filtered")
-    _curve(axes, picture.pressed.points(), scale, BLUE, "in the balloon, in contact")
-    setpoint = picture.setpoint.points()
+    _curve(axes, picture.points(picture.pressure), scale, PALE, "pressure, filtered")
+    _curve(axes, picture.points(picture.pressed), scale, BLUE, "in the balloon, in contact")
+    setpoint = picture.points(picture.setpoint)
     axes.plot(scale(setpoint[:, 0]), setpoint[:, 1], "--", color=BLACK, linewidth=1.0, label="setpoint")
     rows = picture.contacts
     size = 13 if len(rows) <= MOST_NUMBERS else 7
@@ -153,7 +159,7 @@ def _number(axes: Axes, rows: list[ContactRow], scale: _Scale) -> None:
 
 
 def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
-    t_s, force_n, std_n = picture.force.points().T
+    t_s, force_n, std_n = picture.points(picture.force).T
     axes.fill_between(
         scale(t_s), force_n - 2 * std_n, force_n + 2 * std_n, color=BLUE, alpha=0.25, linewidth=0, label="±2u"
     )
@@ -168,8 +174,8 @@ def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
         axes.text(0.5, 0.7, picture.remark, fontsize=13, bbox=PAPER, **middle)
 
 
-def _curve(axes: Axes, points: Rows, scale: _Scale, colour: str, name: str) -> None:
-    axes.plot(scale(points[:, 0]), points[:, 1], color=colour, linewidth=1.3, label=name)
+def _curve(axes: Axes, points: Points, scale: _Scale, colour: str, name: str) -> None:
+    axes.plot(scale(points[:, 0]), points[:, 1], color=colour, linewidth=1.3, label=name, gid=name)
 
 
 def _name_spans(axes: Axes, picture: Picture, scale: _Scale) -> None:

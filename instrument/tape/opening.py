@@ -58,7 +58,7 @@ def _uri(path: Path) -> str:
     how = "immutable=1"
     if _ahead(path):
         how = "mode=ro" if _index(path) else "mode=ro&vfs=unix-none"
-    return f"file:{quote(str(path.absolute()))}?{how}"
+    return f"file:{quote(os.fsencode(path.absolute()))}?{how}"
 
 
 def _ahead(path: Path) -> bool:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from instrument.faults import name_of
 from instrument.rig.limits import HOST_SILENCE_S, PRESSURISED
 from instrument.tape.contacts import ContactRow, Contacts
@@ -13,6 +16,7 @@ from instrument.tape.strand import Strand
 
 MOST_CONTACTS = 20_000
 VENTED, SILENT = "vented", "no samples"
+Points = NDArray[np.float64]
 _FILLED = frozenset(state.value for state in PRESSURISED)
 
 
@@ -48,7 +52,7 @@ class Picture:
         if not self.samples:
             self.first_s = m.t_s
         elif not 0 <= m.t_s - self.end_s <= HOST_SILENCE_S:
-            self._silence(m.t_s)
+            self._spans.append(Span(self.end_s, m.t_s, SILENT, trip=False))
         self._contacts.take(m)
         self._rest(m)
         self.pressure.take(m.t_s, m.pressure_kpa)
@@ -57,11 +61,6 @@ class Picture:
         self.force.take(m.t_s, m.force_n, m.force_std_n if m.in_contact else 0.0)
         self.samples += 1
         self.end_s = m.t_s
-
-    def _silence(self, now_s: float) -> None:
-        for strand in (self.pressure, self.pressed, self.setpoint, self.force):
-            strand.interrupt(self.end_s)
-        self._spans.append(Span(self.end_s, now_s, SILENT, trip=False))
 
     def _rest(self, m: Measured) -> None:
         if m.state in _FILLED:
@@ -73,6 +72,14 @@ class Picture:
             self._spans[-1] = last._replace(end_s=m.t_s)
         else:
             self._spans.append(Span(m.t_s, m.t_s, name, trip=bool(names)))
+
+    def points(self, strand: Strand) -> Points:
+        """A curve as rows of time, value and uncertainty, interrupted where there were no samples."""
+        points = strand.points()
+        silences = [span for span in self._spans if span.name == SILENT]
+        where = np.searchsorted(points[:, 0], [span.begin_s for span in silences], side="right")
+        breaks = np.array([(span.end_s, math.nan, math.nan) for span in silences], float).reshape(-1, 3)
+        return np.insert(points, where, breaks, axis=0)
 
     @property
     def contacts(self) -> list[ContactRow]:
@@ -91,4 +98,6 @@ class Picture:
             return "no samples"
         if not self.filled:
             return "vented all the time: no force"
-        return "" if self.contacts else "no contact"
+        if not self.contacts:
+            return "no contact"
+        return "" if any(row.peak_n == row.peak_n for row in self.contacts) else "no force in any contact"

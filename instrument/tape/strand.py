@@ -48,12 +48,6 @@ class Strand:
         if self._in_bucket >= self.each:
             self._close()
 
-    def interrupt(self, t_s: float) -> None:
-        """The curve ends here, and may go on later."""
-        self._close()
-        self.take(t_s, math.nan)
-        self._close()
-
     def _close(self) -> None:
         if self._in_bucket:
             self._buckets.append(_Bucket(self._low, self._high))

@@ -186,10 +186,35 @@ def test_a_burst_hides_no_force_behind_its_own_uncertainty(tmp_path):
     assert min(ticks) > -1
 
 
+def low(drive, _):
+    """Below the validated range a contact has pressures and no force."""
+    hold(drive)
+    drive.must({"setpoint_requested_kpa": 3.0})
+    drive.renew(2.0)
+    drive.push_kpa = 1.0
+    drive.renew(0.5)
+
+
+def test_no_line_is_drawn_through_a_silence(tmp_path):
+    def story(drive, _):
+        hold(drive)
+        drive.silence(100.0)
+        drive.run(1.0)
+
+    silent = drawn(recorded(tmp_path / "silent.tape", story))
+    assert "no samples" in words(silent)
+    [pressure] = [group for group in silent.iter(f"{SVG}g") if group.get("id") == "pressure, filtered"]
+    [path] = pressure.iter(f"{SVG}path")
+    steps = [float(x) for x in re.findall(r"L ([\d.]+)", path.get("d"))]
+    assert len(re.findall("M ", path.get("d"))) == 2
+    assert steps == sorted(steps)
+
+
 NOTHING = {
     "no samples": lambda *_: None,
     "vented all the time: no force": lambda drive, _: drive.run(1.0),
     "no contact": hold,
+    "no force in any contact": low,
 }
 
 

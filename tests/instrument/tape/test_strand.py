@@ -53,11 +53,3 @@ def test_a_long_interruption_is_one_however_long_the_curve():
     assert (np.diff(where) == 1).all()
     assert (points[: where[0], 1] == 1.0).all()
     assert (points[where[-1] + 1 :, 1] == 2.0).all()
-
-
-def test_it_can_be_interrupted_between_two_points():
-    strand = strand_of([1.0, 2.0])
-    strand.interrupt(0.6)
-    strand.take(9.0, 3.0)
-    assert [value for _, value, _ in strand.points().tolist() if value == value] == [1.0, 2.0, 3.0]
-    assert np.isnan(strand.points()[2, 1])

@@ -8,15 +8,12 @@ from statistics import fmean
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from instrument.fifths import COUNT, EDGES_KPA, fifths_of
 from instrument.model.balloon import LOWEST_RISE_KPA
 from instrument.tape.contacts import ContactRow
-
-#: A peak of the reference below this is no contact with it [N].
-LEAST_FORCE_N = 0.05
-Numbers = NDArray[np.float64]
+from instrument.validation.peaks import LEAST_FORCE_N
+from instrument.validation.trial import Floats
 
 
 class Bar(NamedTuple):
@@ -30,8 +27,8 @@ class Bar(NamedTuple):
 class Reference(NamedTuple):
     """What a force cell read, on the clock of the recording."""
 
-    t_s: Numbers
-    force_n: Numbers
+    t_s: Floats
+    force_n: Floats
 
     def peak_n(self, row: ContactRow) -> float:
         """Its greatest force during a contact; NaN where it read nothing then."""
