@@ -29,6 +29,7 @@ from page.tokens import Tokens
 from page.view import View
 
 TICK_S = 0.05
+NICER = 5  #: the instrument goes first, where the machine is busy
 SIGN_OF_LIFE_S = 10.0
 SEND_BUFFER = 131_072  #: of a browser that does not read the kernel keeps no more
 
@@ -132,6 +133,7 @@ def _read_on(server: PageServer) -> None:
 
 def main() -> int:
     """Run the page; returns the exit code."""
+    os.nice(NICER)
     logging.basicConfig(format="%(message)s")
     facts: dict[str, Any] = json.loads(sys.stdin.readline() or "null")
     options = Options(**facts)
