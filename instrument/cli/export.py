@@ -77,7 +77,7 @@ def export(path: Path, wanted: Wanted, as_json: bool) -> int:
         damaged = bool(recording.damage)
     if remark:
         print(f"pneuforce: {remark}", file=sys.stderr)
-    words = f"{wanted.out}: {span.rows} samples, from {span.first_s:.1f} s to {span.last_s:.1f} s"
+    words = f"{wanted.out}: {span.rows} samples, {max(span.first_s, 0.0):.1f} s to {span.last_s:.1f} s"
     print(json.dumps(facts) if as_json else words)
     return 1 if damaged else 0
 

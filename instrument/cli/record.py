@@ -65,8 +65,8 @@ def record(path: Path, at: Path, seconds: float | None, as_json: bool) -> int:
             file.end(*ended)
             file.commit()
         except Unwritable as error:
-            ended = Ended(How.UNWRITABLE, f"{path} cannot be written: {error}")
-            _tell_trouble(line, ended.why)
+            ended = Ended(How.UNWRITABLE, str(error))
+            _tell_trouble(line, f"{path} cannot be written: {error}")
     _say_end(file, ended, as_json)
     return 0 if ended.how in (How.END, How.STOPPED) else 1
 

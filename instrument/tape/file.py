@@ -38,12 +38,13 @@ class TapeFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.begin_s = math.nan  #: when the recording begins; NaN until it does
-        self.now_s = math.nan  #: of the newest entry
+        self.kept_s = math.nan  #: time of the newest entry that is committed
         self.samples = 0
         self.kept = 0  #: samples that are committed
         self.events = 0
         self.last: Measured | None = None
         self._batches = 0
+        self._now_s = math.nan
         self._inputs: list[Entry] = []
         self._rows: dict[str, list[tuple[Any, ...]]] = {}
         self._identity = _make(path)
@@ -75,8 +76,8 @@ class TapeFile:
 
     @property
     def extent_s(self) -> float:
-        """Time from the beginning to the newest entry [s]; 0 before it."""
-        return max(self.now_s - self.begin_s, 0.0) if self.begun else 0.0
+        """Time from the beginning to the newest entry that is committed [s]; 0 before it."""
+        return max(self.kept_s - self.begin_s, 0.0) if self.kept_s == self.kept_s else 0.0
 
     @property
     def bytes(self) -> int:
@@ -85,7 +86,7 @@ class TapeFile:
 
     def put(self, entry: Entry) -> None:
         """Take an entry of the tape. Raises TapeError where it is none that a recording has."""
-        self.now_s = entry.t_s
+        self._now_s = entry.t_s
         if entry.kind in INPUTS:
             self._inputs.append(entry)
         elif take := _TAKERS.get(entry.kind):
@@ -100,7 +101,7 @@ class TapeFile:
 
     def end(self, how: How, why: str) -> None:
         """Say how the recording ended: no entry comes after that."""
-        self._add("ending", 1, self.now_s, how.value, why, self.samples)
+        self._add("ending", 1, self._now_s, how.value, why, self.samples)
 
     def commit(self) -> None:
         """Put on the disk what waits, all or nothing. Raises Unwritable, and the recording is then over."""
@@ -118,7 +119,7 @@ class TapeFile:
                 self._db.execute("ROLLBACK")
             raise Unwritable(_in_words(error)) from None
         self._rows.clear()
-        self.kept = self.samples
+        self.kept, self.kept_s = self.samples, self._now_s
 
     def close(self) -> None:
         """Give the file back. What was put and not committed is lost; a full disk does not matter here."""

@@ -35,7 +35,7 @@ class How(StrEnum):
     END = "the instrument ended"
     STOPPED = "the recorder was stopped"
     CUT_OFF = "the connection was cut off"
-    UNWRITABLE = "the file took no more"
+    UNWRITABLE = "the file cannot be written"
 
 
 #: What each field of a sample is in Python.
