@@ -39,12 +39,15 @@ FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N\n")
 
 
 @pytest.fixture(scope="module")
-def demo():
-    started = Demo("--seconds", "120")
-    started.until_holding()
-    yield started
-    started.process.terminate()
-    started.process.communicate()
+def demo(tmp_path_factory):
+    """One that nobody but these tests finds: `pneuforce record` looks where temporary files are."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("TMPDIR", str(tmp_path_factory.mktemp("demo")))
+        started = Demo("--seconds", "300")
+        started.until_holding()
+        yield started
+        started.process.terminate()
+        started.process.communicate()
 
 
 def typed(line, demo, folder):
@@ -88,7 +91,8 @@ def ended_well(line, process):
 
 def test_every_pneuforce_command_runs(demo, tmp_path):
     endless = [line for line in PNEUFORCE if re.search(r"pneuforce (run|sim)\b", line)]
-    watching = [line for line in PNEUFORCE if "pneuforce watch" in line]
+    lasting = [line for line in PNEUFORCE if re.search(r"pneuforce (watch|record)\b", line)]
+    of_recording = [line for line in PNEUFORCE if re.search(r"pneuforce (replay|plot|export)\b", line)]
 
     def begun(line):
         return subprocess.Popen(
@@ -100,12 +104,14 @@ def test_every_pneuforce_command_runs(demo, tmp_path):
             text=True,
         )
 
-    watches = [(line, begun(line)) for line in watching]  # seconds each: the others go on meanwhile
+    going_on = [(line, begun(line)) for line in lasting]  # seconds each: the others run meanwhile
     for line in PNEUFORCE:
-        if line not in endless + watching:
+        if line not in endless + lasting + of_recording:
             ended_well(line, begun(line))
-    for line, watch in watches:
-        ended_well(line, watch)
+    for line, process in going_on:
+        ended_well(line, process)
+    for line, process in [(line, begun(line)) for line in of_recording]:
+        ended_well(line, process)
     rig, host = sorted(endless, key=lambda line: " run " in line)
     with started(typed(rig, demo, tmp_path), tmp_path) as sim:
         sim.stdout.readline()
@@ -129,7 +135,7 @@ def test_the_python_program_prints_forces(demo, tmp_path):
             [sys.executable, "-u", str(file)], cwd=TOP, stdout=subprocess.PIPE, stderr=complaints, text=True
         ) as running,
     ):
-        deadline = Timer(10, running.kill)
+        deadline = Timer(30, running.kill)
         deadline.start()
         lines = [running.stdout.readline() for _ in range(20)]
         deadline.cancel()
