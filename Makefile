@@ -42,18 +42,22 @@ UPLOT := $(VENDOR)/uPlot.esm.js
 
 vendor: $(UPLOT)
 
+# Without a network npm would try for more than a minute, and a newcomer wait for it.
+SOON := --fetch-timeout=20000 --fetch-retry-mintimeout=500 --fetch-retry-maxtimeout=2000
+
 # npm refuses what has not the checksum of the lock file. Its files are copied when all of them are there.
 $(UPLOT): page/package.json page/package-lock.json | $(VENV)/installed
 	@mkdir -p build/page $(VENDOR) && cp page/package.json page/package-lock.json build/page
 	@echo "fetching uPlot, which draws the page, into $(VENDOR)"
-	@{ $(GET_NPM) && $(NPM) ci --prefix build/page --ignore-scripts --no-audit --no-fund; } >build/page/npm.log 2>&1 && \
+	@{ $(GET_NPM) && $(NPM) ci --prefix build/page --ignore-scripts --no-audit --no-fund $(SOON); } \
+		>build/page/npm.log 2>&1 && \
 		cd build/page/node_modules/uplot && \
 		cp LICENSE dist/uPlot.min.css dist/uPlot.esm.js $(CURDIR)/$(VENDOR) || \
 		{ echo "npm could not fetch uPlot: see build/page/npm.log"; exit 1; }
 
 build/page/tried: page/package.json page/package-lock.json | $(VENV)/installed
 	@mkdir -p $(@D)
-	@$(MAKE) --no-print-directory vendor || echo "the page has no plots; make vendor tries again"
+	@$(MAKE) --no-print-directory vendor 2>/dev/null || echo "the page has no plots; make vendor tries again"
 	@touch $@
 
 SKETCH := firmware/pneuforce/pneuforce.ino
