@@ -6,7 +6,9 @@ import asyncio
 import logging
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from heapq import merge
+from operator import attrgetter
 from pathlib import Path
 
 from instrument.cli.logs import log_to_stderr
@@ -20,10 +22,11 @@ from instrument.host import TICK_S, Face
 from instrument.played import Played
 from instrument.rig.link import Link
 from instrument.settings import Identity
-from instrument.tape.entry import Kind
+from instrument.tape.entry import Entry, Kind, told
 from instrument.tape.feed import Feed
 from instrument.tape.measured import pack
 from instrument.tape.playing import Playing
+from instrument.tape.reading import Recording
 from instrument.tape.replay import Replayed
 
 log = logging.getLogger("pneuforce")
@@ -35,18 +38,14 @@ SAY_SLIPPED_S = 1.0
 class Player:
     """Tells the faces of recorded samples, as a host tells them of a rig's."""
 
-    def __init__(
-        self, playing: Playing, feed: Feed, url: str, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, playing: Playing, feed: Feed, recording: Recording) -> None:
         self.faces: list[Face] = []
-        self.url = url
+        self.url = str(recording.path)
         self.reconnects = 0
         self._playing = playing
         self._feed = feed
-        self._clock = clock
-        self._each = max(
-            1, round(playing.speed)
-        )  # so many samples are one to a bus, which knows 500 a second
+        self._recording = recording
+        self._each = max(1, round(playing.speed))  # so many are one to the faces, which know 500 a second
         self._samples = 0
         self._tick_s = 0.0
         self._said_over = self._said_slow = False
@@ -73,15 +72,18 @@ class Player:
     async def run(self, stop: asyncio.Event) -> None:
         """Play until `stop` is set. Raises TapeError: what was recorded cannot be replayed."""
         while not stop.is_set():
-            self._go_on(self._clock())
+            self._go_on(time.monotonic())
             await asyncio.sleep(PAUSE_S)
         log.info("ended; a replay has nothing to vent")
 
     def _go_on(self, now_s: float) -> None:
-        for sample in self._playing.advance(now_s):
+        for played in self._playing.advance(now_s):
+            if isinstance(played, Entry):
+                self._feed.note(played.kind, now_s, played.body)
+                continue
             self._samples += 1
             if self._samples % self._each == 0:
-                self._show(sample, now_s)
+                self._show(played, now_s)
         if now_s >= self._tick_s:
             self._tick_s = now_s + TICK_S
             for face in self.faces:
@@ -99,6 +101,8 @@ class Player:
         if self._playing.over and not self._said_over:
             self._said_over = True
             log.warning("the recording is over: from here on its values are stale")
+            if remark := self._recording.remark():
+                log.warning("%s", remark)
         if self._playing.slipped_s > SAY_SLIPPED_S and not self._said_slow:
             self._said_slow = True
             log.warning("this machine cannot play at speed %g: it plays slower", self._playing.speed)
@@ -111,16 +115,24 @@ def play(file: Path, configuration: Configuration, socket: Path | None, speed: f
     """
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     with replayable(file) as recording, log_to_stderr():
-        playing = Playing(lambda: (start_of(recording), recording.entries()), speed, again)
-        if remark := recording.remark():
-            log.warning("%s", remark)
+        playing = Playing(lambda: (start_of(recording), _entries_of(recording)), speed, again)
         recorded = playing.coupling.instrument.settings.identity
-        asyncio.run(_play(playing, _as(recorded, configuration), Files(socket=socket), file))
+        asyncio.run(_play(playing, recording, _as(recorded, configuration), Files(socket=socket)))
 
 
-async def _play(playing: Playing, configuration: Configuration, files: Files, file: Path) -> None:
+def _entries_of(recording: Recording) -> Iterator[Entry]:
+    """What went into the instrument, and what its log told, in order of time."""
+    events = (
+        told(Kind.EVENT, facts["mono_s"], facts)
+        for facts in recording.events()
+        if isinstance(facts.get("mono_s"), float | int)
+    )
+    return merge(recording.entries(), events, key=attrgetter("t_s"))
+
+
+async def _play(playing: Playing, recording: Recording, configuration: Configuration, files: Files) -> None:
     feed = Feed(("page",))
-    faces = Faces(configuration, Player(playing, feed, str(file)), Played(playing), feed)
+    faces = Faces(configuration, Player(playing, feed, recording), Played(playing), feed)
     await work_until_stopped(faces, files)
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from instrument.coupling import Coupling
-from instrument.tape.entry import Entry, TapeError
+from instrument.tape.entry import Entry, Kind, TapeError
 from instrument.tape.replay import Replayed, feed
 
 MOST_AT_ONCE = 500  #: entries, some 20 ms of work: the buses wait as long
-#: A coupling as at the recording's begin, and what went into it from then on.
+#: A coupling as at the recording's begin, and what went into it from then on, events of the log between.
 Begin = Callable[[], tuple[Coupling, Iterator[Entry]]]
 
 
@@ -39,10 +39,10 @@ class Playing:
         """When a recorded moment is played, by the clock [s]."""
         return (self._live_s or 0.0) + (t_s - self._from_s) / self.speed
 
-    def advance(self, now_s: float) -> Iterator[Replayed]:
-        """Play what is due at `now_s`, not all of it where it is much; yields each sample as it is measured.
+    def advance(self, now_s: float) -> Iterator[Replayed | Entry]:
+        """Play what is due at `now_s`, not all of it where it is much.
 
-        Raises TapeError.
+        Yields each sample as it is measured, and each event of the log. Raises TapeError.
         """
         if self._live_s is None:
             self._live_s = now_s
@@ -51,7 +51,10 @@ class Playing:
             if self._next is None or self._next.t_s > due_s:
                 break
             self.t_s = self._next.t_s
-            yield from feed(self.coupling, self._next)
+            if self._next.kind is Kind.EVENT:
+                yield self._next
+            else:
+                yield from feed(self.coupling, self._next)
             self._next = next(self._entries, None)
         if self._next is None:
             self._end(due_s, now_s)

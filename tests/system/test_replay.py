@@ -6,18 +6,20 @@ import socket
 import sqlite3
 import struct
 import time
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from urllib.request import urlopen
 
 import can
 import pytest
 
+from instrument.played import MARKS
 from instrument.tape.checkpoint import thaw
 from instrument.tape.entry import Decoder, Kind, encode, told
 from instrument.tape.opening import opened
 from instrument.tape.schema import checksum
 from registers.modbus.client import Plc, PlcError
-from tests.system.waiting import inflate, wait_for
+from tests.instrument.tape.virtual_host import eventful, write
+from tests.system.waiting import wait_for
 from tests.typed import pneuforce
 from teststand.children import Child
 from teststand.stack import free_port, start, toml
@@ -25,53 +27,10 @@ from teststand.stack import free_port, start, toml
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    """Begun in the middle of a contact; then damaged bytes, another setpoint, a lease, a trip and a clear."""
-    folder = tmp_path_factory.mktemp("tape")
-    file = folder / "press.tape"
-    with ExitStack() as children:
-        parts = start(children, folder / "rig", ["--no-hand"], line_seed=7)
-        control = children.enter_context(socket.create_connection(("127.0.0.1", parts.control_port)))
-        plc = children.enter_context(Plc.connect(port=parts.modbus_port))
-        inflate(plc, 5.0)
-        control.sendall(b'{"press": 1.5}\n')
-        wait_for(plc.read, lambda seen: seen["force"] > 1.4)
-        recorder = children.enter_context(Child("recorder", _record(file, folder)))
-        wait_for(lambda: has_samples(file), bool)
-        parts.line.noise.bursts = 1e-3
-        wait_for(plc.read, lambda seen: seen["sample_counter"] > 0 and seen["force"] > 1.4)
-        control.sendall(b'{"release": true}\n')
-        wait_for(plc.read, lambda seen: seen["force"] == 0.0)
-        parts.line.noise.bursts = 0.0
-        plc.write("setpoint_requested", 6.0)
-        plc.write("lease", 0.5)
-        wait_for(plc.read, lambda seen: seen["lease_holder"] == "none")
-        clear(plc)
-        inflate(plc, 6.0)
-        control.sendall(b'{"press": 1.0}\n')
-        wait_for(plc.read, lambda seen: seen["force"] > 0.9)
-        parts.host.stop()
-        wait_for(lambda: recorder.running, lambda runs: not runs)
+    """Begun in the middle of a contact, in virtual time: a busy machine changes nothing of it."""
+    file = tmp_path_factory.mktemp("tape") / "press.tape"
+    write(eventful()[1], file)
     return file
-
-
-def _record(file, folder):
-    return ["instrument", "record", str(file), "--socket", str(folder / "pneuforce.sock")]
-
-
-def clear(plc):
-    plc.write("command_key", 20550)
-    plc.write("command_code", "clear_faults")
-    plc.write("command_sequence", plc.read()["answer_sequence"] + 1)
-
-
-def has_samples(file):
-    if not file.exists():
-        return False
-    with closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as db:
-        try:
-            return db.execute("SELECT count(*) FROM samples").fetchone()[0] > 100
-        except sqlite3.OperationalError:
-            return False
 
 
 @pytest.fixture
@@ -88,16 +47,47 @@ def verdict_of(file):
 # ---- verified
 
 
-def test_the_real_thing_is_the_same_again_to_the_last_bit(recording):
+def test_the_real_thing_is_the_same_again_to_the_last_bit(tmp_path):
+    """Over a line that is disturbed, and however it goes on a machine that may be busy."""
+    file = tmp_path / "real.tape"
+    with ExitStack() as children:
+        parts = start(children, tmp_path / "rig", line_seed=7)
+        plc = children.enter_context(Plc.connect(port=parts.modbus_port))
+        for _ in range(100):
+            with suppress(PlcError):
+                plc.write("mode", "vent")
+                plc.write("setpoint_requested", 5.0)
+                plc.write("mode", "hold")
+                break
+            time.sleep(0.05)
+        line = str(tmp_path / "pneuforce.sock")
+        recorder = children.enter_context(
+            Child("recorder", ["instrument", "record", str(file), "--socket", line])
+        )
+        parts.line.noise.bursts = 1e-3
+        wait_for(lambda: samples_in(file), lambda samples: samples > 1000)
+        plc.write("lease", 0.2)
+        wait_for(lambda: samples_in(file), lambda samples: samples > 1500)
+        parts.host.stop()
+        wait_for(lambda: recorder.running, lambda runs: not runs)
+    code, verdict = verdict_of(file)
+    assert (code, verdict["equal"], verdict["difference"], verdict["remark"]) == (0, True, None, "")
+    assert verdict["samples"] == samples_in(file) > 1500
+    assert verdict["duration_s"] > 2
+
+
+def samples_in(file):
+    with suppress(sqlite3.OperationalError), closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as db:
+        return db.execute("SELECT count(*) FROM samples").fetchone()[0]
+    return 0
+
+
+def test_a_whole_recording_is_the_same_again(recording):
     code, verdict = verdict_of(recording)
-    with opened(recording) as tape:
-        samples = list(tape.samples())
-        assert samples[0].in_contact
-        assert not tape.remark()
-    assert (code, verdict["equal"], verdict["difference"]) == (0, True, None)
-    assert verdict["samples"] == len(samples) > 1000
-    assert verdict["duration_s"] == pytest.approx(samples[-1].t_s - samples[0].t_s, abs=0.1)
-    assert verdict["times_real_time"] > 1
+    assert (code, verdict["equal"], verdict["difference"], verdict["remark"]) == (0, True, None, "")
+    assert verdict["samples"] > 14_000
+    assert verdict["duration_s"] == pytest.approx(30, abs=5)
+    assert verdict["times_real_time"] == pytest.approx(verdict["duration_s"] / verdict["took_s"])
 
 
 def test_it_is_told_in_words(recording):
@@ -168,6 +158,19 @@ def test_another_programs_recording_is_refused_but_exported(copy, tmp_path, key,
     assert pneuforce("export", copy, tmp_path / "out.csv").returncode == 0
 
 
+def test_a_checkpoint_that_is_none_is_told_in_a_sentence(copy, tmp_path):
+    with closing(sqlite3.connect(copy)) as db:
+        ((t_s,),) = db.execute("SELECT t_s FROM checkpoint")
+        row = (1, t_s, b"cos\nsystem\n(S'true'\ntR.")
+        db.execute("UPDATE checkpoint SET state = ?, crc32 = ?", (row[2], checksum(row)))
+        db.commit()
+    for words in ((), ("--config", _configured(tmp_path)[0])):
+        done = pneuforce("replay", copy, *words)
+        assert done.returncode == 2
+        assert "checkpoint asks for" in done.stderr
+        assert "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize("words", [["--speed", "2"], ["--loop"], ["--config", "/dev/null", "--json"]])
 def test_what_is_of_no_use_together_is_refused(recording, words):
     done = pneuforce("replay", recording, *words)
@@ -216,22 +219,22 @@ def test_over_modbus_the_force_is_the_recorded_one_of_that_sample(recording, tmp
         assert plc.read()["refusal"] == "none"
     assert len({now["sample_counter"] for now in seen}) > 50
     for now in seen:
-        assert {"simulated", "function_check", "write_lock"} <= now["status"]
+        assert now["status"] >= MARKS
         recorded_n = forces[now["sample_counter"] - first - 1]
         assert struct.pack("<f", now["force"]) == struct.pack("<f", recorded_n)
-        assert now["sample_age"] < 0.1
+        assert now["sample_age"] <= 0.1
 
 
 def test_at_its_end_values_are_stale_and_the_link_is_lost(recording, tmp_path):
     with playing(recording, tmp_path, "--speed", "50") as (player, plc, _):
         seen = wait_for(plc.read, lambda seen: {"stale", "link_lost"} <= seen["status"])
         assert seen["force"] != seen["force"]
-        assert {"simulated", "function_check"} <= seen["status"]
+        assert seen["status"] >= MARKS
         wait_for(lambda: " ".join(player.said), lambda said: "the recording is over" in said)
 
 
 def test_in_a_loop_it_begins_again(recording, tmp_path):
-    with playing(recording, tmp_path, "--speed", "20", "--loop") as (player, plc, _):
+    with playing(recording, tmp_path, "--speed", "50", "--loop") as (player, plc, _):
         first = plc.read()["sample_counter"]
         most = wait_for(lambda: plc.read()["sample_counter"], lambda counter: counter > first + 200)
         wait_for(lambda: plc.read()["sample_counter"], lambda counter: counter < most)
@@ -253,12 +256,13 @@ def test_a_robot_and_a_browser_see_a_simulated_rig_and_nobody_records_it(recordi
             frames = wait_for(lambda: [bus.recv(0.2) for _ in range(100)], lambda heard: None not in heard)
             assert {frame.arbitration_id for frame in frames} >= {0x185, 0x705}
             assert _about(page["port"])["simulated"] is True
-            assert _told(page["port"], "state")["status"] >= ["function_check"]
+            assert set(_told(page["port"], "state")["status"]) >= MARKS
             samples = _told(page["port"], "samples")
             assert max(samples["t_s"]) == pytest.approx(time.monotonic(), abs=5.0)
+            assert _told(page["port"], "event", "text")["at"] >= "20"
             _refused_recorder(tmp_path)
             assert player.running
-            assert plc.read()["sample_age"] < 0.1
+            assert plc.read()["sample_age"] <= 0.1
             assert "Traceback" not in " ".join(player.said)
 
 
@@ -267,7 +271,7 @@ def _about(port):
         return json.loads(answer.read())
 
 
-def _told(port, event):
+def _told(port, event, key="t_s"):
     """The first message of a kind that a browser is told, with something in it."""
     with urlopen(f"http://127.0.0.1:{port}/api/live", timeout=10.0) as stream:
         kind = ""
@@ -276,7 +280,7 @@ def _told(port, event):
                 kind = line.split(b":", 1)[1].strip().decode()
             elif line.startswith(b"data:") and kind == event:
                 facts = json.loads(line[5:])
-                if facts.get("t_s"):
+                if facts.get(key):
                     return facts
     return pytest.fail(f"no {event}")
 

@@ -3,12 +3,16 @@
 from dataclasses import dataclass, field
 from functools import cache
 
+from instrument.cli.begin import begin_of
+from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.coupling import Coupling
 from instrument.settings import Settings
 from instrument.tape.checkpoint import freeze
-from instrument.tape.entry import Decoder
+from instrument.tape.entry import Decoder, Entry, Kind, told
 from instrument.tape.feed import Feed, Listener
+from instrument.tape.file import TapeFile
+from instrument.tape.schema import How
 from sim.scenario import load
 from sim.staging import world_of
 from sim.world import World
@@ -162,3 +166,18 @@ def eventful():
     host.coupling.leave(host.now_s)
     host.run(0.5)
     return host, host.recorded()
+
+
+def write(tape, path):
+    """As the recorder writes it."""
+    file, begin_s = TapeFile(path), tape.entries[0].t_s
+    file.put(told(Kind.BEGIN, begin_s, begin_of(Configuration(), simulated=True)))
+    file.put(Entry(Kind.CHECKPOINT, begin_s, tape.checkpoint))
+    for number, entry in enumerate(tape.entries):
+        file.put(entry)
+        if number % 1000 == 0:
+            file.put(told(Kind.EVENT, entry.t_s, {"at": "2027-01-31", "mono_s": entry.t_s, "kind": "test"}))
+            file.commit()
+    file.end(How.END, "the test is over")
+    file.commit()
+    file.close()
