@@ -4,6 +4,7 @@ import { byId, make, say, showRows } from "./elements.js";
 import { counted, lasting, spoken } from "./numbers.js";
 
 const NONE = "not configured";
+const BOARDS = ["real", "emulated", "simulated"];
 const trouble = (h, ...names) =>
   names.filter((name) => h[name]).map((name) => `${spoken(name)} ${counted(h[name])}`).join(", ") || "none";
 
@@ -11,7 +12,7 @@ const trouble = (h, ...names) =>
 const CARDS = [
   ["rig", "Rig", (h) => spoken(h.phase), (h, rates) => [
     ["at", h.url],
-    ["board", `${spoken(h.board)}, firmware ${h.firmware}, no. ${h.serial}`],
+    ["board", h.board === null ? "–" : `${BOARDS[h.board] ?? h.board}, firmware ${h.firmware >> 8}.${h.firmware & 0xff}, no. ${h.serial}`],
     ["samples", `${counted(rates.samples_per_s)} per s, ${counted(h.samples)} in all`],
     ["age of the last", lasting(h.age_s)],
     ["errors", trouble(h, "lost_frames", "repeated_frames", "implausible_frames", "damaged_bytes", "reconnects", "board_restarts")],
@@ -26,7 +27,7 @@ const CARDS = [
     ["line", String(h.port)],
     ["requests", counted(h.requests)],
     ["exceptions", counted(h.exceptions)],
-    ["errors", trouble(h, "damaged")],
+    ["beside", trouble(h, "broadcasts", "others", "echoes")],
   ]],
   ["can", "CAN", (h) => (h.up ? "up" : "down"), (h, rates) => [
     ["at", h.at],

@@ -70,7 +70,7 @@ const hex3 = (id) => `${id.toString(16).toUpperCase()}h`;
 
 const frameCells = (frame) => [
   hex3(frame.id),
-  (frame.data.match(/../g) ?? []).join(" ").toUpperCase(),
+  frame.data.toUpperCase(),
   `${spoken(frame.name)} ${frame.out ? "(sent)" : "(received)"}`,
   Object.entries(frame.values ?? {}).map(([name, value]) => `${spoken(name)} ${valueText(value)}`).join(" · "),
   String(frame.count),

@@ -1,8 +1,12 @@
 // The stream of what the instrument shows, and whether it still comes.
 
-const SILENT_MS = 2500; // the stream brings something at least each second
+const SILENT_MS = 2500; // an instrument that is up is heard each second
+const PATIENCE_MS = 15000; // one that is down may be so for long, and so may a network
 const LOOK_MS = 500;
-const AGAIN_MS = 1000;
+const SILENT = "the page’s own server has fallen silent";
+const NO_ANSWER = "the page’s own server does not answer";
+const REFUSED = "the page’s own server lets no more pages look: close one";
+const HIDDEN = "this page was out of view";
 
 /**
  * Follows /api/live while the page is in view, for ever.
@@ -21,17 +25,12 @@ export function follow(handlers, onLink) {
     onLink({ up: isUp, why });
   };
 
-  const close = (why) => {
-    stream?.close();
-    stream = null;
-    link(false, why);
-  };
-
   const open = () => {
     heard_ms = performance.now();
+    stream?.close();
     stream = new EventSource("/api/live");
     stream.onopen = handlers.opened;
-    stream.onerror = () => link(false, "the page’s own server does not answer");
+    stream.onerror = () => link(false, stream.readyState === EventSource.CLOSED ? REFUSED : NO_ANSWER);
     listen("link", ({ up: isUp, why }) => link(isUp, why));
     for (const kind of ["samples", "state", "contacts", "health", "event"])
       listen(kind, (data) => (up || kind === "event") && handlers[kind](data));
@@ -46,17 +45,20 @@ export function follow(handlers, onLink) {
     });
   };
 
+  const patience_ms = () => (up || stream.readyState === EventSource.CLOSED ? SILENT_MS : PATIENCE_MS);
+
   const look = () => {
-    if (document.hidden) return;
-    const silent_ms = performance.now() - heard_ms;
-    if (!stream) open();
-    else if (stream.readyState === EventSource.CLOSED && silent_ms > AGAIN_MS) close("the page’s own server does not answer"), open();
-    else if (silent_ms > SILENT_MS) close("the page’s own server has fallen silent"), open();
+    if (document.hidden || (stream && performance.now() - heard_ms < patience_ms())) return;
+    if (up) link(false, SILENT);
+    open();
   };
 
-  document.addEventListener("visibilitychange", () =>
-    document.hidden ? close("this page was out of view") : look(),
-  );
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) return look();
+    stream?.close();
+    stream = null;
+    link(false, HIDDEN);
+  });
   setInterval(look, LOOK_MS);
   look();
 }

@@ -75,8 +75,7 @@ async function describe() {
 const hex8 = (hash) => (typeof hash === "number" ? hash.toString(16).toUpperCase().padStart(8, "0") : hash);
 
 async function opened() {
-  clearEvents();
-  plots.clear();
+  clearEvents(); // they come anew
   await Promise.all([describe(), token.recheck()]);
 }
 

@@ -77,12 +77,6 @@ export class Plots {
     return Array.from({ length: this.#span_s / step_s + 1 }, (_, at) => x.max - this.#span_s + at * step_s);
   }
 
-  clear() {
-    this.#series.clear();
-    this.#contacts = [];
-    this.#drawSoon();
-  }
-
   samples(batch) {
     const wide = (sign) => batch.force_n.map((n, at) => (n === null || batch.std_n[at] === null ? null : n + sign * 2 * batch.std_n[at]));
     this.#series.push({ ...batch, low_n: wide(-1), high_n: wide(1) });

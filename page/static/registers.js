@@ -4,7 +4,7 @@ import { NOT_AVAILABLE, spoken } from "./numbers.js";
 
 const TEST_ADDRESS = 3840; // holds −123.45, whose high word is C2F6h: this settles the order of words
 const HIGH_WORD = 0xc2f6;
-const NOT_AVAILABLE_CODE = { i16: 0x7fff, u16: 0xffff };
+const NOT_AVAILABLE_CODE = { int16: 0x7fff, uint16: 0xffff };
 
 /** A map of address → word, of blocks {address, words}. */
 export function wordsOf(blocks) {
@@ -28,14 +28,20 @@ function valueText({ type, unit, always, codes = {}, bits = {} }, [high, low]) {
   if (unit && !always && high === NOT_AVAILABLE_CODE[type]) return NOT_AVAILABLE;
   if (Object.keys(bits).length) return bitNames(bits, number) || "none";
   if (codes[number] !== undefined) return `${number} ${spoken(codes[number])}`;
-  return type === "f32" ? floatText(number) : String(number).replace("-", "−");
+  return type === "float32" ? floatText(number) : String(number).replace("-", "−");
 }
 
 function numberOf(type, high, low = 0) {
   const view = new DataView(new ArrayBuffer(4));
   view.setUint16(0, high);
   view.setUint16(2, low);
-  return { f32: () => view.getFloat32(0), u32: () => view.getUint32(0), i16: () => view.getInt16(0), u16: () => high }[type]();
+  const readers = {
+    float32: () => view.getFloat32(0),
+    uint32: () => view.getUint32(0),
+    int16: () => view.getInt16(0),
+    uint16: () => high,
+  };
+  return readers[type]();
 }
 
 const floatText = (number) =>

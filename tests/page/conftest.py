@@ -1,0 +1,76 @@
+"""One instrument with its page, and one browser, for all tests that look at the page."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from signal import SIGKILL
+
+import pytest
+
+from registers.map import COMMAND_KEY
+from tests.page.browser import Browser
+from teststand.children import Child
+from teststand.rig import LiveRig
+from teststand.stack import free_port, start, toml
+
+TOKEN = "open-sesame-1"
+
+
+@dataclass
+class Shown:
+    """An instrument on a simulated rig whose hand rests, and the address of its page."""
+
+    rig: LiveRig
+    url: str
+    stack: object
+    tables: dict
+    children: ExitStack
+
+    def recover(self):
+        """Let go, vent, and clear what a test or a busy machine has tripped."""
+        self.rig.release(wait=False)
+        self.rig.vent()
+        registers = self.rig.read()
+        if registers["first_fault"]:
+            self.rig.write("command_key", COMMAND_KEY)
+            self.rig.write("command_code", "clear_faults")
+            self.rig.write("command_sequence", registers["answer_sequence"] + 1)
+            self.rig.wait_for(lambda now: not now["first_fault"])
+
+    def kill(self):
+        """End the instrument as a power cut would."""
+        self.stack.host.send(SIGKILL)
+
+    def start_again(self):
+        """The instrument as it was configured, once more."""
+        host = self.children.enter_context(
+            Child("instrument", ["instrument", "run", "--config", "/dev/stdin"])
+        )
+        host.tell(toml(self.tables))
+        host.ready()
+        self.stack = replace(self.stack, host=host)
+        self.rig = LiveRig(self.stack)
+
+
+@pytest.fixture(scope="package")
+def shown(tmp_path_factory, browser):
+    """Begun after the browser, whose start keeps a machine busy."""
+    folder = tmp_path_factory.mktemp("page")
+    tables = {
+        "rig": {"port": str(folder / "rig")},
+        "modbus": {"port": free_port()},
+        "can": {"enabled": False},
+        "events": {"file": str(folder / "events.sqlite")},
+        "local": {"socket": str(folder / "pneuforce.sock")},
+        "page": {"enabled": True, "port": free_port(), "token": TOKEN},
+    }
+    with ExitStack() as children:
+        stack = start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables)
+        url = f"http://127.0.0.1:{tables['page']['port']}/"
+        browser("open", url=f"{url}#operator={TOKEN}")
+        yield Shown(LiveRig(stack), url, stack, tables, children)
+
+
+@pytest.fixture(scope="package")
+def browser():
+    with Browser() as browser:
+        yield browser
