@@ -1,8 +1,10 @@
 """The file of a recording, as it is written."""
 
 import os
+import re
 import sqlite3
 import stat
+from pathlib import Path
 
 import pytest
 
@@ -10,10 +12,11 @@ from instrument.errors import ConfigurationError
 from instrument.tape.entry import Entry, Kind, TapeError, told
 from instrument.tape.file import TapeFile, Unwritable
 from instrument.tape.measured import Measured
-from instrument.tape.schema import How
+from instrument.tape.schema import TABLES, How
 from tests.instrument.tape.taping import ABOUT, BEGIN_S, DT_S, begun, ended, entries, found, put, same, wanted
 
 COUNT = 1234
+TOP = Path(__file__).parents[3]
 
 
 @pytest.fixture
@@ -47,6 +50,11 @@ def test_every_field_of_a_sample_is_a_column_with_its_type(path):
     (stored,) = db.execute("SELECT typeof(t_s), force_n FROM samples WHERE number = 7").fetchall()
     assert stored == ("real", 1.0)
     db.close()
+
+
+def test_the_document_names_every_table_and_column():
+    named = set(re.findall(r"`(\w+)`", (TOP / "docs/recordings.md").read_text(encoding="utf-8")))
+    assert {*TABLES, *Measured._fields, *(name for columns in TABLES.values() for name in columns)} <= named
 
 
 def test_what_is_not_available_is_null(path):
