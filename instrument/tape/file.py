@@ -52,7 +52,8 @@ class TapeFile:
             self._db = self._opened()
         except (sqlite3.Error, OSError) as error:
             path.unlink(missing_ok=True)
-            raise ConfigurationError(f"{path} cannot be made: {error}") from None
+            why = getattr(error, "strerror", None) or error
+            raise ConfigurationError(f"{path} cannot be made: {why}") from None
 
     def _opened(self) -> sqlite3.Connection:
         db = sqlite3.connect(self.path, isolation_level=None)

@@ -49,8 +49,12 @@ class Recording:
         self.damage = ""
         self._db = db
         self._last = self._last_numbers()
-        self.about: Mapping[str, Any] = self._about()  #: what BEGIN said, and when: `begin_s`
-        self.begin_s = float(self.about["begin_s"])
+        self.about: Mapping[str, Any] = {}  #: what BEGIN said, and when: `begin_s`
+        try:
+            self.about = {key: json.loads(value) for key, value in self._rows("about")}
+            self.begin_s = float(self.about["begin_s"])
+        except (KeyError, TypeError, ValueError):
+            raise ConfigurationError(f"{path} holds no recording ({self.damage or MISSING})") from None
         if self.ending and self.ending.samples != self._last["samples"] is not None:
             self.damage = f"it has {self._last['samples']} of {self.ending.samples} samples"
 
@@ -75,7 +79,7 @@ class Recording:
         for _, batch in self._rows("tape"):
             try:
                 yield from Decoder().feed(batch)
-            except TapeError as error:  # whole, and yet not ours
+            except (TapeError, TypeError) as error:  # whole, and yet not ours
                 self.damage = str(error)
                 return
 
@@ -95,8 +99,12 @@ class Recording:
 
     def events(self) -> Iterator[Mapping[str, Any]]:
         """The records of the event log that were made meanwhile, in order."""
-        for _, _, body in self._rows("events"):
-            yield json.loads(body)
+        for t_s, _, body in self._rows("events"):
+            try:
+                yield json.loads(body)
+            except (TypeError, ValueError) as error:  # whole, and yet not ours
+                self.damage = f"the event at {t_s} s is none: {error}"
+                return
 
     # ---- how much of it there is
 
@@ -180,12 +188,6 @@ class Recording:
     def _first_sample(self, low_s: float) -> int:
         """Number of the first sample that is not before a time."""
         return 1 + bisect_left(range(1, 1 + (self.most_samples or 0)), low_s, key=self._time_of)
-
-    def _about(self) -> Mapping[str, Any]:
-        about = {key: json.loads(value) for key, value in self._rows("about")}
-        if "begin_s" not in about:
-            raise ConfigurationError(f"{self.path} holds no recording ({self.damage or MISSING})")
-        return about
 
 
 def _whole(row: tuple[Any, ...], reckon: Callable[[Sequence[Any]], int]) -> bool:

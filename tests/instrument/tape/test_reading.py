@@ -1,6 +1,7 @@
 """Recordings as they are found: cut short, altered, copied by halves, and files that are none."""
 
 import random
+import re
 import shutil
 import sqlite3
 import tracemalloc
@@ -11,6 +12,7 @@ import pytest
 from instrument.errors import ConfigurationError
 from instrument.events.store import Store
 from instrument.tape.opening import opened
+from instrument.tape.schema import checksum
 from tests.instrument.tape.taping import BEGIN_S, DT_S, begun, ended, entries, found, put, same, wanted
 
 COUNT = 800
@@ -169,6 +171,37 @@ def test_a_long_recording_is_never_in_memory_at_once(tmp_path):
         _, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
     assert most < 4_000_000  # all of them would be 15 MB
+
+
+def said_of(path):
+    try:
+        return found(path).remark
+    except ConfigurationError as refused:
+        return str(refused)
+
+
+@pytest.mark.parametrize(
+    ("table", "columns", "row"),
+    [
+        ("about", "key = 'begin_s', value", ("begin_s", "[]")),
+        ("about", "key = 'begin_s', value", ("begin_s", "{")),
+        ("events", "t_s = 1.0, utc = '', body", (1.0, "", "{")),
+        ("tape", "first_t_s = 1.0, entries", (1.0, b"no entries at all")),
+        ("tape", "first_t_s = 1.0, entries", (1.0, 5)),
+        ("ending", "t_s = 1.0, how = '', why = '', samples", (1.0, "", "", "many")),
+    ],
+    ids=lambda value: str(value),
+)
+def test_what_somebody_put_in_with_its_checksum_right_does_no_harm(whole, tmp_path, table, columns, row):
+    forged = tmp_path / "forged.tape"
+    shutil.copyfile(whole, forged)
+    db = sqlite3.connect(forged)
+    db.execute(
+        f"UPDATE {table} SET {columns} = ?, crc32 = ? WHERE number = 1", (row[-1], checksum((1, *row)))
+    )
+    db.commit()
+    db.close()
+    assert re.search("is damaged|holds no recording", said_of(forged))
 
 
 def none_of_ours(path, kind):
