@@ -92,6 +92,7 @@ def listener(host: str, port: int) -> socket.socket:
     )[0]
     bound = socket.create_server(address[:2], family=family, dualstack_ipv6=host == "::", backlog=128)
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+    bound.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else each answer on a kept line takes 40 ms
     return bound
 
 

@@ -25,11 +25,12 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Join the crowd, which may cut it off."""
         super().connection_made(transport)
-        self.loop.call_later(FIRST_REQUEST_S, self._cut_off_if_silent)
+        self._silence = self.loop.call_later(FIRST_REQUEST_S, self._cut_off_if_silent)
         self.crowd.join(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Leave the crowd."""
+        self._silence.cancel()
         self.crowd.leave(self)
         super().connection_lost(exc)
 

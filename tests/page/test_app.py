@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from page.__main__ import listener
 from page.crowd import MOST_CONNECTIONS
 from page.streams import MOST_STREAMS, Message
 from registers.can.frames import FORCE, encode
@@ -276,6 +277,14 @@ def test_only_this_machine_and_who_is_listed_may_connect(station):
     answers = {address: far_end(site, address)[:12] for address in ("127.0.0.1", "127.0.0.2", "127.0.0.3")}
     site.end()
     assert answers == {"127.0.0.1": b"HTTP/1.1 200", "127.0.0.2": b"", "127.0.0.3": b"HTTP/1.1 200"}
+
+
+def test_no_part_of_an_answer_waits_for_the_part_before_to_be_acknowledged():
+    with contextlib.closing(listener("127.0.0.1", 0)) as bound:
+        with contextlib.closing(socket.create_connection(bound.getsockname())):
+            accepted, _ = bound.accept()
+            with contextlib.closing(accepted):
+                assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 # ---- many, slow and malformed
