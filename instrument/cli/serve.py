@@ -17,7 +17,7 @@ from typing import Any
 from instrument.aside import unless
 from instrument.cli.can_face import CanFace
 from instrument.cli.event_face import witnessed
-from instrument.cli.health import can_health, modbus_health, rig_health, rtu_health
+from instrument.cli.health import can_health, events_health, modbus_health, rig_health, rtu_health
 from instrument.cli.local_face import PAGE, LocalFace
 from instrument.cli.logs import log_to_stderr
 from instrument.cli.loop import Loop, Shown
@@ -77,7 +77,7 @@ class Faces:
     """Everything that shows the instrument of one host, or what a player shows in its place."""
 
     def __init__(self, configuration: Configuration, host: Loop, source: Shown, feed: Feed) -> None:
-        """Set them up, none opened. Raises PneuforceError: two of them want the same port, or too much of CAN."""
+        """Set them up, none opened. Raises PneuforceError: a port wanted twice, or too much of CAN."""
         self.configuration = configuration
         self.host = host
         self.source = source
@@ -90,13 +90,12 @@ class Faces:
         host.faces += [self.local, self.service]
 
     def _health(self, now_s: float) -> dict[str, Any]:
-        events = self.configuration.events.file
         return {
             "rig": rig_health(self.host, self.source.snapshot(PAGE, now_s).age_s),
             "modbus_tcp": modbus_health(self.modbus, now_s),
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
-            "events": {"file": events, "down": self.host.instrument.log_down},
+            "events": events_health(self.configuration.events.file, self.host.instrument.log_down),
         }
 
 

@@ -249,7 +249,7 @@ class Page(Section):
     port: Port = Field(8080, description="TCP port")
     token: Annotated[SecretStr, AfterValidator(_long_enough)] = Field(
         SecretStr(""),
-        description="what an operator has to know to do more than vent, 12 characters or more; empty: nobody may",
+        description="what an operator must know to do more than vent, at least 12 characters; empty: nobody may",
     )
 
 
