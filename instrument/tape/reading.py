@@ -121,7 +121,7 @@ class Recording:
     def remark(self) -> str:
         """What is wrong with it, as far as it was read; empty where it is whole and has an end."""
         if self.damage:
-            return f"{self.path} is damaged: {self.damage}"
+            return f"{self.path} is damaged: {self.damage}; another copy may have more"
         if self.ending is not None:
             return ""
         return (
