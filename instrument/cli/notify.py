@@ -14,7 +14,7 @@ from contextlib import suppress
 from instrument.faults import name_of
 from registers.source import Peer, Source
 
-Tell = Callable[[str], None]
+Tell = Callable[[str], bool]  #: whether it was taken
 
 BEATS_PER_WATCH = 4  #: so that a datagram lost, or a beat that came late, is no reason to be ended
 STATUS_S = 0.5
@@ -29,14 +29,14 @@ class ServiceFace:
         self._source = source
         self._tell = tell
         self._watch_s = watch_s
-        self._serving = False
+        self._serving = self._ready_heard = False
         self._due_s = -math.inf
         self._status = ""
 
     def ready(self) -> None:
         """The buses are served."""
         self._serving = True
-        self._tell("READY=1")
+        self._ready_heard = self._tell("READY=1")
 
     def stopping(self) -> None:
         """It vents and ends."""
@@ -51,13 +51,15 @@ class ServiceFace:
         if not self._serving or now_s < self._due_s:
             return
         self._due_s = now_s + min(self._watch_s / BEATS_PER_WATCH, STATUS_S)
-        said = ["WATCHDOG=1"] if math.isfinite(self._watch_s) else []
         status = status_of(self._source, now_s)
-        if status != self._status:
-            self._status = status
-            said.append(f"STATUS={status}")
-        if said:
-            self._tell("\n".join(said))
+        news = {
+            "READY=1": not self._ready_heard,
+            "WATCHDOG=1": math.isfinite(self._watch_s),
+            f"STATUS={status}": status != self._status,
+        }
+        said = [line for line, new in news.items() if new]
+        if said and self._tell("\n".join(said)):
+            self._ready_heard, self._status = True, status
 
 
 def status_of(source: Source, now_s: float) -> str:
@@ -80,15 +82,16 @@ def watch_s_of(environment: Mapping[str, str]) -> float:
 
 
 def tell_to(address: str) -> Tell:
-    """Sends to a socket, or nowhere; never waits: a deaf systemd must not hold up a sample."""
+    """Sends to a socket, or nowhere; never waits: a busy systemd must not hold up a sample."""
     if not address.startswith(("/", "@")):
-        return lambda _: None
+        return lambda _: True
     sender = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
     sender.setblocking(False)
     at = "\0" + address[1:] if address.startswith("@") else address  # "@": the abstract name space
 
-    def tell(text: str) -> None:
+    def tell(text: str) -> bool:
         with suppress(OSError):
-            sender.sendto(text.encode(), at)
+            return sender.sendto(text.encode(), at) > 0
+        return False
 
     return tell

@@ -142,6 +142,17 @@ def test_a_manager_that_reads_nothing_holds_up_nobody(manager):
     assert set(manager.heard()) == {"READY=1"}
 
 
+def test_what_a_manager_had_no_room_for_is_told_again(manager):
+    tell = tell_to(manager.address)
+    while tell("FILLED=1"):
+        pass
+    drive = Drive.new()
+    face = face_of(drive, manager)
+    face.ready()
+    assert set(manager.heard()) == {"FILLED=1"}
+    assert beats(face, drive, 1.0, manager)[:3] == ["READY=1", "WATCHDOG=1", "STATUS=vented"]
+
+
 @pytest.mark.parametrize("address", ["", "relative", "/nowhere/at/all"])
 def test_without_a_manager_the_instrument_works_as_ever(address):
     face = service_face(Drive.new().instrument, {**MINE, "NOTIFY_SOCKET": address})
