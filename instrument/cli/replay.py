@@ -21,7 +21,7 @@ from instrument.tape.checkpoint import thaw
 from instrument.tape.entry import TapeError
 from instrument.tape.opening import opened
 from instrument.tape.reading import Recording
-from instrument.tape.replay import Difference, check_version, compared
+from instrument.tape.replay import Compared, Difference, check_version, compared
 from registers.map import MAP_HASH
 
 SHOW_EACH = 500  #: samples
@@ -33,20 +33,21 @@ class Verdict(NamedTuple):
     file: Path
     samples: int  #: that were compared
     recorded: int | None  #: that were to be compared; None where the file is too damaged to tell
-    duration_s: float
+    duration_s: float  #: of those
     took_s: float
     difference: Difference | None
+    damaged: bool  #: whether there is more in the file than can be read
     remark: str  #: what is wrong with the file
 
     @property
     def equal(self) -> bool:
-        """Whether every whole sample came about again."""
+        """Whether every sample that could be read came about again."""
         return self.difference is None and not self.unexplained
 
     @property
     def unexplained(self) -> int:
-        """Samples that no input brings about, though the file is whole."""
-        return 0 if self.remark else (self.recorded or 0) - self.samples
+        """Samples that no input brings about, though none of them is damaged."""
+        return 0 if self.damaged else (self.recorded or 0) - self.samples
 
     @property
     def times_real_time(self) -> float:
@@ -77,29 +78,39 @@ def start_of(recording: Recording) -> Coupling:
 
 
 def replay(file: Path, as_json: bool) -> int:
-    """Verify a recording; returns the exit code, 0 only where all is equal. Raises PneuforceError."""
+    """Verify a recording; returns the exit code, 0 only where all is there and equal.
+
+    Raises PneuforceError.
+    """
     logging.getLogger("pneuforce").addHandler(logging.NullHandler())  # what was logged then is no news
     with replayable(file) as recording:
         verdict = _verdict(recording)
     typer.echo(json.dumps(_facts(verdict)) if as_json else _sentence(verdict))
-    return 0 if verdict.equal else 1
+    return 0 if verdict.equal and not verdict.damaged else 1
 
 
 def _verdict(recording: Recording) -> Verdict:
-    coupling, begun_s, samples, found = start_of(recording), time.monotonic(), 0, None
+    coupling, begun_s = start_of(recording), time.monotonic()
+    samples, last = 0, Compared(recording.begin_s, None)
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("replayed", total=recording.most_samples)
-        for found in compared(coupling, recording.entries(), recording.samples()):
+        for last in compared(coupling, recording.entries(), recording.samples()):
             samples += 1
             if samples % SHOW_EACH == 0:
                 bar.update(task, completed=samples)
-            if found is not None:
+            if last.difference is not None:
                 break
-    took_s = time.monotonic() - begun_s
-    duration_s = recording.extent_s if found is None else found.t_s - recording.begin_s
-    recorded = recording.most_samples
-    return Verdict(recording.path, samples, recorded, duration_s, took_s, found, recording.remark())
+    return Verdict(
+        file=recording.path,
+        samples=samples,
+        recorded=recording.most_samples,
+        duration_s=last.t_s - recording.begin_s,
+        took_s=time.monotonic() - begun_s,
+        difference=last.difference,
+        remark=recording.remark(),
+        damaged=bool(recording.damage),
+    )
 
 
 def _facts(verdict: Verdict) -> dict[str, Any]:
@@ -130,5 +141,6 @@ def _sentence(verdict: Verdict) -> str:
             f"differs: {verdict.unexplained} more samples were recorded, and nothing brings them about"
         )
     else:
-        lines.append("all equal, to the last bit")
+        all_ = "all that is whole is" if verdict.damaged else "all"
+        lines.append(f"{all_} equal, to the last bit")
     return "\n".join([*lines, verdict.remark] if verdict.remark else lines)

@@ -32,6 +32,13 @@ class Difference(NamedTuple):
         return f"sample {self.number} (sequence {self.sequence}): {told}"
 
 
+class Compared(NamedTuple):
+    """A recorded sample beside what came of it again."""
+
+    t_s: float  #: when the board took it, by the host's clock
+    difference: Difference | None  #: None where it is the same to the last bit
+
+
 class Replayed(NamedTuple):
     """One sample that was measured again."""
 
@@ -105,17 +112,16 @@ _DO: Mapping[int, Callable[[Coupling, Entry], object]] = {
 }
 
 
-def compared(
-    coupling: Coupling, inputs: Iterable[Entry], recorded: Iterable[Measured]
-) -> Iterator[Difference | None]:
-    """What differs first in each recorded sample, None where it is the same to the last bit.
+def compared(coupling: Coupling, inputs: Iterable[Entry], recorded: Iterable[Measured]) -> Iterator[Compared]:
+    """Each recorded sample beside what comes of the inputs now. Raises TapeError.
 
     It ends with the first of both: a recording that was cut off may hold the last bytes without what was made
     of them. Where no input brings a recorded sample about, there is nothing to compare it with.
     """
     again = (sample for entry in inputs for sample in feed(coupling, entry))
     for number, (was, sample) in enumerate(zip(recorded, again, strict=False), 1):
-        yield difference(number, was, unpack(pack(sample.raw, sample.measurement)))
+        now = unpack(pack(sample.raw, sample.measurement))
+        yield Compared(was.t_s, difference(number, was, now))
 
 
 def difference(number: int, was: Measured, now: Measured) -> Difference | None:

@@ -127,14 +127,43 @@ def test_one_altered_bit_of_what_the_rig_said_is_found_where_it_is(copy):
     assert "differs" in said
 
 
-def test_a_recording_cut_short_is_replayed_to_its_last_whole_record(copy):
-    with closing(sqlite3.connect(copy)) as db:
-        db.execute("DELETE FROM ending")
-        db.execute("UPDATE samples SET force_n = 1.0 WHERE number = 801")
+def _spoil(file, *statements):
+    with closing(sqlite3.connect(file)) as db:
+        for statement in statements:
+            db.execute(statement)
         db.commit()
+
+
+def test_a_recording_whose_recorder_was_killed_is_replayed_to_its_end(copy):
+    """The last batch of inputs may be on the disk without all that was made of it."""
+    _spoil(copy, "DELETE FROM ending", "DELETE FROM samples WHERE number > 14000")
     code, verdict = verdict_of(copy)
-    assert (code, verdict["samples"], verdict["equal"]) == (0, 800, True)
-    assert "800" in verdict["remark"]
+    assert (code, verdict["samples"], verdict["equal"]) == (0, 14_000, True)
+    assert "has no end" in verdict["remark"]
+
+
+def test_a_damaged_recording_is_replayed_to_its_last_whole_sample(copy):
+    _spoil(copy, "UPDATE samples SET force_n = 1.0 WHERE number = 801")
+    code, verdict = verdict_of(copy)
+    assert (code, verdict["samples"], verdict["equal"]) == (1, 800, True)
+    assert verdict["duration_s"] == pytest.approx(1.6, abs=0.1)
+    assert "800 rows of samples" in verdict["remark"]
+    assert "all that is whole is equal" in pneuforce("replay", copy).stdout
+
+
+def test_damaged_inputs_are_replayed_as_far_as_they_are_whole(copy):
+    _spoil(copy, "UPDATE tape SET entries = substr(entries, 2) WHERE number = 20")
+    code, verdict = verdict_of(copy)
+    assert (code, verdict["equal"]) == (1, True)
+    assert 0 < verdict["samples"] < 14_000
+    assert "19 rows of tape" in verdict["remark"]
+
+
+def test_samples_that_nothing_brings_about_are_a_difference(copy):
+    _spoil(copy, "DELETE FROM tape WHERE number > 20")
+    code, verdict = verdict_of(copy)
+    assert (code, verdict["equal"], verdict["remark"]) == (1, False, "")
+    assert "more samples were recorded" in pneuforce("replay", copy).stdout
 
 
 def _say_of_itself(file, key, value):
