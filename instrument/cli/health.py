@@ -91,5 +91,10 @@ def can_health(can: CanFace | None, now_s: float) -> dict[str, Any] | None:
     }
 
 
+def events_health(file: str, down: bool) -> dict[str, Any] | None:
+    """The event log; None where none is kept."""
+    return {"file": file, "trouble": "the file takes no records now" if down else ""} if file else None
+
+
 def _finite(value: float) -> float | None:
     return value if abs(value) < float("inf") else None

@@ -48,6 +48,7 @@ class LocalFace:
         self.feed = feed
         self.guests: set[Guest] = set()
         self.trouble = ""  #: why the last recording stopped, empty where it did not by itself
+        self.replay = ""  #: the recording that is shown in the place of a rig
         self._configuration = configuration
         self._health = health
         self._server: asyncio.Server | None = None
@@ -121,8 +122,8 @@ class LocalFace:
             raise KeyError(f"{wants}: there is none to be had of this")
         listener, now_s = Listener(wants), time.monotonic()
         simulated = "simulated" in self.source.snapshot(PAGE, now_s).status
-        begin = told(Kind.BEGIN, now_s, begin_of(self._configuration, simulated))
-        listener.put(Kind.BEGIN, encode(begin))
+        begin = begin_of(self._configuration, simulated) | {"replay": self.replay}
+        listener.put(Kind.BEGIN, encode(told(Kind.BEGIN, now_s, begin)))
         if Kind.CHECKPOINT in listener.kinds:
             listener.put(Kind.CHECKPOINT, encode(Entry(Kind.CHECKPOINT, now_s, freeze(self.coupling))))
             self.trouble, self.coupling.instrument.recording_down = "", False

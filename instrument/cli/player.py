@@ -132,7 +132,9 @@ def _entries_of(recording: Recording) -> Iterator[Entry]:
 
 async def _play(playing: Playing, recording: Recording, configuration: Configuration, files: Files) -> None:
     feed = Feed(("page",))
-    faces = Faces(configuration, Player(playing, feed, recording), Played(playing), feed)
+    player = Player(playing, feed, recording)
+    faces = Faces(configuration, player, Played(playing), feed)
+    faces.local.replay = Path(player.url).name
     await work_until_stopped(faces, files)
 
 

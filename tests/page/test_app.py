@@ -50,7 +50,7 @@ def test_it_wants_to_be_a_page(site, station):
 def test_it_says_what_it_is_about(site):
     status, _, about = site.get("/api/about")
     assert status == 200
-    assert about["version"] == "1.2"
+    assert (about["version"], about["replay"]) == ("1.2", "")
     assert about["writable"] is True
     assert {r["name"] for r in about["registers"]} == {r.name for r in REGISTERS}
     assert about["faults"]["5"]["name"] == "burst"
@@ -280,11 +280,10 @@ def test_only_this_machine_and_who_is_listed_may_connect(station):
 
 
 def test_no_part_of_an_answer_waits_for_the_part_before_to_be_acknowledged():
-    with contextlib.closing(listener("127.0.0.1", 0)) as bound:
-        with contextlib.closing(socket.create_connection(bound.getsockname())):
-            accepted, _ = bound.accept()
-            with contextlib.closing(accepted):
-                assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+    with listener("127.0.0.1", 0) as bound, socket.create_connection(bound.getsockname()):
+        accepted, _ = bound.accept()
+        with accepted:
+            assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 # ---- many, slow and malformed
