@@ -138,7 +138,7 @@ _WHILE: Mapping[str, str] = {
     "holding": "",
     "vented": "",
     "interpolated": "Take the force for a sign of touch below register 28, not for a figure.",
-    "out_of_range": "No force: assume the highest. Choose a setpoint so that ΔP_i is within 4.95–11.45 kPa.",
+    "out_of_range": "Assume the highest force. Choose a setpoint so that ΔP_i is within 4.95–11.45 kPa.",
     "force_limit": "Stop pushing, back off.",
     "setpoint_not_reached": "Look at supply and leaks; clear; try again.",
     "stale": _BACK_OFF + "Look at the link to the rig, and whether this machine is overloaded.",
@@ -159,11 +159,11 @@ _WHILE: Mapping[str, str] = {
     "baseline_old": "Let go for a moment, so that the baseline is renewed.",
     "maintenance": "A slow leak, CAN, the board's clock, or the disk of event log and recording: the "
     "program's own log names which.",
-    "out_of_specification": "What to do stands at out_of_range.",
+    "out_of_specification": "See out_of_range.",
     "function_check": "Vented, or on the way: no force until the balloon is held.",
     "failure": "Stop. The fault (register 778) says what to do.",
     "calibrated": "",
-    "any_failure": "What to do stands at failure; this is for a program that takes one bit only.",
+    "any_failure": "See failure: this is for a program that takes one bit only.",
 }
 
 STATUS_ADVICE: Mapping[str, Advice] = {bit.name: Advice(bit.doc, _WHILE[bit.name]) for bit in STATUS.bits}
