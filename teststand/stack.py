@@ -54,7 +54,7 @@ def start(
     """
     own = {name: dict(table) for name, table in (tables or {}).items()}
     can = {"enabled": True, "interface": "socketcand", **own.get("can", {})}
-    modbus = {"port": free_port(), **own.get("modbus", {})}
+    modbus = {"port": held_port(children), **own.get("modbus", {})}
     sim = children.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link), *rig]))
     hub = children.enter_context(Child("CAN hub", ["registers.can.hub", "--port", str(can.get("port", 0))]))
     ends_later = children.enter_context(ExitStack())
@@ -76,6 +76,15 @@ def toml(tables: Tables) -> str:
     for name, table in tables.items():
         lines += [f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
     return "\n".join(lines) + "\n"
+
+
+def held_port(until: ExitStack) -> int:
+    """A TCP port of the loopback that nobody is given by chance until `until` ends, and a server may take."""
+    held = until.enter_context(socket.socket())
+    held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as a server does: so both may have it
+    held.bind(("127.0.0.1", 0))
+    port: int = held.getsockname()[1]
+    return port
 
 
 def free_port() -> int:
