@@ -30,7 +30,7 @@ from tests.typed import LOADED, pneuforce
 from teststand.rig import LiveRig
 from teststand.stack import start
 
-KILLS = int(os.environ.get("KILLS", "8"))
+KILLS = int(os.environ.get("KILLS", "6"))
 MOST_LOST_S = 1.0
 
 
