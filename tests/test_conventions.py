@@ -55,6 +55,7 @@ MAY_IMPORT = {
 KNOWN_IN = {
     "pymodbus": ["registers/modbus/client.py"],
     "can": ["registers/can/bus.py", "registers/can/daemon.py", "registers/can/recording.py"],
+    "starlette": ["page/answers.py", "page/app.py", "page/guard.py"],
     "uvicorn": ["page/__main__.py", "page/connection.py"],
 }
 
