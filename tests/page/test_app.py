@@ -58,6 +58,11 @@ def test_it_says_what_it_is_about(site):
     assert about["status"]["burst"]["bit"] == 13
 
 
+def test_a_replay_is_said_to_be_one(site, station):
+    station.say(begin(replay="tuesday.pfr"))
+    wait_for(lambda: site.get("/api/about")[2]["replay"], lambda name: name == "tuesday.pfr")
+
+
 def test_a_browser_that_connects_knows_at_once_what_there_is(site, station):
     say_again(station, site, {"state": "holding"})
     with site.live() as stream:
@@ -299,6 +304,37 @@ def test_garbage_costs_its_own_connection(site, garbage):
         while far.recv(1000):
             pass
     assert site.get("/api/about")[0] == 200
+
+
+def said(site, request, end=b"\r\n\r\n"):
+    """The first line of what is answered to these bytes."""
+    with socket.create_connection(("127.0.0.1", site.port), 5) as far:
+        far.sendall(request + end)
+        return far.makefile("rb").readline().decode().strip()
+
+
+HOST = b"\r\nHost: localhost"
+
+
+@pytest.mark.parametrize(
+    ("request_", "status"),
+    [
+        (b"GET /api/about HTTP/1.0", 403),
+        (b"GET /api/about HTTP/1.1", 400),
+        (b"GET /api/about HTTP/1.1" + HOST + HOST, 400),
+        (b"GET http://evil.example/api/about HTTP/1.1" + HOST, 404),
+        (b"CONNECT evil.example:80 HTTP/1.1" + HOST, 404),
+        (b"OPTIONS /api/write HTTP/1.1" + HOST + b"\r\nOrigin: http://evil.example", 403),
+        (b"DELETE /api/about HTTP/1.1" + HOST, 405),
+        (b"GET /static/%00 HTTP/1.1" + HOST, 404),
+        (b"GET /static/%ff HTTP/1.1" + HOST, 404),
+        (b"GET /static/" + b"a" * 5000 + b" HTTP/1.1" + HOST, 404),
+        (b"POST /api/vent HTTP/1.1" + HOST + b"\r\nContent-Length: 9", 200),  # whose body never comes
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_odd_requests_have_their_answers(site, request_, status):
+    assert said(site, request_).split()[1] == str(status)
 
 
 def test_two_hundred_that_say_nothing_keep_nobody_from_venting(site):
