@@ -76,7 +76,7 @@ def plot(wish: Wish) -> int:
 
 
 def _title(recording: Recording) -> str:
-    return recording.path.stem + ("  (simulated rig)" if recording.about.get("simulated") else "")
+    return recording.path.stem + ("  (simulated rig)" if recording.simulated else "")
 
 
 def _collected(recording: Recording, wish: Wish) -> Picture:

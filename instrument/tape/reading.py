@@ -106,6 +106,12 @@ class Recording:
                 self.damage = f"the event at {t_s} s is none: {error}"
                 return
 
+    @property
+    def simulated(self) -> bool:
+        """Whether no real rig was recorded: known at the beginning, or since a board has greeted."""
+        boards = (record.get("is") for record in self.events() if record.get("kind") == "board")
+        return bool(self.about.get("simulated")) or not str(next(boards, "real")).startswith("real")
+
     # ---- how much of it there is
 
     @property

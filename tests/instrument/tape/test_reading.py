@@ -11,6 +11,7 @@ import pytest
 
 from instrument.errors import ConfigurationError
 from instrument.events.store import Store
+from instrument.tape.entry import Kind, told
 from instrument.tape.opening import opened
 from instrument.tape.schema import checksum
 from tests.instrument.tape.taping import BEGIN_S, DT_S, begun, ended, entries, found, put, same, wanted
@@ -251,3 +252,17 @@ def test_what_is_no_recording_is_refused_in_a_sentence_and_left_as_it_is(tmp_pat
     with pytest.raises(ConfigurationError, match=KINDS[kind]), opened(path):
         pass
     assert (path.read_bytes() if path.is_file() else None) == before
+
+
+@pytest.mark.parametrize(
+    ("board", "is_simulated"), [("simulated, serial 1", True), ("real, serial 1", False), (None, False)]
+)
+def test_a_board_that_greets_after_the_beginning_tells_whether_the_rig_is_real(tmp_path, board, is_simulated):
+    file = begun(tmp_path / "a.tape")
+    if board:
+        facts = {"at": "", "kind": "board", "was": None, "is": board}
+        file.put(told(Kind.EVENT, BEGIN_S + 1, facts))
+        file.commit()
+    file.close()
+    with opened(tmp_path / "a.tape") as recording:
+        assert recording.simulated == is_simulated
