@@ -16,7 +16,7 @@ export function startAccess(token) {
 
 /** Show whether this page may write. */
 export function showAccess(token, about, isUp) {
-  byId("log-in").hidden = isUp && !about.writable;
+  byId("log-in").hidden = isUp && about.writable === false;
   const field = byId("token");
   field.disabled = token.value !== "";
   field.placeholder = token.value ? "logged in" : "";

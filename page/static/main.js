@@ -17,6 +17,7 @@ import { Speech } from "./speech.js";
 import { Token } from "./token.js";
 
 const DESCRIBED_MS = 2000;
+const AGAIN_MS = 1000;
 
 const world = { link: { up: false, why: "" }, about: UNKNOWN, state: null };
 let lostSince = new Date();
@@ -47,6 +48,10 @@ function sourceWords({ replay, simulated }, state) {
 
 function showLink({ up, why }) {
   if (world.link.up && !up) lostSince = new Date();
+  if (!world.link.up && up) {
+    describe(); // it may be another
+    token.recheck();
+  }
   world.link = { up, why };
   if (!up) {
     world.state = null;
@@ -59,11 +64,12 @@ function showLink({ up, why }) {
   refresh();
 }
 
+/** Ask what the instrument is until it is known: codes are shown by their names until then. */
 async function describe() {
   try {
     world.about = await fetchAbout();
   } catch {
-    return; // the next stream asks again; until then codes are shown by their names
+    return void setTimeout(describe, AGAIN_MS);
   }
   const { about } = world;
   describeRegisters(about);
@@ -74,13 +80,8 @@ async function describe() {
 
 const hex8 = (hash) => (typeof hash === "number" ? hash.toString(16).toUpperCase().padStart(8, "0") : hash);
 
-async function opened() {
-  clearEvents(); // they come anew
-  await Promise.all([describe(), token.recheck()]);
-}
-
 const handlers = {
-  opened,
+  opened: clearEvents, // they come anew
   samples: (batch) => plots.samples(batch),
   state: (state) => {
     world.state = state;

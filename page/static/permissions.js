@@ -2,6 +2,7 @@
 
 const ANYBODY = [
   [({ link, state }) => link.up && state, () => "Not connected to the instrument."],
+  [({ about }) => about.writable !== undefined, () => "It is not known yet what may be written."],
   [({ about }) => about.writable, () => "No operator’s token is configured: this page only looks, and vents."],
   [({ token }) => token.value, ({ token }) => (token.stale ? "The token is no longer valid: log in again." : "Log in with the operator’s token first.")],
   [

@@ -8,6 +8,7 @@ import { drawPeaks, drawStars } from "./stars.js";
 const AXIS_WIDTH = 3.4; // of the letters' height
 const PIXEL_OF_S = 1 / 600; // a span's part that one pixel shows: to draw more often moves nothing
 const LEAST_PERIOD_MS = 50;
+const NARROW = 480; // [px]
 const TICKS_S = { 10: 2, 30: 5, 60: 10 };
 
 /** At least from −0.5 to 2 N, else by whole newtons. */
@@ -72,9 +73,11 @@ export class Plots {
     return plot;
   }
 
-  #ticks({ scales: { x } }) {
-    const step_s = TICKS_S[this.#span_s];
-    return Array.from({ length: this.#span_s / step_s + 1 }, (_, at) => x.max - this.#span_s + at * step_s);
+  /** Back from now, half as many where there is no room. */
+  #ticks({ width, scales: { x } }) {
+    const step_s = TICKS_S[this.#span_s] * (width < NARROW ? 2 : 1);
+    const count = Math.floor(this.#span_s / step_s) + 1;
+    return Array.from({ length: count }, (_, at) => x.max - at * step_s).reverse();
   }
 
   samples(batch) {

@@ -25,4 +25,4 @@ export async function fetchAbout() {
 }
 
 /** What is known of an instrument before it has said anything. */
-export const UNKNOWN = { registers: [], frames: [], faults: {}, status: {}, refusals: {}, states: {}, writable: false };
+export const UNKNOWN = { registers: [], frames: [], faults: {}, status: {}, refusals: {}, states: {} };

@@ -25,6 +25,11 @@ class Shown:
     tables: dict
     children: ExitStack
 
+    @property
+    def operators_url(self):
+        """The address that logs an operator in."""
+        return f"{self.url}#operator={TOKEN}"
+
     def recover(self):
         """Let go, vent, and clear what a test or a busy machine has tripped."""
         self.rig.release(wait=False)
@@ -66,8 +71,9 @@ def shown(tmp_path_factory, browser):
     with ExitStack() as children:
         stack = start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables)
         url = f"http://127.0.0.1:{tables['page']['port']}/"
-        browser("open", url=f"{url}#operator={TOKEN}")
-        yield Shown(LiveRig(stack), url, stack, tables, children)
+        shown = Shown(LiveRig(stack), url, stack, tables, children)
+        browser("open", url=shown.operators_url)
+        yield shown
 
 
 @pytest.fixture(scope="package")
