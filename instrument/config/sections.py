@@ -249,7 +249,7 @@ class Page(Section):
     port: Port = Field(8080, description="TCP port")
     token: Annotated[SecretStr, AfterValidator(_long_enough)] = Field(
         SecretStr(""),
-        description="what an operator must know to do more than vent, at least 12 characters; empty: nobody may",
+        description="what an operator must know to do more than vent, 12 characters at least; empty: none",
     )
 
 
