@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import pytest
 
+from instrument.faults import HostFault
 from instrument.played import Played
 from instrument.refusal import Refusal
 from instrument.tape.checkpoint import thaw
@@ -12,9 +13,7 @@ from instrument.tape.entry import INPUTS, Entry, Kind, TapeError
 from instrument.tape.measured import unpack
 from instrument.tape.playing import MOST_AT_ONCE, Playing
 from instrument.tape.replay import check_version, compared, difference, feed
-from tests.instrument.tape.virtual_host import PLC, ROBOT, eventful
-
-VIEWER = ("page", "")
+from tests.instrument.tape.virtual_host import PAGE, PLC, ROBOT, eventful
 
 
 def inputs():
@@ -60,12 +59,16 @@ def test_the_recording_has_in_it_what_it_is_meant_to_have():
     assert any(0.5 < b.t_s - a.t_s < 0.7 and len(b.body) > 1000 for a, b in pairwise(heard))  # said at once
 
 
-def test_all_that_a_bus_may_see_is_the_same_again_at_the_end():
+def test_all_that_a_bus_may_see_is_the_same_again_at_each_beat():
     host, _ = eventful()
-    again = coupling()
+    again, beats = coupling(), 0
     for entry in inputs():
         list(feed(again, entry))
-    for peer in (PLC, ROBOT, VIEWER):
+        if entry.kind is Kind.BEAT:
+            assert repr(again.instrument.snapshot(PAGE, entry.t_s)) == host.seen[entry.t_s]
+            beats += 1
+    assert beats > 2_500
+    for peer in (PLC, ROBOT):
         seen = again.instrument.snapshot(peer, host.now_s)
         assert repr(seen) == repr(host.instrument.snapshot(peer, host.now_s))
 
@@ -217,6 +220,7 @@ def test_after_its_end_the_link_is_lost_and_nothing_is_available():
     assert seen.force_n != seen.force_n
     assert seen.age_s > 1.0
     assert seen.state == "tripped"
+    assert HostFault.LINK_LOST in seen.faults
 
 
 def test_it_begins_again_where_that_is_wanted():
@@ -224,6 +228,7 @@ def test_it_begins_again_where_that_is_wanted():
     show = Playing(lambda: (coupling(), iter(short)), again=True)
     found = [sample.raw.sequence for _, sample in play(show, 6.0)]
     assert found.count(found[0]) >= 3
+    assert len(found) <= 3000
     assert not show.over
 
 
@@ -235,6 +240,22 @@ def test_a_machine_that_is_too_slow_plays_slower_and_shows_no_old_value():
         assert len(list(show.advance(step))) <= MOST_AT_ONCE
         assert shown.snapshot(PLC, 0.0).age_s < 0.02
     assert show.slipped_s > 3.0
+
+
+def test_what_was_missed_is_not_made_up_for_in_a_rush():
+    show = playing()
+    play(show, 1.0, 0.0)
+    play(show, 0.01, 100.0)
+    assert len(play(show, 0.2, 100.01)) <= 110
+
+
+def test_the_recorded_time_goes_on_where_nothing_happens():
+    beat = next(entry for entry in inputs() if entry.kind is Kind.BEAT)
+    show = Playing(lambda: (coupling(), iter((beat, beat._replace(t_s=beat.t_s + 1.0)))), speed=2.0)
+    list(show.advance(7.0))
+    list(show.advance(7.25))
+    assert show.t_s == pytest.approx(beat.t_s + 0.5)
+    assert show.live_s(show.t_s) == pytest.approx(7.25)
 
 
 def test_a_recording_in_which_nothing_came_is_not_played():

@@ -17,7 +17,7 @@ from sim.scenario import load
 from sim.staging import world_of
 from sim.world import World
 
-PLC, ROBOT = ("modbus_tcp", "10.0.0.1"), ("can", "")
+PLC, ROBOT, PAGE = ("modbus_tcp", "10.0.0.1"), ("can", ""), ("page", "")
 STEPS_PER_BEAT = 5
 BEGUN_S = 1000.0
 
@@ -42,6 +42,7 @@ class VirtualHost:
     to_board: bytes = b""
     orders: int = 0
     damaged_bytes: int = 0
+    seen: dict = field(default_factory=dict)  #: all that the page may see, in words, by time
     forces: list = field(default_factory=list)
     entries: list = field(default_factory=list)
     listener: Listener | None = None
@@ -74,6 +75,7 @@ class VirtualHost:
                 self.forces.append((self.now_s, self.instrument.measurement.force_n))
         if self.steps % STEPS_PER_BEAT == 0:
             self.coupling.beat(self.now_s)
+            self.seen[self.now_s] = repr(self.instrument.snapshot(PAGE, self.now_s))
             if self.open:
                 self.to_board = self.coupling.orders(self.now_s)
 
@@ -160,6 +162,9 @@ def eventful():
     host.coupling.master_lost(host.now_s)
     host.run(0.1)
     host.coupling.master_back(host.now_s)
+    host.instrument.can_down = True
+    host.run(0.1)
+    host.instrument.can_down = False
     host.clear()
     host.inflate(6.0)
     host.until_contact()
