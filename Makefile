@@ -17,6 +17,7 @@ BIN := $(VENV)/bin
 run: $(VENV)/installed build/page/tried
 	@$(BIN)/pneuforce demo $(ARGS)
 
+# Two files at a time, each with its instruments to itself: more would disturb those that measure real time.
 test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/page/tried
 	@$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
 

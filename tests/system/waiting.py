@@ -5,7 +5,7 @@ import time
 import pytest
 
 
-def wait_for(look, wanted, deadline_s=15.0):
+def wait_for(look, wanted, deadline_s=30.0):
     """The first value of `look()` for which `wanted(value)` holds."""
     until_s = time.monotonic() + deadline_s
     while not wanted(value := look()):

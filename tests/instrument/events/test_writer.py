@@ -47,7 +47,13 @@ def test_what_is_put_is_on_the_disk_soon_though_nobody_closes(writer):
     assert [body["which"] for body in bodies(writer.path)] == list(range(5))
 
 
-def test_what_is_put_last_is_on_the_disk_when_it_is_closed(tmp_path):
+@pytest.fixture
+def closes_unhurried(monkeypatch):
+    """A disk that others keep busy is given the time that it takes."""
+    monkeypatch.setattr("instrument.events.writer.CLOSE_S", SOON_S)
+
+
+def test_what_is_put_last_is_on_the_disk_when_it_is_closed(closes_unhurried, tmp_path):
     writer = Writer(tmp_path / "log")
     for number in range(2500):
         writer.put(a_record(number))
@@ -55,7 +61,9 @@ def test_what_is_put_last_is_on_the_disk_when_it_is_closed(tmp_path):
     assert chain_of(tmp_path / "log").records == 2500
 
 
-def test_what_is_put_after_the_last_look_is_on_the_disk_when_it_is_closed(tmp_path, monkeypatch):
+def test_what_is_put_after_the_last_look_is_on_the_disk_when_it_is_closed(
+    closes_unhurried, tmp_path, monkeypatch
+):
     """The moment that is rare by itself: put and closed just behind a look at what waits."""
     look, late = Writer._try, [a_record(0)]
 

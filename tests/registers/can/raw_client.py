@@ -10,7 +10,7 @@ class Client:
         self.link = socket.socket()
         if receive_bytes:
             self.link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_bytes)
-        self.link.settimeout(5.0)
+        self.link.settimeout(15.0)
         self.link.connect(("127.0.0.1", port))
         assert self.read() == "< hi >"
 
