@@ -8,10 +8,12 @@ from instrument.config import Configuration
 from instrument.core import Instrument
 from instrument.coupling import Coupling
 from instrument.settings import Settings
-from instrument.tape.checkpoint import freeze
-from instrument.tape.entry import Decoder, Entry, Kind, told
+from instrument.tape.checkpoint import freeze, thaw
+from instrument.tape.entry import INPUTS, Decoder, Entry, Kind, told
 from instrument.tape.feed import Feed, Listener
 from instrument.tape.file import TapeFile
+from instrument.tape.measured import unpack
+from instrument.tape.playing import Playing
 from instrument.tape.schema import How
 from sim.scenario import load
 from sim.staging import world_of
@@ -173,6 +175,18 @@ def eventful():
     return host, host.recorded()
 
 
+def inputs():
+    return [entry for entry in eventful()[1].entries if entry.kind in INPUTS]
+
+
+def samples():
+    return [unpack(entry.body) for entry in eventful()[1].entries if entry.kind is Kind.MEASURED]
+
+
+def coupling():
+    return thaw(eventful()[1].checkpoint)
+
+
 def write(tape, path):
     """As the recorder writes it."""
     file, begin_s = TapeFile(path), tape.entries[0].t_s
@@ -186,3 +200,16 @@ def write(tape, path):
     file.end(How.END, "the test is over")
     file.commit()
     file.close()
+
+
+def playing(**how):
+    return Playing(lambda: (coupling(), iter(inputs())), **how)
+
+
+def play(show, until_s, begin_s=50.0, step_s=0.005):
+    """Advance by the clock; what was measured, with the time of the clock."""
+    found, now_s = [], begin_s
+    while now_s < begin_s + until_s:
+        found += [(now_s, sample) for sample in show.advance(now_s)]
+        now_s += step_s
+    return found
