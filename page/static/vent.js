@@ -2,7 +2,7 @@
 
 const PATIENCE_MS = 3000;
 const VERIFIED_WITHIN_MS = 10000;
-const BY_HAND = "Use the rig’s stop switch, or cut its supply: both valves without current vent.";
+const BY_HAND = "use the rig’s stop switch: valves without current vent.";
 
 const form = document.getElementById("vent");
 const said = document.getElementById("vent-said");
@@ -18,12 +18,12 @@ async function vent() {
   tell("Vent asked …", "");
   const why = await refusalOf(ask());
   if (mine !== pressed) return;
-  if (why) return fail(`NOT VENTED at ${time()}: ${why} Press again. ${BY_HAND}`);
+  if (why) return fail(`NOT VENTED at ${time()}: ${why} Press again, or ${BY_HAND}`);
   tell(`Accepted ${time()}, venting …`, "");
   clearTimeout(unverified);
   unverified = setTimeout(() => {
     unverified = 0;
-    fail(`The vent was accepted, but for ${VERIFIED_WITHIN_MS / 1e3} s nothing has shown that the balloon is vented. ${BY_HAND}`);
+    fail(`The vent was accepted, but for ${VERIFIED_WITHIN_MS / 1e3} s nothing has shown that the balloon is vented: ${BY_HAND}`);
   }, VERIFIED_WITHIN_MS);
 }
 
