@@ -1,4 +1,4 @@
-"""One instrument with its page, and one browser, for all tests that look at the page."""
+"""A page and its instrument: one that a test speaks for, or a real one that all tests look at in a browser."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -8,6 +8,9 @@ import pytest
 
 from registers.map import COMMAND_KEY
 from tests.page.browser import Browser
+from tests.page.entries import begin
+from tests.page.serving import Site, Station
+from tests.system.waiting import wait_for
 from teststand.children import Child
 from teststand.rig import LiveRig
 from teststand.stack import free_port, start, toml
@@ -80,3 +83,19 @@ def shown(tmp_path_factory, browser):
 def browser():
     with Browser() as browser:
         yield browser
+
+
+@pytest.fixture
+def station(tmp_path):
+    station = Station(tmp_path / "pneuforce.sock")
+    yield station
+    station.close()
+
+
+@pytest.fixture
+def site(station):
+    site = Site(station.path)
+    wait_for(lambda: station.wanted, bool)
+    station.say(begin())
+    yield site
+    site.end()

@@ -10,6 +10,8 @@ import time
 
 from instrument.tape.entry import Decoder, Kind, encode, told
 from page.__main__ import Options, listener, parts_of, serve, server_of
+from tests.page.entries import snapshot
+from tests.system.waiting import wait_for
 
 TOKEN = "correct-horse-battery"
 
@@ -129,3 +131,13 @@ def events(lines):
 def until(stream, name, wanted=lambda data: True):
     """The next event of that name for which `wanted` holds."""
     return next(data for event, data in stream if event == name and wanted(data))
+
+
+def say_again(station, site, facts):
+    """Let the instrument say this, and go on saying it, until the page has it."""
+
+    def said():
+        station.say(snapshot(time.monotonic(), **facts))
+        return site.parts.view.snapshot
+
+    wait_for(said, lambda known: known is not None)

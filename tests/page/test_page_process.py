@@ -22,13 +22,6 @@ from teststand.children import ChildFailed
 from teststand.stack import free_port, start
 
 
-@pytest.fixture
-def station(tmp_path):
-    station = Station(tmp_path / "pneuforce.sock")
-    yield station
-    station.close()
-
-
 @contextlib.contextmanager
 def page(**options):
     process = subprocess.Popen(
