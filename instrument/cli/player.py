@@ -20,6 +20,7 @@ from instrument.coupling import Coupling
 from instrument.guard import Guard
 from instrument.host import TICK_S, Face
 from instrument.played import Played
+from instrument.rig.frames import SAMPLES_PER_S
 from instrument.rig.link import Link
 from instrument.settings import Identity
 from instrument.tape.entry import Entry, Kind, told
@@ -32,6 +33,7 @@ from instrument.tape.replay import Replayed
 log = logging.getLogger("pneuforce")
 
 PAUSE_S = 0.002
+BEHIND_S = 0.02  #: a pause that the samples told of make up for
 SAY_SLIPPED_S = 1.0
 
 
@@ -45,9 +47,7 @@ class Player:
         self._playing = playing
         self._feed = feed
         self._recording = recording
-        self._each = max(1, round(playing.speed))  # so many are one to the faces, which know 500 a second
-        self._samples = 0
-        self._tick_s = 0.0
+        self._show_s = self._tick_s = 0.0
         self._said_over = self._said_slow = False
         self._guard = Guard("not shown after an error of ours")
 
@@ -80,15 +80,20 @@ class Player:
         for played in self._playing.advance(now_s):
             if isinstance(played, Entry):
                 self._feed.note(played.kind, now_s, played.body)
-                continue
-            self._samples += 1
-            if self._samples % self._each == 0:
+            elif self._is_due(time.monotonic()):
                 self._show(played, now_s)
         if now_s >= self._tick_s:
             self._tick_s = now_s + TICK_S
             for face in self.faces:
                 self._guard(face.tick, now_s)
         self._say()
+
+    def _is_due(self, now_s: float) -> bool:
+        """Whether to tell of a sample: however fast it plays, of no more in a second than a rig sends."""
+        if self._playing.speed > 1 and now_s < self._show_s:
+            return False
+        self._show_s = max(self._show_s, now_s - BEHIND_S) + 1 / SAMPLES_PER_S
+        return True
 
     def _show(self, sample: Replayed, now_s: float) -> None:
         if self._feed.listeners:
