@@ -1,4 +1,4 @@
-"""A page and its instrument: one that a test speaks for, or a real one that all tests look at in a browser."""
+"""A page and its instrument: one that a test speaks for, or a real one that a browser looks at."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
