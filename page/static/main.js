@@ -73,6 +73,7 @@ async function describe() {
   }
   const { about } = world;
   describeRegisters(about);
+  document.body.classList.toggle("replay", Boolean(about.replay));
   say(byId("serial"), about.serial_number ? `no. ${about.serial_number}` : "");
   say(byId("identity"), `Version ${about.version}, map ${about.map_version} (${hex8(about.map_hash)}), configuration ${hex8(about.configuration_hash)}`);
   refresh();

@@ -10,7 +10,7 @@ export function drawStars(plot, contacts, { initial, final, edge, ink }) {
       star(plot.ctx, ...at(row.initial_s, row.initial_kpa), size, initial, edge);
       const [x, y] = at(row.final_s, row.final_kpa);
       star(plot.ctx, x, y, size * 1.1, final, edge);
-      number(plot.ctx, row.number, x, y - size * 1.5, size, ink);
+      number(plot.ctx, row.number, x, y - size * 1.7, size, ink);
     }
   });
 }

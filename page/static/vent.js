@@ -19,6 +19,7 @@ async function vent() {
   const why = await refusalOf(ask());
   if (mine !== pressed) return;
   if (why) return fail(`NOT VENTED at ${time()}: ${why} Press again, or ${BY_HAND}`);
+  if (document.body.classList.contains("replay")) return tell("Accepted; a replay has nothing to vent.", "");
   tell(`Accepted ${time()}, venting …`, "");
   clearTimeout(unverified);
   unverified = setTimeout(() => {
