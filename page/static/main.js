@@ -11,7 +11,6 @@ import { showHealth } from "./health.js";
 import { describeRegisters, startInspector } from "./inspector.js";
 import { follow } from "./live.js";
 import { clock } from "./numbers.js";
-import { Plots } from "./plots.js";
 import { UNKNOWN, fetchAbout } from "./requests.js";
 import { Speech } from "./speech.js";
 import { Token } from "./token.js";
@@ -23,11 +22,22 @@ const world = { link: { up: false, why: "" }, about: UNKNOWN, state: null };
 let lostSince = new Date();
 let contacts = [];
 
-const plots = new Plots(byId("force-plot"), byId("pressure-plot"));
+const plots = await curves();
 const speech = new Speech(byId("speech"));
 const token = new Token(() => refresh());
 world.token = token;
 const controls = new Controls(() => world);
+
+/** The plots; null where what draws them was not installed: then all else is shown. */
+async function curves() {
+  try {
+    const { Plots } = await import("./plots.js");
+    return new Plots(byId("force-plot"), byId("pressure-plot"));
+  } catch {
+    announce(byId("no-plots"), "No curves: uPlot, which draws them, is not installed here (make vendor).");
+    return null;
+  }
+}
 
 function refresh() {
   const { link, about, state } = world;
@@ -83,14 +93,14 @@ const hex8 = (hash) => (typeof hash === "number" ? hash.toString(16).toUpperCase
 
 const handlers = {
   opened: clearEvents, // they come anew
-  samples: (batch) => plots.samples(batch),
+  samples: (batch) => plots?.samples(batch),
   state: (state) => {
     world.state = state;
     refresh();
   },
   contacts: ({ rows }) => {
     contacts = rows;
-    plots.contacts(rows);
+    plots?.contacts(rows);
     showContacts(rows, world.state?.t_s ?? NaN);
   },
   health: showHealth,
@@ -98,13 +108,13 @@ const handlers = {
 };
 
 for (const choice of document.querySelectorAll("input[name=span]")) {
-  choice.addEventListener("change", () => plots.span(Number(choice.value)));
-  if (choice.checked) plots.span(Number(choice.value)); // a reload keeps what was chosen
+  choice.addEventListener("change", () => plots?.span(Number(choice.value)));
+  if (choice.checked) plots?.span(Number(choice.value)); // a reload keeps what was chosen
 }
 new IntersectionObserver((entries) => {
   byId("mini").hidden = entries.at(-1).isIntersecting; // the numbers in short, once the large ones are out of view
 }).observe(byId("figures"));
-setInterval(() => plots.describe(byId("force-plot"), byId("pressure-plot")), DESCRIBED_MS);
+setInterval(() => plots?.describe(byId("force-plot"), byId("pressure-plot")), DESCRIBED_MS);
 startAccess(token);
 startInspector();
 token.begin();

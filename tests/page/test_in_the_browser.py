@@ -146,6 +146,14 @@ def test_vent_works_without(broken, told_at, shown, browser):
         browser("open", url=shown.operators_url)
 
 
+def test_without_what_draws_curves_all_else_is_shown(shown, browser):
+    shown.recover()
+    browser("open", url=shown.operators_url, without="uPlot.esm.js")
+    browser.wait_for_state("vented")
+    browser.wait_for_text("#no-plots", "uPlot")
+    browser("open", url=shown.operators_url)
+
+
 def test_the_inspector_shows_words_as_they_are_on_the_wire(page):
     page("evaluate", script="document.querySelector('#inspector').open = true")
     page("fill", on="#filter", text="384")
