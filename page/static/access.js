@@ -22,5 +22,8 @@ export function showAccess(token, about, isUp) {
   field.placeholder = token.value ? "logged in" : "";
   say(byId("log-in-button"), token.value ? "Log out" : "Log in");
   if (token.value) say(byId("token-said"), "");
-  announce(byId("read-only"), token.stale ? "READ-ONLY: the operator’s token is no longer valid. VENT still works." : "");
+  announce(
+    byId("read-only"),
+    token.stale ? "READ-ONLY: the operator’s token is no longer valid. VENT still works." : "",
+  );
 }

@@ -8,7 +8,13 @@ const SHOWN = 50;
 /** Rows of the contacts, the latest first; `now_s` is the host's time. */
 export function showContacts(rows, now_s) {
   byId("no-contacts").hidden = rows.length > 0;
-  showRows(byId("contacts"), rows.slice(-SHOWN).reverse().map((row) => cells(row, now_s)));
+  showRows(
+    byId("contacts"),
+    rows
+      .slice(-SHOWN)
+      .reverse()
+      .map((row) => cells(row, now_s)),
+  );
 }
 
 const cells = (row, now_s) => [

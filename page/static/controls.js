@@ -20,7 +20,10 @@ export class Controls {
     this.#world = world;
     startConfirm();
     const asks = { setpoint: () => this.#setpoint(), hold: () => this.#hold() };
-    const commands = { clear: () => this.#command("clear_faults"), zero: () => this.#command("zero_pressure") };
+    const commands = {
+      clear: () => this.#command("clear_faults"),
+      zero: () => this.#command("zero_pressure"),
+    };
     for (const [action, ask] of Object.entries({ ...asks, ...commands }))
       byId(`${action}-button`).addEventListener("click", () => {
         const why = whyNot(action, this.#world());
@@ -46,33 +49,44 @@ export class Controls {
     const asked = state && shown(state.setpoint_requested_kpa, 2);
     say(byId("setpoint-asked"), asked ? `Asked for: ${asked} kPa, mode ${spoken(state.mode)}` : "");
     const held = state && state.lease_holder !== "none";
-    say(byId("lease"), held ? `Lease: ${spoken(state.lease_holder)}, ${lasting(state.lease_left_s)} left` : "");
+    say(
+      byId("lease"),
+      held ? `Lease: ${spoken(state.lease_holder)}, ${lasting(state.lease_left_s)} left` : "",
+    );
   }
 
   async #setpoint() {
     const { about, state } = this.#world();
     const { low, high } = spanOf(about);
     const wanted = Number(byId("setpoint-wanted").value.trim().replace(",", ".") || NaN);
-    if (!(wanted >= low && wanted <= high)) return this.#tell(`The setpoint must be a number from ${low} to ${high} kPa.`, true);
-    if (state.mode === "hold" && !(await this.#agreed(`Move to ${shown(wanted, 2)} kPa?`, `The balloon is held and goes to ${shown(wanted, 3)} kPa as soon as it is not in contact.`, "Move"))) return;
-    if (await this.#write({ setpoint_requested: wanted })) this.#tell(`Setpoint ${shown(wanted, 3)} kPa accepted.`);
+    if (!(wanted >= low && wanted <= high))
+      return this.#tell(`The setpoint must be a number from ${low} to ${high} kPa.`, true);
+    if (state.mode === "hold" && !(await this.#agreed("setpoint", moving(wanted)))) return;
+    if (await this.#write({ setpoint_requested: wanted }))
+      this.#tell(`Setpoint ${shown(wanted, 3)} kPa accepted.`);
   }
 
   async #hold() {
     const { state } = this.#world();
     const wanted = state.setpoint_requested_kpa;
-    const text = `The balloon of this instrument, now at ${shown(state.pressure_kpa, 2)} kPa, will be inflated to ${shown(wanted, 3)} kPa and locked. Nothing may touch it until it is held.`;
-    if (!(await this.#agreed(`Inflate to ${shown(wanted, 2)} kPa?`, text, `Inflate to ${shown(wanted, 2)} kPa`))) return;
-    if (await this.#write({ setpoint_requested: wanted, mode: "hold" })) this.#tell(`Inflating to ${shown(wanted, 3)} kPa.`);
+    if (!(await this.#agreed("hold", inflating(state.pressure_kpa, wanted)))) return;
+    if (await this.#write({ setpoint_requested: wanted, mode: "hold" }))
+      this.#tell(`Inflating to ${shown(wanted, 3)} kPa.`);
   }
 
-  async #agreed(title, text, yes) {
-    return (await confirmed(title, text, yes)) && !whyNot("setpoint", this.#world());
+  /** Whether the question was answered yes, and it may still be asked for then. */
+  async #agreed(action, { title, text, yes }) {
+    return (await confirmed(title, text, yes)) && !whyNot(action, this.#world());
   }
 
   async #command(code) {
     const sequence = (this.#world().state.answer_sequence + 1) & LAST_SEQUENCE;
-    const values = { command_key: COMMAND_KEY, command_code: code, command_argument: 0, command_sequence: sequence };
+    const values = {
+      command_key: COMMAND_KEY,
+      command_code: code,
+      command_argument: 0,
+      command_sequence: sequence,
+    };
     if (!(await this.#write(values))) return;
     this.#tell(`${sentence(spoken(code))} asked …`);
     this.#awaited = { sequence, code, until_ms: performance.now() + COMMAND_PATIENCE_MS };
@@ -81,7 +95,8 @@ export class Controls {
   #listen({ state, about }) {
     const awaited = this.#awaited;
     if (!awaited || !state) return;
-    const answered = state.answer_sequence === awaited.sequence && ["done", "failed"].includes(state.answer_state);
+    const answered =
+      state.answer_sequence === awaited.sequence && ["done", "failed"].includes(state.answer_state);
     if (!answered && performance.now() < awaited.until_ms) return;
     this.#awaited = null;
     const name = sentence(spoken(awaited.code));
@@ -105,6 +120,20 @@ export class Controls {
     byId("answer").dataset.bad = isBad;
   }
 }
+
+const moving = (to_kpa) => ({
+  title: `Move to ${shown(to_kpa, 2)} kPa?`,
+  text: `The balloon is held, and goes to ${shown(to_kpa, 3)} kPa as soon as it is not in contact.`,
+  yes: "Move",
+});
+
+const inflating = (from_kpa, to_kpa) => ({
+  title: `Inflate to ${shown(to_kpa, 2)} kPa?`,
+  text:
+    `The balloon of this instrument, now at ${shown(from_kpa, 2)} kPa, will be inflated to ` +
+    `${shown(to_kpa, 3)} kPa and locked. Nothing may touch it until it is held.`,
+  yes: `Inflate to ${shown(to_kpa, 2)} kPa`,
+});
 
 const spanOf = (about) => about.registers.find(({ name }) => name === "setpoint_requested") ?? {};
 

@@ -32,7 +32,9 @@ function faultItem(code, about) {
 }
 
 function listStatus(names, about) {
-  const known = (names ?? []).filter((name) => name in about.status).map((name) => ({ name, ...about.status[name] }));
+  const known = (names ?? [])
+    .filter((name) => name in about.status)
+    .map((name) => ({ name, ...about.status[name] }));
   const items = known.sort((a, b) => a.bit - b.bit).map(statusItem);
   byId("conditions").replaceChildren(...(names ? items : [make("li", "quiet", "not available")]));
 }

@@ -31,8 +31,16 @@ function showState(state, about) {
   const touched = state?.status.includes("in_contact");
   const box = byId("state");
   box.dataset.state = state?.state ?? "";
-  showFigure(box, name, touched ? "in contact" : "", state ? `${name}${touched ? ", in contact" : ""}` : "not available");
+  showFigure(
+    box,
+    name,
+    touched ? "in contact" : "",
+    state ? `${name}${touched ? ", in contact" : ""}` : "not available",
+  );
   box.title = about.states[state?.state] ?? "";
   document.title = state ? `${name} · pneuforce` : "not connected · pneuforce";
-  say(byId("mini"), state ? `${shown(state.force_n, 2)} N   ${shown(state.pressure_kpa, 2)} kPa   ${name}` : NOT_AVAILABLE);
+  say(
+    byId("mini"),
+    state ? `${shown(state.force_n, 2)} N   ${shown(state.pressure_kpa, 2)} kPa   ${name}` : NOT_AVAILABLE,
+  );
 }

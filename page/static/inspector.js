@@ -57,7 +57,11 @@ function draw() {
   const wanted = (...texts) => texts.some((text) => String(text).toLowerCase().includes(filter));
   const registers = about.registers.filter((r) => wanted(r.address, r.name, spoken(r.name), r.unit, r.doc));
   showRows(byId("registers"), registers.map(registerCells), 2);
-  showRows(byId("frames"), frames.filter((f) => wanted(hex3(f.id), f.name, ...Object.keys(f.values ?? {}))).map(frameCells), 2);
+  showRows(
+    byId("frames"),
+    frames.filter((f) => wanted(hex3(f.id), f.name, ...Object.keys(f.values ?? {}))).map(frameCells),
+    2,
+  );
 }
 
 function registerCells(register) {
@@ -72,7 +76,9 @@ const frameCells = (frame) => [
   hex3(frame.id),
   frame.data.toUpperCase(),
   `${spoken(frame.name)} ${frame.out ? "(sent)" : "(received)"}`,
-  Object.entries(frame.values ?? {}).map(([name, value]) => `${spoken(name)} ${valueText(value)}`).join(" · "),
+  Object.entries(frame.values ?? {})
+    .map(([name, value]) => `${spoken(name)} ${valueText(value)}`)
+    .join(" · "),
   String(frame.count),
   shown(frame.age_s, 1),
 ];

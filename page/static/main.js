@@ -85,7 +85,11 @@ async function describe() {
   describeRegisters(about);
   document.body.classList.toggle("replay", Boolean(about.replay));
   say(byId("serial"), about.serial_number ? `no. ${about.serial_number}` : "");
-  say(byId("identity"), `Version ${about.version}, map ${about.map_version} (${hex8(about.map_hash)}), configuration ${hex8(about.configuration_hash)}`);
+  const [map, configuration] = [about.map_hash, about.configuration_hash].map(hex8);
+  say(
+    byId("identity"),
+    `Version ${about.version}, map ${about.map_version} (${map}), configuration ${configuration}`,
+  );
   refresh();
 }
 

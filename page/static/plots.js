@@ -55,7 +55,13 @@ export class Plots {
       ticks: { show: false },
       font: `${Math.round(font() * 0.85)}px system-ui, sans-serif`,
     });
-    const times = { ...axis(2), splits: (plot) => this.#ticks(plot), values: (plot, at) => agoTexts(plot, at), gap: font() * 0.5, size: font() * 2.2 };
+    const times = {
+      ...axis(2),
+      splits: (plot) => this.#ticks(plot),
+      values: (plot, at) => agoTexts(plot, at),
+      gap: font() * 0.5,
+      size: font() * 2.2,
+    };
     const options = {
       width: box.clientWidth,
       height: box.clientHeight,
@@ -81,7 +87,10 @@ export class Plots {
   }
 
   samples(batch) {
-    const wide = (sign) => batch.force_n.map((n, at) => (n === null || batch.std_n[at] === null ? null : n + sign * 2 * batch.std_n[at]));
+    const wide = (sign) =>
+      batch.force_n.map((n, at) =>
+        n === null || batch.std_n[at] === null ? null : n + sign * 2 * batch.std_n[at],
+      );
     this.#series.push({ ...batch, low_n: wide(-1), high_n: wide(1) });
     this.#drawSoon();
   }
@@ -120,14 +129,29 @@ export class Plots {
     const [, , , force, pressure] = this.#series.latest(this.#span_s);
     const span = `over the last ${this.#span_s} s`;
     forceBox.setAttribute("aria-label", `Curve of the force ${span}: ${between(force, 2, "newtons")}`);
-    pressureBox.setAttribute("aria-label", `Curve of the pressure ${span}: ${between(pressure, 2, "kilopascals")}`);
+    pressureBox.setAttribute(
+      "aria-label",
+      `Curve of the pressure ${span}: ${between(pressure, 2, "kilopascals")}`,
+    );
   }
 
   #readColours() {
     const colour = (name) => getComputedStyle(document.querySelector(`.${name}`)).color;
-    const keys = ["force-key", "force-area", "peak-key", "pressure-key", "baseline-key", "initial-star", "final-star"];
+    const keys = [
+      "force-key",
+      "force-area",
+      "peak-key",
+      "pressure-key",
+      "baseline-key",
+      "initial-star",
+      "final-star",
+    ];
     const [force, area, peak, pressure, baseline, initial, final] = keys.map(colour);
-    const { color: ink, borderTopColor: grid, outlineColor: edge } = getComputedStyle(document.querySelector(".plot"));
+    const {
+      color: ink,
+      borderTopColor: grid,
+      outlineColor: edge,
+    } = getComputedStyle(document.querySelector(".plot"));
     this.#colours = { force, area, peak, pressure, baseline, initial, final, ink, grid, edge };
   }
 
@@ -145,7 +169,8 @@ function show(plot, columns, x) {
   });
 }
 
-const numberTexts = (_, splits) => splits.map((value) => shown(value, splits.some((other) => other % 1) ? 1 : 0));
+const numberTexts = (_, splits) =>
+  splits.map((value) => shown(value, splits.some((other) => other % 1) ? 1 : 0));
 
 const agoTexts = ({ scales: { x } }, splits) =>
   splits.map((t_s) => (t_s === x.max ? "now" : `${shown(t_s - x.max, 0)} s`));

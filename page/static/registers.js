@@ -48,4 +48,7 @@ const floatText = (number) =>
   Number.isNaN(number) ? NOT_AVAILABLE : String(Number(number.toPrecision(6))).replace("-", "−");
 
 const bitNames = (bits, word) =>
-  Object.entries(bits).filter(([bit]) => (word >>> bit) & 1).map(([, name]) => spoken(name)).join(", ");
+  Object.entries(bits)
+    .filter(([bit]) => (word >>> bit) & 1)
+    .map(([, name]) => spoken(name))
+    .join(", ");

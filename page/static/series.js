@@ -39,8 +39,7 @@ export class Series {
 
   #forget() {
     const times = this.#columns[0];
-    if (times.length && times[0] < this.last_s - 2 * KEPT_S)
-      this.#cut(this.#from(this.last_s - KEPT_S));
+    if (times.length && times[0] < this.last_s - 2 * KEPT_S) this.#cut(this.#from(this.last_s - KEPT_S));
   }
 
   #cut(count) {

@@ -24,7 +24,8 @@ export class Speech {
     if (!state) return;
     if (state.state !== before?.state) this.#say(stateWords(state));
     for (const code of state.faults)
-      if (!before?.faults.includes(code)) this.#say(`Fault: ${nameOf(code, about)}. ${about.faults[code]?.what ?? ""}`);
+      if (!before?.faults.includes(code))
+        this.#say(`Fault: ${nameOf(code, about)}. ${about.faults[code]?.what ?? ""}`);
     if (before?.faults.length && !state.faults.length) this.#say("Faults cleared.");
   }
 

@@ -15,7 +15,9 @@
     document.dispatchEvent(new Event("theme"));
   };
   apply(stored());
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => apply(root.dataset.theme ?? ""));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
+    apply(root.dataset.theme ?? ""),
+  );
   addEventListener("DOMContentLoaded", () => {
     const choice = document.getElementById("theme");
     choice.value = root.dataset.theme ?? "";

@@ -3,6 +3,7 @@
 const PATIENCE_MS = 3000;
 const VERIFIED_WITHIN_MS = 10000;
 const BY_HAND = "use the rig’s stop switch: valves without current vent.";
+const UNVERIFIED = "The vent was accepted, but nothing shows that the balloon is vented";
 
 const form = document.getElementById("vent");
 const said = document.getElementById("vent-said");
@@ -24,7 +25,7 @@ async function vent() {
   clearTimeout(unverified);
   unverified = setTimeout(() => {
     unverified = 0;
-    fail(`The vent was accepted, but for ${VERIFIED_WITHIN_MS / 1e3} s nothing has shown that the balloon is vented: ${BY_HAND}`);
+    fail(`${UNVERIFIED}: ${BY_HAND}`);
   }, VERIFIED_WITHIN_MS);
 }
 
@@ -44,7 +45,9 @@ async function refusalOf(asked) {
     const response = await asked;
     const answer = await response.json().catch(() => ({}));
     if (response.ok && answer.refusal === "none") return "";
-    return sentence(answer.text ?? answer.why ?? `the instrument answered “${answer.refusal ?? response.status}”`);
+    return sentence(
+      answer.text ?? answer.why ?? `the instrument answered “${answer.refusal ?? response.status}”`,
+    );
   } catch (error) {
     return error.name === "TimeoutError"
       ? `no answer within ${PATIENCE_MS / 1e3} s.`

@@ -34,7 +34,8 @@ const awaited = async (script) => {
   for (;;) {
     const value = await page.evaluate(script);
     if (value) return value;
-    if (Date.now() > until_ms) throw new Error(`still not; the page says: ${(await page.innerText("body")).slice(0, MOST_TOLD)}`);
+    if (Date.now() > until_ms)
+      throw new Error(`still not; the page says: ${(await page.innerText("body")).slice(0, MOST_TOLD)}`);
     await page.waitForTimeout(LOOK_MS);
   }
 };

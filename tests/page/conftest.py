@@ -16,6 +16,7 @@ from teststand.rig import LiveRig
 from teststand.stack import free_port, start, toml
 
 TOKEN = "open-sesame-1"
+DESK = {"width": 1280, "height": 800}
 
 
 @dataclass
@@ -99,3 +100,12 @@ def site(station):
     station.say(begin())
     yield site
     site.end()
+
+
+@pytest.fixture
+def page(shown, browser):
+    """The page of an instrument that is vented, with the operator's token."""
+    shown.recover()
+    browser("look", **DESK)
+    browser.wait_for_state("vented")
+    return browser

@@ -10,7 +10,6 @@ from tests.page.conftest import TOKEN
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
 
-DESK = {"width": 1280, "height": 800}
 PHONE = {"width": 360, "height": 740}
 TABLET = {"width": 900, "height": 1200}
 PROJECTOR = {"width": 1920, "height": 1080}
@@ -28,15 +27,6 @@ PIXELS = """(() => {
 SMALL_STAR = 20
 #: Whether it is told there that a vent was accepted: by the page, or by the server's bare answer.
 WORDS_OF_A_VENT = r"/^Accepted|^\{.*none/.test(document.querySelector('%s').innerText)"
-
-
-@pytest.fixture
-def page(shown, browser):
-    """The page of an instrument that is vented, with the operator's token."""
-    shown.recover()
-    browser("look", **DESK)
-    browser.wait_for_state("vented")
-    return browser
 
 
 def test_numbers_and_a_contact_are_what_modbus_says(page, shown):
@@ -167,24 +157,6 @@ def test_the_inspector_shows_words_as_they_are_on_the_wire(page):
     page("fill", on="#filter", text="force mn")
     page.wait_for_text("#registers", "7FFF")
     assert page.text("#registers tr:first-child").split("\t")[:5] == ["64", "7FFF", "force mn", "–", "mN"]
-
-
-def test_of_hours_of_samples_a_minute_is_kept(page):
-    kept = page(
-        "evaluate",
-        script="""import("/static/series.js").then(({ Series, KEPT_S }) => {
-          const series = new Series(["force_n"]);
-          let most = 0;
-          for (let t_s = 0; t_s < 7200; t_s += 0.5) {
-            series.push({ t_s: [t_s + 0.1, t_s + 0.4], force_n: [t_s, null] });
-            most = Math.max(most, series.latest(Infinity)[0].length);
-          }
-          const [times, forces] = series.latest(10);
-          return [most, KEPT_S, times.length, forces.at(-2)];
-        })""",
-    )
-    assert kept[0] <= 2 * kept[1] * 4 + 10
-    assert kept[2:] == [42, 7199.5]  # 10 s, the one before them, and the last
 
 
 @pytest.mark.parametrize("size", [PHONE, TABLET, PROJECTOR], ids=["phone", "tablet", "projector"])
