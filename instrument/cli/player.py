@@ -120,6 +120,8 @@ def play(file: Path, configuration: Configuration, socket: Path | None, speed: f
     """
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     with replayable(file) as recording, log_to_stderr():
+        if configuration.doubt:
+            log.warning("%s", configuration.doubt)
         playing = Playing(lambda: (start_of(recording), _entries_of(recording)), speed, again)
         recorded = playing.coupling.instrument.settings.identity
         asyncio.run(_play(playing, recording, _as(recorded, configuration), Files(socket=socket)))
