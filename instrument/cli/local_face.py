@@ -135,6 +135,14 @@ class LocalFace:
         log.warning("the recording stopped: %s", why)
         self.trouble, self.coupling.instrument.recording_down = why, True
 
+    def let_go(self, listener: Listener, behind: int) -> None:
+        """Somebody takes too slowly what he is told: a recording that has lost something is over."""
+        why = f"it was {behind / 1e6:.0f} MB behind"
+        if listener.wants == "record":
+            self.troubled(why)
+        else:
+            log.warning("a %s is let go: %s", listener.wants, why)
+
     def answer(self, request: Entry) -> Entry:
         """Carry out a request of the page, as any bus's. Raises TapeError: it is no request."""
         facts, now_s = request.facts, time.monotonic()
@@ -189,8 +197,8 @@ class Guest(asyncio.Protocol):
             return
         behind = self.listener.behind + self._transport.get_write_buffer_size()
         if behind > MOST_BACKLOG:
-            log.warning("a %s is let go: it is %.0f MB behind", self.listener.wants, behind / 1e6)
             self._transport.abort()
+            self._face.let_go(self.listener, behind)
         elif data := self.listener.take():
             self._transport.write(data)
 
