@@ -67,6 +67,8 @@ class LocalFace:
                 self._server = await loop.create_unix_server(lambda: Guest(self), str(path))
             finally:
                 os.umask(umask)
+        except FaceError:  # an OSError too, that has its sentence
+            raise
         except OSError as error:
             raise FaceError(f"local.socket = {path}: {error.strerror or error}") from None
         self._path = path
