@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import os
-import socket
-import stat
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from instrument.cli.begin import begin_of
+from instrument.cli.guest import Guest
+from instrument.cli.local_socket import LocalSocket
 from instrument.config import Configuration
 from instrument.coupling import Coupling
 from instrument.errors import FaceError
 from instrument.tape.checkpoint import freeze
-from instrument.tape.entry import Decoder, Entry, Kind, TapeError, encode, told
-from instrument.tape.feed import MOST_BACKLOG, Feed, Listener
+from instrument.tape.entry import Entry, Kind, TapeError, encode, told
+from instrument.tape.feed import Feed, Listener
 from registers.asked import Malformed, asked
 from registers.source import Peer, Source
+from registers.sparing_log import SparingLog
 
 log = logging.getLogger("pneuforce")
 
@@ -29,6 +28,10 @@ SNAPSHOT_S = 0.05
 HEALTH_S = 1.0
 LEAVE_S = 0.5  #: for listeners to take what they are still owed
 MOST_GUESTS = 16
+DECIDE_S = 1.5  #: an order that is on its way for longer is given up
+NO_TIME_S = 1e12
+LOOK_S = 1.0  #: how often the socket looks for its name
+SAY_AGAIN_S = 60.0
 PAGE = Peer("page")
 
 
@@ -51,27 +54,16 @@ class LocalFace:
         self.replay = ""  #: the recording that is shown in the place of a rig
         self._configuration = configuration
         self._health = health
-        self._server: asyncio.Server | None = None
-        self._path: Path | None = None
-        self._snapshot_s = self._health_s = 0.0
+        self._socket: LocalSocket | None = None
+        self._reopening: asyncio.Task[None] | None = None
+        self._snapshot_s = self._health_s = self._look_s = 0.0
+        self._say = SparingLog(log, SAY_AGAIN_S).say
 
     async def open(self, path: Path | None) -> None:
         """Listen at `path`, for this user alone; nowhere for None. Raises FaceError."""
-        if path is None:
-            return
-        try:
-            _make_free(path)
-            umask = os.umask(0o177)
-            try:
-                loop = asyncio.get_running_loop()
-                self._server = await loop.create_unix_server(lambda: Guest(self), str(path))
-            finally:
-                os.umask(umask)
-        except FaceError:  # an OSError too, that has its sentence
-            raise
-        except OSError as error:
-            raise FaceError(f"local.socket = {path}: {error.strerror or error}") from None
-        self._path = path
+        if path is not None:
+            self._socket = LocalSocket(path, lambda: Guest(self))
+            await self._socket.open()
 
     # ---- as a face of the host
 
@@ -80,6 +72,9 @@ class LocalFace:
 
     def tick(self, now_s: float) -> None:
         """Tell what has come since the last beat."""
+        if now_s >= self._look_s:
+            self._look_s = now_s + LOOK_S
+            self._look_for_our_name(now_s)
         if not self.guests:
             return
         if now_s >= self._snapshot_s:
@@ -90,33 +85,61 @@ class LocalFace:
             self._health_s = now_s + HEALTH_S
             recording = {"on": self.recording, "trouble": self.trouble}
             self.feed.tell(Kind.HEALTH, now_s, {**self._health(now_s), "recording": recording})
-        self._flush()
+        self._beat(now_s)
 
-    def _flush(self) -> None:
+    def _beat(self, now_s: float) -> None:
         for guest in list(self.guests):
-            guest.flush()
+            guest.beat(now_s)
+
+    def _look_for_our_name(self, now_s: float) -> None:
+        """Whoever comes must find the socket: where its name was taken away it listens anew."""
+        own = self._socket
+        if own is None or own.in_place or not (self._reopening is None or self._reopening.done()):
+            return
+        self._say(now_s, "the local socket %s was taken away; listening anew", own.path)
+        own.close()
+        self._reopening = asyncio.get_running_loop().create_task(self._reopen(own))
+
+    async def _reopen(self, own: LocalSocket) -> None:
+        try:
+            await own.open()
+        except FaceError as error:
+            self._say(time.monotonic(), "nobody can look: %s", error)
 
     @property
     def recording(self) -> bool:
         """Whether a recorder listens."""
-        return any(guest.listener and guest.listener.wants == "record" for guest in self.guests)
+        return any(guest.wants == "record" for guest in self.guests)
 
     async def close(self, why: str) -> None:
         """Say that the instrument ends, and let everybody have what is left."""
-        if self._server is None:
+        if self._socket is None:
             return
-        self._server.close()
-        self.feed.tell(Kind.END, time.monotonic(), {"why": why})
-        self._flush()
+        if self._reopening is not None:
+            self._reopening.cancel()
+        now_s = time.monotonic()
+        self.feed.tell(Kind.END, now_s, {"why": why})
+        self._beat(now_s)
         for guest in self.guests:
             guest.leave()
-        until_s = time.monotonic() + LEAVE_S
-        while self.guests and time.monotonic() < until_s:
+        while self.guests and time.monotonic() < now_s + LEAVE_S:
             await asyncio.sleep(0.01)
-        if self._path is not None:
-            self._path.unlink(missing_ok=True)
+        self._socket.close()
 
     # ---- for guests
+
+    def admit(self, guest: Guest) -> bool:
+        """Whether there is room for one more."""
+        if len(self.guests) >= MOST_GUESTS:
+            return False
+        self.guests.add(guest)
+        return True
+
+    def gone(self, guest: Guest) -> None:
+        """Forget a guest; it tells it once."""
+        self.guests.discard(guest)
+        if guest.listener is not None:
+            self.feed.listeners.remove(guest.listener)
 
     def welcome(self, wants: str) -> Listener:
         """A listener that has all from now on. Raises KeyError: nobody may want that."""
@@ -151,79 +174,24 @@ class LocalFace:
         if not isinstance(facts, dict) or not isinstance(facts.get("values"), dict):
             raise TapeError("a request without values")
         try:
-            refusal, why = self.source.write(PAGE, asked(facts["values"]), now_s), ""
+            values = asked(facts["values"])
+            if values != {"mode": "vent"}:
+                _refuse_old(facts.get("seen_s"), now_s)
+            refusal, why = self.source.write(PAGE, values, now_s), ""
         except Malformed as error:
             refusal, why = "malformed", str(error)
         return told(Kind.ANSWER, now_s, {"id": facts.get("id"), "refusal": str(refusal), "why": why})
 
 
-class Guest(asyncio.Protocol):
-    """One connection: a page, or a recorder."""
+def _refuse_old(seen_s: object, now_s: float) -> None:
+    """Raises Malformed where what somebody decided upon is past: a page that hung must not go on with it.
 
-    def __init__(self, face: LocalFace) -> None:
-        self.listener: Listener | None = None
-        self._face = face
-        self._decoder = Decoder()
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Let it in, where there is room."""
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        if len(self._face.guests) >= MOST_GUESTS:
-            transport.abort()
-        else:
-            self._face.guests.add(self)
-
-    def data_received(self, data: bytes) -> None:
-        """Hear what it wants."""
-        try:
-            for entry in self._decoder.feed(data):
-                self._hear(entry)
-        except Exception as error:  # whatever a stranger says, it costs him the connection and nobody else
-            log.warning("a guest of the local socket is turned away: %s", str(error) or type(error).__name__)
-            self._transport.abort()
-
-    def _hear(self, entry: Entry) -> None:
-        if entry.kind is Kind.WANT and self.listener is None:
-            self.listener = self._face.welcome(entry.facts["want"])
-        elif entry.kind is Kind.REQUEST and self.listener is not None and self.listener.wants == "page":
-            self._transport.write(encode(self._face.answer(entry)))
-        elif entry.kind is Kind.TROUBLE:
-            self._face.troubled(entry.body.decode(errors="replace"))
-        else:
-            raise TapeError(f"{entry.kind.name} is nothing that it may say now")
-
-    def flush(self) -> None:
-        """Send what waits; one that is too far behind is let go."""
-        if self.listener is None:
-            return
-        behind = self.listener.behind + self._transport.get_write_buffer_size()
-        if behind > MOST_BACKLOG:
-            self._transport.abort()
-            self._face.let_go(self.listener, behind)
-        elif data := self.listener.take():
-            self._transport.write(data)
-
-    def leave(self) -> None:
-        """Send what is left, then close."""
-        self._transport.close()
-
-    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        """Forget it."""
-        self._face.guests.discard(self)
-        if self.listener is not None:
-            self._face.feed.listeners.remove(self.listener)
-
-
-def _make_free(path: Path) -> None:
-    """Remove a socket that nobody serves any more. Raises FaceError where somebody does, or it is a file."""
-    with suppress(FileNotFoundError):
-        if not stat.S_ISSOCK(path.stat().st_mode):
-            raise FaceError(f"local.socket = {path} is a file that is no socket: name another")
-        with socket.socket(socket.AF_UNIX) as probe:
-            if probe.connect_ex(str(path)) == 0:
-                raise FaceError(f"local.socket = {path} is another running instrument's: give each its own")
-        path.unlink()
+    `seen_s` is the time of the snapshot that was looked at.
+    """
+    if not isinstance(seen_s, int | float) or not abs(seen_s) < NO_TIME_S:
+        raise Malformed("seen_s is missing: the time of the state that was decided upon")
+    if not -DECIDE_S <= now_s - seen_s <= DECIDE_S:
+        raise Malformed(f"what it was decided upon is {now_s - seen_s:.1f} s old: look again")
 
 
 def _plain(value: Any) -> Any:

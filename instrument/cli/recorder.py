@@ -56,7 +56,7 @@ class Recorder:
         try:
             await asyncio.wait_for(self._process.wait(), END_S)
         except TimeoutError:
-            self._process.terminate()
+            self._process.kill()  # it may be stopped, and hear of nothing else
 
 
 async def _last_words(process: asyncio.subprocess.Process) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import pickle
+import pickletools
 from importlib import import_module
 from typing import Any
 
@@ -40,6 +41,7 @@ _OURS = (
     "settings",
     "vented",
 )
+MOST_BYTES = 1_000_000  #: ours have some 5 kB
 _HOLDERS = {
     ("builtins", "frozenset"),
     ("builtins", "set"),
@@ -60,6 +62,7 @@ def freeze(coupling: Coupling) -> bytes:
 def thaw(state: bytes) -> Coupling:
     """A coupling in that state, without a tape. Raises TapeError where it is none of ours."""
     try:
+        _refuse_greedy(state)
         kept = _Restorer(io.BytesIO(state)).load()
         coupling = Coupling(kept["instrument"])
         vars(coupling).update(kept, tape=NoTape())
@@ -68,6 +71,15 @@ def thaw(state: bytes) -> Coupling:
     except Exception as error:
         raise TapeError(f"the recording's checkpoint cannot be read: {error}") from None
     return coupling
+
+
+def _refuse_greedy(state: bytes) -> None:
+    """A few bytes can make the unpickler reserve gigabytes: where its memo is numbered by hand; ours is not."""
+    if len(state) > MOST_BYTES:
+        raise TapeError(f"the recording's checkpoint has {len(state)} bytes: it is none of ours")
+    for opcode, _, _ in pickletools.genops(state):
+        if "PUT" in opcode.name:
+            raise TapeError("the recording's checkpoint numbers its parts by hand: it is none of ours")
 
 
 class _Restorer(pickle.Unpickler):

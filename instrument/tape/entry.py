@@ -85,8 +85,9 @@ def encode(entry: Entry) -> bytes:
 class Decoder:
     """Bytes in, entries out."""
 
-    def __init__(self) -> None:
+    def __init__(self, longest_body: int = LONGEST_BODY) -> None:
         self._buffer = bytearray()
+        self._longest_body = longest_body
 
     def feed(self, data: bytes) -> list[Entry]:
         """Entries completed by `data`, in order. Raises TapeError where these are no entries."""
@@ -95,7 +96,7 @@ class Decoder:
         entries: list[Entry] = []
         while len(buffer) - at >= HEAD.size:
             length, kind, t_s = HEAD.unpack_from(buffer, at)
-            if kind not in _KINDS or length > LONGEST_BODY:
+            if kind not in _KINDS or length > self._longest_body:
                 raise TapeError(f"no entry of the tape: kind {kind}, {length} bytes")
             end = at + HEAD.size + length
             if len(buffer) < end:

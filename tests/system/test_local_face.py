@@ -9,14 +9,14 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 
 import pytest
 
 from instrument.rig.frames import Decoder as FrameDecoder
 from instrument.rig.frames import Sample
 from instrument.tape.checkpoint import thaw
-from instrument.tape.entry import Decoder, Entry, Kind, encode, told
+from instrument.tape.entry import HEAD, Decoder, Entry, Kind, encode, told
 from instrument.tape.measured import unpack
 from registers.modbus.client import Plc
 from tests.system.waiting import wait_for
@@ -63,8 +63,10 @@ class Guest:
                 break
         return self.heard
 
-    def ask(self, values, number=1):
-        self.say(told(Kind.REQUEST, 0.0, {"id": number, "values": values}))
+    def ask(self, values, decided_s=0.0):
+        """What is answered to a request that was decided upon so long ago."""
+        seen_s = time.monotonic() - decided_s
+        self.say(told(Kind.REQUEST, 0.0, {"id": 1, "values": values, "seen_s": seen_s}))
         self.listen(to=Kind.ANSWER)
         return [e.facts for e in self.heard if e.kind is Kind.ANSWER][-1]
 
@@ -152,6 +154,58 @@ def test_a_request_obeys_the_rules_of_every_bus(stack, path):
         page.ask({"lease": 0})
 
 
+def test_an_order_that_was_decided_upon_long_ago_is_not_carried_out_but_a_vent_is(stack, path):
+    with guest(path, "page") as page, Plc.connect(port=stack.modbus_port) as plc:
+        for decided_s in (1.6, 20.0, -1.6, 1e9):
+            answer = page.ask({"setpoint_requested": 7.0}, decided_s)
+            assert (answer["refusal"], "s old" in answer["why"]) == ("malformed", True)
+        for seen_s in (None, "1", True, 10**400):
+            page.say(told(Kind.REQUEST, 0.0, {"id": 2, "values": {"mode": "hold"}, "seen_s": seen_s}))
+            page.listen(to=Kind.ANSWER)
+            assert [e.facts["refusal"] for e in page.heard if e.kind is Kind.ANSWER][-1] == "malformed"
+        assert plc.read()["setpoint_requested"] != 7.0
+        assert page.ask({"mode": "vent"}, 1e6)["refusal"] == "none"
+        assert page.ask({"mode": 0}, 1e6)["refusal"] == "none"
+
+
+def test_a_flood_of_requests_delays_nobody(stack, path):
+    request = encode(told(Kind.REQUEST, 0.0, {"id": 1, "values": {"mode": "vent"}}))
+    with Plc.connect(port=stack.modbus_port) as plc:
+        counted = plc.read()["sample_counter"]
+        for _ in range(5):
+            with guest(path, "page") as page, suppress(OSError):
+                page.link.sendall(request * 30_000)
+            plc.read()
+        assert "link_lost" not in plc.read()["status"]
+        assert plc.read()["sample_counter"] > counted
+    with guest(path, "page") as page:
+        assert page.ask({"mode": "vent"})["refusal"] == "none"
+
+
+def test_as_many_requests_as_may_wait_are_all_answered(path):
+    with guest(path, "page") as page:
+        for number in range(30):
+            page.say(told(Kind.REQUEST, 0.0, {"id": number, "values": {"mode": "vent"}}))
+        heard = page.listen(1.0)
+    answers = [e.facts["id"] for e in heard if e.kind is Kind.ANSWER]
+    assert answers == list(range(30))
+
+
+def test_who_says_nothing_is_let_go(path):
+    with guest(path) as silent:
+        begun_s = time.monotonic()
+        silent.link.settimeout(20.0)
+        assert turned_away(silent)
+        assert time.monotonic() - begun_s > 1.0
+
+
+def test_a_name_that_was_taken_away_is_had_again(path):
+    path.rename(path.with_name("elsewhere"))
+    wait_for(path.exists, bool)
+    with guest(path, "page") as page:
+        assert page.ask({"mode": "vent"})["refusal"] == "none"
+
+
 @pytest.mark.parametrize(
     "said",
     [
@@ -167,6 +221,9 @@ def test_a_request_obeys_the_rules_of_every_bus(stack, path):
         encode(told(Kind.WANT, 0.0, {"want": "page"})) + encode(told(Kind.REQUEST, 0.0, [1])),
         encode(told(Kind.WANT, 0.0, {"want": "page"})) * 2,
         encode(Entry(Kind.MEASURED, 0.0, b"")),
+        encode(Entry(Kind.TROUBLE, 0.0, b"a lie")),
+        encode(told(Kind.WANT, 0.0, {"want": "page"})) + encode(Entry(Kind.TROUBLE, 0.0, b"a lie")),
+        encode(told(Kind.WANT, 0.0, {"want": "page"})) + HEAD.pack(20_000, Kind.REQUEST, 0.0),
     ],
 )
 def test_who_says_anything_else_is_turned_away_and_the_instrument_goes_on(stack, path, said):

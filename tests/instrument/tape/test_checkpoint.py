@@ -84,6 +84,14 @@ def test_a_pickle_that_calls_anything_else_is_refused_before_it_does(evil, tmp_p
         thaw(pickle.dumps({"instrument": evil}))
 
 
+@pytest.mark.parametrize(
+    "greedy", [b"\x80\x05Nr\x00\xe1\xf5\x05.", b"Np100000000\n.", b"Nq\x07.", bytes(2_000_000)]
+)
+def test_a_checkpoint_that_would_take_all_memory_is_refused_before_it_does(greedy):
+    with pytest.raises(TapeError, match="none of ours"):
+        thaw(greedy)
+
+
 def test_functions_and_names_behind_our_modules_are_refused():
     for name in ("logging.log", "math.isfinite", "annotations", "log", "situation_of"):
         text = f"cinstrument.core\n{name}\n(tR.".encode()
