@@ -18,6 +18,8 @@ from registers.asked import asked as check
 MOST_BYTES = 16_384
 BODY_S = 5.0
 MOST_ECHOED = 200
+NO_TIME_S = 1e12
+VENT = {"mode": "vent"}
 
 
 class Refused(Exception):
@@ -99,3 +101,13 @@ def wanted(facts: Mapping[str, Any]) -> dict[str, Any]:
     except OverflowError:
         raise Refused(400, "That cannot be asked: a number is too long.") from None
     return values
+
+
+def seen(facts: Mapping[str, Any]) -> float | None:
+    """The time of the state that a request was decided upon; a vent may do without. Raises Refused."""
+    seen_s = facts.get("seen_s")
+    if facts.get("values") == VENT:
+        return None
+    if isinstance(seen_s, int | float) and not isinstance(seen_s, bool) and abs(seen_s) < NO_TIME_S:
+        return seen_s
+    raise Refused(400, 'The request does not say what it was decided upon: "seen_s", the "t_s" of a state.')

@@ -19,7 +19,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from page.about import about
-from page.answers import Refused, answer, asked, told, wanted
+from page.answers import VENT, Refused, answer, asked, seen, told, wanted
 from page.client import Instrument, NoAnswer
 from page.crowd import Crowd
 from page.guard import Guard
@@ -125,7 +125,7 @@ async def _frames(parts: Parts, _request: Request) -> Response:
 
 async def _vent(parts: Parts, _request: Request) -> Response:
     try:
-        result = await parts.instrument.ask({"mode": "vent"})
+        result = await parts.instrument.ask(VENT)
     except NoAnswer as error:
         return told(503, f"{error} {STOP_SWITCH}")
     return _became(result)
@@ -134,9 +134,9 @@ async def _vent(parts: Parts, _request: Request) -> Response:
 async def _write(parts: Parts, request: Request) -> Response:
     facts = await asked(request)
     _check(parts, facts, request)
-    values = wanted(facts)
+    values, seen_s = wanted(facts), seen(facts)
     try:
-        result = await parts.instrument.ask(values)
+        result = await parts.instrument.ask(values, seen_s)
     except NoAnswer as error:
         return told(503, f"{error} {NOT_CARRIED_OUT}")
     return _became(result)

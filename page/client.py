@@ -79,8 +79,11 @@ class Instrument:
             if not waiting.done():
                 waiting.set_exception(NoAnswer(why))
 
-    async def ask(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """What the instrument answers to a request that gives registers values. Raises NoAnswer."""
+    async def ask(self, values: Mapping[str, Any], seen_s: float | None = None) -> Mapping[str, Any]:
+        """What the instrument answers to a request that gives registers values. Raises NoAnswer.
+
+        `seen_s` is the time of the state that it was decided upon; a vent needs none.
+        """
         if self._writer is None:
             raise NoAnswer(self._view.why)
         if self._writer.transport.get_write_buffer_size() > MOST_UNREAD:
@@ -88,7 +91,8 @@ class Instrument:
         number = next(self._numbers)
         waiting = self._waiting[number] = asyncio.get_running_loop().create_future()
         try:
-            self._writer.write(encode(told(Kind.REQUEST, time.monotonic(), {"id": number, "values": values})))
+            request = {"id": number, "values": values, "seen_s": seen_s}
+            self._writer.write(encode(told(Kind.REQUEST, time.monotonic(), request)))
             return await asyncio.wait_for(waiting, ANSWER_S)
         except TimeoutError:
             raise NoAnswer(f"The instrument did not answer within {ANSWER_S:g} s.") from None

@@ -107,8 +107,9 @@ export class Controls {
 
   /** Whether the instrument accepted; what it refused is said. */
   async #write(values) {
-    const { about, token } = this.#world();
-    const { status, answer } = await post("/api/write", { token: token.value, values });
+    const { about, token, state } = this.#world();
+    const seen_s = state?.t_s; // an order that arrives long after what was seen is not carried out
+    const { status, answer } = await post("/api/write", { token: token.value, values, seen_s });
     if (status === 401) token.reject();
     const accepted = status === 200 && answer.refusal === "none";
     if (!accepted) this.#tell(`Refused. ${answer.text || refusalWords(about, answer.refusal)}`, true);

@@ -20,7 +20,7 @@ class Station:
     """The instrument's end of the local socket: what it says, and how it answers."""
 
     def __init__(self, path):
-        self.path, self.asked = path, []
+        self.path, self.asked, self.seen_s = path, [], []
         self.refusal, self.answers = "none", True
         self.guests, self.wanted = [], []
         self.open()
@@ -50,6 +50,7 @@ class Station:
             self.wanted.append(entry.facts)
         elif self.answers:
             self.asked.append(entry.facts["values"])
+            self.seen_s.append(entry.facts["seen_s"])
             facts = {"id": entry.facts["id"], "refusal": self.refusal, "why": ""}
             guest.sendall(encode(told(Kind.ANSWER, time.monotonic(), facts)))
 
@@ -104,8 +105,8 @@ class Site:
         body = facts if isinstance(facts, str | bytes) else json.dumps(facts)
         return self.ask("POST", path, body, **headers)
 
-    def write(self, values, token=TOKEN, **headers):
-        return self.post("/api/write", {"token": token, "values": values}, **headers)
+    def write(self, values, token=TOKEN, seen_s=1.0, **headers):
+        return self.post("/api/write", {"token": token, "values": values, "seen_s": seen_s}, **headers)
 
     @contextlib.contextmanager
     def live(self):

@@ -38,6 +38,20 @@ def test_a_write_reaches_the_instrument_in_its_own_units(site, station):
     assert station.asked == [{"setpoint_requested": 6.5, "mode": "hold"}]
 
 
+def test_a_write_says_what_it_was_decided_upon_and_a_vent_need_not(site, station):
+    site.write({"setpoint_requested": 6.5}, seen_s=12.5)
+    site.post("/api/write", {"token": "correct-horse-battery", "values": {"mode": "vent"}})
+    site.post("/api/vent", {})
+    assert station.seen_s == [12.5, None, None]
+
+
+@pytest.mark.parametrize("seen_s", [None, True, "1.0", [1.0], 10**400])
+def test_what_was_decided_upon_nothing_is_not_asked(site, station, seen_s):
+    status, _, answer = site.write({"mode": "hold"}, seen_s=seen_s)
+    assert (status, station.asked) == (400, [])
+    assert "seen_s" in answer["text"]
+
+
 def test_a_refusal_is_said_in_a_sentence(site, station):
     station.refusal = "not_zeroed"
     status, _, answer = site.write({"mode": "hold"})
@@ -99,6 +113,7 @@ TOKEN = '"token": "correct-horse-battery"'
         ("{" + TOKEN + ', "values": {"setpoint_requested": [8]}}', 400),
         ("{" + TOKEN + ', "values": {"mode": "inflate"}}', 400),
         ("{" + TOKEN + ', "values": {"mode": {"a": 1}}}', 400),
+        ("{" + TOKEN + ', "values": {"mode": "hold"}, "seen_s": 1e999}', 400),
         ('{"values": {"mode": "hold"}}', 401),
         ('{"token": "\\ud800", "values": {"mode": "hold"}}', 401),
         ('{"token": 5, "values": {"mode": "hold"}}', 401),

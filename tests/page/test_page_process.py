@@ -107,6 +107,9 @@ class Rig:
     def plc(self):
         return Plc.connect(port=self.stack.modbus_port)
 
+    def connect(self):
+        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+
     def page_pid(self):
         """The process of the page, None where there is none now."""
         host = self.stack.host.pid
@@ -144,7 +147,7 @@ def test_the_page_shows_what_a_plc_reads_and_its_vent_vents(rig):
 
 def test_an_operator_obeys_the_rules_of_a_plc(rig):
     def write(**values):
-        return ask(rig.port, "POST", "/api/write", {"token": TOKEN, "values": values})
+        return ask(rig.port, "POST", "/api/write", order(values))
 
     with rig.plc() as plc:
         wait_for(plc.read, lambda v: "not_zeroed" not in v["status"] and "vented" in v["status"])
@@ -157,6 +160,29 @@ def test_an_operator_obeys_the_rules_of_a_plc(rig):
         assert write(setpoint_requested=6.0, mode="hold")[1]["refusal"] == "none"
         assert wait_for(plc.read, lambda v: v["state"] == "holding")["setpoint"] == 6.0
         plc.write("mode", "vent")
+
+
+def order(values):
+    """An operator's, who looks at the instrument now; its page has the host's clock."""
+    return {"token": TOKEN, "values": values, "seen_s": time.monotonic()}
+
+
+def test_an_order_that_was_given_up_is_not_carried_out_when_the_page_wakes(rig):
+    hold = order({"setpoint_requested": 6.0, "mode": "hold"})
+    with rig.plc() as plc, contextlib.closing(rig.connect()) as operator:
+        wait_for(plc.read, lambda v: "vented" in v["status"])
+        pid = rig.page_pid()
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            operator.request("POST", "/api/write", json.dumps(hold))
+            time.sleep(2.0)  # longer than an order stands
+            plc.write("mode", "vent")
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        response = operator.getresponse()
+        assert response.status == 400
+        assert "old: look again" in json.loads(response.read())["text"]
+        assert plc.read()["mode"] == "vent"
 
 
 def test_a_page_that_dies_is_begun_again_at_the_same_port(rig):
