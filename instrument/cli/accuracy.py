@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from datetime import date
-from itertools import pairwise
 from typing import NamedTuple, get_args
-
-from rich.console import Console
-from rich.progress import Progress
 
 from instrument.calibration import contacts as cell
 from instrument.calibration import file, parts
@@ -19,6 +16,7 @@ from instrument.calibration.residuals import bins
 from instrument.chain import ChainSettings
 from instrument.cli.accuracy_page import CONTACTS_PER_CALIBRATION, TITLES, Campaign, Judged, page
 from instrument.cli.reference_contacts import as_csv
+from instrument.cli.showing import progress
 from instrument.columns import Points, points_in
 from instrument.errors import ConfigurationError
 from instrument.fifths import EDGES_KPA
@@ -49,19 +47,18 @@ class _Taught(NamedTuple):
 def accuracy(campaign: Campaign, as_json: bool) -> str:
     """The page in Markdown, or its figures as JSON."""
     judged: dict[str, Judged] = {}
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        steps = len(TITLES) * (campaign.calibrations + 1)
-        task = progress.add_task("contacts on the simulated rig", total=steps)
+    steps, done = len(TITLES) * (campaign.calibrations + 1), itertools.count(1)
+    with progress("contacts on the simulated rig") as told:
         for plant in TITLES:
             points = _points(plant, campaign.contacts, campaign.seed)
-            progress.advance(task)
+            told(next(done), steps)
             taught: dict[str, list[_Taught]] = {name: [] for name in CALIBRATED}
             # Calibrations have the seeds after that of the contacts on which they are judged.
             for seed in range(campaign.seed + 1, campaign.seed + 1 + campaign.calibrations):
                 lesson = _points(plant, CONTACTS_PER_CALIBRATION, seed)
                 for name, own in CALIBRATED.items():
                     taught[name].append(_taught(lesson, own))
-                progress.advance(task)
+                told(next(done), steps)
             judged[plant] = _judged(points, taught)
     if as_json:
         tables = {plant: _figures(found) for plant, found in judged.items()}
@@ -100,7 +97,7 @@ def _figures(found: Judged) -> dict[str, object]:
 
 
 def _scores(estimator: Estimator) -> dict[str, object]:
-    spans = [f"{low:.2f}–{high:.2f}" for low, high in pairwise(EDGES_KPA)]
+    spans = [f"{low:.2f}–{high:.2f}" for low, high in itertools.pairwise(EDGES_KPA)]
     by_pressure = zip(spans, estimator.by_pressure, strict=True)
     return {
         "all": _known(estimator.all),

@@ -6,15 +6,12 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
-from rich.console import Console
-from rich.progress import Progress
-
 from instrument import whole_file
+from instrument.cli.showing import Told, progress
 from instrument.errors import ConfigurationError
 from instrument.tape.measured import Measured
 from instrument.tape.opening import opened
@@ -30,8 +27,8 @@ class Wanted(NamedTuple):
 
     out: Path
     form: str | None = None  #: by the name of the file where it is None
-    from_s: float | None = None
-    to_s: float | None = None
+    from_s: float = -math.inf
+    to_s: float = math.inf
     reference: Path | None = None
 
 
@@ -41,14 +38,14 @@ class Span:
     def __init__(self) -> None:
         self.rows, self.first_s, self.last_s = 0, math.nan, math.nan
 
-    def watched(self, samples: Iterable[Measured], bar: Progress, end_s: float) -> Iterator[Measured]:
+    def watched(self, samples: Iterable[Measured], told: Told, end_s: float) -> Iterator[Measured]:
         """The same samples, told to a progress bar."""
-        task = bar.add_task("exporting", total=end_s if math.isfinite(end_s) else None)
+        total_s = end_s if math.isfinite(end_s) else None
         for sample in samples:
             self.first_s = sample.t_s if not self.rows else self.first_s
             self.last_s = sample.t_s
             if self.rows % TOLD_EVERY == 0:
-                bar.update(task, completed=sample.t_s)
+                told(sample.t_s, total_s)
             self.rows += 1
             yield sample
 
@@ -61,9 +58,9 @@ def export(path: Path, wanted: Wanted, as_json: bool) -> int:
     form = _checked(path, wanted)
     span = Span()
     with opened(path) as recording:
-        with _bar() as bar:
-            end_s = min(recording.extent_s, math.inf if wanted.to_s is None else wanted.to_s)
-            _write(form, wanted, recording, span.watched(_samples(recording, wanted), bar, end_s))
+        with progress("exporting") as told:
+            end_s = min(recording.extent_s, wanted.to_s)
+            _write(form, wanted, recording, span.watched(_samples(recording, wanted), told, end_s))
         remark = recording.remark()
         facts = {
             "file": str(path),
@@ -91,7 +88,7 @@ def _checked(path: Path, wanted: Wanted) -> str:
         )
     if wanted.out.exists() and path.exists() and wanted.out.samefile(path):
         raise ConfigurationError(f"{path} is the recording itself: name another file to make")
-    if None not in (wanted.from_s, wanted.to_s) and not wanted.from_s < wanted.to_s:  # type: ignore[operator]
+    if not wanted.from_s < wanted.to_s:
         raise ConfigurationError("--from-s must be less than --to-s")
     if form == "parquet":
         check_parquet()
@@ -108,9 +105,7 @@ def _checked(path: Path, wanted: Wanted) -> str:
 
 def _samples(recording: Recording, wanted: Wanted) -> Iterator[Measured]:
     """The samples that are wanted, from the first on. Raises ConfigurationError where there is none."""
-    low_s = -math.inf if wanted.from_s is None else wanted.from_s
-    high_s = math.inf if wanted.to_s is None else wanted.to_s
-    samples = since(recording.begin_s, recording.samples(low_s, high_s))
+    samples = since(recording.begin_s, recording.samples(wanted.from_s, wanted.to_s))
     first = next(samples, None)
     if first is None:
         why = recording.remark() or f"it has {recording.most_samples} samples in {recording.extent_s:.1f} s"
@@ -134,11 +129,3 @@ def _write_validation(out: Path, samples: Iterator[Measured], reference: Path) -
 
     pressures = (Pressure(m.t_s, m.unfiltered_kpa, math.isfinite(m.initial_kpa)) for m in samples)
     whole_file.write(out, beside(pressures, read(reference)))
-
-
-@contextmanager
-def _bar() -> Iterator[Progress]:
-    """A bar on stderr, where that is a terminal."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield bar

@@ -8,9 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rich.console import Console
-from rich.progress import Progress
-
+from instrument.cli.showing import progress
 from instrument.errors import ConfigurationError
 from instrument.tape.drawing import drawn_alike, figure_of, titled
 from instrument.tape.measured import Measured
@@ -100,12 +98,10 @@ def _faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
 
 
 def _with_progress(samples: Iterable[Measured], total: int | None) -> Iterator[Measured]:
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("reading", total=total)
+    with progress("reading") as told:
         for number, m in enumerate(samples, 1):
             if number % TOLD_EACH == 0:
-                progress.update(task, completed=number)
+                told(number, total)
             yield m
 
 

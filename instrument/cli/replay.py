@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
+from instrument.cli.showing import progress
 from instrument.coupling import Coupling
 from instrument.tape.checkpoint import thaw
 from instrument.tape.entry import TapeError
@@ -92,13 +91,11 @@ def replay(file: Path, as_json: bool) -> int:
 def _verdict(recording: Recording) -> Verdict:
     coupling, begun_s = start_of(recording), time.monotonic()
     samples, last = 0, Compared(recording.begin_s, None)
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("replayed", total=recording.most_samples)
+    with progress("replayed") as told:
         for last in compared(coupling, recording.entries(), recording.samples()):
             samples += 1
             if samples % SHOW_EACH == 0:
-                bar.update(task, completed=samples)
+                told(samples, recording.most_samples)
             if last.difference is not None:
                 break
     return Verdict(

@@ -1,4 +1,4 @@
-"""What a person or a program is shown of a bus: values with their units, lines of JSON, and the end of it."""
+"""What a person or a program is shown: values with their units, lines of JSON, how far a long run is, its end."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import json
 import math
 import signal
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from threading import Event, Timer
 from typing import Any
 
 from registers.field import Field, plain_unit
 
+Told = Callable[[float, float | None], None]  #: what is done, and of how much where that is known
 HINT = "is an instrument running there? (pneuforce demo starts one)"
 
 
@@ -33,6 +36,18 @@ def with_unit(declared: Field, value: Any) -> str:
     if not isinstance(value, float):
         return str(value)
     return f"{value:.3f} {plain_unit(declared.unit)}" if math.isfinite(value) else "not available"
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Told]:
+    """A bar on stderr, where that is a terminal, and what moves it."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def say(line: str) -> None:

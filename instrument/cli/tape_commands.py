@@ -85,7 +85,7 @@ def export(
     """
     from instrument.cli.export import Wanted, export
 
-    wanted = Wanted(out, form.value if form else None, from_s, to_s, reference)
+    wanted = Wanted(out, form.value if form else None, *_span(from_s, to_s), reference)
     raise typer.Exit(export(file, wanted, as_json))
 
 
@@ -112,9 +112,12 @@ def plot(
     """
     from instrument.cli.plot import Wish, plot
 
-    low_s = -math.inf if from_s is None else from_s
-    high_s = math.inf if to_s is None else to_s
-    raise typer.Exit(plot(Wish(file, out, low_s, high_s, by_pressure, reference, title)))
+    raise typer.Exit(plot(Wish(file, out, *_span(from_s, to_s), by_pressure, reference, title)))
+
+
+def _span(from_s: float | None, to_s: float | None) -> tuple[float, float]:
+    """Without an end what it leaves open."""
+    return -math.inf if from_s is None else from_s, math.inf if to_s is None else to_s
 
 
 @commands.command()

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.console import Console
-from rich.progress import Progress
-
 from instrument.chain import ChainSettings
 from instrument.cli.measured_scenario import measured
+from instrument.cli.showing import Told, progress
 from instrument.errors import ConfigurationError
 from instrument.validation import recording
 from instrument.validation.trial import Sample, Trial, trials_of
@@ -22,7 +19,6 @@ from sim.rig import STEP_S
 from sim.scenario import PlantTable, Scenario, ScenarioError, load
 
 CAMPAIGN = "campaign"
-Told = Callable[[float, float], None]  # done, of how much
 TOLD_EVERY = 500  #: samples
 #: What the errors of each source speak of.
 NOTES = {
@@ -71,7 +67,7 @@ def simulated(choice: Choice, name: str) -> Source:
     """A scenario played on the chosen plant with the chosen seed. Raises ConfigurationError."""
     scenario = staged(choice, name)
     plant = scenario.plant.kind
-    with _bar(f"{name}, {plant} plant") as told:
+    with progress(f"{name}, {plant} plant") as told:
         playback = Playback(scenario, told)
         trials = trials_of(_rows(playback, told))
     facts = {
@@ -94,15 +90,6 @@ def staged(choice: Choice, name: str) -> Scenario:
     if choice.plant not in (None, scenario.plant.kind):
         changed["plant"] = PlantTable.model_validate({"kind": choice.plant})
     return scenario.model_copy(update=changed)
-
-
-@contextmanager
-def _bar(title: str) -> Iterator[Told]:
-    """A bar on stderr, where that is a terminal; it is told what is done of how much."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _rows(playback: Playback, told: Told) -> Iterator[Sample]:
