@@ -1,7 +1,8 @@
 """`python -P -m page`: serves the page of a running instrument until its stdin ends.
 
 What it is to do is one line of JSON on stdin: "socket", "host", "port", "allow", "token". It answers with one
-line on stdout: {"page": port}, or {"page": null, "why": sentence} where it cannot serve.
+line on stdout: {"page": port}, or {"page": null, "why": sentence} where it cannot serve. From then on it says
+{"beat": n} each second, for a page that hangs has neither an end nor a complaint.
 """
 
 from __future__ import annotations
@@ -11,9 +12,12 @@ import errno
 import json
 import logging
 import os
+import select
 import socket
 import sys
 import time
+from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple
@@ -29,6 +33,7 @@ from page.tokens import Tokens
 from page.view import View
 
 TICK_S = 0.05
+BEAT_S = 1.0
 NICER = 5  #: the instrument goes first, where the machine is busy
 SIGN_OF_LIFE_S = 10.0
 SEND_BUFFER = 131_072  #: of a browser that does not read the kernel keeps no more
@@ -123,7 +128,18 @@ async def _run(options: Options, bound: socket.socket) -> None:
     server = server_of(parts)
     asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _read_on, server)
     print(json.dumps({"page": bound.getsockname()[1]}), flush=True)
+    beating = asyncio.create_task(_beat(sys.stdout.fileno()))
     await serve(parts, server, bound)
+    beating.cancel()
+
+
+async def _beat(told: int) -> None:
+    """Say each second that this loop turns, where there is room for it and somebody hears it."""
+    for number in count(1):
+        await asyncio.sleep(BEAT_S)
+        with suppress(OSError):
+            if select.select((), (told,), (), 0)[1]:
+                os.write(told, b'{"beat": %d}\n' % number)
 
 
 def _read_on(server: PageServer) -> None:

@@ -98,6 +98,8 @@ async def _about(parts: Parts, _request: Request) -> Response:
 
 
 async def _live(parts: Parts, request: Request) -> Response:
+    if request.method == "HEAD":
+        return Response(media_type="text/event-stream")
     if parts.streams.full:
         return told(
             503, "So many browsers look already that no more can: close one. A vent works all the same."

@@ -77,12 +77,13 @@ class Guard:
                 )
             await send(message)
 
-        why = self._objection(scope["method"], Headers(scope=scope))
+        why = self._objection(scope, Headers(scope=scope))
         await (self._app if why is None else told(403, why))(scope, receive, restricted)
 
-    def _objection(self, method: str, headers: Headers) -> str | None:
+    def _objection(self, scope: Scope, headers: Headers) -> str | None:
         if not is_own(headers.get("host", ""), self._names):
             return "The Host header does not name this machine: use its address or its name."
-        if method not in _SAFE and not is_same_origin(headers):
+        is_link = scope["method"] in _SAFE and not scope["path"].startswith("/api/")
+        if not is_link and not is_same_origin(headers):
             return "This request comes from another site's page."
         return None

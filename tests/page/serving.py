@@ -96,7 +96,7 @@ class Site:
             response = connection.getresponse()
             data = response.read()
         is_json = response.headers["content-type"] == "application/json"
-        return response.status, response.headers, json.loads(data) if is_json else data
+        return response.status, response.headers, json.loads(data) if is_json and data else data
 
     def get(self, path, **headers):
         return self.ask("GET", path, **headers)

@@ -4,6 +4,7 @@ import contextlib
 import http.client
 import json
 import os
+import select
 import signal
 import socket
 import struct
@@ -71,6 +72,33 @@ def test_it_ends_at_once_though_browsers_listen(station, end):
         assert process.wait(5) == 0
         assert list(stream) is not None  # the stream has an end, too
         assert process.stderr.read() == ""
+
+
+def beat(process):
+    return json.loads(process.stdout.readline())["beat"]
+
+
+def test_a_page_that_hangs_is_silent_and_one_that_runs_is_not():
+    with page() as (process, _):
+        assert [beat(process), beat(process)] == [1, 2]
+        process.send_signal(signal.SIGSTOP)
+        while select.select([process.stdout], [], [], 1.5)[0]:
+            beat(process)
+        process.send_signal(signal.SIGCONT)
+        assert beat(process) > 2
+
+
+def test_it_serves_on_when_nobody_hears_it():
+    with page() as (process, ready):
+        pipe = os.open(f"/proc/{process.pid}/fd/1", os.O_WRONLY | os.O_NONBLOCK)
+        with contextlib.suppress(BlockingIOError):
+            while os.write(pipe, b"x" * 4096):
+                pass
+        os.close(pipe)
+        for nobody in (lambda: None, process.stdout.close):
+            nobody()
+            time.sleep(1.5)  # past a beat
+            assert ask(ready["page"], "GET", "/api/about")[0] == 200
 
 
 def test_a_taken_port_is_said_in_a_sentence():

@@ -21,6 +21,30 @@ def test_another_sites_page_can_order_nothing(site, station, headers):
     assert station.asked == []
 
 
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"Origin": "http://evil.example"}, 403),
+        ({"Sec-Fetch-Site": "cross-site"}, 403),
+        ({"Sec-Fetch-Site": "same-origin"}, 200),
+        ({"Sec-Fetch-Site": "none"}, 200),  # typed into the browser
+    ],
+    ids=str,
+)
+def test_another_sites_page_cannot_even_look(site, headers, status):
+    stati = {path: site.ask("HEAD", path, **headers)[0] for path in ("/api/about", "/api/live")}
+    assert stati == {"/api/about": status, "/api/live": status}
+    assert site.get("/api/about", **headers)[0] == status
+    assert site.get("/", **headers)[0] == 200  # a link may lead here
+
+
+def test_who_asks_for_the_head_of_the_stream_takes_no_place(site):
+    with contextlib.closing(site.connect()) as kept:
+        kept.request("HEAD", "/api/live")
+        assert kept.getresponse().status == 200
+        assert len(site.parts.streams) == 0
+
+
 def test_our_own_page_can_order(site):
     assert site.post("/api/vent", {}, Origin=f"http://127.0.0.1:{site.port}")[0] == 200
 
