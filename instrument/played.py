@@ -47,5 +47,8 @@ class Played:
     def master_back(self, now_s: float) -> None:
         """Nobody commands a replay."""
 
+    def end(self, why: str, now_s: float) -> None:
+        """Nobody keeps a log of it."""
+
     def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Nobody keeps a log of it."""

@@ -20,7 +20,7 @@ def rig_health(host: Loop, age_s: float) -> dict[str, Any]:
         "board": hello.board if hello else None,
         "serial": hello.serial if hello else None,
         "firmware": hello.firmware if hello else None,
-        "age_s": _finite(age_s),
+        "age_s": age_s,
         "samples": host.instrument.sample_counter,
         "lost_frames": link.lost_frames,
         "repeated_frames": link.repeated_frames,
@@ -28,7 +28,7 @@ def rig_health(host: Loop, age_s: float) -> dict[str, Any]:
         "damaged_bytes": link.decoder.skipped_bytes,
         "reconnects": host.reconnects,
         "board_restarts": link.board_restarts,
-        "clock_error": _finite(link.clock.rate_error),
+        "clock_error": link.clock.rate_error,
     }
 
 
@@ -94,7 +94,3 @@ def can_health(can: CanFace | None, now_s: float) -> dict[str, Any] | None:
 def events_health(file: str, down: bool) -> dict[str, Any] | None:
     """The event log; None where none is kept."""
     return {"file": file, "trouble": "the file takes no records now" if down else ""} if file else None
-
-
-def _finite(value: float) -> float | None:
-    return value if abs(value) < float("inf") else None

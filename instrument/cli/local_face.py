@@ -79,8 +79,7 @@ class LocalFace:
             return
         if now_s >= self._snapshot_s:
             self._snapshot_s = now_s + SNAPSHOT_S
-            shown = self.source.snapshot(PAGE, now_s)._asdict()
-            self.feed.tell(Kind.SNAPSHOT, now_s, {name: _plain(value) for name, value in shown.items()})
+            self.feed.tell(Kind.SNAPSHOT, now_s, self.source.snapshot(PAGE, now_s)._asdict())
         if now_s >= self._health_s:
             self._health_s = now_s + HEALTH_S
             recording = {"on": self.recording, "trouble": self.trouble}
@@ -142,9 +141,9 @@ class LocalFace:
             self.feed.listeners.remove(guest.listener)
 
     def welcome(self, wants: str) -> Listener:
-        """A listener that has all from now on. Raises KeyError: nobody may want that."""
+        """A listener that has all from now on. Raises KeyError or TapeError: nobody may want that."""
         if wants not in self.feed.offers:
-            raise KeyError(f"{wants}: there is none to be had of this")
+            raise TapeError(f"nobody may {wants} this: it is a replay, whose file can be copied")
         listener, now_s = Listener(wants), time.monotonic()
         simulated = "simulated" in self.source.snapshot(PAGE, now_s).status
         begin = begin_of(self._configuration, simulated) | {"replay": self.replay}
@@ -192,10 +191,3 @@ def _refuse_old(seen_s: object, now_s: float) -> None:
         raise Malformed("seen_s is missing: the time of the state that was decided upon")
     if not -DECIDE_S <= now_s - seen_s <= DECIDE_S:
         raise Malformed(f"what it was decided upon is {now_s - seen_s:.1f} s old: look again")
-
-
-def _plain(value: Any) -> Any:
-    """What JSON knows of a quantity: null for NaN, a sorted list for a set."""
-    if isinstance(value, float):
-        return value if abs(value) < float("inf") else None
-    return sorted(value) if isinstance(value, frozenset) else value

@@ -44,6 +44,10 @@ class Loop(Protocol):
 
 
 class Shown(Source, Protocol):
-    """A source that is told how its CAN bus is."""
+    """A source that is told how its CAN bus is, and of its end."""
 
     can_down: bool
+
+    def end(self, why: str, now_s: float) -> None:
+        """Hear that nothing goes round any more, and why."""
+        ...

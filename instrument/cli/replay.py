@@ -17,7 +17,7 @@ import typer
 from instrument.cli.showing import progress
 from instrument.coupling import Coupling
 from instrument.tape.checkpoint import thaw
-from instrument.tape.entry import TapeError
+from instrument.tape.entry import TapeError, plain
 from instrument.tape.opening import opened
 from instrument.tape.reading import Recording
 from instrument.tape.replay import Compared, Difference, check_version, compared
@@ -84,7 +84,7 @@ def replay(file: Path, as_json: bool) -> int:
     logging.getLogger("pneuforce").addHandler(logging.NullHandler())  # what was logged then is no news
     with replayable(file) as recording:
         verdict = _verdict(recording)
-    typer.echo(json.dumps(_facts(verdict)) if as_json else _sentence(verdict))
+    typer.echo(json.dumps(plain(_facts(verdict))) if as_json else _sentence(verdict))
     return 0 if verdict.equal and not verdict.damaged else 1
 
 
@@ -115,17 +115,13 @@ def _facts(verdict: Verdict) -> dict[str, Any]:
     return {
         "file": str(verdict.file),
         "samples": verdict.samples,
-        "duration_s": _finite(verdict.duration_s),
+        "duration_s": verdict.duration_s,
         "took_s": verdict.took_s,
-        "times_real_time": _finite(verdict.times_real_time),
+        "times_real_time": verdict.times_real_time,
         "equal": verdict.equal,
-        "difference": found and {name: _finite(value) for name, value in found._asdict().items()},
+        "difference": found and found._asdict(),
         "remark": verdict.remark,
     }
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _sentence(verdict: Verdict) -> str:

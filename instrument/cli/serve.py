@@ -9,6 +9,7 @@ import json
 import logging
 import signal
 import sys
+import time
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -117,6 +118,7 @@ async def work_until_stopped(faces: Faces, files: Files) -> None:
         Recorder(faces.local, files.socket, files.recording) if files.socket and files.recording else None
     )
     joining = asyncio.create_task(_join(faces, stop))
+    why = "asked to stop"
     try:
         if page is not None:
             await page.begin()
@@ -124,12 +126,16 @@ async def work_until_stopped(faces: Faces, files: Files) -> None:
             await recorder.start()
         await faces.host.connect(stop)
         await _work(faces, page, joining, stop)
+    except BaseException as error:
+        why = str(error) or type(error).__name__
+        raise
     finally:
+        faces.source.end(why, time.monotonic())  # first: while others are waited for, the rig falls silent
         stop.set()
         if faces.can is not None:
             faces.can.close()
         await asyncio.gather(joining, return_exceptions=True)  # what it raised was raised in _work
-        await faces.local.close("asked to stop")
+        await faces.local.close(why)
         if page is not None:
             await page.close()
         if recorder is not None:

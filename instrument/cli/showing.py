@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from threading import Event, Timer
 from typing import Any
 
+from instrument.tape.entry import plain
 from registers.field import Field, plain_unit
 
 Told = Callable[[float, float | None], None]  #: what is done, and of how much where that is known
@@ -58,13 +59,4 @@ def say(line: str) -> None:
 
 def as_json(seen: dict[str, Any]) -> str:
     """One line: null where a value is not available."""
-    return json.dumps(_plain(seen))
-
-
-def _plain(value: Any) -> Any:
-    """A value that JSON knows: null where it is not available."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, frozenset):
-        return sorted(value)
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return json.dumps(plain(seen))

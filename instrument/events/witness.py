@@ -12,6 +12,7 @@ from instrument.coupling import Coupling
 from instrument.events.changes import Seen, changes
 from instrument.events.record import Facts, Moment, Record
 from instrument.events.sieve import Deed, Sieve
+from instrument.guard import Guard
 from instrument.lease import Peer
 from instrument.refusal import Refusal
 from instrument.snapshot import Snapshot, standing, state_of
@@ -64,7 +65,8 @@ class Witness:
         self._seen = Seen(board=None, faults=(), state="boot", zero_kpa=None, force_alarm=False)
         self._alarm_until_s = 0.0
         self._tell_s = 0.0
-        self._complaint = ""
+        self._guarded = Guard("a write was not put down, after an error of ours")
+        self._ended = False
         self._orders: dict[str, CommandBlock] = {}  # commands whose answer is to come, by who gave them
 
     # ---- as a source
@@ -115,16 +117,6 @@ class Witness:
             self._orders[_who(peer)] = self._instrument.commands(peer)
         self._look(now_s)
 
-    def _guarded(self, work: Callable[..., Any], *arguments: object) -> Any:
-        """Whatever goes wrong in putting down a write must not keep it from its answer."""
-        try:
-            return work(*arguments)
-        except Exception as error:
-            if repr(error) != self._complaint:
-                self._complaint = repr(error)
-                log.exception("a write was not put down, after an error of ours")
-            return None
-
     def master_lost(self, now_s: float) -> None:
         """Have the instrument do without its CAN master."""
         self._coupling.master_lost(now_s)
@@ -161,7 +153,10 @@ class Witness:
         self._put([Record(self._at(now_s), {"kind": "start", **facts})])
 
     def end(self, why: str, now_s: float) -> None:
-        """Put down what is still counted, and that the instrument ends."""
+        """Put down what is still counted, and that the instrument ends; once is enough."""
+        if self._ended:
+            return
+        self._ended = True
         self._look(now_s)
         at = self._at(now_s)
         self._put([*self._sieve.rest(at), Record(at, {"kind": "stop", "why": why})])

@@ -74,7 +74,7 @@ def thaw(state: bytes) -> Coupling:
 
 
 def _refuse_greedy(state: bytes) -> None:
-    """A few bytes can make the unpickler reserve gigabytes: where its memo is numbered by hand; ours is not."""
+    """A few bytes can make the unpickler reserve gigabytes: by a memo numbered by hand, as ours is not."""
     if len(state) > MOST_BYTES:
         raise TapeError(f"the recording's checkpoint has {len(state)} bytes: it is none of ours")
     for opcode, _, _ in pickletools.genops(state):

@@ -9,6 +9,7 @@ checkpoint and feeds them in order into a coupling has the same measurements, bi
 from __future__ import annotations
 
 import json
+import math
 import struct
 from collections.abc import Mapping
 from enum import IntEnum
@@ -28,7 +29,7 @@ class Kind(IntEnum):
     # inputs
     ATTACHED = 8  #: the port was opened
     RECEIVED = 9  #: bytes from the rig
-    BEAT = 10  #: time has passed; one byte: which of the neighbours are in trouble, see `beating.py`
+    BEAT = 10  #: time has passed; one byte: which of the neighbours are in trouble, see `feed.py`
     ASKED = 11  #: the board was told what is wanted of it
     DETACHED = 12  #: the port is gone
     WRITE = 13  #: JSON [channel, address, {quantity: value}]: a request of a bus
@@ -73,8 +74,19 @@ class Entry(NamedTuple):
 
 
 def told(kind: Kind, t_s: float, facts: Mapping[str, Any] | list[Any]) -> Entry:
-    """An entry whose body is JSON."""
-    return Entry(kind, t_s, json.dumps(facts, separators=(",", ":"), default=str).encode())
+    """An entry whose body is JSON; see `plain`."""
+    return Entry(kind, t_s, json.dumps(plain(facts), separators=(",", ":"), allow_nan=False).encode())
+
+
+def plain(value: Any) -> Any:
+    """What JSON knows of a value: null for a number that is none, a sorted list for a set."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    return sorted(value) if isinstance(value, frozenset) else value
 
 
 def encode(entry: Entry) -> bytes:

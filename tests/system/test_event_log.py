@@ -14,11 +14,14 @@ from contextlib import ExitStack, closing, suppress
 import pytest
 
 from instrument.events.words import in_words
+from instrument.tape.opening import opened
+from instrument.tape.schema import How
 from registers.modbus.client import PlcError
 from tests.instrument.events.keeping import chain_of, written
 from tests.typed import pneuforce
+from teststand.children import Child
 from teststand.rig import LiveRig
-from teststand.stack import start
+from teststand.stack import free_port, start, toml
 
 
 def log(*words):
@@ -189,3 +192,25 @@ def test_what_is_added_is_followed(tmp_path):
         following.send_signal(signal.SIGINT)
         assert following.wait(10) == 0
     assert [json.loads(line)["which"] for line in lines] == [0, 1, 2, 3]
+
+
+def test_an_end_that_others_are_told_of_is_no_trip(tmp_path):
+    """Page and recorder are waited for when the rig has been let go: its silence then is nobody's fault."""
+    with ExitStack() as children:
+        link, config = str(tmp_path / "rig"), tmp_path / "i.toml"
+        children.enter_context(Child("simulator", ["instrument", "sim", "--link", link])).ready()
+        tables = {"rig": {"port": link}, "modbus": {"port": free_port()}}
+        config.write_text(toml({**tables, "page": {"enabled": True, "port": free_port()}}))
+        words = ["instrument", "run", "--config", str(config), "--record", str(tmp_path / "a.tape")]
+        host = children.enter_context(Child("instrument", words))
+        host.ready()
+        time.sleep(0.5)
+        host.send(signal.SIGTERM)
+        while host.running:
+            time.sleep(0.01)
+    life = records(tmp_path / "events.sqlite")
+    assert life[-1]["kind"] == "stop"
+    assert [record["is"] for record in life if record["kind"] == "state"][-1] == "vented"
+    with opened(tmp_path / "a.tape") as recording:
+        assert [*recording.events()][-1]["kind"] == "stop"
+        assert recording.ending.how == How.END

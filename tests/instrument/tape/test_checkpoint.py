@@ -95,7 +95,7 @@ def test_a_checkpoint_that_would_take_all_memory_is_refused_before_it_does(greed
 def test_functions_and_names_behind_our_modules_are_refused():
     for name in ("logging.log", "math.isfinite", "annotations", "log", "situation_of"):
         text = f"cinstrument.core\n{name}\n(tR.".encode()
-        with pytest.raises(TapeError):
+        with pytest.raises(TapeError, match="nothing of its own"):
             thaw(text)
 
 
