@@ -1,4 +1,4 @@
-"""What a person or a program is shown: values with their units, lines of JSON, how far a long run is, its end."""
+"""What a person or a program is shown: values with units, lines of JSON, how far a long run is, its end."""
 
 from __future__ import annotations
 
