@@ -147,10 +147,10 @@ class Safety(Section):
     write_lock: bool = Field(False, description="refuse every write but a vent")
 
 
-class Modbus(Section):
-    """Modbus TCP server."""
+class Listening(Section):
+    """What listens on the network: its first keys, in their order."""
 
-    enabled: bool = Field(True, description="serve Modbus TCP")
+    enabled: bool
     host: str = Field(
         "127.0.0.1", min_length=1, description="address to listen on; another than loopback demands allow"
     )
@@ -160,6 +160,12 @@ class Modbus(Section):
         validate_default=True,
         description="who may connect beside 127.0.0.1 and ::1; on loopback, empty means this whole machine",
     )
+
+
+class Modbus(Listening):
+    """Modbus TCP server."""
+
+    enabled: bool = Field(True, description="serve Modbus TCP")
     port: Port = Field(5020, description="TCP port (502 needs privileges)")
     unit: Unit = Field(1, description="unit id")
     word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
@@ -233,19 +239,10 @@ class Local(Section):
     )
 
 
-class Page(Section):
+class Page(Listening):
     """The page: the instrument in a browser."""
 
     enabled: bool = Field(False, description="serve the page")
-    host: str = Field(
-        "127.0.0.1", min_length=1, description="address to listen on; another than loopback demands allow"
-    )
-    allow: Annotated[list[Network], AfterValidator(_named_where_reachable)] = Field(
-        [],
-        max_length=64,
-        validate_default=True,
-        description="who may connect beside 127.0.0.1 and ::1; on loopback, empty means this whole machine",
-    )
     port: Port = Field(8080, description="TCP port")
     token: Annotated[SecretStr, AfterValidator(_long_enough)] = Field(
         SecretStr(""),

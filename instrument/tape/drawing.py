@@ -149,10 +149,10 @@ def _range_kpa(rows: list[ContactRow]) -> tuple[float, float]:
 
 
 def _number(axes: Axes, rows: list[ContactRow], scale: _Scale) -> None:
-    """The number of each contact, or of every tenth where there are many."""
+    """The number of each contact; where there are many of each second, fifth and so on, see STEPS."""
     each = next((step for step in STEPS if len(rows) <= step * MOST_NUMBERS), STEPS[-1])
     for row in rows:
-        if row.number % each == 0 or each == 1:
+        if row.number % each == 0:
             at = (float(scale(row.final_s)), row.final_kpa)
             style: Style = {"textcoords": "offset points", "ha": "center", "fontsize": 10, "zorder": 5}
             axes.annotate(str(row.number), at, (0, 7), gid="number", **style)

@@ -40,7 +40,7 @@ class Picture:
         self.filled = False  #: whether the balloon was, at any time
         self.pressure, self.pressed, self.setpoint, self.force = Strand(), Strand(), Strand(), Strand()
         self._contacts = Contacts(keep=MOST_CONTACTS)
-        self._spans: list[Span] = []
+        self.spans: list[Span] = []  #: when there was nothing to measure, in order
         self._latched: tuple[str, ...] = ()
 
     def latched(self, faults: tuple[str, ...]) -> None:
@@ -52,7 +52,7 @@ class Picture:
         if not self.samples:
             self.first_s = m.t_s
         elif not 0 <= m.t_s - self.end_s <= HOST_SILENCE_S:
-            self._spans.append(Span(self.end_s, m.t_s, SILENT, trip=False))
+            self.spans.append(Span(self.end_s, m.t_s, SILENT, trip=False))
         self._contacts.take(m)
         self._rest(m)
         self.pressure.take(m.t_s, m.pressure_kpa)
@@ -67,16 +67,16 @@ class Picture:
             self.filled = True
             return
         names = (name_of(m.fault),) if m.fault else self._latched
-        name, last = (names or (VENTED,))[0], self._spans[-1] if self._spans else None
+        name, last = (names or (VENTED,))[0], self.spans[-1] if self.spans else None
         if last is not None and last.end_s == self.end_s and last.name == name:
-            self._spans[-1] = last._replace(end_s=m.t_s)
+            self.spans[-1] = last._replace(end_s=m.t_s)
         else:
-            self._spans.append(Span(m.t_s, m.t_s, name, trip=bool(names)))
+            self.spans.append(Span(m.t_s, m.t_s, name, trip=bool(names)))
 
     def points(self, strand: Strand) -> Points:
         """A curve as rows of time, value and uncertainty, interrupted where there were no samples."""
         points = strand.points()
-        silences = [span for span in self._spans if span.name == SILENT]
+        silences = [span for span in self.spans if span.name == SILENT]
         where = np.searchsorted(points[:, 0], [span.begin_s for span in silences], side="right")
         breaks = np.array([(span.end_s, math.nan, math.nan) for span in silences], float).reshape(-1, 3)
         return np.insert(points, where, breaks, axis=0)
@@ -85,11 +85,6 @@ class Picture:
     def contacts(self) -> list[ContactRow]:
         """The contacts in order."""
         return self._contacts.rows
-
-    @property
-    def spans(self) -> list[Span]:
-        """When there was nothing to measure, in order."""
-        return self._spans
 
     @property
     def remark(self) -> str:

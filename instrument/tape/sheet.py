@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
@@ -40,7 +41,7 @@ def check_parquet() -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise ConfigurationError("Parquet needs pyarrow: pip install 'pneuforce[parquet]'") from None
+        raise ConfigurationError(f"Parquet needs pyarrow: {sys.executable} -m pip install pyarrow") from None
 
 
 def write_parquet(path: Path, samples: Iterable[Measured], about: Mapping[str, Any]) -> None:

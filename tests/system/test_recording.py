@@ -23,6 +23,7 @@ from instrument.errors import ConfigurationError
 from instrument.rig.frames import BoardState
 from instrument.tape.entry import Kind, encode, told
 from instrument.tape.measured import Measured
+from instrument.tape.sheet import check_parquet
 from tests.instrument.tape.taping import found, same, wanted
 from tests.system.fed import Feeder
 from tests.system.waiting import wait_for
@@ -245,6 +246,12 @@ def test_a_csv_has_every_sample_as_exact_as_it_is(recorded, tmp_path):
         cells = {name: float(cell) if cell else None for name, cell in row.items()}
         begun = sample._replace(t_s=round(sample.t_s - read.about["begin_s"], 6))
         assert tuple(cells.values()) == same([begun])[0]
+
+
+def test_without_pyarrow_a_sentence_tells_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ConfigurationError, match=r"Parquet needs pyarrow: .*-m pip install pyarrow"):
+        check_parquet()
 
 
 def test_parquet_has_types_nulls_and_what_is_known_of_the_recording(recorded, tmp_path):
