@@ -18,8 +18,19 @@ FORBIDDEN_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "com
 CALIBRATION = {"model", "chain", "columns", "contact", "errors", "fifths", "tables", "whole_file"}
 VALIDATION = CALIBRATION - {"tables"} | {"calibration", "lag", "tape"}
 CONFIG = {"model", "calibration", "chain", "errors", "settings", "tables"}
-EVENTS = {"commands", "coupling", "errors", "faults", "lease", "refusal", "rig", "snapshot"}
-TAPE = {"contact", "core", "coupling", "errors", "faults", "measurement", "rig"}
+EVENTS = {
+    "commands",
+    "coupling",
+    "errors",
+    "faults",
+    "guard",
+    "lease",
+    "readonly_sqlite",
+    "refusal",
+    "rig",
+    "snapshot",
+}
+TAPE = {"contact", "core", "coupling", "errors", "faults", "measurement", "readonly_sqlite", "rig"}
 #: What a part may import of ours beside itself; "instrument." is left out. The longest prefix says which part
 #: a module belongs to, so that "instrument" is what lies in that folder and in none of those named here.
 MAY_IMPORT = {

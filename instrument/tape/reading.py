@@ -25,6 +25,7 @@ from instrument.tape.schema import (
 
 ROWS_AT_ONCE = 1000
 _BOOLS = [i for i, kind in enumerate(KINDS.values()) if kind is bool]
+LATEST_S = 1e11  #: three thousand years after the machine was switched on
 MISSING = "nothing was recorded, or it was copied without what lay beside it as -wal"
 
 
@@ -53,8 +54,10 @@ class Recording:
         try:
             self.about = {key: json.loads(value) for key, value in self._rows("about")}
             self.begin_s = float(self.about["begin_s"])
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, RecursionError):
             raise ConfigurationError(f"{path} holds no recording ({self.damage or MISSING})") from None
+        if not 0 <= self.begin_s <= LATEST_S:
+            raise ConfigurationError(f"{path} is no recording: it begins at {self.begin_s:g} s")
         if self.ending and self.ending.samples != self._last["samples"] is not None:
             self.damage = f"it has {self._last['samples']} of {self.ending.samples} samples"
 
@@ -92,6 +95,9 @@ class Recording:
             for i in _BOOLS:
                 values[i] = bool(values[i])
             sample = Measured._make(values)
+            if not abs(sample.t_s) <= LATEST_S:
+                self.damage = f"sample {sample.sequence} has no time"
+                return
             if sample.t_s > high_s:
                 return
             if sample.t_s >= low_s:
@@ -102,7 +108,7 @@ class Recording:
         for t_s, _, body in self._rows("events"):
             try:
                 yield json.loads(body)
-            except (TypeError, ValueError) as error:  # whole, and yet not ours
+            except (TypeError, ValueError, RecursionError) as error:  # whole, and yet not ours
                 self.damage = f"the event at {t_s} s is none: {error}"
                 return
 
@@ -187,7 +193,7 @@ class Recording:
         """When a sample was taken [s]; NaN where that cannot be read."""
         with suppress(sqlite3.Error):
             row = self._db.execute("SELECT t_s FROM samples WHERE number = ?", (number,)).fetchone()
-            if row and isinstance(row[0], float):
+            if row and isinstance(row[0], float) and abs(row[0]) <= LATEST_S:
                 return row[0]
         return math.nan
 

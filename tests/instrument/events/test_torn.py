@@ -2,6 +2,7 @@
 
 import random
 import shutil
+import sqlite3
 import subprocess
 import sys
 import time
@@ -12,7 +13,7 @@ from instrument.errors import ConfigurationError
 from instrument.events.reading import Damaged
 from instrument.events.store import NotOurs, Store
 from instrument.events.verification import Broken
-from tests.instrument.events.keeping import chain_of
+from tests.instrument.events.keeping import chain_of, written
 
 RECORDS = 60
 APPEND = """
@@ -72,6 +73,19 @@ def test_a_killed_log_is_read_whole_beside_its_wal_and_from_a_copy(killed, tmp_p
     for path in (file, copied(file, tmp_path)):
         assert chain_of(path).head == heads[RECORDS]
     assert {path.name for path in tmp_path.iterdir()} == {"log", "log-wal"}
+
+
+def test_a_log_that_would_run_something_when_it_is_read_is_refused(tmp_path):
+    file = written(tmp_path / "log", range(3))
+    db = sqlite3.connect(file)
+    db.executescript("""
+        DROP TABLE records;
+        CREATE VIEW records AS WITH RECURSIVE endless(i) AS (SELECT 1 UNION ALL SELECT i FROM endless)
+        SELECT i AS number, i AS body, i AS seal FROM endless;
+    """)
+    db.close()
+    with pytest.raises(ConfigurationError, match="more than plain tables of rows"):
+        chain_of(file)
 
 
 def test_a_wal_that_is_cut_loses_its_last_records_and_no_more(killed, tmp_path):

@@ -1,5 +1,6 @@
 """Recordings as they are found: cut short, altered, copied by halves, and files that are none."""
 
+import math
 import random
 import re
 import shutil
@@ -12,8 +13,9 @@ import pytest
 from instrument.errors import ConfigurationError
 from instrument.events.store import Store
 from instrument.tape.entry import Kind, told
+from instrument.tape.measured import Measured
 from instrument.tape.opening import opened
-from instrument.tape.schema import checksum
+from instrument.tape.schema import checksum, sample_checksum
 from tests.instrument.tape.taping import BEGIN_S, DT_S, begun, ended, entries, found, put, same, wanted
 
 COUNT = 800
@@ -186,12 +188,17 @@ def said_of(path):
     [
         ("about", "key = 'begin_s', value", ("begin_s", "[]")),
         ("about", "key = 'begin_s', value", ("begin_s", "{")),
+        *(
+            ("about", "key = 'begin_s', value", ("begin_s", value))
+            for value in ("[" * 200_000, "NaN", "1e999", "-1e308", "1e308")
+        ),
         ("events", "t_s = 1.0, utc = '', body", (1.0, "", "{")),
+        ("events", "t_s = 1.0, utc = '', body", (1.0, "", "[" * 200_000)),
         ("tape", "first_t_s = 1.0, entries", (1.0, b"no entries at all")),
         ("tape", "first_t_s = 1.0, entries", (1.0, 5)),
         ("ending", "t_s = 1.0, how = '', why = '', samples", (1.0, "", "", "many")),
     ],
-    ids=lambda value: str(value),
+    ids=lambda value: str(value)[:40],
 )
 def test_what_somebody_put_in_with_its_checksum_right_does_no_harm(whole, tmp_path, table, columns, row):
     forged = tmp_path / "forged.tape"
@@ -202,7 +209,45 @@ def test_what_somebody_put_in_with_its_checksum_right_does_no_harm(whole, tmp_pa
     )
     db.commit()
     db.close()
-    assert re.search("is damaged|holds no recording", said_of(forged))
+    assert re.search("is damaged|(holds|is) no recording", said_of(forged))
+
+
+def test_a_sample_without_a_time_ends_what_is_read(whole, tmp_path):
+    forged = tmp_path / "forged.tape"
+    shutil.copyfile(whole, forged)
+    db = sqlite3.connect(forged)
+    row = list(db.execute("SELECT * FROM samples WHERE number = 800").fetchone()[:-1])
+    row[1 + Measured._fields.index("t_s")] = math.inf
+    db.execute("UPDATE samples SET t_s = ?, crc32 = ? WHERE number = 800", (math.inf, sample_checksum(row)))
+    db.commit()
+    db.close()
+    read = found(forged)
+    assert len(read.samples) == 799
+    assert "sample 800 has no time" in read.remark
+
+
+ENDLESS = """
+    CREATE VIEW checkpoint AS WITH RECURSIVE endless(i) AS (SELECT 1 UNION ALL SELECT i FROM endless)
+    SELECT i AS number, i AS t_s, i AS state, i AS crc32 FROM endless
+"""
+LIE = "PRAGMA writable_schema = ON; UPDATE sqlite_master SET type = 'table' WHERE name = 'checkpoint'"
+RUNS = {
+    "an endless view": ENDLESS,
+    "an endless view that is called a table": f"{ENDLESS}; {LIE}",
+    "a column that is reckoned": "CREATE TABLE checkpoint (number, t_s AS (hex(zeroblob(4e8))), crc32)",
+    "a view beside the tables": "CREATE VIEW another AS SELECT 1; CREATE TABLE checkpoint (number)",
+}
+
+
+@pytest.mark.parametrize("what", RUNS)
+def test_a_file_that_would_run_something_when_it_is_read_is_refused(whole, tmp_path, what):
+    forged = tmp_path / "forged.tape"
+    shutil.copyfile(whole, forged)
+    db = sqlite3.connect(forged)
+    db.executescript(f"DROP TABLE checkpoint; {RUNS[what]}")
+    db.close()
+    with pytest.raises(ConfigurationError, match="more than plain tables of rows"), opened(forged):
+        pass
 
 
 def none_of_ours(path, kind):
