@@ -166,7 +166,7 @@ def sim(
     """Run the rig simulator alone: a board on a serial port (a pty), its truth on a control port.
 
     Prints one JSON line that names both; the control port also stands in the file LINK.control.
-    Connect an instrument with [rig] port = the link.
+    An instrument connects with port = the link, in the table rig of its configuration.
     """
     from instrument.cli.scenarios import checked, listed
     from instrument.errors import RigError

@@ -41,13 +41,13 @@ def radius(data: Data, out: Out = None, config: Config = None, as_json: Json = F
 def volume(
     data: Annotated[Path | None, typer.Argument(help="CSV file; without it, the three options.")] = None,
     displaced_ml: Annotated[
-        list[float] | None, typer.Option(help="What the syringe held [mL]; once for each stroke.")
+        list[float] | None, typer.Option(help="What the syringe held, in mL; once for each stroke.")
     ] = None,
     before_kpa: Annotated[
-        list[float] | None, typer.Option(help="Pressure before the stroke [kPa]; once for each.")
+        list[float] | None, typer.Option(help="Pressure before the stroke, in kPa; once for each.")
     ] = None,
     after_kpa: Annotated[
-        list[float] | None, typer.Option(help="Pressure after the stroke [kPa]; once for each.")
+        list[float] | None, typer.Option(help="Pressure after the stroke, in kPa; once for each.")
     ] = None,
     out: Out = None,
     config: Config = None,
@@ -68,7 +68,7 @@ def lag(
     data: Data,
     filter_s: Annotated[
         float,
-        typer.Option(help="Time constant of the filter that the recording went through [s].", min=0, max=1),
+        typer.Option(help="Time constant of the filter that the recording went through, in s.", min=0, max=1),
     ] = 0.0,
     out: Out = None,
     config: Config = None,

@@ -145,8 +145,8 @@ class LocalFace:
         if wants not in self.feed.offers:
             raise TapeError(f"nobody may {wants} this: it is a replay, whose file can be copied")
         listener, now_s = Listener(wants), time.monotonic()
-        simulated = "simulated" in self.source.snapshot(PAGE, now_s).status
-        begin = begin_of(self._configuration, simulated) | {"replay": self.replay}
+        now = self.source.snapshot(PAGE, now_s)
+        begin = begin_of(self._configuration, "simulated" in now.status, now.faults) | {"replay": self.replay}
         listener.put(Kind.BEGIN, encode(told(Kind.BEGIN, now_s, begin)))
         if Kind.CHECKPOINT in listener.kinds:
             listener.put(Kind.CHECKPOINT, encode(Entry(Kind.CHECKPOINT, now_s, freeze(self.coupling))))

@@ -36,7 +36,7 @@ class LocalSocket:
         except FaceError:  # an OSError too, that has its sentence
             raise
         except OSError as error:
-            raise FaceError(f"local.socket = {self.path}: {error.strerror or error}") from None
+            raise FaceError(f"local.socket = {self.path}: {_why(self.path, error)}") from None
         self._identity = _identity(self.path)
 
     @property
@@ -51,6 +51,12 @@ class LocalSocket:
         if self.in_place:
             self.path.unlink(missing_ok=True)
         self._identity = None
+
+
+def _why(path: Path, error: OSError) -> str:
+    if path.parent.is_dir():
+        return error.strerror or str(error)
+    return f"there is no folder {path.parent}: make it (for a service systemd does), or name another"
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import shutil
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich.console import Group, RenderableType
 from rich.panel import Panel
@@ -133,15 +136,25 @@ def _state_style(m: dict[str, object]) -> str:
     return {"holding": "bold green", "tripped": "bold red"}.get(str(m.get("state")), "bold yellow")
 
 
+def _typed(program: Path) -> str:
+    """What to type for this program: as short as it may be where one is."""
+    if program.name != "pneuforce":
+        return f"{sys.executable} -m instrument"
+    if shutil.which("pneuforce") == str(program):
+        return "pneuforce"
+    return str(program.relative_to(Path.cwd())) if program.is_relative_to(Path.cwd()) else str(program)
+
+
 def _second_terminal(ports: Ports, control_port: int) -> Text:
     watch = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
+    program = _typed(Path(sys.argv[0]))
     watch_can = "" if ports.can == 29536 else f" --port {ports.can}"
     return Text(
         f"browser     {ports.url}\n"
-        f"as a PLC    .venv/bin/pneuforce watch modbus{watch}\n"
-        f"as a robot  .venv/bin/pneuforce watch can{watch_can}\n"
+        f"as a PLC    {program} watch modbus{watch}\n"
+        f"as a robot  {program} watch can{watch_can}\n"
         f"go to 6.5   mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
         f"vent        mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
-        f"a fault     .venv/bin/pneuforce fault leak --control {control_port}\n"
+        f"a fault     {program} fault leak --control {control_port}\n"
         "end         Ctrl-C here         (mbpoll: apt-get install mbpoll)"
     )

@@ -80,6 +80,7 @@ def _title(recording: Recording) -> str:
 def _collected(recording: Recording, wish: Wish) -> Picture:
     picture = Picture(recording.begin_s)
     faults = _faults(recording)
+    picture.latched(next(faults)[1])
     next_t_s, latched = next(faults)
     for m in _with_progress(recording.samples(wish.from_s, wish.to_s), recording.most_samples):
         while m.t_s >= next_t_s:
@@ -91,6 +92,7 @@ def _collected(recording: Recording, wish: Wish) -> Picture:
 
 def _faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
     """When which faults were latched, in order; the last never comes."""
+    yield recording.begin_s, tuple(map(str, recording.about.get("faults", ())))
     for record in recording.events():
         if record.get("kind") == "faults":
             yield record["mono_s"], tuple(record["is"])

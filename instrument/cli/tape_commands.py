@@ -14,8 +14,8 @@ from instrument.cli.options import Json, Seconds
 commands = typer.Typer()
 
 Recorded = Annotated[Path, typer.Argument(metavar="FILE", help="The recording.")]
-FromS = Annotated[float | None, typer.Option("--from-s", help="From so long after its beginning [s].")]
-ToS = Annotated[float | None, typer.Option("--to-s", help="Up to so long after its beginning [s].")]
+FromS = Annotated[float | None, typer.Option("--from-s", help="From so long after its beginning, in s.")]
+ToS = Annotated[float | None, typer.Option("--to-s", help="Up to so long after its beginning, in s.")]
 
 
 class ExportFormat(Enum):

@@ -134,7 +134,7 @@ def test_the_begin_masks_the_operators_token(tmp_path):
 
     secret = "correct-horse-battery"
     own = parse({"page": {"token": secret}}, "test")
-    assert secret not in json.dumps(begin_of(own, simulated=False))
+    assert secret not in json.dumps(begin_of(own, simulated=False, faults=()))
 
 
 def test_a_request_obeys_the_rules_of_every_bus(stack, path):

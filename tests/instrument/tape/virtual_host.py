@@ -190,7 +190,7 @@ def coupling():
 def write(tape, path):
     """As the recorder writes it."""
     file, begin_s = TapeFile(path), tape.entries[0].t_s
-    file.put(told(Kind.BEGIN, begin_s, begin_of(Configuration(), simulated=True)))
+    file.put(told(Kind.BEGIN, begin_s, begin_of(Configuration(), simulated=True, faults=())))
     file.put(Entry(Kind.CHECKPOINT, begin_s, tape.checkpoint))
     for number, entry in enumerate(tape.entries):
         file.put(entry)
