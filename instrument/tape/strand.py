@@ -1,4 +1,8 @@
-"""A curve of any length in few points, which keeps its extremes: no peak is lost however long it is."""
+"""A curve of any length in few points, which keeps its extremes: no peak is lost however long it is.
+
+Its buckets are of so many points, and grow with the curve: how long it gets is known at its end. The page
+cannot take back what it has shown, so it thins by buckets of time (`page/thinning.py`).
+"""
 
 from __future__ import annotations
 
@@ -82,7 +86,5 @@ def _in_order(low: Point, high: Point) -> tuple[Point, ...]:
 def _joined(first: _Bucket, second: _Bucket | None = None) -> _Bucket:
     if second is None or math.isnan(second.low.value):
         return first
-    if math.isnan(first.low.value):
-        return second
     low = first.low if first.low.value <= second.low.value else second.low
     return _Bucket(low, first.high if first.high.value >= second.high.value else second.high)

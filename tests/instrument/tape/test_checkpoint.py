@@ -3,6 +3,7 @@
 import os
 import pickle
 import random
+import sys
 
 import pytest
 
@@ -97,6 +98,15 @@ def test_functions_and_names_behind_our_modules_are_refused():
         text = f"cinstrument.core\n{name}\n(tR.".encode()
         with pytest.raises(TapeError, match="nothing of its own"):
             thaw(text)
+
+
+@pytest.mark.parametrize("name", ["settings", "instrument.settingsofsomebody", "rig"])
+def test_a_module_that_is_only_called_like_ours_is_not_even_imported(tmp_path, monkeypatch, name):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / f"{name}.py").write_text("class Settings: pass\n")
+    with pytest.raises(TapeError, match="nothing of its own"):
+        thaw(f"c{name}\nSettings\n.".encode())
+    assert name not in sys.modules
 
 
 def test_damaged_checkpoints_are_refused_in_a_sentence():

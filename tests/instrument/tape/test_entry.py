@@ -32,6 +32,14 @@ def test_bytes_that_are_no_entries_are_refused_or_wait_and_raise_nothing_else(da
         Decoder().feed(data)
 
 
+@pytest.mark.parametrize("longest", [0, 1, 1000])
+def test_a_body_as_long_as_allowed_is_heard_and_a_longer_one_refused_by_its_head_alone(longest):
+    body = bytes(longest)
+    assert Decoder(longest).feed(encode(Entry(Kind.EVENT, 1.0, body))) == [Entry(Kind.EVENT, 1.0, body)]
+    with pytest.raises(TapeError, match=f"{longest + 1} bytes"):
+        Decoder(longest).feed(HEAD.pack(longest + 1, Kind.EVENT, 1.0))
+
+
 def test_json_that_is_none_is_refused():
     with pytest.raises(TapeError, match="EVENT"):
         _ = Entry(Kind.EVENT, 0.0, b"{").facts

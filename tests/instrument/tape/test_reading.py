@@ -6,6 +6,7 @@ import re
 import shutil
 import sqlite3
 import tracemalloc
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -164,6 +165,30 @@ def test_a_span_of_time_is_found_without_reading_what_is_before(whole):
     with opened(whole) as recording:
         part = [round((sample.t_s - BEGIN_S) / DT_S) for sample in recording.samples(1.0, 1.1)]
     assert part == list(range(500, 551))
+
+
+def test_a_span_may_begin_with_the_recording(whole):
+    with opened(whole) as recording:
+        assert same(recording.samples(0.0, 0.1)) == SAMPLES[:50]
+        assert recording.damage == ""
+
+
+def test_a_span_of_a_recording_whose_end_is_destroyed_has_nothing_from_before_it(whole, tmp_path):
+    cut, content = tmp_path / "cut.tape", whole.read_bytes()
+    lengths = []
+    for length in range(0, len(content), 4096):
+        cut.write_bytes(content[:length])
+        with suppress(ConfigurationError), opened(cut) as recording:
+            if recording.most_samples is None:
+                samples = list(recording.samples(0.4))
+                assert all(sample.t_s >= BEGIN_S + 0.4 for sample in samples)
+                lengths.append(len(samples))
+    assert max(lengths) > 100
+
+
+def test_sqlite_looks_at_each_cell_of_a_page_before_it_believes_one(whole):
+    with opened(whole) as recording:
+        assert recording._db.execute("PRAGMA cell_size_check").fetchone() == (1,)
 
 
 def test_a_long_recording_is_never_in_memory_at_once(tmp_path):

@@ -41,6 +41,16 @@ def test_a_long_one_keeps_each_peak_in_few_points(count):
     assert all(values[int(2 * t_s)] == value and std == 2 * t_s for t_s, value, std in points.tolist())
 
 
+@pytest.mark.parametrize("known", [0.5, 0.02])
+def test_a_peak_between_values_that_are_not_available_is_kept(known):
+    chance = random.Random(7)
+    values = [chance.gauss(0, 0.01) if chance.random() < known else math.nan for _ in range(40_000)]
+    for n, spike in zip(chance.sample(range(len(values)), 6), [-9.0, 9.0] * 3, strict=True):
+        values[n - 1 : n + 2] = [math.nan, spike, math.nan]
+    seen = {(t_s, value) for t_s, value, _ in strand_of(values).points().tolist()}
+    assert {(0.5 * n, value) for n, value in enumerate(values) if abs(value) == 9.0} <= seen
+
+
 def test_what_is_not_a_number_interrupts_it():
     points = strand_of([1.0, math.nan, math.nan, 2.0, 3.0]).points()
     assert [value != value for value in points[:, 1]] == [False, True, True, False, False]
