@@ -6,7 +6,9 @@ import asyncio
 import json
 import logging
 import sys
+from asyncio import StreamReader
 from asyncio.subprocess import PIPE, Process
+from collections import deque
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,14 +19,22 @@ from instrument.errors import FaceError
 log = logging.getLogger("pneuforce")
 
 READY_S = 20.0
+SILENCE_S = 10.0  #: it says each second that it goes round
+PATIENCE_S = 3.0  #: of whoever wants to say where it is
 BACK_OFF_S = (1.0, 60.0)
+MOST_SAID = 50  #: lines that are not told again
 END_S = 0.25  #: for it to end by itself; it keeps nothing
 
 
 class PageFace:
-    """The page of a configuration, on the host's local socket."""
+    """The page of a configuration, on the host's local socket.
 
-    def __init__(self, own: Page, socket: Path) -> None:
+    Nothing waits for it, and none of its troubles reaches the instrument: each is told once, and it is begun
+    again, later and later while that does not help.
+    """
+
+    def __init__(self, own: Page, socket: Path, silence_s: float = SILENCE_S) -> None:
+        self.port: int | None = None  #: where it serves now; None where it does not
         self._told = {
             "socket": str(socket),
             "host": own.host,
@@ -32,99 +42,112 @@ class PageFace:
             "allow": own.allow,
             "token": own.token.get_secret_value(),
         }
-        self._process: Process | None = None
-        self._said = ""  # its last words
-        self._complaint = ""
-        self._hearing: asyncio.Task[None] | None = None
+        self._silence_s = silence_s
+        self._said: deque[str] = deque(maxlen=MOST_SAID)
+        self._last_words = ""
+        self._tried = asyncio.Event()
         self._keeping: asyncio.Task[None] | None = None
 
-    async def begin(self) -> None:
-        """Start the process. Raises OSError."""
-        self._said = ""
-        self._process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-P", "-m", "page"),
-            stdin=PIPE,
-            stdout=PIPE,
-            stderr=PIPE,
-            start_new_session=True,  # Ctrl-C is for the instrument, which ends it
-        )
-        self._hearing = asyncio.create_task(self._hear(self._process))
-        assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps(self._told).encode() + b"\n")
-
-    async def ready(self) -> int:
-        """Its port, as soon as it serves; from then on it is kept alive. Raises FaceError: it cannot."""
-        port = await self._answer()
-        log.info("the page is at http://%s:%d/", self._told["host"], port)
+    def begin(self) -> None:
+        """Begin it, and keep it alive from now on."""
         self._keeping = asyncio.create_task(self._keep())
-        return port
 
-    async def _answer(self) -> int:
-        assert self._process is not None
-        assert self._process.stdout is not None
-        try:
-            line = await asyncio.wait_for(self._process.stdout.readline(), READY_S)
-        except TimeoutError:
-            self._process.kill()
-            raise FaceError(f"the page does not get ready within {READY_S:g} s") from None
-        answer: dict[str, Any] = (
-            json.loads(line) if line else {"why": f"the page ended at once: {await self._end()}"}
-        )
-        if "why" in answer:
-            raise FaceError(str(answer["why"]))
-        return int(answer["page"])
-
-    async def _hear(self, process: Process) -> None:
-        """Put what it says into the log of the host."""
-        assert process.stderr is not None
-        with suppress(ValueError):  # a line without end: nothing of ours
-            while line := await process.stderr.readline():
-                self._said = line.decode(errors="replace").rstrip()
-                log.warning("%s", self._said)
-
-    async def _end(self) -> str:
-        """Why it ended, when it has."""
-        assert self._process is not None
-        assert self._hearing is not None
-        code = await self._process.wait()
-        await self._hearing
-        return self._said or f"exit code {code}"
-
-    async def _keep(self) -> None:
-        """Begin it again whenever it ends, later and later while that does not help."""
-        loop, back_off_s = asyncio.get_running_loop(), BACK_OFF_S[0]
-        while True:
-            begun_s = loop.time()
-            self._complain(f"the page ended, and is begun again: {await self._end()}")
-            if loop.time() - begun_s > BACK_OFF_S[1]:
-                back_off_s = BACK_OFF_S[0]
-            await asyncio.sleep(back_off_s)
-            back_off_s = min(2 * back_off_s, BACK_OFF_S[1])
-            try:
-                await self.begin()
-                await self._answer()
-            except OSError as error:
-                self._complain(f"the page cannot be begun again: {error}")
-
-    def _complain(self, why: str) -> None:
-        if why != self._complaint:
-            self._complaint = why
-            log.warning("%s", why)
+    async def tried(self) -> int | None:
+        """Its port, as soon as it serves; None where it fails at first, or takes its time."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._tried.wait(), PATIENCE_S)
+        return self.port
 
     async def close(self) -> None:
         """End it."""
         if self._keeping is not None:
             self._keeping.cancel()
-        if self._process is None or self._process.returncode is not None:
-            return
-        assert self._process.stdin is not None
-        self._process.stdin.close()
+            await asyncio.wait([self._keeping])
+
+    async def _keep(self) -> None:
+        loop, back_off_s = asyncio.get_running_loop(), BACK_OFF_S[0]
+        while True:
+            begun_s = loop.time()
+            self._say(logging.WARNING, f"{await self._live()}; it is tried again")
+            self._tried.set()
+            if loop.time() - begun_s > BACK_OFF_S[1]:
+                back_off_s = BACK_OFF_S[0]
+                self._said.clear()
+            await asyncio.sleep(back_off_s)
+            back_off_s = min(2 * back_off_s, BACK_OFF_S[1])
+
+    async def _live(self) -> str:
+        """Have it serve for as long as it does; why it does no longer."""
+        self._last_words = ""
         try:
-            await asyncio.wait_for(self._process.wait(), END_S)
+            process = await asyncio.create_subprocess_exec(
+                *(sys.executable, "-P", "-m", "page"),
+                stdin=PIPE,
+                stdout=PIPE,
+                stderr=PIPE,
+                start_new_session=True,  # Ctrl-C is for the instrument, which ends it
+            )
+        except OSError as error:
+            return f"the page cannot be begun: {error.strerror or error}"
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        quoting = asyncio.create_task(self._quote(process.stderr))
+        try:
+            process.stdin.write(json.dumps(self._told).encode() + b"\n")
+            why = await self._hear(process.stdout)
+        finally:
+            self.port = None
+            await _end(process)
+            await quoting
+        return why or f"the page ended: {self._last_words or f'exit code {process.returncode}'}"
+
+    async def _hear(self, stdout: StreamReader) -> str:
+        """Why it is to be ended; empty where it has ended by itself."""
+        wait_s = READY_S
+        try:
+            while line := await asyncio.wait_for(stdout.readline(), wait_s):
+                told: dict[str, Any] = json.loads(line)
+                if "why" in told:
+                    return str(told["why"])
+                if "page" in told:
+                    self._serves(int(told["page"]))
+                wait_s = self._silence_s
         except TimeoutError:
-            with suppress(ProcessLookupError):
-                self._process.kill()
-            await self._process.wait()
+            return f"the page said nothing for {wait_s:g} s, so it was ended"
+        except (TypeError, ValueError):
+            return "the page says what no page says"
+        return ""
+
+    def _serves(self, port: int) -> None:
+        self.port = port
+        self._say(logging.INFO, f"the page is at http://{self._told['host']}:{port}/")
+        self._tried.set()
+
+    async def _quote(self, stderr: StreamReader) -> None:
+        """Put what it complains of into the log of the host."""
+        with suppress(ValueError):  # a line without end: nothing of ours
+            while line := await stderr.readline():
+                self._last_words = line.decode(errors="replace").rstrip()
+                self._say(logging.WARNING, self._last_words)
+
+    def _say(self, level: int, what: str) -> None:
+        if what not in self._said:
+            self._said.append(what)
+            log.log(level, "%s", what)
+
+
+async def _end(process: Process) -> None:
+    """End it, however it hangs."""
+    assert process.stdin is not None
+    process.stdin.close()
+    with suppress(TimeoutError, ProcessLookupError):
+        try:
+            await asyncio.wait_for(process.wait(), END_S)
+        finally:  # also where the host ends meanwhile
+            if process.returncode is None:
+                process.kill()
+    await process.wait()
 
 
 def page_face(own: Page, socket: Path | None) -> PageFace | None:

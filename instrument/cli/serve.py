@@ -53,8 +53,9 @@ class Files:
 def serve(configuration: Configuration, files: Files) -> None:
     """Run until SIGTERM or Ctrl-C, then vent and end.
 
-    Prints one JSON line when it serves Modbus. CAN follows once the node id was found free; until then the
-    status says that CAN is down.
+    Prints one JSON line when it serves Modbus: its port, and that of the page where one is wanted, null where
+    it does not serve as yet. CAN follows once the node id was found free; until then the status says that CAN
+    is down.
 
     Raises PneuforceError where it cannot start.
     """
@@ -121,7 +122,7 @@ async def work_until_stopped(faces: Faces, files: Files) -> None:
     why = "asked to stop"
     try:
         if page is not None:
-            await page.begin()
+            page.begin()
         if recorder is not None:
             await recorder.start()
         await faces.host.connect(stop)
@@ -161,7 +162,7 @@ async def _work(
             await (joining if modbus is None else _listen(modbus, faces.configuration))
             ports = {"modbus": modbus.port if modbus else None}
             if page is not None:
-                ports["page"] = await unless(stop, page.ready())
+                ports["page"] = await unless(stop, page.tried())
             print(json.dumps(ports), flush=True)
         await joining
         if not stop.is_set():

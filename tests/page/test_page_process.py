@@ -19,7 +19,6 @@ from registers.modbus.client import Plc
 from tests.page.entries import begin, snapshot
 from tests.page.serving import TOKEN, Station, events, until
 from tests.system.waiting import inflate, wait_for
-from teststand.children import ChildFailed
 from teststand.stack import free_port, start
 
 
@@ -225,14 +224,6 @@ def test_a_page_that_dies_is_begun_again_at_the_same_port(rig):
             return ask(rig.port, "GET", "/api/registers")[0]
 
     wait_for(up, lambda status: status == 200)
-
-
-def test_an_instrument_whose_pages_port_is_taken_does_not_start_and_says_why(tmp_path):
-    with socket.create_server(("127.0.0.1", 0)) as taken, contextlib.ExitStack() as children:
-        port = taken.getsockname()[1]
-        page = {"enabled": True, "port": port}
-        with pytest.raises(ChildFailed, match=f"the page cannot listen on 127.0.0.1:{port}: it is in use"):
-            start(children, tmp_path / "rig", ["--no-hand"], {"page": page})
 
 
 def test_a_host_that_is_killed_takes_its_page_with_it(rig):  # the last: it ends the rig that all share
