@@ -28,6 +28,7 @@ from page.app import Parts, application
 from page.client import Instrument
 from page.connection import in_crowd
 from page.crowd import Crowd
+from page.door import AT_ONCE, door
 from page.streams import NOTHING, Streams
 from page.tokens import Tokens
 from page.view import View
@@ -36,7 +37,6 @@ TICK_S = 0.05
 BEAT_S = 1.0
 NICER = 5  #: the instrument goes first, where the machine is busy
 SIGN_OF_LIFE_S = 10.0
-SEND_BUFFER = 131_072  #: of a browser that does not read the kernel keeps no more
 
 
 class Options(NamedTuple):
@@ -85,20 +85,10 @@ def server_of(parts: Parts) -> PageServer:
             server_header=False,
             access_log=False,
             log_config=None,
+            backlog=AT_ONCE,
             log_level=logging.CRITICAL,  # what others send us wrongly is no line of the log
         )
     )
-
-
-def listener(host: str, port: int) -> socket.socket:
-    """A socket that listens. Raises OSError."""
-    family, _, _, _, address = socket.getaddrinfo(
-        host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-    )[0]
-    bound = socket.create_server(address[:2], family=family, dualstack_ipv6=host == "::", backlog=128)
-    bound.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-    bound.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else each answer on a kept line takes 40 ms
-    return bound
 
 
 async def serve(parts: Parts, server: PageServer, bound: socket.socket) -> None:
@@ -155,7 +145,7 @@ def main() -> int:
     facts: dict[str, Any] = json.loads(sys.stdin.readline() or "null")
     options = Options(**facts)
     try:
-        bound = listener(options.host, options.port)
+        bound = door(options.host, options.port)
     except OSError as error:
         busy = error.errno == errno.EADDRINUSE
         why = "it is in use by another program; change [page] port" if busy else error.strerror or str(error)

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import socket
+import termios
 import time
+from fcntl import ioctl
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from page.crowd import Crowd
 from registers.sparing_log import SparingLog
 
-FIRST_REQUEST_S = 10.0
+PATIENCE_S = 10.0  #: with one that asks nothing, or does not take its answer
+SEND_BUFFER = 8192  #: of a stream: what lies there grows old
+NO_BYTES = bytes(4)
 
 _say = SparingLog(logging.getLogger("pneuforce"), 60.0).say
 
@@ -20,17 +25,18 @@ class Connection(H11Protocol):
     """A connection that belongs to a crowd."""
 
     crowd: Crowd  #: set by `in_crowd`
-    streams = False
+    _streams = False
+    _known: object = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Join the crowd, which may cut it off."""
         super().connection_made(transport)
-        self._silence = self.loop.call_later(FIRST_REQUEST_S, self._cut_off_if_silent)
+        self._patience = self.loop.call_later(PATIENCE_S, self._lose_patience)
         self.crowd.join(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Leave the crowd."""
-        self._silence.cancel()
+        self._patience.cancel()
         self.crowd.leave(self)
         super().connection_lost(exc)
 
@@ -42,9 +48,35 @@ class Connection(H11Protocol):
             _say(time.monotonic(), "page: a connection was cut off after an error of ours", trace=True)
             self.transport.abort()
 
-    def _cut_off_if_silent(self) -> None:
-        if not self.cycle:
+    @property
+    def busy(self) -> bool:
+        """Whether a request is under way here, or has come and is to be read."""
+        return self._answering or self._unread
+
+    @property
+    def _answering(self) -> bool:
+        return self.cycle is not None and not self.cycle.response_complete
+
+    @property
+    def _unread(self) -> bool:
+        own = self.transport.get_extra_info("socket")
+        return own.fileno() >= 0 and ioctl(own.fileno(), termios.FIONREAD, NO_BYTES) != NO_BYTES
+
+    def stream(self) -> None:
+        """Its answer has no end, and is not to lie anywhere on its way: what is shown is to be new."""
+        self._streams = True
+        own = self.transport.get_extra_info("socket")
+        own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        self.transport.set_write_buffer_limits(0)
+
+    def _lose_patience(self) -> None:
+        silent = self.cycle is None
+        stuck = self._answering and self.cycle is self._known and not self._streams
+        if silent or stuck:
             self.transport.abort()
+            return
+        self._known = self.cycle
+        self._patience = self.loop.call_later(PATIENCE_S, self._lose_patience)
 
 
 def in_crowd(crowd: Crowd) -> type[Connection]:

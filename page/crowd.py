@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 Client = tuple[str, int]
 
-MOST_CONNECTIONS = 256
+MOST_CONNECTIONS = 512
+MOST_OF_ONE = 384  #: address; one that takes more makes room for itself
 LOOPBACK = ("127.0.0.1", "::1")
 
 
@@ -32,15 +33,22 @@ class Crowd:
         return len(self._connections)
 
     def join(self, connection: Connection) -> None:
-        """Take one in, or cut it off where it may not connect; the oldest that is no stream makes room."""
+        """Take one in, or cut it off where it may not connect; the oldest that asks nothing makes room."""
         client = connection.client
         if client is None or not self._allowed.admits(client[0]):
             self._log.say(time.monotonic(), "page: a connection from %s was refused", client and client[0])
             connection.transport.abort()
             return
         self._connections[client] = connection
-        if len(self._connections) > MOST_CONNECTIONS:
-            self._cut_off(next(c for c in self._connections.values() if not c.streams))
+        theirs = [c for (address, _), c in self._connections.items() if address == client[0]]
+        if len(theirs) > MOST_OF_ONE:
+            self._make_room(theirs)
+        elif len(self._connections) > MOST_CONNECTIONS:
+            self._make_room(list(self._connections.values()))
+
+    def _make_room(self, among: list[Connection]) -> None:
+        """Cut off the oldest that has no request under way; where each has one, the latest."""
+        self._cut_off(next((connection for connection in among if not connection.busy), among[-1]))
 
     def leave(self, connection: Connection) -> None:
         """Forget one that is gone."""
@@ -50,7 +58,7 @@ class Crowd:
     def keep(self, client: Client) -> None:
         """Let this one stay: a stream, of which there are few."""
         if client in self._connections:
-            self._connections[client].streams = True
+            self._connections[client].stream()
 
     def drop(self, client: Client) -> None:
         """Cut one off, with all that it has not taken."""

@@ -9,7 +9,8 @@ import threading
 import time
 
 from instrument.tape.entry import Decoder, Kind, encode, told
-from page.__main__ import Options, listener, parts_of, serve, server_of
+from page.__main__ import Options, parts_of, serve, server_of
+from page.door import door
 from tests.page.entries import snapshot
 from tests.system.waiting import wait_for
 
@@ -72,7 +73,7 @@ class Site:
     def __init__(self, socket_path, **options):
         chosen = {"host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
         self.parts = parts_of(Options(socket=str(socket_path), **chosen))
-        bound = listener(chosen["host"], chosen["port"])
+        bound = door(chosen["host"], chosen["port"])
         self.port = bound.getsockname()[1]
         self._server = server_of(self.parts)
         self._thread = threading.Thread(target=self._run, args=(bound,), daemon=True)

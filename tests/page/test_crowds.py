@@ -1,11 +1,16 @@
 """Many browsers, slow ones, and connections that say nothing."""
 
 import contextlib
+import itertools
 import socket
+import subprocess
+import sys
+import time
 
-from page.crowd import MOST_CONNECTIONS
+from page.crowd import MOST_CONNECTIONS, MOST_OF_ONE
 from page.streams import MOST_STREAMS, Message
-from tests.page.serving import until
+from tests.page.process import ask, page
+from tests.page.serving import Site, until
 from tests.system.waiting import wait_for
 
 
@@ -16,15 +21,71 @@ def test_two_hundred_that_say_nothing_keep_nobody_from_venting(site):
         assert site.post("/api/vent", {})[0] == 200
 
 
-def test_there_are_never_more_connections_than_there_is_room_for(site):
-    with site.live() as stream, contextlib.ExitStack() as crowd:
-        for _ in range(MOST_CONNECTIONS + 50):
-            crowd.enter_context(contextlib.closing(socket.create_connection(("127.0.0.1", site.port))))
+@contextlib.contextmanager
+def far_ends(site, address, count):
+    """So many connections from an address of this machine."""
+    with contextlib.ExitStack() as crowd:
+        yield [
+            crowd.enter_context(
+                contextlib.closing(socket.create_connection(("127.0.0.1", site.port), 5, (address, 0)))
+            )
+            for _ in range(count)
+        ]
+
+
+def test_there_are_never_more_connections_than_there_is_room_for(station):
+    site = Site(station.path, allow=["127.0.0.0/8"])
+    more = MOST_CONNECTIONS - MOST_OF_ONE + 50
+    with site.live() as stream, far_ends(site, "127.0.0.2", MOST_OF_ONE), far_ends(site, "127.0.0.3", more):
         wait_for(lambda: len(site.parts.crowd), lambda many: many == MOST_CONNECTIONS)
         assert site.post("/api/vent", {})[0] == 200
         assert next(stream)[0] == "link"  # the oldest of all, and it stays
         site.parts.streams.send([Message("event", {"text": "still here"})])
         assert until(stream, "event") == {"text": "still here"}
+    site.end()
+
+
+def test_an_address_that_takes_too_much_makes_room_for_itself(station):
+    site = Site(station.path, allow=["127.0.0.0/8"])
+    with far_ends(site, "127.0.0.2", 1) as (quiet,), far_ends(site, "127.0.0.3", MOST_OF_ONE + 50) as many:
+        wait_for(lambda: len(site.parts.crowd), lambda count: count == MOST_OF_ONE + 1)
+        many[0].settimeout(5)
+        assert many[0].recv(1) == b""
+        quiet.sendall(b"POST /api/vent HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        assert quiet.recv(100).startswith(b"HTTP/1.1 200")
+    site.end()
+
+
+def test_who_has_asked_is_answered_whoever_comes_after(site, station):
+    station.answers = False
+    with far_ends(site, "127.0.0.1", 1) as (asker,):
+        asker.sendall(b"POST /api/vent HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        with far_ends(site, "127.0.0.1", MOST_OF_ONE + 50):
+            assert asker.recv(100).startswith(b"HTTP/1.1 503")  # the instrument said nothing
+
+
+def test_who_never_ends_his_request_is_cut_off_and_who_looks_is_not(site, monkeypatch):
+    monkeypatch.setattr("page.connection.PATIENCE_S", 0.2)
+    with site.live() as stream, far_ends(site, "127.0.0.1", 1) as (asker,):
+        asker.sendall(b"POST /api/write HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n")
+        asker.settimeout(3)
+        assert asker.recv(100) == b""
+        site.parts.streams.send([Message("event", {"text": "still here"})])
+        assert until(stream, "event") == {"text": "still here"}
+
+
+def test_connections_that_come_and_go_do_not_keep_a_vent_waiting(station):
+    with page(socket=str(station.path)) as (_, ready):
+        wait_for(lambda: station.wanted, bool)
+        churn = [sys.executable, "-m", "tests.page.churn", str(ready["page"])]
+        with subprocess.Popen(churn, stdout=subprocess.PIPE) as crowd:
+            crowd.stdout.readline()
+            asked_s = [time.monotonic()]
+            while len(asked_s) <= 20:
+                assert ask(ready["page"], "POST", "/api/vent", {})[0] == 200
+                asked_s.append(time.monotonic())
+            crowd.kill()
+    assert max(later - sooner for sooner, later in itertools.pairwise(asked_s)) < 1.0
 
 
 def test_one_browser_too_many_is_told_so_and_can_still_vent(site):

@@ -8,8 +8,6 @@ import select
 import signal
 import socket
 import struct
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -17,45 +15,10 @@ import pytest
 
 from registers.modbus.client import Plc
 from tests.page.entries import begin, snapshot
-from tests.page.serving import TOKEN, Station, events, until
+from tests.page.process import ask, browser, page
+from tests.page.serving import TOKEN, Station, until
 from tests.system.waiting import inflate, wait_for
 from teststand.stack import free_port, start
-
-
-@contextlib.contextmanager
-def page(**options):
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "page"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    told = {"socket": "/nowhere", "host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
-    process.stdin.write(json.dumps(told) + "\n")
-    process.stdin.flush()
-    try:
-        yield process, json.loads(process.stdout.readline())
-    finally:
-        process.kill()
-        process.wait()
-        for stream in (process.stdin, process.stdout, process.stderr):
-            stream.close()
-
-
-@contextlib.contextmanager
-def browser(port):
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
-        connection.request("GET", "/api/live")
-        yield events(connection.getresponse())
-
-
-def ask(port, method, path, facts=None):
-    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
-        connection.request(method, path, None if facts is None else json.dumps(facts))
-        response = connection.getresponse()
-        return response.status, json.loads(response.read())
-
 
 END = [
     pytest.param(lambda process: process.stdin.close(), id="its stdin ends"),

@@ -5,7 +5,7 @@ import socket
 
 import pytest
 
-from page.__main__ import listener
+from page.door import door
 from tests.page.serving import Site
 
 
@@ -95,7 +95,7 @@ def test_only_this_machine_and_who_is_listed_may_connect(station):
 
 
 def test_no_part_of_an_answer_waits_for_the_part_before_to_be_acknowledged():
-    with listener("127.0.0.1", 0) as bound, socket.create_connection(bound.getsockname()):
+    with door("127.0.0.1", 0) as bound, socket.create_connection(bound.getsockname()):
         accepted, _ = bound.accept()
         with accepted:
             assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
