@@ -235,7 +235,7 @@ def test_who_says_anything_else_is_turned_away_and_the_instrument_goes_on(stack,
     stack.check()
 
 
-def test_a_crowd_leaves_no_room_for_more_and_room_again_when_it_has_gone(stack, path):
+def test_a_crowd_harms_nobody_and_leaves_room_when_it_has_gone(stack, path):
     with ExitStack() as crowd:
         for _ in range(40):
             crowd.enter_context(guest(path))
