@@ -43,7 +43,7 @@ class Rate:
 
     def per_s(self, now_s: float) -> int:
         """How many in the last second."""
-        return sum(1 for t_s in self.times_s if t_s > now_s - 1.0)
+        return sum(t_s > now_s - 1.0 for t_s in tuple(self.times_s))  # another thread notes meanwhile
 
 
 @dataclass(slots=True)

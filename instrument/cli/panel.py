@@ -121,8 +121,9 @@ def _curves(seen: Seen) -> RenderableType:
     curves = Table.grid(padding=(0, 1))
     for width in (8, SPARK_WIDTH, 8):
         curves.add_column(width=width, no_wrap=True)
-    forces = [force for _, force, _ in seen.history]
-    pressures = [pressure for _, _, pressure in seen.history]
+    seen_so_far = tuple(seen.history)  # another thread adds to it meanwhile
+    forces = [force for _, force, _ in seen_so_far]
+    pressures = [pressure for _, _, pressure in seen_so_far]
     curves.add_row("force", Text(spark(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
     curves.add_row("pressure", Text(spark(pressures, 4.0, 14.0), style="green"), "4–14 kPa")
     return curves
