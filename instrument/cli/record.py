@@ -28,6 +28,7 @@ from instrument.tape.schema import How
 COMMIT_S = 0.2  #: what is not yet committed is lost where the recorder is killed
 LISTEN_S = 0.02  #: between two looks at whether it is to stop
 BEGIN_WAIT_S = 5.0
+LET_GO = "the instrument goes on, and let go of this recorder, which was too far behind"
 AT_ONCE = 1 << 20
 DEMOS = "pneuforce-*/pneuforce.sock"  #: below the folder for temporary files
 _STATES = {state.value: state.name.lower() for state in BoardState}
@@ -58,7 +59,7 @@ def record(path: Path, at: Path, seconds: float | None, as_json: bool) -> int:
         stack.callback(file.close)
         try:
             with _progress() as show:
-                ended = _take(line, file, stop, show)
+                ended = _take(line, at, file, stop, show)
             if not file.begun:
                 file.discard()
                 raise FaceError(f"{at}: {ended.why or 'nothing came as yet'}; {HINT}")
@@ -101,7 +102,7 @@ def _connected(at: Path) -> socket.socket:
     return line
 
 
-def _take(line: socket.socket, file: TapeFile, stop: Event, show: Show) -> Ended:
+def _take(line: socket.socket, at: Path, file: TapeFile, stop: Event, show: Show) -> Ended:
     """Put down what comes until no more does. Raises Unwritable."""
     decoder, began_s = Decoder(), time.monotonic()
     commit_s = began_s + COMMIT_S
@@ -114,7 +115,7 @@ def _take(line: socket.socket, file: TapeFile, stop: Event, show: Show) -> Ended
                     return Ended(How.END, _why(entry))
                 file.put(entry)
             if data == b"":
-                return Ended(How.CUT_OFF, "the instrument closed it")
+                return _broken_off(at, file, "the instrument closed it")
             now_s = time.monotonic()
             if now_s >= commit_s:
                 commit_s = now_s + COMMIT_S
@@ -127,8 +128,17 @@ def _take(line: socket.socket, file: TapeFile, stop: Event, show: Show) -> Ended
     except Unwritable:
         raise
     except OSError as error:
-        return Ended(How.CUT_OFF, f"the connection was lost: {error.strerror or error}")
+        return _broken_off(at, file, f"the connection was lost: {error.strerror or error}")
     return Ended(How.STOPPED)
+
+
+def _broken_off(at: Path, file: TapeFile, why: str) -> Ended:
+    """The end that an instrument makes that is gone, or that is still there and did not wait any longer."""
+    if file.begun:
+        with suppress(FaceError):
+            _connected(at).close()
+            why = LET_GO
+    return Ended(How.CUT_OFF, why)
 
 
 def _heard(line: socket.socket) -> bytes | None:

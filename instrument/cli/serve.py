@@ -32,6 +32,7 @@ from instrument.coupling import Coupling
 from instrument.errors import FaceError
 from instrument.host import Host
 from instrument.tape.feed import Feed
+from instrument.tape.schema import ASKED
 from registers.modbus.identity import Object
 from registers.modbus.tcp import ModbusTcpServer, Options
 from registers.source import Source
@@ -119,7 +120,7 @@ async def work_until_stopped(faces: Faces, files: Files) -> None:
         Recorder(faces.local, files.socket, files.recording) if files.socket and files.recording else None
     )
     joining = asyncio.create_task(_join(faces, stop))
-    why = "asked to stop"
+    why = ASKED
     try:
         if page is not None:
             page.begin()

@@ -16,8 +16,10 @@ from instrument.errors import ConfigurationError
 from instrument.tape.entry import Decoder, Entry, Kind, TapeError
 from instrument.tape.measured import Measured
 from instrument.tape.schema import (
+    ASKED,
     KINDS,
     TABLES,
+    How,
     checksum,
     sample_checksum,
     select_from,
@@ -36,6 +38,11 @@ class Ending(NamedTuple):
     how: str  #: a `How`
     why: str
     samples: int  #: how many were recorded
+
+    @property
+    def asked(self) -> bool:
+        """Whether somebody wanted the end, of the recording or of the instrument."""
+        return self.how == How.STOPPED or (self.how, self.why) == (How.END, ASKED)
 
 
 class Recording:
@@ -131,15 +138,16 @@ class Recording:
         return self._time_of(self.most_samples or 0) - self.begin_s
 
     def remark(self) -> str:
-        """What is wrong with it, as far as it was read; empty where it is whole and has an end."""
+        """What is wrong with it, as far as it was read; empty where it is whole and its end was asked for."""
         if self.damage:
             return f"{self.path} is damaged: {self.damage}; another copy may have more"
-        if self.ending is not None:
+        ending = self.ending
+        if ending is not None and ending.asked:
             return ""
-        return (
-            f"{self.path} has no end (it is still written, or its recorder was killed): "
-            f"{self.extent_s:.1f} s, {self.most_samples} samples are whole"
-        )
+        why = "has no end (it is still written, or its recorder was killed)"
+        if ending is not None:
+            why = f"ends unasked ({ending.how}: {ending.why})"
+        return f"{self.path} {why}: {self.extent_s:.1f} s, {self.most_samples} samples are whole"
 
     # ---- rows
 

@@ -29,6 +29,9 @@ TABLES = {
 }
 
 
+ASKED = "asked to stop"  #: why an instrument ended that was told to
+
+
 class How(StrEnum):
     """How a recording ended; a file that says nothing of it had its recorder killed, or took no more."""
 

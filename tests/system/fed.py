@@ -40,6 +40,11 @@ class Feeder:
         self._last_words = last_words
         self._end.set()
 
+    def go(self):
+        """Close all, as an instrument that is killed."""
+        self._server.close()
+        self.finish()
+
     def _serve(self):
         while not self._end.is_set():
             with suppress(OSError):

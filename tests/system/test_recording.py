@@ -126,15 +126,29 @@ def test_the_end_of_the_instrument_ends_the_recording_in_good_order(feeder, tmp_
     assert found(tmp_path / "a.tape").ending.why == "asked to stop"
 
 
-def test_a_connection_that_goes_without_an_end_is_told(feeder, tmp_path):
+@pytest.mark.parametrize(
+    ("cut", "why"),
+    [
+        (Feeder.go, "the instrument closed it"),
+        (Feeder.finish, "the instrument goes on, and let go of this recorder, which was too far behind"),
+    ],
+    ids=["the instrument is gone", "it goes on"],
+)
+def test_a_connection_that_goes_without_an_end_is_told_now_and_whenever_it_is_read(
+    feeder, tmp_path, cut, why
+):
     recorder = started(tmp_path / "a.tape", feeder.path)
     wait_for(lambda: samples_in(tmp_path / "a.tape"), bool)
-    feeder.finish()
+    cut(feeder)
     _, err = recorder.communicate(timeout=20)
     assert recorder.returncode == 1
-    assert "the connection was cut off: the instrument closed it" in err
+    assert f"the connection was cut off: {why}" in err
     read = found(tmp_path / "a.tape")
-    assert (read.ending.how, read.remark) == ("the connection was cut off", "")
+    assert (read.ending.how, read.ending.why) == ("the connection was cut off", why)
+    assert f"a.tape ends unasked (the connection was cut off: {why}): " in read.remark
+    assert f" s, {len(read.samples)} samples are whole" in read.remark
+    told = pneuforce("export", tmp_path / "a.tape", tmp_path / "a.csv")
+    assert (told.returncode, told.stderr) == (0, f"pneuforce: {read.remark}\n")
 
 
 def test_sigterm_ends_it_in_good_order_and_a_terminal_shows_how_far_it_is(feeder, tmp_path):

@@ -1,7 +1,10 @@
 """The local face and its guests: one that does not read, a crowd, a recorder that fails, one that leaves."""
 
 import asyncio
+import signal
 import socket
+import sys
+from asyncio.subprocess import DEVNULL
 from contextlib import asynccontextmanager, suppress
 
 import pytest
@@ -9,10 +12,12 @@ import pytest
 from instrument.cli.local_face import HEALTH_S, MOST_GUESTS, LocalFace
 from instrument.config import Configuration
 from instrument.coupling import Coupling
+from instrument.errors import ConfigurationError
 from instrument.events.witness import Nowhere, Witness
 from instrument.tape.entry import Decoder, Entry, Kind, encode, told
 from instrument.tape.feed import MOST_BACKLOG, Feed
 from tests.instrument.driving import Drive
+from tests.instrument.tape.taping import found
 
 SOON_S = 10.0
 
@@ -71,6 +76,13 @@ async def until(so):
             await asyncio.sleep(0.001)
 
 
+def is_begun(file):
+    try:
+        return bool(found(file).about)
+    except ConfigurationError:
+        return False
+
+
 @pytest.mark.parametrize(("wants", "maintenance"), [("record", True), ("page", False)])
 def test_a_guest_that_is_too_far_behind_is_let_go_and_a_recorder_missed(tmp_path, wants, maintenance):
     async def tried():
@@ -89,6 +101,30 @@ def test_a_guest_that_is_too_far_behind_is_let_go_and_a_recorder_missed(tmp_path
                 assert ("maintenance" in drive.see().status) == maintenance
 
     asyncio.run(tried())
+
+
+def test_a_recorder_that_is_let_go_leaves_an_ending_that_says_so(tmp_path):
+    record = ("-P", "-m", "instrument", "record", str(tmp_path / "a.tape"), "--socket", str(tmp_path / "s"))
+    event = {"at": "", "kind": "test", "much": "x" * 100_000}
+
+    async def tried():
+        async with facing(tmp_path) as (face, drive):
+            recorder = await asyncio.create_subprocess_exec(sys.executable, *record, stderr=DEVNULL)
+            await until(lambda: face.recording)
+            face.tick(drive.now_s)
+            await until(lambda: is_begun(tmp_path / "a.tape"))
+            recorder.send_signal(signal.SIGSTOP)
+            for _ in range(2 * MOST_BACKLOG // 100_000):
+                face.feed.tell(Kind.EVENT, drive.now_s, event)
+                face.tick(drive.now_s)
+                await asyncio.sleep(0)
+            assert not face.recording
+            recorder.send_signal(signal.SIGCONT)
+            assert await recorder.wait() == 1
+
+    asyncio.run(tried())
+    why = "the instrument goes on, and let go of this recorder, which was too far behind"
+    assert found(tmp_path / "a.tape").ending.why == why
 
 
 def test_a_crowd_leaves_no_room_for_more_and_room_again_when_one_has_gone(tmp_path):
