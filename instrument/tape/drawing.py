@@ -165,7 +165,8 @@ def _force(axes: Axes, picture: Picture, scale: _Scale) -> None:
     )
     axes.plot(scale(t_s), force_n, color=BLUE, linewidth=1.3, label="force")
     axes.set_ylabel("force [N]")
-    tops_n = [row.peak_n + 2 * row.peak_std_n for row in picture.contacts if row.peak_n > 0]
+    bounds_n = [row.peak_n + 2 * row.peak_std_n for row in picture.contacts if row.peak_n > 0]
+    tops_n = [bound_n for bound_n in bounds_n if math.isfinite(bound_n)]
     if tops_n:  # where the pressure falls at once, as in a burst, the band has no bounds
         axes.set_ylim(-ROOM_BELOW * max(tops_n), ROOM_ABOVE * max(tops_n))
     if picture.remark:

@@ -16,6 +16,7 @@ from instrument.tape.file import TapeFile
 from instrument.tape.measured import pack
 from instrument.tape.opening import opened
 from tests.instrument.driving import HOLD_8, VENT, Drive
+from tests.instrument.tape.taping import ended
 from tests.typed import pneuforce
 
 OVERPRESSURE = 4
@@ -193,6 +194,10 @@ def low(drive, _):
     drive.renew(2.0)
     drive.push_kpa = 1.0
     drive.renew(0.5)
+
+
+def test_a_contact_whose_uncertainty_is_not_known_is_drawn(tmp_path):
+    assert "1" in words(drawn(ended(tmp_path / "a.tape", 100)))
 
 
 def test_no_line_is_drawn_through_a_silence(tmp_path):
