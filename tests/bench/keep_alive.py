@@ -1,7 +1,7 @@
 """The longest time for which the board heard no command: `python -m tests.bench.keep_alive [SECONDS]`.
 
-The whole instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable notes
-when commands pass to the board.
+The whole instrument runs on the simulated rig, with its page in browsers and a recorder, while 32 Modbus
+clients poll. A relay on the serial cable notes when commands pass to the board.
 """
 
 import json
@@ -9,11 +9,13 @@ import select
 import subprocess
 import sys
 import time
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from itertools import pairwise
 from os import cpu_count, getloadavg
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import Thread
+from urllib.request import urlopen
 
 from instrument.rig.frames import Command, Decoder
 from instrument.rig.port import SerialPort
@@ -23,9 +25,28 @@ from tests.system.waiting import inflate
 from teststand.children import Child
 from teststand.stack import free_port, toml
 
-POLLERS, POLL_HZ, SECONDS = 32, 20, 20
+POLLERS, POLL_HZ, BROWSERS, SECONDS = 32, 20, 4, 20
 TARGET_S = 0.1
 WARM_S = 2.0  #: reads nothing into the start of the pollers
+
+
+class Browser(Thread):
+    """Reads the page's stream until it is closed."""
+
+    def __init__(self, port):
+        super().__init__(daemon=True)
+        self._stream = urlopen(f"http://127.0.0.1:{port}/api/live", timeout=10.0)
+        self.start()
+
+    def run(self):
+        """Read."""
+        with suppress(OSError, ValueError, AttributeError):
+            while self._stream.readline():
+                pass
+
+    def close(self):
+        """Leave."""
+        self._stream.close()
 
 
 class Relay:
@@ -64,7 +85,7 @@ def relay_process(link):
 def bench_keep_alive(seconds=SECONDS):
     """Print the longest gap between two commands."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
-        link, modbus = Path(folder) / "rig", free_port()
+        link, modbus, page = Path(folder) / "rig", free_port(), free_port()
         stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)])).ready()
         relay = subprocess.Popen(
             [sys.executable, "-m", "tests.bench.keep_alive", "--relay", str(link)],
@@ -75,11 +96,14 @@ def bench_keep_alive(seconds=SECONDS):
         stack.callback(relay.kill)
         file = Path(folder) / "instrument.toml"
         port = json.loads(relay.stdout.readline())["port"]
-        file.write_text(toml({"rig": {"port": port}, "modbus": {"port": modbus}}))
-        host = stack.enter_context(Child("host", ["instrument", "run", "--config", str(file)]))
-        host.ready()
+        tables = {"rig": {"port": port}, "modbus": {"port": modbus}, "page": {"enabled": True, "port": page}}
+        file.write_text(toml(tables))
+        words = ["instrument", "run", "--config", str(file), "--record", str(Path(folder) / "a.tape")]
+        stack.enter_context(Child("host", words)).ready()
         with Plc.connect(port=modbus) as plc:
             inflate(plc, 8.0)
+        for _ in range(BROWSERS):
+            stack.callback(Browser(page).close)
         begun_s = time.monotonic()
         polls = [sys.executable, "-m", "tests.bench.pollers", *map(str, (modbus, POLLERS, POLL_HZ, seconds))]
         subprocess.run(polls, check=True, capture_output=True)
@@ -99,7 +123,8 @@ def _gaps_ms(times_s):
 def _print_gaps(heard_ms, looked_ms, seconds):
     late = sum(gap_ms > TARGET_S * 1e3 for gap_ms in heard_ms)
     print(
-        f"commands at the board, {POLLERS} Modbus clients at {POLL_HZ} Hz, {seconds} s, "
+        f"commands at the board, {POLLERS} Modbus clients at {POLL_HZ} Hz, {BROWSERS} browsers and a "
+        f"recorder, {seconds} s, "
         f"{len(heard_ms)} commands: "
         f"longest gap {heard_ms[-1]:.0f} ms (target {TARGET_S * 1e3:.0f}, the inlet shuts at 250), "
         f"{late} above the target, "
