@@ -15,13 +15,15 @@ from typing import Any
 
 from instrument.config import Page
 from instrument.errors import FaceError
+from registers.back_off import BackOff
 
 log = logging.getLogger("pneuforce")
 
 READY_S = 20.0
 SILENCE_S = 10.0  #: it says each second that it goes round
 PATIENCE_S = 3.0  #: of whoever wants to say where it is
-BACK_OFF_S = (1.0, 60.0)
+AGAIN_S = 1.0
+LONGEST_S = WELL_S = 60.0
 MOST_SAID = 50  #: lines that are not told again
 END_S = 0.25  #: for it to end by itself; it keeps nothing
 
@@ -65,16 +67,15 @@ class PageFace:
             await asyncio.wait([self._keeping])
 
     async def _keep(self) -> None:
-        loop, back_off_s = asyncio.get_running_loop(), BACK_OFF_S[0]
+        loop, back_off = asyncio.get_running_loop(), BackOff(AGAIN_S, LONGEST_S, WELL_S)
         while True:
-            begun_s = loop.time()
+            back_off.opened(loop.time())
             self._say(logging.WARNING, f"{await self._live()}; it is tried again")
             self._tried.set()
-            if loop.time() - begun_s > BACK_OFF_S[1]:
-                back_off_s = BACK_OFF_S[0]
+            if back_off.failed(loop.time()):
                 self._said.clear()
-            await asyncio.sleep(back_off_s)
-            back_off_s = min(2 * back_off_s, BACK_OFF_S[1])
+            await asyncio.sleep(back_off.wait_s)
+            back_off.tried()
 
     async def _live(self) -> str:
         """Have it serve for as long as it does; why it does no longer."""

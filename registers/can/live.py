@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-from registers.can.back_off import BackOff
+from registers.back_off import BackOff
 from registers.can.bus import Bus, BusAt, BusFull
 from registers.can.outbox import Outbox
 from registers.can.patience import Patience
@@ -17,6 +17,8 @@ from registers.sparing_log import SparingLog
 
 log = logging.getLogger(__name__)
 
+AGAIN_S, LONGEST_S = 0.1, 2.0  #: the waits before it is opened anew: the first, and the longest
+WELL_S = 5.0
 LISTEN_S = 1.2  #: for another node with our id; a heartbeat comes each second
 SAY_PERIOD_S = 60.0
 
@@ -43,7 +45,7 @@ class CanBus:
         self._outbox = Outbox()
         self._bus: Bus | None = None
         self._patience = Patience()
-        self._back_off = BackOff()
+        self._back_off = BackOff(AGAIN_S, LONGEST_S, WELL_S)
         self._say = SparingLog(log, SAY_PERIOD_S).say
         self._closing = threading.Event()
         self._threads = [
