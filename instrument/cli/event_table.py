@@ -123,7 +123,7 @@ def _cells(facts: Mapping[str, Any]) -> Iterator[Text]:
 
 
 def _facts_of(body: Any) -> dict[str, Any]:
-    with suppress(ValueError, TypeError):
+    with suppress(ValueError, TypeError, RecursionError):
         facts = json.loads(body)
         if isinstance(facts, dict):
             return facts

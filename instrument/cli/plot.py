@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from instrument.cli.showing import progress
 from instrument.errors import ConfigurationError
@@ -92,11 +92,17 @@ def _collected(recording: Recording, wish: Wish) -> Picture:
 
 def _faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
     """When which faults were latched, in order; the last never comes."""
-    yield recording.begin_s, tuple(map(str, recording.about.get("faults", ())))
+    yield recording.begin_s, _names(recording.about.get("faults"))
     for record in recording.events():
-        if record.get("kind") == "faults":
-            yield record["mono_s"], tuple(record["is"])
+        at_s = record.get("mono_s")
+        if record.get("kind") == "faults" and isinstance(at_s, float | int):
+            yield at_s, _names(record.get("is"))
     yield math.inf, ()
+
+
+def _names(told: Any) -> tuple[str, ...]:
+    """Faults as a recording names them; a forged one may say anything."""
+    return tuple(map(str, told)) if isinstance(told, list) else ()
 
 
 def _with_progress(samples: Iterable[Measured], total: int | None) -> Iterator[Measured]:

@@ -54,7 +54,7 @@ def moment_of(body: bytes) -> str:
     """When a record was made, as it says itself; empty where it does not."""
     try:
         return str(json.loads(body)["at"])
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         return ""
 
 

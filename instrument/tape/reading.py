@@ -114,7 +114,7 @@ class Recording:
         """The records of the event log that were made meanwhile, in order."""
         for t_s, _, body in self._rows("events"):
             try:
-                yield json.loads(body)
+                yield dict(json.loads(body))
             except (TypeError, ValueError, RecursionError) as error:  # whole, and yet not ours
                 self.damage = f"the event at {t_s} s is none: {error}"
                 return

@@ -6,9 +6,11 @@ import sqlite3
 import subprocess
 import sys
 import time
+from datetime import datetime
 
 import pytest
 
+from instrument.cli.event_table import Choice, show_events
 from instrument.errors import ConfigurationError
 from instrument.events.reading import Damaged
 from instrument.events.store import NotOurs, Store
@@ -86,6 +88,17 @@ def test_a_log_that_would_run_something_when_it_is_read_is_refused(tmp_path):
     db.close()
     with pytest.raises(ConfigurationError, match="more than plain tables of rows"):
         chain_of(file)
+
+
+def test_a_record_nested_without_end_is_shown_as_what_cannot_be_read(tmp_path, capsys):
+    store = Store(tmp_path / "log")
+    store.append([b"[" * 200_000])
+    store.close()
+    for as_json in (False, True):
+        show_events(tmp_path / "log", Choice(since=datetime(1, 1, 1)), as_json)
+        show_events(tmp_path / "log", Choice(), as_json)
+    assert "unreadable" in capsys.readouterr().out
+    assert chain_of(tmp_path / "log").records == 1
 
 
 def test_a_wal_that_is_cut_loses_its_last_records_and_no_more(killed, tmp_path):

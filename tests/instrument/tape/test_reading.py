@@ -218,6 +218,7 @@ def said_of(path):
             for value in ("[" * 200_000, "NaN", "1e999", "-1e308", "1e308")
         ),
         ("events", "t_s = 1.0, utc = '', body", (1.0, "", "{")),
+        ("events", "t_s = 1.0, utc = '', body", (1.0, "", "5")),
         ("events", "t_s = 1.0, utc = '', body", (1.0, "", "[" * 200_000)),
         ("tape", "first_t_s = 1.0, entries", (1.0, b"no entries at all")),
         ("tape", "first_t_s = 1.0, entries", (1.0, 5)),
