@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 from contextlib import asynccontextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -111,6 +112,26 @@ def test_a_page_that_cannot_be_begun_is_told_in_a_sentence(tmp_path, told, monke
     asyncio.run(begin())
     (line,) = told()
     assert line == "the page cannot be begun: No such file or directory; it is tried again"
+
+
+def test_a_page_that_always_ends_is_begun_later_and_later(tmp_path, monkeypatch):
+    begun, program = tmp_path / "begun", tmp_path / "python"
+    program.write_text(f"#!/bin/sh\ndate +%s.%N >> {begun}\n")
+    program.chmod(0o700)
+    monkeypatch.setattr("sys.executable", str(program))
+    monkeypatch.setattr("instrument.cli.page_face.AGAIN_S", 0.05)
+
+    def begun_s():
+        return list(map(float, begun.read_text().split())) if begun.exists() else []
+
+    async def go_on_failing():
+        async with kept(tmp_path, free_port()):
+            await until(lambda: len(begun_s()) == 6)
+
+    asyncio.run(go_on_failing())
+    *_, fourth_s, fifth_s = (after - before for before, after in pairwise(begun_s()))
+    assert fourth_s > 0.3
+    assert fifth_s > 0.7
 
 
 def test_a_host_that_ends_while_its_page_hangs_leaves_none_behind(tmp_path):
