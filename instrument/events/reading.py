@@ -34,6 +34,7 @@ def opened(path: Path, first: int = LOWEST) -> Iterator[Iterator[Row]]:
 
 
 def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[Row]:
+    db.execute("BEGIN")  # all as it was at one moment, also where it is just being made
     if check_identity(db, path):
         refuse_reckoned(db, path)
         wanted = "SELECT number, body, seal FROM records WHERE number >= ? ORDER BY number"

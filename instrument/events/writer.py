@@ -104,6 +104,7 @@ class Writer:
         assert self._store is not None
         self._check_in_place(self._store)
         while self._batch or self._waiting:
+            self._check_in_place(self._store)  # again each time: a record may have come since
             self._take()
             self._promised = self._store.sealed(self._batch)[-1][2]
             self._store.append(self._batch)

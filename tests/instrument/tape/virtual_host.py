@@ -14,7 +14,7 @@ from instrument.tape.feed import Feed, Listener
 from instrument.tape.file import TapeFile
 from instrument.tape.measured import unpack
 from instrument.tape.playing import Playing
-from instrument.tape.schema import How
+from instrument.tape.schema import ASKED, How
 from sim.scenario import load
 from sim.staging import world_of
 from sim.world import World
@@ -197,7 +197,7 @@ def write(tape, path):
         if number % 1000 == 0:
             file.put(told(Kind.EVENT, entry.t_s, {"at": "2027-01-31", "mono_s": entry.t_s, "kind": "test"}))
             file.commit()
-    file.end(How.END, "the test is over")
+    file.end(How.END, ASKED)
     file.commit()
     file.close()
 
