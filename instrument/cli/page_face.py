@@ -9,15 +9,18 @@ import sys
 from asyncio import StreamReader
 from asyncio.subprocess import PIPE, Process
 from collections import deque
+from collections.abc import Awaitable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from instrument.config import Page
 from instrument.errors import FaceError
 from registers.back_off import BackOff
 
 log = logging.getLogger("pneuforce")
+
+Result = TypeVar("Result")
 
 READY_S = 20.0
 SILENCE_S = 10.0  #: it says each second that it goes round
@@ -107,7 +110,7 @@ class PageFace:
         """Why it is to be ended; empty where it has ended by itself."""
         wait_s = READY_S
         try:
-            while line := await asyncio.wait_for(stdout.readline(), wait_s):
+            while line := await _within(wait_s, stdout.readline()):
                 told: dict[str, Any] = json.loads(line)
                 if "why" in told:
                     return str(told["why"])
@@ -138,13 +141,19 @@ class PageFace:
             log.log(level, "%s", what)
 
 
+async def _within(time_s: float, work: Awaitable[Result]) -> Result:
+    """What is waited for. Raises TimeoutError; unlike `asyncio.wait_for` it never swallows a cancellation."""
+    async with asyncio.timeout(time_s):
+        return await work
+
+
 async def _end(process: Process) -> None:
     """End it, however it hangs."""
     assert process.stdin is not None
     process.stdin.close()
     with suppress(TimeoutError, ProcessLookupError):
         try:
-            await asyncio.wait_for(process.wait(), END_S)
+            await _within(END_S, process.wait())
         finally:  # also where the host ends meanwhile
             if process.returncode is None:
                 process.kill()
