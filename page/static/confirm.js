@@ -1,4 +1,4 @@
-// The question before something moves. VENT stays in reach: only the main part of the page rests meanwhile.
+// The question before something moves. VENT stays in reach: all else that can be pressed rests meanwhile.
 
 import { byId, say } from "./elements.js";
 
@@ -28,13 +28,13 @@ export const dismiss = () => answer?.(false);
 
 function show(isOpen) {
   byId("confirm").hidden = !isOpen;
-  byId("main").inert = isOpen;
+  for (const part of document.querySelectorAll("main, footer, .skip")) part.inert = isOpen;
 }
 
-/** Listen to the dialog's buttons and to Escape. */
+/** Listen to the dialog's buttons, to Escape, and to a vent by whatever way. */
 export function startConfirm() {
   byId("confirm-yes").addEventListener("click", () => answer?.(true));
   byId("confirm-no").addEventListener("click", dismiss);
   addEventListener("keydown", ({ key }) => key === "Escape" && dismiss());
-  byId("vent").addEventListener("submit", dismiss);
+  document.addEventListener("vent-asked", dismiss);
 }

@@ -1,24 +1,30 @@
 // Setpoint, hold, clear faults, zero: the same requests by the same rules as a PLC's.
 
+import { Arming } from "./arming.js";
 import { confirmed, dismiss, startConfirm } from "./confirm.js";
 import { announce, byId, say } from "./elements.js";
-import { lasting, shown, spoken } from "./numbers.js";
+import { clock, lasting, shown, spoken } from "./numbers.js";
 import { whyNot } from "./permissions.js";
 import { post } from "./requests.js";
 
 const COMMAND_KEY = 0x5046;
 const LAST_SEQUENCE = 0xffff;
 const COMMAND_PATIENCE_MS = 10000;
+const TAKES_EFFECT_S = 1; // until the state shows what was accepted
 const BUTTONS = ["setpoint", "hold", "clear", "zero"];
 
 /** The controls; `world()` gives link, about, token and state as they are now. */
 export class Controls {
   #world;
+  #arming = new Arming();
+  #asked = null;
   #awaited = null;
+  #said = null;
 
   constructor(world) {
-    this.#world = world;
+    this.#world = () => ({ ...world(), arming: this.#arming });
     startConfirm();
+    document.addEventListener("vent-accepted", () => this.#arming.vented(this.#world()));
     const asks = { setpoint: () => this.#setpoint(), hold: () => this.#hold() };
     const commands = {
       clear: () => this.#command("clear_faults"),
@@ -33,13 +39,15 @@ export class Controls {
     byId("setpoint-form").addEventListener("submit", (event) => event.preventDefault());
   }
 
-  /** Show what may be asked for, and take the answer to a command out of a new state. */
+  /** Show what may be asked for; take out of a new state what it answers, and away what it contradicts. */
   update() {
     const world = this.#world();
+    this.#arming.see(world);
+    if (this.#asked && isVoid(this.#asked, world)) dismiss();
+    if (this.#said && isContradicted(this.#said, world)) this.#tell("");
     const whys = BUTTONS.map((action) => whyNot(action, world));
     BUTTONS.forEach((action, at) => enable(action, whys[at], whys.indexOf(whys[at]) < at));
     this.#describe(world);
-    if (!world.link.up || world.state?.state === "tripped") dismiss();
     this.#listen(world);
   }
 
@@ -63,20 +71,31 @@ export class Controls {
       return this.#tell(`The setpoint must be a number from ${low} to ${high} kPa.`, true);
     if (state.mode === "hold" && !(await this.#agreed("setpoint", moving(wanted)))) return;
     if (await this.#write({ setpoint_requested: wanted }))
-      this.#tell(`Setpoint ${shown(wanted, 3)} kPa accepted.`);
+      this.#tell(`Setpoint ${shown(wanted, 3)} kPa accepted.`, false, (now) => isNear(now, wanted));
   }
 
   async #hold() {
     const { state } = this.#world();
     const wanted = state.setpoint_requested_kpa;
     if (!(await this.#agreed("hold", inflating(state.pressure_kpa, wanted)))) return;
-    if (await this.#write({ setpoint_requested: wanted, mode: "hold" }))
-      this.#tell(`Inflating to ${shown(wanted, 3)} kPa.`);
+    const accepted = await this.#write({ setpoint_requested: wanted, mode: "hold" });
+    this.#arming.spend();
+    if (!accepted) return;
+    this.#tell(
+      `Inflating to ${shown(wanted, 3)} kPa.`,
+      false,
+      (now) => ["inflating", "settling"].includes(now.state) && isNear(now, wanted),
+    );
   }
 
   /** Whether the question was answered yes, and it may still be asked for then. */
   async #agreed(action, { title, text, yes }) {
-    return (await confirmed(title, text, yes)) && !whyNot(action, this.#world());
+    const { mode, setpoint_requested_kpa } = this.#world().state;
+    this.#asked = { action, upon: { mode, setpoint_requested_kpa } };
+    const isYes = await confirmed(title, text, yes);
+    const voided = isVoid(this.#asked, this.#world());
+    this.#asked = null;
+    return isYes && !voided;
   }
 
   async #command(code) {
@@ -101,7 +120,8 @@ export class Controls {
     this.#awaited = null;
     const name = sentence(spoken(awaited.code));
     if (!answered) this.#tell(`${name}: no answer yet.`, true);
-    else if (state.answer_state === "done") this.#tell(`${name}: done.`);
+    else if (state.answer_state === "done")
+      this.#tell(`${name}: done.`, false, ({ faults }) => !faults.length);
     else this.#tell(`${name} failed. ${refusalWords(about, state.answer_result)}`, true);
   }
 
@@ -116,11 +136,21 @@ export class Controls {
     return accepted;
   }
 
-  #tell(text, isBad = false) {
-    announce(byId("answer"), text);
+  /** Say it, with the time, until a later state contradicts it. */
+  #tell(text, isBad = false, holds = () => true) {
+    announce(byId("answer"), text && `${clock(new Date())} ${text}`);
     byId("answer").dataset.bad = isBad;
+    this.#said = { holds, from_s: (this.#world().state?.t_s ?? 0) + TAKES_EFFECT_S };
   }
 }
+
+/** Whether the question is another than the one that was asked: what it stood upon has changed. */
+const isVoid = ({ action, upon }, world) =>
+  whyNot(action, world) !== "" || Object.keys(upon).some((name) => world.state[name] !== upon[name]);
+
+const isContradicted = ({ holds, from_s }, { state }) => state?.t_s > from_s && !holds(state);
+
+const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
 
 const moving = (to_kpa) => ({
   title: `Move to ${shown(to_kpa, 2)} kPa?`,

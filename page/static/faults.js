@@ -3,6 +3,9 @@
 import { byId, make, say, worded } from "./elements.js";
 import { spoken } from "./numbers.js";
 
+/** Status bits that want something done though nothing may have tripped (three of them are NAMUR NE 107's). */
+const WANTING = ["failure", "out_of_specification", "maintenance", "baseline_old"];
+
 let shownFaults = "";
 let shownStatus = "";
 
@@ -15,6 +18,9 @@ export function showFaults(state, about) {
   if (shownFaults !== wasFaults) listFaults(faults, about);
   if (shownStatus !== wasStatus) listStatus(state?.status, about);
 }
+
+/** Those of a state's bits that want something done. */
+export const wantingOf = (state) => WANTING.filter((name) => state?.status.includes(name));
 
 /** What a fault is called, for people. */
 export const nameOf = (code, about) => spoken(about.faults[code]?.name ?? `fault ${code}`);

@@ -1,6 +1,7 @@
 // The large numbers: force with its uncertainty, pressure, radius, setpoint, state.
 
-import { byId, say, showFigure } from "./elements.js";
+import { announce, byId, say, showFigure } from "./elements.js";
+import { wantingOf } from "./faults.js";
 import { NOT_AVAILABLE, shown, spoken } from "./numbers.js";
 
 const QUANTITIES = [
@@ -19,11 +20,14 @@ export function showFigures(state, about) {
   showState(state, about);
 }
 
-function showForce({ force_n, force_std_n }) {
+function showForce({ force_n, force_std_n, force_limit_n, status = [] }) {
   const [force, u] = [shown(force_n, 2), shown(force_std_n, 2)];
   const known = force !== NOT_AVAILABLE;
   const words = known ? `${force} newtons, plus or minus ${u} newtons standard uncertainty` : "not available";
+  const above = status.includes("force_limit") ? `above the limit of ${shown(force_limit_n, 2)} N` : "";
   showFigure(byId("force"), force, known ? `± ${u} N` : "N", words);
+  announce(byId("force-above"), above);
+  announce(byId("force-limit"), above && `FORCE ${above}: stop pushing, back off.`);
 }
 
 function showState(state, about) {
@@ -37,6 +41,7 @@ function showState(state, about) {
     touched ? "in contact" : "",
     state ? `${name}${touched ? ", in contact" : ""}` : "not available",
   );
+  announce(byId("wanting"), wantingOf(state).map(spoken).join(" · "));
   box.title = about.states[state?.state] ?? "";
   document.title = state ? `${name} · pneuforce` : "not connected · pneuforce";
   say(

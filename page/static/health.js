@@ -4,6 +4,7 @@ import { byId, make, say, showRows } from "./elements.js";
 import { counted, lasting, spoken } from "./numbers.js";
 
 const NONE = "not configured";
+const NOT_REPLAYED = "not in a replay";
 const BOARDS = ["real", "emulated", "simulated"];
 const trouble = (h, ...names) =>
   names
@@ -87,13 +88,22 @@ const CARDS = [
 ];
 const BAD = new Set(["down", "in trouble"]);
 
+/** Of a replay there is no rig, and no log is kept. */
+const replayed = (health) => ({
+  ...health,
+  rig: { ...health.rig, phase: "replay" },
+  events: null,
+  recording: null,
+});
+
 /** Show HEALTH; null, and parts that are null, show no numbers. */
-export function showHealth(health) {
+export function showHealth(told, isReplay) {
+  const health = told && isReplay ? replayed(told) : told;
   const box = byId("health");
   if (!box.firstChild) box.append(...CARDS.map(card));
   CARDS.forEach(([part, , verdict, lines], at) => {
     const h = health?.[part];
-    const said = !health ? "not available" : h ? verdict(h) : NONE;
+    const said = !health ? "not available" : h ? verdict(h) : isReplay ? NOT_REPLAYED : NONE;
     fill(box.children[at], said, h ? lines(h, health.rates ?? {}) : []);
   });
   showClients(health?.modbus_tcp?.clients ?? []);

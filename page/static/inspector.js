@@ -1,13 +1,14 @@
 // Registers and frames as they are on the wire, while somebody looks.
 
 import { byId, say, showRows } from "./elements.js";
-import { NOT_AVAILABLE, shown, spoken } from "./numbers.js";
+import { NOT_AVAILABLE, hex, plain, shown, spoken } from "./numbers.js";
 import { decoded, wordsOf } from "./registers.js";
+import { get } from "./requests.js";
 
 const PERIOD_MS = 500;
 
-let about = { registers: [], frames: [] };
-let words = new Map();
+let named = [];
+let words = null; // null: they could not be read
 let frames = [];
 let filter = "";
 let polling = false;
@@ -22,8 +23,8 @@ export function startInspector() {
 }
 
 /** What the registers are called. */
-export function describeRegisters(newAbout) {
-  about = newAbout;
+export function describeRegisters({ registers }) {
+  named = registers;
 }
 
 async function poll() {
@@ -35,45 +36,40 @@ async function poll() {
 
 async function ask() {
   try {
-    const [registers, seen] = await Promise.all(["/api/registers", "/api/frames"].map(read));
+    const [registers, seen] = await Promise.all(["/api/registers", "/api/frames"].map(get));
     words = wordsOf(registers.blocks);
     frames = seen.frames;
-    say(byId("inspector-said"), "");
   } catch {
-    words = new Map();
+    words = null;
     frames = [];
-    say(byId("inspector-said"), "Not available: no answer from the instrument.");
   }
   draw();
 }
 
-async function read(path) {
-  const response = await fetch(path, { signal: AbortSignal.timeout(3000) });
-  if (!response.ok) throw new Error(String(response.status));
-  return response.json();
-}
-
 function draw() {
   const wanted = (...texts) => texts.some((text) => String(text).toLowerCase().includes(filter));
-  const registers = about.registers.filter((r) => wanted(r.address, r.name, spoken(r.name), r.unit, r.doc));
+  const registers = named.filter((r) => wanted(r.address, r.name, spoken(r.name), r.unit, r.doc));
+  const passing = frames.filter((f) => wanted(idText(f), f.name, ...Object.keys(f.values ?? {})));
   showRows(byId("registers"), registers.map(registerCells), 2);
-  showRows(
-    byId("frames"),
-    frames.filter((f) => wanted(hex3(f.id), f.name, ...Object.keys(f.values ?? {}))).map(frameCells),
-    2,
-  );
+  showRows(byId("frames"), passing.map(frameCells), 2);
+  say(byId("inspector-said"), remark(registers.length + passing.length));
+}
+
+function remark(found) {
+  if (!words) return "Not available: no answer from the instrument.";
+  return found ? "" : `No register or frame has “${filter}” in its name, address, unit or meaning.`;
 }
 
 function registerCells(register) {
-  const { hex, value } = decoded(register, words);
+  const { hex: raw, value } = decoded(register, words ?? new Map());
   const unit = (register.unit ?? "") + (register.writable ? " (writable)" : "");
-  return [String(register.address), hex, spoken(register.name), value, unit, register.doc];
+  return [String(register.address), raw, spoken(register.name), value, unit, register.doc];
 }
 
-const hex3 = (id) => `${id.toString(16).toUpperCase()}h`;
+const idText = ({ id }) => `${hex(id, 3)}h`;
 
 const frameCells = (frame) => [
-  hex3(frame.id),
+  idText(frame),
   frame.data.toUpperCase(),
   `${spoken(frame.name)} ${frame.out ? "(sent)" : "(received)"}`,
   Object.entries(frame.values ?? {})
@@ -86,5 +82,5 @@ const frameCells = (frame) => [
 const valueText = (value) => {
   if (value === null) return NOT_AVAILABLE;
   if (Array.isArray(value)) return value.map(spoken).join(", ") || "none";
-  return typeof value === "number" ? String(Number(value.toPrecision(6))).replace("-", "−") : spoken(value);
+  return typeof value === "number" ? plain(value) : spoken(value);
 };

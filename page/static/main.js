@@ -10,8 +10,8 @@ import { showFigures } from "./figures.js";
 import { showHealth } from "./health.js";
 import { describeRegisters, startInspector } from "./inspector.js";
 import { follow } from "./live.js";
-import { clock } from "./numbers.js";
-import { UNKNOWN, fetchAbout } from "./requests.js";
+import { NOT_AVAILABLE, clock } from "./numbers.js";
+import { UNKNOWN, get } from "./requests.js";
 import { Speech } from "./speech.js";
 import { Token } from "./token.js";
 
@@ -23,20 +23,17 @@ let lostSince = new Date();
 let contacts = [];
 
 const plots = await curves();
-const speech = new Speech(byId("speech"));
+const speech = new Speech(byId("speech"), byId("speech-of-alarms"));
 const token = new Token(() => refresh());
 world.token = token;
 const controls = new Controls(() => world);
 
 /** The plots; null where what draws them was not installed: then all else is shown. */
 async function curves() {
-  try {
-    const { Plots } = await import("./plots.js");
-    return new Plots(byId("force-plot"), byId("pressure-plot"));
-  } catch {
-    announce(byId("no-plots"), "No curves: uPlot, which draws them, is not installed here (make vendor).");
-    return null;
-  }
+  const drawing = await import("./plots.js").catch(() => null);
+  if (drawing) return new drawing.Plots(byId("force-plot"), byId("pressure-plot"));
+  announce(byId("no-plots"), "No curves: uPlot, which draws them, is not installed here (make vendor).");
+  return null;
 }
 
 function refresh() {
@@ -47,6 +44,7 @@ function refresh() {
   showAccess(token, about, link.up);
   showContacts(contacts, state?.t_s ?? NaN);
   announce(byId("simulated"), sourceWords(about, state));
+  document.body.classList.toggle("stale", state?.status.includes("stale") ?? false);
   controls.update();
   document.dispatchEvent(new CustomEvent("instrument-state", { detail: state }));
 }
@@ -77,7 +75,7 @@ function showLink({ up, why }) {
 /** Ask what the instrument is until it is known: codes are shown by their names until then. */
 async function describe() {
   try {
-    world.about = await fetchAbout();
+    world.about = await get("/api/about");
   } catch {
     return void setTimeout(describe, AGAIN_MS);
   }
@@ -85,21 +83,20 @@ async function describe() {
   describeRegisters(about);
   document.body.classList.toggle("replay", Boolean(about.replay));
   say(byId("serial"), about.serial_number ? `no. ${about.serial_number}` : "");
-  const [map, configuration] = [about.map_hash, about.configuration_hash].map(hex8);
+  const map = `map ${about.map_version} (${about.map_hash})`;
   say(
     byId("identity"),
-    `Version ${about.version}, map ${about.map_version} (${map}), configuration ${configuration}`,
+    `Version ${about.version}, ${map}, configuration ${about.configuration_hash ?? NOT_AVAILABLE}`,
   );
   refresh();
 }
-
-const hex8 = (hash) => (typeof hash === "number" ? hash.toString(16).toUpperCase().padStart(8, "0") : hash);
 
 const handlers = {
   opened: clearEvents, // they come anew
   samples: (batch) => plots?.samples(batch),
   state: (state) => {
     world.state = state;
+    plots?.clock(state.t_s);
     refresh();
   },
   contacts: ({ rows }) => {
@@ -107,7 +104,7 @@ const handlers = {
     plots?.contacts(rows);
     showContacts(rows, world.state?.t_s ?? NaN);
   },
-  health: showHealth,
+  health: (health) => showHealth(health, Boolean(world.about.replay)),
   event: showEvent,
 };
 
@@ -115,10 +112,11 @@ for (const choice of document.querySelectorAll("input[name=span]")) {
   choice.addEventListener("change", () => plots?.span(Number(choice.value)));
   if (choice.checked) plots?.span(Number(choice.value)); // a reload keeps what was chosen
 }
+const atTop = { rootMargin: `-${document.querySelector(".bar").offsetHeight}px 0px 0px`, threshold: 1 };
 new IntersectionObserver((entries) => {
-  byId("mini").hidden = entries.at(-1).isIntersecting; // the numbers in short, once the large ones are out of view
-}).observe(byId("figures"));
-setInterval(() => plots?.describe(byId("force-plot"), byId("pressure-plot")), DESCRIBED_MS);
+  byId("mini").hidden = entries.at(-1).isIntersecting; // in short what is not in view in large
+}, atTop).observe(byId("force"));
+setInterval(() => plots?.describe(), DESCRIBED_MS);
 startAccess(token);
 startInspector();
 token.begin();

@@ -28,3 +28,10 @@ export const clock = (date) => date.toLocaleTimeString("en-GB");
 
 /** A code's name as words: "in_contact" is "in contact". */
 export const spoken = (name) => String(name ?? "").replaceAll("_", " ");
+
+/** A whole number in hex, with at least so many digits. */
+export const hex = (number, digits) => number.toString(16).toUpperCase().padStart(digits, "0");
+
+/** A number as it came, in the six digits that a float is good for; "–" where it is none. */
+export const plain = (number) =>
+  Number.isFinite(number) ? String(Number(number.toPrecision(6))).replace("-", "−") : NOT_AVAILABLE;

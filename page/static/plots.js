@@ -8,6 +8,7 @@ import { drawPeaks, drawStars } from "./stars.js";
 const AXIS_WIDTH = 3.4; // of the letters' height
 const PIXEL_OF_S = 1 / 600; // a span's part that one pixel shows: to draw more often moves nothing
 const LEAST_PERIOD_MS = 50;
+const SILENT_PERIOD_MS = 250; // of the axis alone, which runs on
 const NARROW = 480; // [px]
 const TICKS_S = { 10: 2, 30: 5, 60: 10 };
 
@@ -25,7 +26,10 @@ export class Plots {
   #series = new Series(["low_n", "high_n", "force_n", "pressure_kpa", "initial_kpa"]);
   #contacts = [];
   #span_s = 30;
+  #force;
+  #pressure;
   #colours = {};
+  #clock = { t_s: -Infinity, at_ms: 0 };
   #drawn_ms = 0;
   #waiting = false;
 
@@ -36,14 +40,15 @@ export class Plots {
     const line = (name, more) => ({ stroke: of(name), width: 2, points: { show: false }, ...more });
     const forceCurves = [edge, edge, line("force")];
     const bands = [{ series: [2, 1], fill: of("area") }];
-    this.force = this.#plot(forceBox, forceCurves, forceRange, { bands }, (plot) =>
+    this.#force = this.#plot(forceBox, forceCurves, forceRange, { bands }, (plot) =>
       drawPeaks(plot, this.#contacts, this.#colours.peak),
     );
     const pressureCurves = [line("pressure"), line("baseline", { width: 1.5, dash: [6, 5] })];
-    this.pressure = this.#plot(pressureBox, pressureCurves, pressureRange, {}, (plot) =>
+    this.#pressure = this.#plot(pressureBox, pressureCurves, pressureRange, {}, (plot) =>
       drawStars(plot, this.#contacts, this.#colours),
     );
     document.addEventListener("theme", () => this.#recolour());
+    setInterval(() => this.#drawSoon(), SILENT_PERIOD_MS);
   }
 
   #plot(box, curves, range, more, draw) {
@@ -87,12 +92,18 @@ export class Plots {
   }
 
   samples(batch) {
-    const wide = (sign) =>
-      batch.force_n.map((n, at) =>
-        n === null || batch.std_n[at] === null ? null : n + sign * 2 * batch.std_n[at],
-      );
-    this.#series.push({ ...batch, low_n: wide(-1), high_n: wide(1) });
+    this.#series.push(banded(batch));
     this.#drawSoon();
+  }
+
+  history(batch) {
+    this.#series.insert(banded(batch));
+    this.#drawSoon();
+  }
+
+  /** The host's time now; from then on it runs by itself, whether samples come or not. */
+  clock(t_s) {
+    this.#clock = { t_s, at_ms: performance.now() };
   }
 
   contacts(rows) {
@@ -118,21 +129,20 @@ export class Plots {
     this.#waiting = false;
     this.#drawn_ms = performance.now();
     const [times, low, high, force, pressure, baseline] = this.#series.latest(this.#span_s);
-    const now_s = times.at(-1) ?? this.#span_s;
+    const clock_s = this.#clock.t_s + (this.#drawn_ms - this.#clock.at_ms) / 1e3;
+    const now_s = Math.max(clock_s, times.at(-1) ?? this.#span_s);
     const x = { min: now_s - this.#span_s, max: now_s };
-    show(this.force, [times, low, high, force], x);
-    show(this.pressure, [times, pressure, baseline], x);
+    show(this.#force, [times, low, high, force], x);
+    show(this.#pressure, [times, pressure, baseline], x);
   }
 
-  /** What the curves show, for the ear. */
-  describe(forceBox, pressureBox) {
+  /** Tell the ear what the curves show. */
+  describe() {
     const [, , , force, pressure] = this.#series.latest(this.#span_s);
     const span = `over the last ${this.#span_s} s`;
-    forceBox.setAttribute("aria-label", `Curve of the force ${span}: ${between(force, 2, "newtons")}`);
-    pressureBox.setAttribute(
-      "aria-label",
-      `Curve of the pressure ${span}: ${between(pressure, 2, "kilopascals")}`,
-    );
+    const label = ({ root }, text) => root.parentElement.setAttribute("aria-label", text);
+    label(this.#force, `Curve of the force ${span}: ${between(force, 2, "newtons")}`);
+    label(this.#pressure, `Curve of the pressure ${span}: ${between(pressure, 2, "kilopascals")}`);
   }
 
   #readColours() {
@@ -160,6 +170,13 @@ export class Plots {
     this.#drawn_ms = 0;
     this.#drawSoon();
   }
+}
+
+/** A batch with the edges of its force's band. */
+function banded(batch) {
+  const edge = (sign) => (n, at) =>
+    n === null || batch.std_n[at] === null ? null : n + sign * 2 * batch.std_n[at];
+  return { ...batch, low_n: batch.force_n.map(edge(-1)), high_n: batch.force_n.map(edge(1)) };
 }
 
 function show(plot, columns, x) {

@@ -1,6 +1,6 @@
 // Modbus words and what they mean: pure, for the inspector.
 
-import { NOT_AVAILABLE, spoken } from "./numbers.js";
+import { NOT_AVAILABLE, hex, plain, spoken } from "./numbers.js";
 
 const TEST_ADDRESS = 3840; // holds −123.45, whose high word is C2F6h: this settles the order of words
 const HIGH_WORD = 0xc2f6;
@@ -18,17 +18,16 @@ export function decoded(register, words) {
   const raw = Array.from({ length: register.words }, (_, at) => words.get(register.address + at));
   if (raw.includes(undefined)) return { hex: NOT_AVAILABLE, value: NOT_AVAILABLE };
   const swapped = words.get(TEST_ADDRESS) !== HIGH_WORD;
-  return { hex: raw.map(hex4).join(" "), value: valueText(register, swapped ? raw.toReversed() : raw) };
+  const value = valueText(register, swapped ? raw.toReversed() : raw);
+  return { hex: raw.map((word) => hex(word, 4)).join(" "), value };
 }
-
-const hex4 = (word) => word.toString(16).toUpperCase().padStart(4, "0");
 
 function valueText({ type, unit, always, codes = {}, bits = {} }, [high, low]) {
   const number = numberOf(type, high, low);
   if (unit && !always && high === NOT_AVAILABLE_CODE[type]) return NOT_AVAILABLE;
   if (Object.keys(bits).length) return bitNames(bits, number) || "none";
   if (codes[number] !== undefined) return `${number} ${spoken(codes[number])}`;
-  return type === "float32" ? floatText(number) : String(number).replace("-", "−");
+  return type === "float32" ? plain(number) : String(number).replace("-", "−");
 }
 
 function numberOf(type, high, low = 0) {
@@ -43,9 +42,6 @@ function numberOf(type, high, low = 0) {
   };
   return readers[type]();
 }
-
-const floatText = (number) =>
-  Number.isNaN(number) ? NOT_AVAILABLE : String(Number(number.toPrecision(6))).replace("-", "−");
 
 const bitNames = (bits, word) =>
   Object.entries(bits)

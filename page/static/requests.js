@@ -17,12 +17,12 @@ export async function post(path, body) {
   }
 }
 
-/** What the instrument is, and the words for its codes. Raises where there is no answer. */
-export async function fetchAbout() {
-  const response = await fetch("/api/about", { signal: AbortSignal.timeout(PATIENCE_MS) });
+/** What is to be looked at there. Raises where there is no answer. */
+export async function get(path) {
+  const response = await fetch(path, { signal: AbortSignal.timeout(PATIENCE_MS) });
   if (!response.ok) throw new Error(String(response.status));
   return response.json();
 }
 
 /** What is known of an instrument before it has said anything. */
-export const UNKNOWN = { registers: [], frames: [], faults: {}, status: {}, refusals: {}, states: {} };
+export const UNKNOWN = { registers: [], faults: {}, status: {}, refusals: {}, states: {} };

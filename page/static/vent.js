@@ -9,18 +9,21 @@ const form = document.getElementById("vent");
 const said = document.getElementById("vent-said");
 const failed = document.getElementById("vent-failed");
 const time = () => new Date().toLocaleTimeString("en-GB");
+const isReplay = () => document.body.classList.contains("replay");
 
 let pressed = 0;
 let unverified = 0;
 
-/** Ask for a vent, and say what became of it: never silent. */
+/** Ask for a vent, and say what became of it: never silent. Others of the page hear of it as events. */
 async function vent() {
   const mine = ++pressed;
+  document.dispatchEvent(new Event("vent-asked"));
   tell("Vent asked …", "");
   const why = await refusalOf(ask());
+  if (!why) document.dispatchEvent(new Event("vent-accepted"));
   if (mine !== pressed) return;
-  if (why) return fail(`NOT VENTED at ${time()}: ${why} Press again, or ${BY_HAND}`);
-  if (document.body.classList.contains("replay")) return tell("Accepted; a replay has nothing to vent.", "");
+  if (why) return fail(`NOT VENTED at ${time()}: ${why} ${remedyBeside(why)}`);
+  if (isReplay()) return tell("Accepted; a replay has nothing to vent.", "");
   tell(`Accepted ${time()}, venting …`, "");
   clearTimeout(unverified);
   unverified = setTimeout(() => {
@@ -54,6 +57,9 @@ async function refusalOf(asked) {
       : "the page’s server cannot be reached.";
   }
 }
+
+const remedyBeside = (why) =>
+  why.includes("stop switch") ? "Or press again." : `Press again, or ${BY_HAND}`;
 
 const sentence = (text) => (/[.!?]$/.test(text) ? text : `${text}.`);
 
@@ -89,8 +95,8 @@ addEventListener(
 );
 
 document.addEventListener("instrument-state", ({ detail }) => {
-  const vented = detail?.status?.includes("vented");
-  if (unverified && vented) {
+  const vented = !isReplay() && detail?.status?.includes("vented");
+  if ((unverified || !failed.hidden) && vented) {
     clearTimeout(unverified);
     unverified = 0;
     tell(`Vented, verified ${time()}.`, "");

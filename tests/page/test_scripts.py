@@ -19,6 +19,7 @@ def test_why_not_to_inflate_is_known_beforehand(page):
         ({"lease_holder": "can"}, "(can)"),
         ({"status": ["vented", "write_lock"]}, "locks writes"),
         ({"faults": [4]}, "clear the faults"),
+        ({"arming": {"isVentDue": True}}, "a vent from here"),
         ({"mode": "hold"}, "Vent first"),
         ({"setpoint_requested_kpa": None}, "Set a setpoint"),
         ({"state": "venting"}, "Vent first"),
@@ -27,7 +28,8 @@ def test_why_not_to_inflate_is_known_beforehand(page):
     script = """import("/static/permissions.js").then(({ whyNot }) => {
       const state = { lease_holder: "none", status: ["vented"], faults: [], mode: "vent", state: "vented",
                       setpoint_requested_kpa: 8 };
-      const world = { link: { up: true }, about: { writable: true }, token: { value: "t" } };
+      const world = { link: { up: true }, about: { writable: true }, token: { value: "t" },
+                      arming: { isVentDue: false } };
       return %s.map((change) => whyNot("hold", { ...world, ...change, state: { ...state, ...change } }));
     })"""
     whys = page("evaluate", script=script % json.dumps([change for change, _ in cases]))
