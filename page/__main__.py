@@ -106,10 +106,10 @@ async def _tell(parts: Parts) -> None:
     alive_s = 0.0
     while True:
         now_s = time.monotonic()
-        parts.streams.send(parts.view.due(now_s))
+        parts.streams.send(parts.view.due(now_s), now_s)
         if now_s >= alive_s:
             alive_s = now_s + SIGN_OF_LIFE_S
-            parts.streams.send_bytes(NOTHING)
+            parts.streams.send_bytes(NOTHING, now_s)
         await asyncio.sleep(TICK_S)
 
 

@@ -104,9 +104,11 @@ async def _live(parts: Parts, request: Request) -> Response:
         return told(
             503, "So many browsers look already that no more can: close one. A vent works all the same."
         )
-    client = _far_end(request)
+    client, view = _far_end(request), parts.view
     parts.crowd.keep(client)
-    stream = parts.streams.join(parts.view.greeting(), lambda: parts.crowd.drop(client))
+    stream = parts.streams.join(
+        view.greeting(), view.history(), lambda: parts.crowd.drop(client), time.monotonic()
+    )
     return Live(parts.streams, stream)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+import struct
 import termios
 import time
 from fcntl import ioctl
@@ -15,8 +16,9 @@ from page.crowd import Crowd
 from registers.sparing_log import SparingLog
 
 PATIENCE_S = 10.0  #: with one that asks nothing, or does not take its answer
-SEND_BUFFER = 8192  #: of a stream: what lies there grows old
+SEND_BUFFER = 4096  #: of a stream: what lies there grows old
 NO_BYTES = bytes(4)
+AT_ONCE = struct.pack("ii", 1, 0)  #: a close that resets the connection
 
 _say = SparingLog(logging.getLogger("pneuforce"), 60.0).say
 
@@ -68,6 +70,11 @@ class Connection(H11Protocol):
         own = self.transport.get_extra_info("socket")
         own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         self.transport.set_write_buffer_limits(0)
+
+    def forget(self) -> None:
+        """What was not taken yet is not to arrive any more."""
+        own = self.transport.get_extra_info("socket")
+        own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, AT_ONCE)
 
     def _lose_patience(self) -> None:
         silent = self.cycle is None

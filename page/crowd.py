@@ -63,6 +63,7 @@ class Crowd:
     def drop(self, client: Client) -> None:
         """Cut one off, with all that it has not taken."""
         if client in self._connections:
+            self._connections[client].forget()
             self._cut_off(self._connections[client])
 
     def _cut_off(self, connection: Connection) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, NamedTuple
 
 from page.answers import text_of
 
 MOST_STREAMS = 32
-MOST_WAITING = 1_000_000  #: bytes that a browser may be behind: about a minute
+MOST_WAITED_S = 2.0  #: a line that is slower than what is told is begun anew, with what is new then
 BEGIN = b"retry: 1000\n\n"
 NOTHING = b":\n\n"  #: a comment, which shows a connection that is gone
 
@@ -27,31 +27,35 @@ class Message(NamedTuple):
 
 
 class Stream:
-    """Events that wait for one browser; `drop` is called when it does not take them."""
+    """Events that wait for one browser, and a history that it gets while none does.
 
-    def __init__(self, first: bytes, drop: Callable[[], None], most_waiting: int = MOST_WAITING) -> None:
-        self._waiting: deque[bytes] = deque((first,))
-        self._behind = 0  # the first, which is long, is not counted
-        self._most_waiting = most_waiting
+    `drop` is called when it does not take them.
+    """
+
+    def __init__(
+        self, first: bytes, history: Iterable[Message], drop: Callable[[], None], now_s: float
+    ) -> None:
+        self._waiting: deque[tuple[float, bytes]] = deque(((now_s, first),))
+        self._history = deque(history)
         self._drop = drop
         self._news = asyncio.Event()
         self._news.set()
         self.ended = False
 
-    def put(self, data: bytes) -> None:
+    def put(self, data: bytes, now_s: float) -> None:
         """Let this wait too."""
-        self._behind += len(data)
-        if self._behind > self._most_waiting:
+        if self._waiting and now_s - self._waiting[0][0] > MOST_WAITED_S:
             self.end()
             self._drop()
         elif not self.ended:
-            self._waiting.append(data)
+            self._waiting.append((now_s, data))
             self._news.set()
 
     def end(self) -> None:
         """Forget what waits; whoever reads comes to an end."""
         self.ended = True
         self._waiting.clear()
+        self._history.clear()
         self._news.set()
 
     async def read(self) -> AsyncIterator[bytes]:
@@ -59,10 +63,13 @@ class Stream:
         while not self.ended:
             await self._news.wait()
             self._news.clear()
-            data, self._behind = b"".join(self._waiting), 0
-            self._waiting.clear()
-            if data:
-                yield data
+            while self._waiting or self._history:
+                if not self._waiting:
+                    yield self._history.popleft().encode()
+                    continue
+                yield self._waiting[0][1]
+                if self._waiting:  # it waits until the line has taken the one before, and may have been ended
+                    self._waiting.popleft()
 
 
 class Streams:
@@ -79,9 +86,12 @@ class Streams:
         """Whether no more may join."""
         return len(self._streams) >= MOST_STREAMS
 
-    def join(self, greeting: list[Message], drop: Callable[[], None]) -> Stream:
-        """A new one, which begins with `greeting`."""
-        stream = Stream(BEGIN + b"".join(message.encode() for message in greeting), drop)
+    def join(
+        self, greeting: list[Message], history: list[Message], drop: Callable[[], None], now_s: float
+    ) -> Stream:
+        """A new one, which begins with `greeting`, and has `history` when there is time."""
+        first = BEGIN + b"".join(message.encode() for message in greeting)
+        stream = Stream(first, history, drop, now_s)
         self._streams.add(stream)
         return stream
 
@@ -90,15 +100,15 @@ class Streams:
         self._streams.discard(stream)
         stream.end()
 
-    def send(self, messages: list[Message]) -> None:
+    def send(self, messages: list[Message], now_s: float) -> None:
         """Let each browser have these."""
         if self._streams:
-            self.send_bytes(b"".join(message.encode() for message in messages))
+            self.send_bytes(b"".join(message.encode() for message in messages), now_s)
 
-    def send_bytes(self, data: bytes) -> None:
+    def send_bytes(self, data: bytes, now_s: float) -> None:
         """Let each browser have this, as it stands."""
         for stream in list(self._streams) if data else ():
-            stream.put(data)
+            stream.put(data, now_s)
 
     def end(self) -> None:
         """End all."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
+from itertools import groupby
 from typing import Any
 
 from instrument.events.words import in_words
 from instrument.tape.contacts import ContactRow, Contacts
 from instrument.tape.entry import Entry, Kind
 from instrument.tape.measured import unpack
-from page.answers import plain
 from page.rates import Counted, with_rates
 from page.streams import Message
 from page.thinning import Point, Thinning, point_of
@@ -19,10 +19,19 @@ from page.thinning import Point, Thinning, point_of
 STATE_S = 0.2
 OPEN_CONTACT_S = 1.0  #: how often a contact that goes on is told again
 HISTORY_S = 60.0
+PIECE_S = 0.5  #: of the history: what is new must not wait long behind one
+MOST_CONTACTS = 50
 MOST_POINTS = 6000
 MOST_EVENTS = 50
 SILENT_S = 1.0  #: the instrument says something each 50 ms; then its values are void
 
+#: What of the snapshot the browsers show.
+STATE = (
+    "t_s",
+    *("force_n", "force_std_n", "pressure_kpa", "radius_mm", "setpoint_kpa", "setpoint_requested_kpa"),
+    *("force_limit_n", "state", "mode", "status", "faults", "lease_holder", "lease_left_s"),
+    *("answer_sequence", "answer_state", "answer_result"),
+)
 NOT_YET = "The instrument was not reached yet."
 
 
@@ -33,6 +42,7 @@ class View:
         self.begun: Mapping[str, Any] = {}  #: what the instrument says of itself, empty until it was reached
         self.snapshot: Mapping[str, Any] | None = None  #: None where it is void
         self.why = NOT_YET  #: why the instrument's values are void, empty where they are not
+        self._begun_s = 0.0
         self._outbox: list[Message] = []
         self._events: deque[Message] = deque(maxlen=MOST_EVENTS)
         self._state_due_s = self._contacts_due_s = -math.inf
@@ -52,7 +62,8 @@ class View:
         self._counted: Counted | None = None
         self._heard_s = -math.inf
         self._told: Mapping[str, Any] = {}
-        self._thinning, self._contacts = Thinning(), Contacts()
+        self._thinning, self._contacts = Thinning(), Contacts(MOST_CONTACTS)
+        self._told_contact = 0  # the number of the latest that was told
         self._history: deque[Point] = deque(maxlen=MOST_POINTS)
         self._new: list[Point] = []
         self._contacts_changed = True
@@ -77,11 +88,11 @@ class View:
             self._outbox.append(self._link_message())
 
     def _link_message(self) -> Message:
-        return Message("link", {"up": not self.why, "why": self.why})
+        return Message("link", {"up": not self.why, "why": self.why, "begun_s": self._begun_s})
 
     def _begin(self, entry: Entry) -> None:
         self._forget()
-        self.begun = entry.facts
+        self.begun, self._begun_s = entry.facts, entry.t_s
 
     def _end(self, entry: Entry) -> None:
         self.lose(f"The instrument has ended: {entry.facts.get('why', '')}.")
@@ -121,7 +132,7 @@ class View:
 
     def _samples(self) -> list[Message]:
         new, self._new = self._new, []
-        return [_columns(new)] if new else []
+        return [_columns("samples", new)] if new else []
 
     def _state(self, now_s: float) -> list[Message]:
         now = self.snapshot
@@ -131,7 +142,7 @@ class View:
         if not changed and now_s < self._state_due_s:
             return []
         self._told, self._state_due_s = now, max(self._state_due_s + STATE_S, now_s)
-        return [Message("state", now)]
+        return [_state_message(now)]
 
     def _contacts_due(self, now_s: float) -> list[Message]:
         rows = self._contacts.rows
@@ -139,29 +150,33 @@ class View:
         if not self._contacts_changed and not going_on:
             return []
         self._contacts_changed, self._contacts_due_s = False, now_s + OPEN_CONTACT_S
-        return [_contacts_message(rows)]
+        changed = [row for row in rows if row.number >= self._told_contact]
+        self._told_contact = rows[-1].number if rows else 0
+        return [_contacts_message(changed)]
 
     def greeting(self) -> list[Message]:
-        """What a browser is to be told that has just come."""
-        known = [Message("state", self.snapshot)] if self.snapshot is not None else []
-        known += [Message("health", self.health)] if self.health else []
-        rows = self._contacts.rows
-        return [
-            self._link_message(),
-            *known,
-            _columns(self._recent()),
-            _contacts_message(rows),
-            *self._events,
-        ]
+        """What a browser is to be told that has just come; first what is shown in large."""
+        state = [_state_message(self.snapshot)] if self.snapshot is not None else []
+        health = [Message("health", self.health)] if self.health else []
+        contacts = _contacts_message(self._contacts.rows)
+        return [self._link_message(), *state, contacts, *self._events, *health]
 
-    def _recent(self) -> list[Point]:
+    def history(self) -> list[Message]:
+        """The last minute's samples, in pieces, the latest first."""
         since_s = self._history[-1].t_s - HISTORY_S if self._history else 0.0
-        return [point for point in self._history if point.t_s >= since_s]
+        recent = (point for point in self._history if point.t_s >= since_s)
+        pieces = [list(piece) for _, piece in groupby(recent, lambda point: point.t_s // PIECE_S)]
+        return [_columns("history", piece) for piece in reversed(pieces)]
 
 
-def _columns(points: list[Point]) -> Message:
+def _state_message(snapshot: Mapping[str, Any]) -> Message:
+    shown = {name: snapshot[name] for name in STATE if name in snapshot}
+    return Message("state", {name: round(v, 4) if isinstance(v, float) else v for name, v in shown.items()})
+
+
+def _columns(event: str, points: list[Point]) -> Message:
     return Message(
-        "samples",
+        event,
         {
             "t_s": [round(p.t_s, 4) for p in points],
             "force_n": [_short(p.force_n) for p in points],
@@ -174,11 +189,19 @@ def _columns(points: list[Point]) -> Message:
 
 
 def _short(value: float) -> float | None:
-    return round(value, 4) if math.isfinite(value) else None
+    """As much as a plot can show; null for what JSON has no number for."""
+    return round(value, 3) if math.isfinite(value) else None
 
 
 def _contacts_message(rows: list[ContactRow]) -> Message:
-    return Message("contacts", {"rows": [plain(row._asdict()) for row in rows]})
+    """Rows that take the place of all from the first one's number on; none where there are no contacts."""
+    return Message("contacts", {"rows": [_shortened(row) for row in rows]})
+
+
+def _shortened(row: ContactRow) -> dict[str, Any]:
+    return {
+        name: _short(value) if isinstance(value, float) else value for name, value in row._asdict().items()
+    }
 
 
 def _told_of(facts: Mapping[str, Any]) -> dict[str, str]:

@@ -3,17 +3,18 @@
 import { byId, showRows } from "./elements.js";
 import { NOT_AVAILABLE, shown } from "./numbers.js";
 
-const SHOWN = 50;
+const KEPT = 50;
+
+/** Rows with those that are new or have changed: these take the place of all from the first one's number on. */
+export const updated = (rows, news) =>
+  news.length ? [...rows.filter(({ number }) => number < news[0].number), ...news].slice(-KEPT) : [];
 
 /** Rows of the contacts, the latest first; `now_s` is the host's time. */
 export function showContacts(rows, now_s) {
   byId("no-contacts").hidden = rows.length > 0;
   showRows(
     byId("contacts"),
-    rows
-      .slice(-SHOWN)
-      .reverse()
-      .map((row) => cells(row, now_s)),
+    [...rows].reverse().map((row) => cells(row, now_s)),
   );
 }
 

@@ -1,7 +1,7 @@
 // The page: what comes from the instrument goes to the parts that show it.
 
 import { showAccess, startAccess } from "./access.js";
-import { showContacts } from "./contacts.js";
+import { showContacts, updated } from "./contacts.js";
 import { Controls } from "./controls.js";
 import { announce, byId, say } from "./elements.js";
 import { clearEvents, showEvent } from "./events.js";
@@ -21,6 +21,7 @@ const AGAIN_MS = 1000;
 const world = { link: { up: false, why: "" }, about: UNKNOWN, state: null };
 let lostSince = new Date();
 let contacts = [];
+let described = null; // which instrument
 
 const plots = await curves();
 const speech = new Speech(byId("speech"), byId("speech-of-alarms"));
@@ -54,10 +55,11 @@ function sourceWords({ replay, simulated }, state) {
   return simulated || state?.status.includes("simulated") ? "SIMULATED: this is no real rig" : "";
 }
 
-function showLink({ up, why }) {
+function showLink({ up, why, begun_s }) {
   if (world.link.up && !up) lostSince = new Date();
-  if (!world.link.up && up) {
-    describe(); // it may be another
+  if (up && begun_s !== described) {
+    described = begun_s;
+    describe();
     token.recheck();
   }
   world.link = { up, why };
@@ -99,10 +101,11 @@ const handlers = {
     plots?.clock(state.t_s);
     refresh();
   },
+  history: (batch) => plots?.history(batch),
   contacts: ({ rows }) => {
-    contacts = rows;
-    plots?.contacts(rows);
-    showContacts(rows, world.state?.t_s ?? NaN);
+    contacts = updated(contacts, rows);
+    plots?.contacts(contacts);
+    showContacts(contacts, world.state?.t_s ?? NaN);
   },
   health: (health) => showHealth(health, Boolean(world.about.replay)),
   event: showEvent,

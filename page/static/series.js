@@ -32,6 +32,16 @@ export class Series {
     this.#forget();
   }
 
+  /** Put a batch of the past in its place: it is whole there. */
+  insert(batch) {
+    if (!batch.t_s.length) return;
+    const first = this.#from(batch.t_s[0]);
+    const count = this.#from(batch.t_s.at(-1) + 1e-4) - first;
+    [batch.t_s, ...this.#names.map((name) => batch[name])].forEach((values, at) =>
+      this.#columns[at].splice(first, count, ...values),
+    );
+  }
+
   #append(t_s, value) {
     this.#columns[0].push(t_s);
     this.#names.forEach((name, at) => this.#columns[at + 1].push(value(name)));

@@ -37,12 +37,7 @@ def test_a_replay_is_said_to_be_one(site, station):
 def test_a_browser_that_connects_knows_at_once_what_there_is(site, station):
     say_again(station, site, {"state": "holding"})
     with site.live() as stream:
-        assert [name for name, _ in (next(stream) for _ in range(4))] == [
-            "link",
-            "state",
-            "samples",
-            "contacts",
-        ]
+        assert [name for name, _ in (next(stream) for _ in range(3))] == ["link", "state", "contacts"]
 
 
 def test_the_words_are_those_that_modbus_would_answer(site, station):
@@ -83,7 +78,7 @@ def test_an_instrument_that_goes_is_told_and_comes_back(site, station):
     with site.live() as stream:
         until(stream, "link")
         say_again(station, site, {"state": "holding"})
-        assert until(stream, "link", lambda link: link["up"]) == {"up": True, "why": ""}
+        assert until(stream, "link", lambda link: link["up"])["why"] == ""
         station.close()
         assert until(stream, "link")["up"] is False
         assert site.get("/api/registers")[0] == 503

@@ -2,6 +2,7 @@
 
 import contextlib
 import itertools
+import json
 import socket
 import subprocess
 import sys
@@ -9,9 +10,15 @@ import time
 
 from page.crowd import MOST_CONNECTIONS, MOST_OF_ONE
 from page.streams import MOST_STREAMS, Message
+from tests.page.entries import measured, snapshot
 from tests.page.process import ask, page
 from tests.page.serving import Site, until
 from tests.system.waiting import wait_for
+
+
+def send(site, message):
+    """Let all that look have this now."""
+    site.parts.streams.send([message], time.monotonic())
 
 
 def test_two_hundred_that_say_nothing_keep_nobody_from_venting(site):
@@ -40,7 +47,7 @@ def test_there_are_never_more_connections_than_there_is_room_for(station):
         wait_for(lambda: len(site.parts.crowd), lambda many: many == MOST_CONNECTIONS)
         assert site.post("/api/vent", {})[0] == 200
         assert next(stream)[0] == "link"  # the oldest of all, and it stays
-        site.parts.streams.send([Message("event", {"text": "still here"})])
+        send(site, Message("event", {"text": "still here"}))
         assert until(stream, "event") == {"text": "still here"}
     site.end()
 
@@ -70,7 +77,7 @@ def test_who_never_ends_his_request_is_cut_off_and_who_looks_is_not(site, monkey
         asker.sendall(b"POST /api/write HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n")
         asker.settimeout(3)
         assert asker.recv(100) == b""
-        site.parts.streams.send([Message("event", {"text": "still here"})])
+        send(site, Message("event", {"text": "still here"}))
         assert until(stream, "event") == {"text": "still here"}
 
 
@@ -110,12 +117,41 @@ def test_a_browser_that_does_not_read_is_cut_off_and_the_others_read_on(site):
         wait_for(lambda: len(site.parts.streams), lambda many: many == 2)
 
         def left():
-            site.parts.streams.send([much])
+            send(site, much)
             until(stream, "event")
             return len(site.parts.streams), len(site.parts.crowd)
 
         wait_for(left, lambda left: left == (1, 1))
         assert left() == (1, 1)
+
+
+def test_a_line_that_is_slow_brings_nothing_old_for_long(site, station):
+    """It takes less than it is told; the page goes on, so that what it begins with is new."""
+    with contextlib.closing(socket.socket()) as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
+        slow.connect(("127.0.0.1", site.port))
+        slow.sendall(b"GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        ages_s = list(ages_of_states(slow, station, bytes_per_s=2500))
+    assert len(ages_s) > 5
+    assert max(ages_s) < 5.0
+    assert len(site.parts.streams) == 0
+
+
+def ages_of_states(line, station, bytes_per_s):
+    """How old each state is that comes, until the line is cut off."""
+    taken, begun_s, now_s = b"", time.monotonic(), 0.0
+    with contextlib.suppress(ConnectionResetError):
+        while now_s < begun_s + 20.0:
+            now_s = time.monotonic()
+            station.say(snapshot(now_s), *(measured(now_s + i / 500) for i in range(25)))
+            more = line.recv(bytes_per_s // 20)
+            if not more:
+                return
+            *whole, taken = (taken + more).split(b"\n")
+            for text in whole:
+                if text.startswith(b'data: {"t_s":') and b'"state"' in text:
+                    yield now_s - json.loads(text[6:])["t_s"]
+            time.sleep(0.05)
 
 
 def test_a_browser_that_leaves_is_forgotten(site):

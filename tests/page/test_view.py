@@ -11,6 +11,8 @@ from page.streams import Message
 from page.view import MOST_EVENTS, SILENT_S, View
 from tests.page.entries import begin, event, health, measured, snapshot
 
+BEGUN_S = 99.0
+
 
 class Run:
     """A view that is fed as the process does it: entries, and 20 looks a second."""
@@ -45,24 +47,30 @@ class Run:
 
 @pytest.fixture
 def run():
-    return Run().take(begin())
+    return Run().take(begin(BEGUN_S))
 
 
 def greeted(run, name):
     return [message.data for message in run.view.greeting() if message.event == name]
 
 
+def history_s(run):
+    """The times of all pieces, the earliest first."""
+    return [t_s for piece in reversed(run.view.history()) for t_s in piece.data["t_s"]]
+
+
 def test_nothing_is_known_before_the_instrument_was_reached():
     view = View()
-    assert view.greeting()[0] == Message("link", {"up": False, "why": "The instrument was not reached yet."})
-    assert [m.event for m in view.greeting()] == ["link", "samples", "contacts"]
+    link = {"up": False, "why": "The instrument was not reached yet.", "begun_s": 0.0}
+    assert view.greeting() == [Message("link", link), Message("contacts", {"rows": []})]
+    assert view.history() == []
 
 
 def test_the_link_is_up_with_the_first_values_and_not_before(run):
     assert [m.event for m in run.look()] == ["contacts"]
     run.take(snapshot(run.now_s))
     assert [m.event for m in run.look()][:2] == ["link", "state"]
-    assert run.all("link") == [{"up": True, "why": ""}]
+    assert run.all("link") == [{"up": True, "why": "", "begun_s": BEGUN_S}]
 
 
 def test_values_that_grow_old_are_void_and_come_back(run):
@@ -80,8 +88,8 @@ def test_of_an_instrument_that_is_gone_nothing_is_shown(run):
     run.hold(0.2).sample(0.5).take(health(run.now_s))
     run.view.lose("It is gone.")
     assert run.view.snapshot is None
-    assert greeted(run, "link") == [{"up": False, "why": "It is gone."}]
-    assert greeted(run, "samples")[0]["t_s"] == []
+    assert greeted(run, "link") == [{"up": False, "why": "It is gone.", "begun_s": BEGUN_S}]
+    assert run.view.history() == []
     assert greeted(run, "health") == greeted(run, "state") == []
 
 
@@ -89,7 +97,7 @@ def test_why_it_ended_is_not_forgotten_when_its_connection_closes(run):
     run.hold(0.1).take(told(Kind.END, run.now_s, {"why": "asked to stop"}))
     run.view.lose("The instrument has closed the connection.")
     run.look()
-    assert run.all("link")[1:] == [{"up": False, "why": "The instrument has ended: asked to stop."}]
+    assert [link["why"] for link in run.all("link")[1:]] == ["The instrument has ended: asked to stop."]
 
 
 def test_the_state_comes_five_times_a_second(run):
@@ -111,16 +119,23 @@ def test_the_same_state_is_not_told_twice(run):
 
 def test_who_comes_late_sees_the_last_minute(run):
     run.sample(90.0)
-    [samples] = greeted(run, "samples")
-    assert 59.9 <= samples["t_s"][-1] - samples["t_s"][0] <= 60.0
-    assert len({len(column) for column in samples.values()}) == 1
+    past_s = history_s(run)
+    assert past_s == sorted(past_s)
+    assert 59.9 <= past_s[-1] - past_s[0] <= 60.0
+
+
+def test_the_past_comes_in_pieces_that_hold_up_nothing_new(run):
+    run.sample(90.0)
+    for piece in run.view.history():
+        assert len({len(column) for column in piece.data.values()}) == 1
+        assert len(piece.encode()) < 3000
 
 
 def test_samples_are_told_once_each_and_in_order(run):
     run.sample(5.0)
     told_s = [t_s for samples in run.all("samples") for t_s in samples["t_s"]]
     assert told_s == sorted(set(told_s))
-    assert told_s == greeted(run, "samples")[0]["t_s"]
+    assert told_s == history_s(run)
 
 
 def test_not_available_is_null_and_never_another_number(run):
@@ -132,7 +147,7 @@ def test_not_available_is_null_and_never_another_number(run):
 def test_all_that_is_told_is_strict_json(run):
     run.hold(0.2, force_n=None).sample(0.2, in_contact=True, force_n=math.nan).take(health(run.now_s))
     run.take(event("2027", kind="state", was="venting", **{"is": "vented"})).look()
-    for message in [*run.seen, *run.view.greeting()]:
+    for message in [*run.seen, *run.view.greeting(), *run.view.history()]:
         body = message.encode().decode().split("data: ")[1]
         assert body.endswith("\n\n")
         assert json.loads(body, parse_constant=pytest.fail) == json.loads(json.dumps(message.data))
@@ -149,6 +164,14 @@ def test_a_contact_is_told_when_it_begins_while_it_goes_on_and_when_it_ends(run)
     assert rows[-1][0]["final_kpa"] == 9.0
 
 
+def test_of_contacts_only_what_is_new_is_told_and_all_to_who_comes_late(run):
+    for force_n in (1.0, 2.0, 3.0):
+        run.sample(0.5).sample(0.5, in_contact=True, rise_kpa=1.0, force_n=force_n)
+    numbers = [[row["number"] for row in contacts["rows"]] for contacts in run.all("contacts")]
+    assert numbers == [[], [1], [1], [1, 2], [2], [2, 3]]
+    assert [row["peak_n"] for row in greeted(run, "contacts")[0]["rows"]] == [1.0, 2.0, 3.0]
+
+
 def test_the_last_fifty_events_are_kept_in_plain_words(run):
     for i in range(70):
         values = {"mode": [i, i + 1]}
@@ -163,7 +186,7 @@ def test_the_last_fifty_events_are_kept_in_plain_words(run):
 def test_another_instrument_begins_anew(run):
     run.sample(1.0, in_contact=True, rise_kpa=1.0).take(begin(serial_number=8))
     assert greeted(run, "contacts") == [{"rows": []}]
-    assert greeted(run, "samples")[0]["t_s"] == []
+    assert run.view.history() == []
     assert run.view.begun["serial_number"] == 8
 
 
