@@ -10,23 +10,23 @@ export class Series {
 
   constructor(names) {
     this.#names = names;
-    this.clear();
+    this.#clear();
   }
 
-  clear() {
+  #clear() {
     this.#columns = [[], ...this.#names.map(() => [])];
   }
 
-  get last_s() {
+  get #last_s() {
     return this.#columns[0].at(-1) ?? -Infinity;
   }
 
   /** Append a batch {t_s: [...], name: [...]}; a clock that went back begins anew, and a pause stays a gap. */
   push(batch) {
-    if (batch.t_s.length && batch.t_s.at(-1) < this.last_s) this.clear();
+    if (batch.t_s.length && batch.t_s.at(-1) < this.#last_s) this.#clear();
     batch.t_s.forEach((t_s, at) => {
-      if (t_s <= this.last_s) return;
-      if (t_s - this.last_s > GAP_S && this.#columns[0].length) this.#append(t_s - 1e-3, () => null);
+      if (t_s <= this.#last_s) return;
+      if (t_s - this.#last_s > GAP_S && this.#columns[0].length) this.#append(t_s - 1e-3, () => null);
       this.#append(t_s, (name) => batch[name][at]);
     });
     this.#forget();
@@ -49,7 +49,7 @@ export class Series {
 
   #forget() {
     const times = this.#columns[0];
-    if (times.length && times[0] < this.last_s - 2 * KEPT_S) this.#cut(this.#from(this.last_s - KEPT_S));
+    if (times.length && times[0] < this.#last_s - 2 * KEPT_S) this.#cut(this.#from(this.#last_s - KEPT_S));
   }
 
   #cut(count) {
@@ -71,7 +71,7 @@ export class Series {
 
   /** The columns [t_s, ...names] of the last seconds, with one sample before them so that the curve has no stump. */
   latest(span_s) {
-    const first = Math.max(0, this.#from(this.last_s - span_s) - 1);
+    const first = Math.max(0, this.#from(this.#last_s - span_s) - 1);
     return this.#columns.map((column) => column.slice(first));
   }
 }

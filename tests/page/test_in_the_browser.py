@@ -250,10 +250,12 @@ def test_what_is_not_known_is_a_dash_and_a_vent_that_failed_is_loud(page, shown)
         assert "Not connected" in page.text("#setpoint-why")
         page("press", key="Alt+v")
         page.wait_for_text("#vent-failed", "NOT VENTED")
-        assert "stop switch" in page.text("#vent-failed")
+        assert page.text("#vent-failed").count("stop switch") == 1
     finally:
         shown.stack.host.send(signal.SIGCONT)
     page.wait("document.querySelector('#lost').hidden")
+    page.wait_for_text("#vent-said", "Vented, verified")
+    assert page("evaluate", script="document.querySelector('#vent-failed').hidden")
 
 
 def test_an_instrument_that_was_killed_is_shown_again_when_it_is_back(page, shown):
