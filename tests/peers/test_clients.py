@@ -4,6 +4,8 @@ from importlib.metadata import version
 
 import pytest
 
+from registers.codes import STATES, STATUS
+from registers.modbus.client import Plc
 from tests.peers.clients.client import CLIENTS, Asking
 
 TCP = [pytest.param((client, "tcp"), id=f"{client.name}-tcp", marks=client.needs) for client in CLIENTS]
@@ -74,12 +76,15 @@ def test_the_test_pattern_settles_the_word_order(asking):
     assert asking("float 3840 {order}") == [pytest.approx(-123.45)]
 
 
-def test_it_reads_each_block_and_the_status(asking):
+def test_it_reads_each_block_and_the_status(asking, instrument):
     for address, count in ((0, 36), (0, 125), (512, 34), (768, 16)):
         assert len(asking(f"words 4 {address} {count}")) == count
-    assert asking("words 3 25 1") == [1]
-    status = asking("bits 2 0 32")
-    assert [bit for bit in (1, 2, 3, 15, 16) if status[bit]] == [3, 15]
+    with Plc.connect(port=instrument.port) as plc:
+        seen = plc.read()
+    assert asking("words 3 25 1") == [STATES.codes[seen["state"]]]
+    bits = asking("bits 2 0 32")
+    told = {bit.name for bit in STATUS.bits if bits[bit.number]}
+    assert told & {"inflating", "holding", "vented", "simulated", "not_zeroed"} == {"vented", "simulated"}
 
 
 def test_what_it_writes_is_there(asking):

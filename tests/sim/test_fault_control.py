@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from instrument.core import Instrument
+from instrument.coupling import Coupling
 from instrument.errors import RigSilent
 from instrument.host import Host as Instrumentalist
 from instrument.rig.frames import Fault, Identify
@@ -112,7 +113,7 @@ async def until(condition):
 
 def test_a_cable_that_is_pulled_takes_its_link_and_the_host_finds_it_under_another_name(rig, control):
     async def story():
-        host, stop = Instrumentalist(Instrument(Settings()), rig["link"]), asyncio.Event()
+        host, stop = Instrumentalist(Coupling(Instrument(Settings())), rig["link"]), asyncio.Event()
         await host.connect(stop)
         running = asyncio.create_task(host.run(stop))
         await until(lambda: host.instrument.sample_counter > 100)
@@ -132,7 +133,7 @@ def test_a_cable_that_is_pulled_takes_its_link_and_the_host_finds_it_under_anoth
 def test_another_device_on_the_port_is_refused_in_a_sentence_that_says_so(rig, control, monkeypatch):
     monkeypatch.setattr("instrument.host.GREETING_S", 1.0)
     control.ask({"fault": {"name": "other_device"}})
-    host = Instrumentalist(Instrument(Settings()), rig["link"])
+    host = Instrumentalist(Coupling(Instrument(Settings())), rig["link"])
     with pytest.raises(RigSilent, match="none of them a pneuforce board's: is another device on that port"):
         asyncio.run(host.connect(asyncio.Event()))
 
