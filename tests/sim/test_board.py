@@ -10,6 +10,7 @@ from instrument.rig.frames import (
     BoardState,
     Command,
     CommandFlag,
+    Event,
     Fault,
     Hello,
     Identify,
@@ -185,6 +186,18 @@ def test_after_a_trip_only_clear_then_vent_then_hold_inflates(bench):
     assert bench.state is S.VENTED, "clear and hold without a vent"
     bench.tell(vent(clear=1)).run(0.2).tell(hold(clear=1))
     bench.until_state(S.HOLDING, 8)
+
+
+def test_after_a_trip_and_a_clear_a_host_that_has_only_ever_said_hold_does_not_inflate(bench):
+    bench.tripped().tell(hold(clear=1)).until_state(S.VENTED, 3)
+    bench.run(3)
+    assert bench.state is S.VENTED
+
+
+def test_a_trip_is_told_once_and_with_its_cause(bench):
+    bench.tripped()
+    told = [(e.was, Fault(e.fault)) for e in bench.all(Event) if e.state == S.TRIPPED]
+    assert told == [(S.HOLDING, Fault.SUPPLY_VOLTAGE)]
 
 
 def test_the_first_clear_after_a_greeting_is_only_a_reference(bench):

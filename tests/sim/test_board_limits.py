@@ -2,9 +2,9 @@
 
 import pytest
 
-from instrument.rig.frames import BoardState, CommandFlag, Fault, Valve
+from instrument.rig.frames import BoardState, CommandFlag, Event, Fault, Valve
 from instrument.rig.limits import HALVING_S
-from tests.sim.conftest import brief, hold, vent
+from tests.sim.conftest import DT_S, ZERO_PA, brief, hold, sum_at, vent
 
 LOCKED = Valve.VENT_CLOSED
 S = BoardState
@@ -77,6 +77,15 @@ def test_a_sensor_at_the_edge_of_its_span_is_neither_open_nor_short(bench, adc_s
     bench.vented().adc_sum = adc_sum
     bench.run(0.1)
     assert not bench.last().faults & 1 << Fault.SENSOR
+
+
+def test_a_sensor_that_is_away_for_four_samples_now_and_then_is_none_that_is_lost(bench):
+    bench.vented()
+    for _ in range(10):
+        bench.adc_sum = 0
+        bench.run(4 * DT_S).adc_sum = None
+        bench.run(0.02)
+    assert bench.state is S.VENTED
 
 
 @brief
@@ -154,6 +163,16 @@ def test_while_inflating_500_pa_above_the_setpoint_vent(bench):
     assert seconds_to_trip(bench, Fault.OVERPRESSURE, 0.2) <= 0.1
 
 
+def test_the_third_sample_in_a_row_500_pa_above_the_setpoint_vents(bench):
+    too_high = round(sum_at(4.6))
+    bench.inflating(4000).adc_sum = too_high
+    bench.until(lambda: bench.last().adc_sum == too_high, 0.006)
+    bench.step()
+    assert bench.state is not S.TRIPPED
+    bench.step()
+    assert bench.last().fault == Fault.OVERPRESSURE
+
+
 def test_an_inlet_that_does_not_shut_ends_at_500_pa_above_the_setpoint(bench):
     bench.inflating(4000).until_state(S.SETTLING, 2)
     bench.leak_kpa_per_s = -5.0
@@ -190,6 +209,14 @@ def test_no_host_can_raise_the_hard_limit_of_25_kpa(bench):
     seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
 
 
+@pytest.mark.parametrize(("counts", "state"), [(-1, S.HOLDING), (1, S.TRIPPED)])
+def test_the_hard_limit_is_where_the_data_sheet_has_it(bench, counts, state):
+    bench.holding().tell(hold(contact_limit_pa=65_535)).run(0.1)
+    bench.adc_sum = round(sum_at(25.0)) + counts
+    bench.run(0.05)
+    assert bench.state is state
+
+
 @brief
 def test_the_hard_limit_holds_in_a_vented_rig_too(bench):
     bench.vented().contact_kpa = 40.0
@@ -202,6 +229,16 @@ def test_overpressure_can_be_cleared_only_when_it_is_gone(bench):
     seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
     bench.tell(vent(clear=1)).run(0.5)
     assert bench.state is S.TRIPPED
+
+
+def test_a_clear_is_judged_with_the_zero_that_comes_with_it(bench):
+    bench.holding(12_000).vent_s = 0
+    bench.tell(hold(12_000, contact_limit_pa=12_300)).contact_kpa = 0.7
+    seconds_to_trip(bench, Fault.OVERPRESSURE, 1)
+    bench.run(1).tell(vent(clear=1)).step()
+    assert bench.last().fault == Fault.OVERPRESSURE
+    bench.tell(vent(clear=2, zero_pa=ZERO_PA + 400)).step()
+    assert bench.last().faults == 0
 
 
 def test_an_inlet_that_brings_no_rise_is_shut_after_300_ms(bench):
@@ -286,8 +323,10 @@ def test_a_vent_that_lets_200_pa_out_in_3_s_is_not_shut(bench, fall_kpa_per_s, s
 def test_a_shut_vent_can_be_cleared_only_when_the_balloon_is_empty(bench):
     bench.holding().vent_s = 0
     bench.tell(vent()).until_state(S.TRIPPED, 4)
+    told = len(bench.all(Event))
     bench.tell(vent(clear=1)).run(1)
     assert bench.state is S.TRIPPED
+    assert len(bench.all(Event)) == told, "cleared, and latched anew"
     bench.vent_s = 0.3
     bench.run(3).tell(vent(clear=2)).until_state(S.VENTED, 2)
 
@@ -296,6 +335,17 @@ def test_a_pressure_that_comes_by_itself_into_a_vented_rig_is_an_open_inlet(benc
     bench.vented().vent_s = 0
     bench.leak_kpa_per_s = -1.0
     assert seconds_to_trip(bench, Fault.INLET_OPEN, 2) <= 1.0
+
+
+def test_an_open_inlet_can_be_cleared_only_when_the_rig_is_empty(bench):
+    bench.vented().vent_s = 0
+    bench.leak_kpa_per_s = -1.0
+    seconds_to_trip(bench, Fault.INLET_OPEN, 2)
+    bench.leak_kpa_per_s = 0.0
+    bench.tell(vent(clear=1)).run(0.5)
+    assert bench.last().fault == Fault.INLET_OPEN
+    bench.vent_s = HALVING_S
+    bench.run(3).tell(vent(clear=2)).until_state(S.VENTED, 2)
 
 
 @pytest.mark.parametrize(("pressure_kpa", "state"), [(0.5, S.VENTED), (0.7, S.TRIPPED)])
@@ -310,6 +360,21 @@ def test_a_pressure_that_falls_far_faster_than_commissioned_is_an_occluded_tube(
     bench.holding(setpoint_pa).vent_s = 0.45 * HALVING_S
     bench.tell(vent())
     assert seconds_to_trip(bench, Fault.OCCLUSION, 1) <= 0.5
+
+
+@pytest.mark.parametrize(("share", "state"), [(0.57, S.TRIPPED), (0.63, S.VENTED)])
+def test_less_than_60_percent_of_the_commissioned_time_is_an_occluded_tube(bench, share, state):
+    bench.holding(2000).vent_s = share * HALVING_S
+    bench.tell(vent()).run(2)
+    assert bench.state is state
+
+
+def test_each_vent_is_judged_anew(bench):
+    bench.holding().tell(vent()).until_state(S.VENTED, 3)
+    bench.tell(hold()).until_state(S.HOLDING, 8)
+    bench.run(0.5).vent_s = 0.45 * HALVING_S
+    bench.tell(vent())
+    seconds_to_trip(bench, Fault.OCCLUSION, 1)
 
 
 @pytest.mark.parametrize("setpoint_pa", [2000, 5000, 12_000])
