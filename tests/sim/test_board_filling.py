@@ -164,6 +164,13 @@ def test_without_a_zero_a_pressure_that_still_falls_is_not_vented(bench):
     assert bench.pressure_kpa < 0.35
 
 
+@pytest.mark.parametrize("command", [vent(flags=0, zero_pa=1300), vent(zero_pa=1301)])
+def test_a_zero_that_is_none_empties_no_balloon(bench, command):
+    bench.vent_s = 0
+    bench.switched_on_at(1.5).greet().tell(command).run(2)
+    assert bench.state is S.BOOT
+
+
 def test_without_a_zero_a_pressure_that_swings_by_100_pa_is_not_vented(bench):
     bench.vent_s = 0
     bench.switched_on_at(0.5).greet()

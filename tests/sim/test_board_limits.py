@@ -348,6 +348,17 @@ def test_an_open_inlet_can_be_cleared_only_when_the_rig_is_empty(bench):
     bench.run(3).tell(vent(clear=2)).until_state(S.VENTED, 2)
 
 
+def test_a_rig_that_has_been_empty_for_more_than_a_minute_is_still_known_to_be(bench):
+    """16 bits of milliseconds end after 65.5 s."""
+    bench.vented().vent_s = 0
+    bench.leak_kpa_per_s = -1.0
+    seconds_to_trip(bench, Fault.INLET_OPEN, 2)
+    bench.vent_s, bench.leak_kpa_per_s = HALVING_S, 0.0
+    bench.until(lambda: bench.pressure_kpa < 0.3, 2)
+    bench.run(1).rests(64.8).tell(vent(clear=1)).step()
+    assert bench.last().faults == 0
+
+
 @pytest.mark.parametrize(("pressure_kpa", "state"), [(0.5, S.VENTED), (0.7, S.TRIPPED)])
 def test_a_vented_rig_bears_600_pa(bench, pressure_kpa, state):
     bench.vented().contact_kpa = pressure_kpa
