@@ -34,7 +34,7 @@ COPIED = ("firmware", "instrument", "sim", "tests", "pyproject.toml")
 CONTRACT = [f"tests/sim/test_board{name}.py" for name in ("_filling", "_limits", "")]
 #: On the board named "c" alone; what is compiled is not kept.
 ON_C = ("-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-k", "[c] or [c-", *CONTRACT)
-#: The contract takes 10 s of one core. A mutant that never ends is noticed too.
+#: The contract takes 12 s of one core. A mutant that never ends is noticed too.
 BOUND = ("prlimit", "--cpu=60")
 WITHOUT_PLUGINS = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 #: In an order that is drawn once, so that those tried in this time stand for all.
