@@ -1,6 +1,6 @@
 # make run    the instrument on a simulated rig (ARGS="--seconds 20" is passed on)
 # make test   everything that is tested
-# make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: five minutes
+# make test-board   all that is tested of a board, on the firmware's binary in an emulated chip: six minutes
 # make bench  figures of speed, measured in one run
 # make docs   what is made from the register map, the catalogue of faults and the board: documents, a C header
 # make wheel  dist/pneuforce-….whl, with the page and its plots inside
