@@ -1,4 +1,4 @@
-"""What stands still: the instrument's names, its map and its frames, and the words for what it says."""
+"""What stands still: the instrument's names, its map, and the words for what it says."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from registers.advice import FAULT_ADVICE, REFUSAL_WORDS, STATE_WORDS, STATUS_ADVICE
-from registers.can.frames import DEFAULT_NODE_ID, FRAMES
 from registers.codes import FAULTS, STATUS
 from registers.map import MAP_HASH, MAP_VERSION, REGISTERS, Register
 from registers.views.facts import TYPES
@@ -16,7 +15,6 @@ _OWN = ("version", "configuration_hash", "serial_number", "simulated")
 
 def about(begun: Mapping[str, Any], writable: bool) -> dict[str, Any]:
     """The facts that a browser asks for once; `begun` is what the instrument says of itself, if it did."""
-    node_id = begun.get("configuration", {}).get("can", {}).get("node_id", DEFAULT_NODE_ID)
     return {
         **{name: begun.get(name) for name in _OWN},
         "replay": begun.get("replay", ""),
@@ -24,7 +22,6 @@ def about(begun: Mapping[str, Any], writable: bool) -> dict[str, Any]:
         "map_hash": f"{MAP_HASH:08x}",
         "writable": writable,
         "registers": [_register(register) for register in REGISTERS],
-        "frames": [{"id": f.base_id + node_id, "name": f.name, "doc": f.doc} for f in FRAMES],
         "faults": {code: {"name": FAULTS.names[code], **a._asdict()} for code, a in FAULT_ADVICE.items()},
         "status": {bit.name: {"bit": bit.number, **STATUS_ADVICE[bit.name]._asdict()} for bit in STATUS.bits},
         "refusals": dict(REFUSAL_WORDS),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
 from collections.abc import Mapping
 from textwrap import shorten
 from typing import Any
@@ -33,19 +32,6 @@ class Refused(Exception):
 def text_of(facts: Any) -> str:
     """JSON of facts in which no number is NaN."""
     return json.dumps(facts, separators=(",", ":"), allow_nan=False)
-
-
-def plain(value: Any) -> Any:
-    """What JSON knows of a value: null for NaN and the infinities, sorted lists for sets."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {str(key): plain(part) for key, part in value.items()}
-    if isinstance(value, set | frozenset):
-        return sorted(value)
-    if isinstance(value, list | tuple):
-        return [plain(part) for part in value]
-    return value
 
 
 def answer(facts: Any, status: int = 200) -> Response:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from page.answers import plain
+from instrument.tape.entry import plain
 from registers.can.frames import FRAMES, decode
 from registers.map import BLOCKS
 from registers.modbus.bank import Bank
