@@ -1,4 +1,7 @@
-"""A wheel without uPlot would have a page without plots: it is not built. All else is in pyproject.toml."""
+"""Build step that rejects a wheel without uPlot, because its web page would have no plots.
+
+Everything else is in pyproject.toml.
+"""
 
 from pathlib import Path
 
@@ -6,16 +9,16 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 from setuptools.errors import SetupError
 
-VENDORED = Path(__file__).with_name("page") / "static/vendor"
+VENDORED = Path(__file__).with_name("web") / "static/vendor"
 
 
 class BuildWithPlots(build_py):
-    """Refuses where uPlot has not been fetched; an editable install may do without."""
+    """Build step that requires uPlot, except for an editable installation."""
 
     def run(self) -> None:
-        """Build. Raises SetupError."""
+        """Build. Raises SetupError if uPlot has not been fetched."""
         if not self.editable_mode and not (VENDORED / "uPlot.esm.js").is_file():
-            raise SetupError(f"{VENDORED} lacks uPlot, which draws the page: run make vendor, or make wheel")
+            raise SetupError(f"{VENDORED} contains no uPlot for the web page: run make vendor, or make wheel")
         super().run()
 
 

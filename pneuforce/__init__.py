@@ -1,0 +1,1 @@
+"""Pneumatic force sensor as a field instrument: force over Modbus and CAN, with its uncertainty."""

@@ -1,0 +1,85 @@
+"""Exceptions whose message is shown to a user.
+
+    PneuforceError
+    ├── ConfigurationError (ValueError)     a file, a key or an argument is invalid
+    ├── RigError
+    │   ├── PortBusy (OSError)              another process uses the port
+    │   ├── PortUnavailable (OSError)       the port does not exist, or the permission is missing
+    │   ├── RigNotResponding (TimeoutError) no pneuforce board answers on the port
+    │   ├── ProtocolMismatch (ValueError)   the board uses another version of the rig link
+    │   └── TimeoutMismatch (ValueError)    the board's reaction time to a silent host differs
+    └── ServerError (OSError)               a bus cannot be served
+
+Invalid measurements and rejected requests are never exceptions: they are codes and status bits.
+"""
+
+from __future__ import annotations
+
+
+class PneuforceError(Exception):
+    """Error that ends a command. Its message says what happened and what the user can do."""
+
+
+class ConfigurationError(PneuforceError, ValueError):
+    """Invalid configuration file, key or argument."""
+
+
+class RigError(PneuforceError):
+    """Error of the rig or of the cable to the rig."""
+
+
+class PortBusy(RigError, OSError):
+    """Serial port that another process uses."""
+
+    def __init__(self, port: str) -> None:
+        super().__init__(f"{port} is in use by another process: end that process first (try: fuser {port})")
+        self.port = port
+
+
+class PortUnavailable(RigError, OSError):
+    """Serial port that cannot be opened."""
+
+    def __init__(self, port: str, reason: str) -> None:
+        super().__init__(f"{port} cannot be opened: {reason}")
+        self.port = port
+
+
+class RigNotResponding(RigError, TimeoutError):
+    """Missing answer: no pneuforce board has sent a Hello message before the deadline."""
+
+    def __init__(self, port: str, waited_s: float, received_bytes: int) -> None:
+        if received_bytes:
+            cause = (
+                f"{received_bytes} bytes came, but no valid frame: is another device connected to that port?"
+            )
+        else:
+            cause = "no bytes came: is the board powered, flashed and connected?"
+        super().__init__(f"no pneuforce board answered on {port} for {waited_s:.1f} s; {cause}")
+        self.waited_s = waited_s
+
+
+class ProtocolMismatch(RigError, ValueError):
+    """Board with another version of the rig link protocol."""
+
+    def __init__(self, board_version: int, host_version: int) -> None:
+        super().__init__(
+            f"the board uses version {board_version} of the rig link, this program version {host_version}: "
+            "flash the firmware of this release; no valve was moved"
+        )
+        self.board_version = board_version
+
+
+class TimeoutMismatch(RigError, ValueError):
+    """Board whose reaction time to a silent host differs from the configured time."""
+
+    def __init__(self, action: str, board_ms: int, host_ms: int) -> None:
+        super().__init__(
+            f"the board {action} after {board_ms} ms without a command, and this program requires "
+            f"{host_ms} ms: flash the firmware of this release; the balloon was not inflated"
+        )
+        self.board_ms = board_ms
+        self.host_ms = host_ms
+
+
+class ServerError(PneuforceError, OSError):
+    """Bus or local service that cannot be served."""
