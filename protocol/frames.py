@@ -1,12 +1,12 @@
-"""The frames of the rig link: what host and board say to each other, byte for byte.
+"""Frames of the rig link, the serial protocol between the host process and the board.
 
-Every frame has the same 24 bytes, so that nothing in it can lie about its length:
+Every frame has 24 bytes. There is no length field, so no damaged byte can change the length of a frame:
 
     A5 5A · kind u8 · version u8 · sequence u16 · payload (16 bytes) · CRC u16       (little-endian)
 
-The CRC is CRC-16/IBM-3740 (x^16 + x^12 + x^5 + 1, start FFFFh) over kind … payload: it detects every
-error of up to 3 bits and every burst of up to 16 bits. A damaged frame costs itself only: the decoder
-looks for the next start within the bytes that it refused.
+The CRC is CRC-16/IBM-3740 (x^16 + x^12 + x^5 + 1, initial value FFFFh) over the bytes from kind to payload.
+The CRC detects every error of up to 3 bits and every burst of up to 16 bits. A damaged frame does not damage
+the next frame: the decoder searches the rejected bytes for the next start.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ SAMPLES_PER_S = 500
 SYNC = b"\xa5\x5a"
 FRAME_BYTES = 24
 OVERSAMPLING = 16  #: conversions in one ADC sum
-ADC_FULL_SCALE = 1024 * OVERSAMPLING
-COUNTS_LIMIT = 1023 * OVERSAMPLING
+ADC_FULL_SCALE = 1024 * OVERSAMPLING  #: ADC sum that corresponds to the reference voltage
+MAX_ADC_SUM = 1023 * OVERSAMPLING  #: largest ADC sum that the converter can return
 
 _HEAD = struct.Struct("<BBH")
 _CRC = struct.Struct("<H")
 
 
 class BoardKind(IntEnum):
-    """What sits at the far end, from the board's EEPROM or from the simulator."""
+    """Kind of board, read from the board's EEPROM or set by the simulator."""
 
     REAL = 0
     EMULATED = 1
@@ -52,27 +52,27 @@ class BoardState(IntEnum):
 
 
 class Fault(IntEnum):
-    """Why the board tripped; bit `1 << code` of the sample's `faults` while it is latched."""
+    """Reason for a trip. A latched fault sets bit `1 << code` in the `faults` field of a sample."""
 
     NONE = 0
-    SENSOR = 1  #: open, short: ADC below 1 % or above 98 % of full scale
-    STUCK = 2  #: the ADC sum does not move while a valve is open
-    SUPPLY_VOLTAGE = 3  #: outside 4.75–5.25 V
+    SENSOR = 1  #: sensor open or short: ADC below 1 % or above 98 % of full scale
+    SENSOR_FROZEN = 2  #: the ADC sum does not change although a valve is open
+    SUPPLY_VOLTAGE = 3  #: supply outside 4.75–5.25 V
     OVERPRESSURE = 4
-    BURST = 5  #: pressure fell by half within 100 ms
-    LIMIT_POINT = 6  #: inlet open and the pressure falls
-    NO_RISE = 7  #: inlet open and no rise: no supply, or inlet shut
-    INLET_OPEN = 8  #: pressure rises with the inlet closed
-    VENT_SHUT = 9  #: pressure does not fall with the vent open
-    OCCLUSION = 10  #: pressure moves far faster than the commissioned time constant
+    BURST = 5  #: the pressure fell by half within 100 ms
+    LIMIT_POINT = 6  #: the pressure falls although the inlet is open
+    NO_RISE = 7  #: the pressure does not rise although the inlet is open: no gas supply, or inlet stuck shut
+    INLET_OPEN = 8  #: the pressure rises although the inlet is closed
+    VENT_SHUT = 9  #: the pressure does not fall although the vent is open
+    OCCLUSION = 10  #: the pressure changes much faster than at commissioning
     LEAK = 11
-    TIMEOUT = 12  #: setpoint not reached in 15 s or 20 valve actions
+    SETPOINT_TIMEOUT = 12  #: setpoint not reached in 15 s or 20 valve actions
     HOST_SILENT = 13
-    WATCHDOG = 14  #: restarted by watchdog or brown-out
+    WATCHDOG = 14  #: the board was restarted by its watchdog or by a brown-out
 
 
 class Valve(IntFlag):
-    """Energised valves. De-energised is SAFE: the inlet is normally closed, the vent normally open."""
+    """Mask of energised valves. 0 is SAFE: the inlet is normally closed, the vent is normally open."""
 
     NONE = 0
     INLET_OPEN = 1
@@ -80,15 +80,15 @@ class Valve(IntFlag):
 
 
 class CommandFlag(IntFlag):
-    """What the host knows and the board must."""
+    """Facts that the host reports to the board in each command."""
 
     NONE = 0
-    IN_CONTACT = 1  #: no topping up now
-    ZEROED = 2  #: `zero_pa` is a taken zero: inflation is allowed
+    IN_CONTACT = 1  #: the balloon is pressed: the board must not top up
+    ZEROED = 2  #: `zero_pa` is valid: the board may inflate
 
 
 class Mode(IntEnum):
-    """What the host asks of the valves."""
+    """Pressure mode that the host requests."""
 
     VENT = 0
     HOLD = 1
@@ -96,53 +96,53 @@ class Mode(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Board → host, 500 per second."""
+    """Measurement message, board → host, 500 per second."""
 
     kind: ClassVar[int] = 0x33
     layout: ClassVar[struct.Struct] = struct.Struct("<IHHBBBHBH")
 
     board_time_us: int  #: board clock, wraps at 2³² µs
     adc_sum: int  #: sum of 16 conversions of the pressure sensor, ratiometric to the supply
-    supply_mv: int  #: supply of sensor and ADC reference
+    supply_mv: int  #: supply voltage of sensor and ADC reference
     valves: int  #: `Valve` mask
     state: int  #: `BoardState`
-    fault: int  #: first latched `Fault`, 0 where there is none
+    fault: int  #: first latched `Fault`, 0 if no fault is latched
     faults: int  #: mask of latched faults
-    command: int  #: low byte of the sequence of the last command obeyed
-    setpoint_pa: int  #: setpoint in effect, 0 where there is none
+    command: int  #: low byte of the sequence number of the last command that the board applied
+    setpoint_pa: int  #: setpoint in effect, 0 if there is none
 
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """Board → host, at boot and in answer to Identify."""
+    """Identification message, board → host, at boot and in answer to Identify."""
 
     kind: ClassVar[int] = 0x55
     layout: ClassVar[struct.Struct] = struct.Struct("<BHIIHHx")
 
     board: int  #: `BoardKind`
     firmware: int  #: revision, major · 256 + minor
-    uptime_ms: int
-    serial: int
-    host_silence_ms: int  #: the inlet closes when the host is silent for this long
-    vent_after_ms: int  #: and the rig vents after this
+    uptime_ms: int  #: time since the last reset
+    serial: int  #: serial number of the board
+    host_silence_ms: int  #: time without a command after which the board closes the inlet
+    host_timeout_ms: int  #: time without a command after which the board vents
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Board → host, when a state or a fault changes."""
+    """State change message, board → host, when the state or a latched fault changes."""
 
     kind: ClassVar[int] = 0x66
     layout: ClassVar[struct.Struct] = struct.Struct("<IBBBxxxxxxxxx")
 
     board_time_us: int
-    state: int  #: state entered
-    was: int  #: state left
-    fault: int  #: fault that caused it, 0 where none did
+    state: int  #: `BoardState` entered
+    previous_state: int  #: `BoardState` left
+    fault: int  #: `Fault` that caused the change, 0 if no fault did
 
 
 @dataclass(frozen=True, slots=True)
 class Identify:
-    """Host → board: who are you? The frame's version is the host's."""
+    """Request for a Hello, host → board. The frame carries the protocol version of the host."""
 
     kind: ClassVar[int] = 0x99
     layout: ClassVar[struct.Struct] = struct.Struct("<16x")
@@ -150,10 +150,10 @@ class Identify:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Host → board, every 50 ms and at every change: keep-alive, setpoint and mode in one.
+    """Mode, setpoint and keep-alive, host → board, every 50 ms and at every change.
 
-    It states what is wanted, not a step to take, so that a lost one does no harm. The board inflates
-    only when it has obeyed mode VENT since its last trip, and then sees HOLD.
+    A command states the wanted condition and not a step to take, so a lost command does no harm.
+    After a trip, the board inflates only if it has applied mode VENT and then receives mode HOLD.
     """
 
     kind: ClassVar[int] = 0xAA
@@ -162,31 +162,31 @@ class Command:
     mode: int = Mode.VENT
     flags: int = CommandFlag.NONE
     setpoint_pa: int = 0
-    zero_pa: int = 0  #: what the sensor reads when vented
-    contact_limit_pa: int = 18_000  #: overpressure limit of the locked balloon
-    vent_after_ms: int = 2_000  #: host silence after which the board vents
-    clear: int = 0  #: a new value clears latched faults whose cause is gone
+    zero_pa: int = 0  #: reading of the sensor when vented
+    contact_limit_pa: int = 18_000  #: overpressure limit while the balloon is held
+    host_timeout_ms: int = 2_000  #: time without a command after which the board vents
+    clear: int = 0  #: a changed value clears the latched faults whose cause is gone
 
 
 @dataclass(frozen=True, slots=True)
 class Vent:
-    """Host → board: vent now, from any state."""
+    """Request to vent immediately from any state, host → board."""
 
     kind: ClassVar[int] = 0xCC
     layout: ClassVar[struct.Struct] = struct.Struct("<16x")
 
 
 Message = Sample | Hello | Event | Identify | Command | Vent
-#: Kinds differ in at least four bits, so that three flipped bits cannot turn one into another.
+#: Message types by kind. Two kinds differ in at least four bits, so three flipped bits cannot change a kind.
 KINDS: dict[int, type[Message]] = {m.kind: m for m in (Sample, Hello, Event, Identify, Command, Vent)}
 _VALUES = {kind: attrgetter(*m.__slots__) if m.__slots__ else None for kind, m in KINDS.items()}
-FROM_BOARD = (Sample, Hello, Event)
-FROM_HOST = (Identify, Command, Vent)
+BOARD_MESSAGES = (Sample, Hello, Event)  #: board → host
+HOST_MESSAGES = (Identify, Command, Vent)  #: host → board
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A message with the header that it came in."""
+    """A decoded message with its sequence number and protocol version."""
 
     sequence: int
     message: Message
@@ -194,7 +194,7 @@ class Frame:
 
 
 def encode(message: Message, sequence: int, version: int = PROTOCOL_VERSION) -> bytes:
-    """The 24 bytes of a message."""
+    """Return the frame (24 bytes) of a message. Only the low 16 bits of `sequence` are sent."""
     values = _VALUES[message.kind]
     payload = message.layout.pack(*(values(message) if values else ()))
     body = _HEAD.pack(message.kind, version, sequence & 0xFFFF) + payload
@@ -202,30 +202,30 @@ def encode(message: Message, sequence: int, version: int = PROTOCOL_VERSION) -> 
 
 
 @dataclass(slots=True)
-class Decoder:
-    """Bytes in, frames out; what is not a frame of the expected side is counted, never raised.
+class FrameDecoder:
+    """Decoder from received bytes to rig link frames.
 
-    A frame of another protocol version is passed on only when it is a greeting (Hello, Identify): the
-    versions are compared there.
+    Invalid bytes and frames of the wrong direction raise no exception; they are counted. A frame with another
+    protocol version is returned only if it is a Hello or an Identify, because these carry the version check.
     """
 
-    expects: tuple[type[Message], ...]
-    refused: int = 0  #: candidates with a wrong CRC, kind or version
-    skipped_bytes: int = 0  #: bytes that belonged to no frame
+    expects: tuple[type[Message], ...]  #: accepted message types
+    rejected_frames: int = 0  #: candidates with a wrong CRC, kind or version
+    skipped_bytes: int = 0  #: bytes that belong to no frame
     _buffer: bytearray = field(default_factory=bytearray)
 
     @classmethod
-    def of_board(cls) -> Self:
-        """The host's ear."""
-        return cls(FROM_BOARD)
+    def for_board_frames(cls) -> Self:
+        """Return a decoder for frames that the board sends."""
+        return cls(BOARD_MESSAGES)
 
     @classmethod
-    def of_host(cls) -> Self:
-        """The board's ear."""
-        return cls(FROM_HOST)
+    def for_host_frames(cls) -> Self:
+        """Return a decoder for frames that the host sends."""
+        return cls(HOST_MESSAGES)
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Frames completed by `data`, in order."""
+        """Return the frames that `data` completes, in the order of reception."""
         self._buffer += data
         buffer = self._buffer
         frames: list[Frame] = []
@@ -240,9 +240,9 @@ class Decoder:
             self.skipped_bytes += start - position
             if len(buffer) - start < FRAME_BYTES:
                 break
-            frame = self._frame(bytes(buffer[start + 2 : start + FRAME_BYTES]))
+            frame = self._decode(bytes(buffer[start + 2 : start + FRAME_BYTES]))
             if frame is None:
-                self.refused += 1
+                self.rejected_frames += 1
                 self.skipped_bytes += 1
                 position = start + 1
                 continue
@@ -251,7 +251,8 @@ class Decoder:
         del buffer[:start]
         return frames
 
-    def _frame(self, body: bytes) -> Frame | None:
+    def _decode(self, body: bytes) -> Frame | None:
+        """Return the frame with these bytes after the sync bytes, or None if the frame is invalid."""
         if crc_hqx(body[:-2], 0xFFFF) != _CRC.unpack_from(body, len(body) - 2)[0]:
             return None
         kind, version, sequence = _HEAD.unpack_from(body)

@@ -1,4 +1,4 @@
-"""Calls that may block for long, as opening a port far away: beside the loop, and no reason not to end."""
+"""Calls that may block for long, for example to open a port: they run in daemon threads."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import Any, TypeVar
 Result = TypeVar("Result")
 
 
-async def aside(call: Callable[[], Result]) -> Result:
-    """What `call` returns or raises, from a thread of its own.
+async def run_in_background(call: Callable[[], Result]) -> Result:
+    """Return or raise what `call` does, from a new daemon thread.
 
-    asyncio's threads are waited for at the end of the process; this one is left alone.
+    The process does not wait for this thread at its end. It would wait for the threads of asyncio.
     """
     outcome: Future[Result] = Future()
-    outcome.set_running_or_notify_cancel()  # else a waiter that is cancelled would cancel it
-    Thread(target=_carry_out, args=(call, outcome), name="aside", daemon=True).start()
+    outcome.set_running_or_notify_cancel()  # otherwise a cancelled waiter would cancel the outcome
+    Thread(target=_run, args=(call, outcome), name="background", daemon=True).start()
     return await asyncio.wrap_future(outcome)
 
 
-def _carry_out(call: Callable[[], Result], outcome: Future[Result]) -> None:
+def _run(call: Callable[[], Result], outcome: Future[Result]) -> None:
     try:
         result = call()
     except BaseException as error:
@@ -31,8 +31,8 @@ def _carry_out(call: Callable[[], Result], outcome: Future[Result]) -> None:
         outcome.set_result(result)
 
 
-async def unless(stop: asyncio.Event, work: Coroutine[Any, Any, Result]) -> Result | None:
-    """What `work` returns or raises; None, and the work is cancelled, where `stop` is set first."""
+async def cancel_on(stop: asyncio.Event, work: Coroutine[Any, Any, Result]) -> Result | None:
+    """Return or raise what `work` does. If `stop` is set first, cancel `work` and return None."""
     working, stopping = asyncio.ensure_future(work), asyncio.ensure_future(stop.wait())
     try:
         await asyncio.wait({working, stopping}, return_when=asyncio.FIRST_COMPLETED)

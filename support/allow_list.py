@@ -1,0 +1,29 @@
+"""Allow list of network addresses, checked before any request is read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from ipaddress import IPv6Address, ip_address, ip_network
+
+#: Addresses of this machine, which are always allowed.
+_LOOPBACK = frozenset((ip_address("127.0.0.1"), ip_address("::1")))
+
+
+class AllowList:
+    """Addresses that may connect: 127.0.0.1, ::1 and those in `networks`. An empty list allows all."""
+
+    def __init__(self, networks: Iterable[str]) -> None:
+        """Parse the networks. Raises ValueError if an item is neither an address nor a network."""
+        self._networks = [ip_network(network) for network in networks]
+
+    def admits(self, address: str) -> bool:
+        """Return True if a client at `address`, as its socket reports it, may connect."""
+        if not self._networks:
+            return True
+        try:
+            client = ip_address(address)
+        except ValueError:  # the client disconnected before its address was read
+            return False
+        if isinstance(client, IPv6Address):
+            client = client.ipv4_mapped or client  # a socket for both families reports mapped addresses
+        return client in _LOOPBACK or any(client in network for network in self._networks)

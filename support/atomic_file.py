@@ -1,0 +1,90 @@
+"""Files that are read completely, and files that replace an old one only when they are complete."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from secrets import token_hex
+
+from pneuforce.errors import ConfigurationError
+
+MAX_BYTES = 100_000_000
+#: The only pipe that may be read: the user chose its content on purpose.
+STDIN = Path("/dev/stdin")
+
+
+@contextmanager
+def replaced_file(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`; move the file there to `path` at the end.
+
+    An old file stays until the new one is complete. Raises OSError if the file cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{token_hex(4)}")
+    try:
+        yield temporary
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def read_file(path: Path, remedy: str = "") -> bytes:
+    """Return all bytes of a file.
+
+    Raises ConfigurationError if the file is missing, unreadable, larger than 100 MB or not a regular file.
+    `remedy` is added to the message for a missing file and says how to get such a file.
+    """
+    try:
+        path.stat()
+        if path != STDIN:
+            _check_regular(path, "read")
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise ConfigurationError(f"{path}: no such file{f' ({remedy})' if remedy else ''}") from None
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if len(content) > MAX_BYTES:
+        raise ConfigurationError(f"{path}: larger than {MAX_BYTES // 1_000_000} MB")
+    return content
+
+
+def check_writable(path: Path) -> None:
+    """Raise ConfigurationError if `write_lines` would fail now. An existing file stays as it is."""
+    with _errors_of(path):
+        temporary = path.with_name(f".{path.name}.{os.getpid()}.{token_hex(4)}")
+        temporary.touch()
+        temporary.unlink()
+
+
+def write_lines(path: Path, lines: Iterable[str]) -> None:
+    """Write lines to a file. An old file stays until the new one is complete.
+
+    Raises ConfigurationError if the file cannot be written.
+    """
+    with replaced_user_file(path) as temporary, temporary.open("wb") as file:
+        file.writelines(line.encode() for line in lines)
+
+
+@contextmanager
+def replaced_user_file(path: Path) -> Iterator[Path]:
+    """Do the same as `replaced_file` for a path that a user chose. Raises ConfigurationError."""
+    with _errors_of(path), replaced_file(path) as temporary:
+        yield temporary
+
+
+@contextmanager
+def _errors_of(path: Path) -> Iterator[None]:
+    try:
+        if path.exists():
+            _check_regular(path, "written")
+        yield
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _check_regular(path: Path, action: str) -> None:
+    """Reject devices and pipes: they may be endless, and a file must not replace them."""
+    if not path.is_file():
+        raise ConfigurationError(f"{path}: cannot be {action}: not a regular file")

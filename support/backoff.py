@@ -1,0 +1,38 @@
+"""Exponential back-off between attempts to open what has failed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+
+@dataclass(slots=True)
+class Backoff:
+    """Waiting time that doubles with each attempt and is reset after a stable connection."""
+
+    first_s: float
+    max_s: float
+    stable_s: float  #: a connection that lasted longer than this resets the waiting time when it fails
+    wait_s: float = field(init=False)
+    _opened_s: float = -math.inf
+
+    def __post_init__(self) -> None:
+        self.wait_s = self.first_s
+
+    def attempted(self) -> None:
+        """Double the waiting time, up to its maximum, because an attempt was made."""
+        self.wait_s = min(2 * self.wait_s, self.max_s)
+
+    def opened(self, now_s: float) -> None:
+        """Store the time of a successful attempt."""
+        self._opened_s = now_s
+
+    def failed(self, now_s: float) -> bool:
+        """Reset the waiting time if the connection was stable before it failed; return True if it was."""
+        if stable := now_s - self._opened_s > self.stable_s:
+            self.reset()
+        return stable
+
+    def reset(self) -> None:
+        """Return to the first waiting time."""
+        self.wait_s = self.first_s

@@ -1,0 +1,28 @@
+"""Protection of the event loop against exceptions in one handler."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+log = logging.getLogger("pneuforce")
+
+
+class CallGuard:
+    """Wrapper for calls whose exceptions must not end the loop. The same exception is logged once."""
+
+    def __init__(self, consequence: str) -> None:
+        """Set the log message, which says what is lost when a call fails."""
+        self._consequence = consequence
+        self._last_error = ""
+
+    def __call__(self, handle: Callable[..., Any], *arguments: object) -> Any:
+        """Return the result of `handle`, or None if it raises."""
+        try:
+            return handle(*arguments)
+        except Exception as error:
+            if repr(error) != self._last_error:
+                self._last_error = repr(error)
+                log.exception("%s", self._consequence)
+            return None

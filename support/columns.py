@@ -1,0 +1,167 @@
+"""CSV files with named columns: parsing, checks, and error messages that name the file and the line."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuforce.errors import ConfigurationError
+
+Numbers = NDArray[np.float64]
+MAX_ROWS = 4_000_000
+#: Largest accepted magnitude. No measured quantity comes near it, and its square does not overflow.
+MAX_MAGNITUDE = 1e15
+#: Spreadsheets in many countries write semicolons between columns and commas in numbers.
+CSV_FORMAT_HINT = "use commas between columns, points in numbers"
+
+
+class CsvRow(NamedTuple):
+    """One row of a CSV file, with its cells by column name."""
+
+    file: str
+    line: int
+    cells: Mapping[str, str]
+
+    def error(self, why: str) -> ConfigurationError:
+        """Return an error whose message begins with the file and the line of this row."""
+        return ConfigurationError(f"{self.file}, line {self.line}: {why}")
+
+    def number(self, column: str) -> float:
+        """Return the number in a column.
+
+        Raises ConfigurationError if the cell is not a finite number, or is larger than `MAX_MAGNITUDE`.
+        """
+        cell = self.cells[column]
+        try:
+            value = float(cell)
+        except ValueError:
+            value = math.nan
+        if abs(value) <= MAX_MAGNITUDE:
+            return value
+        hint = f": {CSV_FORMAT_HINT}" if "," in cell else ""
+        why = "too large" if abs(value) < math.inf else f"not a number{hint}"
+        raise self.error(f"{column} = {cell!r} is {why}")
+
+
+class CsvTable(NamedTuple):
+    """A CSV file: the column names, and an iterator that parses the rows as they are read."""
+
+    file: str
+    names: tuple[str, ...]
+    rows: Iterator[CsvRow]
+
+    def require_columns(self, *alternatives: Sequence[str]) -> Sequence[str]:
+        """Return the first set of columns of which the file contains every column.
+
+        Raises ConfigurationError if the file has none of the alternatives.
+        """
+        for columns in alternatives:
+            if set(columns) <= set(self.names):
+                return columns
+        wanted = " or ".join(", ".join(columns) for columns in alternatives)
+        raise ConfigurationError(
+            f"{self.file}: the first line must name the columns {wanted}, not {', '.join(self.names)}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Columns of numbers. Row n of every column comes from line `lines[n]` of the file."""
+
+    name: str
+    sha256: str
+    columns: dict[str, Numbers]
+    lines: Sequence[int]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def __getitem__(self, column: str) -> Numbers:
+        return self.columns[column]
+
+    def error(self, why: str, row: int | None = None) -> ConfigurationError:
+        """Return an error whose message begins with the file, and with the line if `row` is given."""
+        location = self.name if row is None else f"{self.name}, line {self.lines[row]}"
+        return ConfigurationError(f"{location}: {why}")
+
+    def require_rows(self, count: int) -> None:
+        """Raise ConfigurationError if there are fewer rows than `count`."""
+        if len(self) < count:
+            raise self.error(f"{len(self)} points, and at least {count} are needed")
+
+
+def parse_table(content: bytes, file: str) -> CsvTable:
+    """Return the table of a CSV text. Blank lines and lines that begin with # are skipped.
+
+    Raises ConfigurationError if the text is not UTF-8, is empty, or has more than `MAX_ROWS` lines. Iteration
+    over the rows raises ConfigurationError at the first invalid row.
+    """
+    if max(content.count(b"\n"), content.count(b"\r")) > MAX_ROWS:
+        raise ConfigurationError(f"{file}: more than {MAX_ROWS} lines")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ConfigurationError(f"{file}: not a text in UTF-8") from None
+    lines = _split_lines(text, file)
+    _, header = next(lines, (0, []))
+    if not header:
+        raise ConfigurationError(f"{file}: empty")
+    if len(header) == 1 and (";" in header[0] or "\t" in header[0]):
+        raise ConfigurationError(f"{file}: {CSV_FORMAT_HINT}")
+    return CsvTable(file, tuple(header), _rows(lines, file, header))
+
+
+def parse_points(
+    content: bytes, name: str, alternatives: Sequence[Sequence[str]], optional: Sequence[str] = ()
+) -> Points:
+    """Return the numeric columns of a CSV text.
+
+    The columns are the first of `alternatives` that the header has completely, and those of `optional` that
+    the header has. Raises ConfigurationError, with the line, if a cell or a row is invalid.
+    """
+    table = parse_table(content, name)
+    chosen = [
+        *table.require_columns(*alternatives),
+        *(column for column in optional if column in table.names),
+    ]
+    columns = {column: array("d") for column in chosen}
+    lines = array("q")
+    for row in table.rows:
+        lines.append(row.line)
+        for column, numbers in columns.items():
+            numbers.append(row.number(column))
+    arrays = {column: np.array(numbers) for column, numbers in columns.items()}
+    return Points(name, hashlib.sha256(content).hexdigest(), arrays, lines)
+
+
+def _split_lines(text: str, file: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the line number and the stripped cells of each line that is neither blank nor a comment."""
+    # A comment line is replaced by a blank line, so that the line numbers stay right.
+    uncommented = ("\n" if line.lstrip().startswith("#") else line for line in io.StringIO(text, newline=""))
+    reader = csv.reader(uncommented, strict=True)
+    try:
+        for cells in reader:
+            stripped = [cell.strip() for cell in cells]
+            if any(stripped):
+                yield reader.line_num, stripped
+    except csv.Error as error:
+        raise ConfigurationError(f"{file}, line {reader.line_num}: not CSV: {error}") from None
+
+
+def _rows(lines: Iterator[tuple[int, list[str]]], file: str, header: list[str]) -> Iterator[CsvRow]:
+    """Yield a row for each line. Raise ConfigurationError if a line has not as many cells as the header."""
+    for line, cells in lines:
+        row = CsvRow(file, line, dict(zip(header, cells, strict=False)))
+        if len(cells) != len(header):
+            hint = f": {CSV_FORMAT_HINT}" if len(cells) > len(header) else ""
+            raise row.error(f"{len(cells)} columns, the header has {len(header)}{hint}")
+        yield row

@@ -1,0 +1,85 @@
+"""Serial port to the rig: a device, a pty, or pyserial's `socket://host:port` for a remote rig."""
+
+from __future__ import annotations
+
+import errno
+import os
+import select
+from typing import Protocol
+
+import serial
+
+from pneuforce.errors import PortBusy, PortUnavailable
+from pneuforce.protocol.frames import BAUD
+
+MAX_READ_BYTES = 4096
+#: Time after which a board that accepts no bytes counts as gone. The event loop waits no longer than this.
+WRITE_TIMEOUT_S = 0.02
+
+
+class BytePort(Protocol):
+    """Interface between the rig link and the hardware: bytes in and out, with a descriptor to wait for."""
+
+    def fileno(self) -> int:
+        """Return the file descriptor that becomes readable when bytes have come."""
+        ...
+
+    def read(self) -> bytes:
+        """Return the received bytes without waiting. Raises OSError if the far end is gone."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send bytes. Raises OSError if the far end is gone."""
+        ...
+
+    def close(self) -> None:
+        """Close the port."""
+        ...
+
+
+class SerialPort:
+    """Open serial port. A local device is locked for this process."""
+
+    def __init__(self, url: str) -> None:
+        """Open `url`. Raises PortBusy or PortUnavailable."""
+        self.url = url
+        try:
+            options: dict[str, bool] = {} if "://" in url else {"exclusive": True}
+            self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, **options)
+            self._serial.fileno()
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise _port_error(url, error) from None
+
+    def fileno(self) -> int:
+        """Return the file descriptor that becomes readable when bytes have come."""
+        return int(self._serial.fileno())
+
+    def read(self) -> bytes:
+        """Return the received bytes without waiting. Raises OSError if the far end is gone."""
+        return bytes(self._serial.read(MAX_READ_BYTES))
+
+    def write(self, data: bytes) -> None:
+        """Send bytes. Raises OSError if the far end is gone.
+
+        pyserial's own timeout is not used, because it fails after a successful write if the process was
+        suspended for longer than the timeout.
+        """
+        if not select.select([], [self.fileno()], [], WRITE_TIMEOUT_S)[1]:
+            raise TimeoutError(f"{self.url} accepts no bytes")
+        os.write(self.fileno(), data)
+
+    def close(self) -> None:
+        """Close the port."""
+        self._serial.close()
+
+
+def _port_error(url: str, error: Exception) -> PortBusy | PortUnavailable:
+    """Return the exception whose message explains why a port cannot be opened."""
+    code = getattr(error, "errno", None)
+    if "exclusively lock" in str(error) or code == errno.EBUSY:
+        return PortBusy(url)
+    if code == errno.EACCES:
+        return PortUnavailable(url, "no permission (add your user to the group of the device: dialout)")
+    if code == errno.ENOENT:
+        return PortUnavailable(url, "there is no such port (is the board plugged in?)")
+    return PortUnavailable(url, os.strerror(code) if code else str(error))

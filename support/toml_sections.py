@@ -1,0 +1,104 @@
+"""TOML files: read, validated against pydantic models, and written with comments."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.support.atomic_file import read_file
+from pneuforce.support.validation_errors import format_errors
+
+
+class Section(BaseModel):
+    """Table of a TOML file. Unknown keys, wrong types and NaN are rejected; no value is converted."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+AnySection = TypeVar("AnySection", bound=Section)
+
+
+def read_tables(path: Path, remedy: str) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises ConfigurationError if the file cannot be read or is not TOML. `remedy` is the part of the message
+    that says how to get such a file.
+    """
+    return parse_tables(read_text(path, remedy), str(path))
+
+
+def read_text(path: Path, remedy: str) -> str:
+    """Return the text of a file.
+
+    Raises ConfigurationError if the file cannot be read or is not UTF-8. `remedy` is the part of the message
+    that says how to get such a file.
+    """
+    try:
+        return read_file(path, remedy).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
+
+
+def parse_tables(text: str, name: str) -> dict[str, Any]:
+    """Return the tables of a TOML text. Raises ConfigurationError, which names the file `name`."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{name}: not TOML: {error}") from None
+    except ValueError:  # Python converts no integer of more than 4300 digits
+        raise ConfigurationError(f"{name}: not TOML: a number of thousands of digits") from None
+    except RecursionError:
+        raise ConfigurationError(f"{name}: not TOML: brackets within brackets, too deep") from None
+
+
+def validate_tables(section: type[AnySection], tables: dict[str, Any], name: str) -> AnySection:
+    """Return the tables of the file `name` as a section.
+
+    Raises ConfigurationError with one line for each wrong key: file, key, value and allowed values.
+    """
+    try:
+        return section.model_validate(tables)
+    except ValidationError as error:
+        lines = [f"{name}: {sentence}" for sentence in format_errors(error, section)]
+        raise ConfigurationError("\n".join(lines)) from None
+
+
+def format_value(value: object) -> str:
+    """Return a value in TOML syntax."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + "".join(_ESCAPES.get(character, character) for character in value) + '"'
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(format_value, value))}]"
+    return str(value)
+
+
+_ESCAPES = {chr(code): f"\\u{code:04x}" for code in (*range(32), 127)} | {'"': '\\"', "\\": "\\\\"}
+
+
+def format_section(section: Section, name: str = "") -> str:
+    """Return a section and its inner sections as TOML, each inner section with its docstring as a comment.
+
+    Values that are None are left out. `name` is the dotted name of the section.
+    """
+    lines: list[str] = []
+    inner: list[str] = []
+    for key, value in section:
+        path = f"{name}.{key}" if name else key
+        if isinstance(value, Section):
+            inner += ["", f"# {summary(type(value))}", f"[{path}]", format_section(value, path)]
+        elif isinstance(value, list) and value and isinstance(value[0], Section):
+            inner += [line for item in value for line in ("", f"[[{path}]]", format_section(item, path))]
+        elif value is not None:
+            lines.append(f"{key} = {format_value(value)}")
+    return "\n".join(lines + inner)
+
+
+def summary(section: type[Section]) -> str:
+    """Return the first line of a section's docstring."""
+    return (section.__doc__ or "").splitlines()[0]
