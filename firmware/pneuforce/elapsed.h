@@ -1,5 +1,5 @@
-/* Time since something, in milliseconds: counted in whole samples, it stops at its end instead of wrapping.
- * On shutdown: nothing here drives a pin. */
+/* Elapsed time in milliseconds, counted in whole samples. The counter stops at its maximum instead of wrapping.
+ * On shutdown: this file drives no pin. */
 #ifndef ELAPSED_H
 #define ELAPSED_H
 
@@ -7,7 +7,7 @@
 
 #define SAMPLE_S (SAMPLE_MS * 1e-3f)
 
-/* One sample later. */
+/* Add the time of one sample. */
 static void elapse(uint16_t *since_ms)
 {
     if (*since_ms <= UINT16_MAX - SAMPLE_MS)

@@ -1,5 +1,5 @@
-/* Inflating and settling: how the valves bring the balloon to its setpoint.
- * On shutdown: what is wanted of the valves here reaches no pin by itself (see board.h). */
+/* Inflating and settling: control of the valves until the balloon reaches the setpoint.
+ * On shutdown: this file drives no pin; the valves that it requests are driven by the sketch only (see board.h). */
 #ifndef FILLING_H
 #define FILLING_H
 
@@ -8,97 +8,97 @@
 #include "reading.h"
 #include "states.h"
 
-/* One journey to a setpoint. */
-struct filling {
+/* Controller of the valves from one setpoint to the next. */
+struct fill_controller {
     uint8_t valves;
-    uint8_t actions; /* of valves since the journey began */
-    uint16_t elapsed_ms;
-    uint16_t still_ms; /* since the last valve action */
-    uint16_t within_ms;
-    uint16_t pulse_ms; /* left of the pulse in progress */
-    float lowest_kpa;  /* since the journey began */
+    uint8_t valve_actions;    /* since the start */
+    uint16_t elapsed_ms;      /* since the start */
+    uint16_t since_action_ms; /* time since the last valve action */
+    uint16_t in_band_ms;
+    uint16_t pulse_left_ms; /* remaining time of the pulse in progress */
+    float lowest_kpa;       /* lowest pressure since the start */
 };
 
-/* Pressure at the sensor once the tube has equalised, were a valve told to close now. */
-static float coming_kpa(const struct reading *r)
+/* Return the final pressure at the sensor if both valves were closed now. */
+static float predicted_kpa(const struct pressure_reading *r)
 {
-    return r->smooth_kpa + r->rate_kpa_per_s * ((TUBE_MS + VALVE_MS) * 1e-3f);
+    return r->filtered_kpa + r->rate_kpa_per_s * ((TUBE_LAG_MS + VALVE_DELAY_MS) * 1e-3f);
 }
 
-/* Set out to a new setpoint from where the pressure is now. */
-static void filling_begin(struct filling *f, const struct reading *r)
+/* Start to a new setpoint from the present pressure. */
+static void filling_start(struct fill_controller *f, const struct pressure_reading *r)
 {
-    f->elapsed_ms = f->within_ms = 0;
-    f->actions = 0;
-    f->lowest_kpa = coming_kpa(r);
+    f->elapsed_ms = f->in_band_ms = 0;
+    f->valve_actions = 0;
+    f->lowest_kpa = predicted_kpa(r);
 }
 
-static void filling_drive(struct filling *f, uint8_t valves)
+static void filling_drive(struct fill_controller *f, uint8_t valves)
 {
     if (valves == f->valves)
         return;
     f->valves = valves;
-    f->still_ms = 0;
-    if (f->actions < UINT8_MAX)
-        f->actions++;
+    f->since_action_ms = 0;
+    if (f->valve_actions < UINT8_MAX)
+        f->valve_actions++;
 }
 
-/* Shut both valves at once. */
-static void filling_lock(struct filling *f)
+/* Close both valves immediately. */
+static void filling_lock(struct fill_controller *f)
 {
     filling_drive(f, LOCKED);
-    f->pulse_ms = 0;
+    f->pulse_left_ms = 0;
 }
 
-/* Time passes, whatever the valves do. */
-static void filling_step(struct filling *f, const struct reading *r)
+/* Update times and the lowest pressure by one sample. */
+static void filling_step(struct fill_controller *f, const struct pressure_reading *r)
 {
     elapse(&f->elapsed_ms);
-    elapse(&f->still_ms);
-    f->pulse_ms = f->pulse_ms > SAMPLE_MS ? f->pulse_ms - SAMPLE_MS : 0;
-    if (r->smooth_kpa < f->lowest_kpa)
-        f->lowest_kpa = r->smooth_kpa;
+    elapse(&f->since_action_ms);
+    f->pulse_left_ms = f->pulse_left_ms > SAMPLE_MS ? f->pulse_left_ms - SAMPLE_MS : 0;
+    if (r->filtered_kpa < f->lowest_kpa)
+        f->lowest_kpa = r->filtered_kpa;
 }
 
-/* Keep the inlet open until what is still coming through the tube is enough. */
-static uint8_t inflate(struct filling *f, const struct reading *r, float setpoint_kpa)
+/* Keep the inlet open until the pressure that is still in the tube reaches the setpoint. */
+static uint8_t inflate(struct fill_controller *f, const struct pressure_reading *r, float setpoint_kpa)
 {
-    if (coming_kpa(r) < setpoint_kpa - BAND_KPA) {
+    if (predicted_kpa(r) < setpoint_kpa - BAND_KPA) {
         filling_drive(f, FILL);
-        return NOTHING_HAPPENS;
+        return NO_TRIGGER;
     }
     filling_lock(f);
-    return HAPPENS_NEAR;
+    return TRIGGER_NEAR_SETPOINT;
 }
 
-static void pulse(struct filling *f, float error_kpa)
+static void start_pulse(struct fill_controller *f, float error_kpa)
 {
     float rate = error_kpa > 0 ? FILL_KPA_PER_S : -VENT_KPA_PER_S;
-    float wanted_ms = ceilf(PULSE_SHARE * 1e3f * error_kpa / rate);
+    float requested_ms = ceilf(PULSE_FRACTION * 1e3f * error_kpa / rate);
 
-    f->pulse_ms = wanted_ms <= LONGEST_PULSE_MS ? (uint16_t)wanted_ms : LONGEST_PULSE_MS;
+    f->pulse_left_ms = requested_ms <= MAX_PULSE_MS ? (uint16_t)requested_ms : MAX_PULSE_MS;
     filling_drive(f, error_kpa > 0 ? FILL : SAFE);
 }
 
-/* Wait for equal pressures, then pulse towards the setpoint until it is held for a while. */
-static uint8_t settle(struct filling *f, const struct reading *r, float setpoint_kpa)
+/* Wait for equal pressures, then pulse towards the setpoint until the pressure stays in the band. */
+static uint8_t settle(struct fill_controller *f, const struct pressure_reading *r, float setpoint_kpa)
 {
-    float error_kpa = setpoint_kpa - r->smooth_kpa;
+    float error_kpa = setpoint_kpa - r->filtered_kpa;
 
-    if (f->pulse_ms)
-        return NOTHING_HAPPENS;
+    if (f->pulse_left_ms)
+        return NO_TRIGGER;
     filling_drive(f, LOCKED);
-    if (f->still_ms < EQUAL_MS)
-        return NOTHING_HAPPENS;
+    if (f->since_action_ms < EQUALISE_MS)
+        return NO_TRIGGER;
     if (-BAND_KPA <= error_kpa && error_kpa <= BAND_KPA) {
-        elapse(&f->within_ms);
-        return f->within_ms >= WITHIN_MS ? HAPPENS_SETTLED : NOTHING_HAPPENS;
+        elapse(&f->in_band_ms);
+        return f->in_band_ms >= IN_BAND_MS ? TRIGGER_SETTLED : NO_TRIGGER;
     }
-    f->within_ms = 0;
+    f->in_band_ms = 0;
     if (error_kpa > FAR_KPA)
-        return HAPPENS_FAR;
-    pulse(f, error_kpa);
-    return NOTHING_HAPPENS;
+        return TRIGGER_FAR_BELOW_SETPOINT;
+    start_pulse(f, error_kpa);
+    return NO_TRIGGER;
 }
 
 #endif

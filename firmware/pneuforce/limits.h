@@ -1,161 +1,165 @@
-/* The limits: what is allowed in which state. What is not allowed trips the board. NaN is never allowed.
- * On shutdown: nothing here drives a pin; a board without current is SAFE, which breaks no limit. */
+/* Limits of the board: a condition that must hold in certain states. A violated condition trips the board. A NaN
+ * violates every condition.
+ * On shutdown: this file drives no pin; a board without power is SAFE and violates no limit. */
 #ifndef LIMITS_H
 #define LIMITS_H
 
-#include "situation.h"
+#include "board_status.h"
 
-/* What must hold in `states`; broken on `samples` in a row, `fault` is latched. */
+/* Condition that must hold in `states`. `samples` violations in a row latch `fault`. */
 struct limit {
     uint8_t fault;
     uint8_t states;
     uint8_t samples;
-    bool (*allowed)(const struct situation *);
+    bool (*condition)(const struct board_status *);
 };
 
-/* A latched fault may be cleared once this holds. */
-struct gone {
+/* Condition under which a latched fault may be cleared. */
+struct clear_condition {
     uint8_t fault;
-    bool (*allowed)(const struct situation *);
+    bool (*condition)(const struct board_status *);
 };
 
-/* The sensor is neither open nor short. */
-static bool alive(const struct situation *s)
+/* Return true if the sensor is neither open nor short. */
+static bool sensor_ok(const struct board_status *s)
 {
-    return s->reading.alive;
+    return s->reading.sensor_ok;
 }
 
-/* The mean supply of sensor and valves is in its span. */
-static bool supplied(const struct situation *s)
+/* Return true if the mean supply voltage of sensor and valves is within 4.75-5.25 V. */
+static bool supply_ok(const struct board_status *s)
 {
-    return SUPPLY_MV_LEAST <= s->supply.mean_mv && s->supply.mean_mv <= SUPPLY_MV_MOST;
+    return MIN_SUPPLY_MV <= s->supply.mean_mv && s->supply.mean_mv <= MAX_SUPPLY_MV;
 }
 
-/* No host can raise this one. */
-static bool below_hard_limit(const struct situation *s)
+/* Return true if the pressure is within the hard limit, which no host can raise. */
+static bool below_hard_limit(const struct board_status *s)
 {
     return s->reading.pressure_kpa <= HARD_LIMIT_KPA;
 }
 
-/* On the way down to a lower setpoint the limit comes down with the pressure. */
-static bool below_filling_limit(const struct situation *s)
+/* Return true if the pressure is at most 0.5 kPa above the setpoint and at most 12.5 kPa. On the way down to a lower
+ * setpoint, the limit falls with the pressure. */
+static bool below_filling_limit(const struct board_status *s)
 {
     float highest_kpa = fmaxf(s->setpoint_kpa, s->filling.lowest_kpa) + OVERSHOOT_KPA;
 
     return s->reading.pressure_kpa <= fminf(highest_kpa, FILLING_LIMIT_KPA);
 }
 
-/* The locked balloon is pressed no harder than the host allows. */
-static bool below_contact_limit(const struct situation *s)
+/* Return true if the held balloon is pressed no harder than the host allows. */
+static bool below_contact_limit(const struct board_status *s)
 {
     return s->reading.pressure_kpa <= s->contact_limit_kpa;
 }
 
-/* The locked pressure did not fall by half in 100 ms, or only back from a contact. */
-static bool intact(const struct situation *s)
+/* Return true unless the pressure fell by half in 100 ms. A fall back to the setpoint is a release. */
+static bool balloon_intact(const struct board_status *s)
 {
     float now_kpa = s->reading.pressure_kpa;
 
-    return now_kpa >= 0.5f * before_kpa(&s->reading) || now_kpa >= s->setpoint_kpa - BURST_BELOW_KPA;
+    return now_kpa >= 0.5f * past_kpa(&s->reading) || now_kpa >= s->setpoint_kpa - BURST_BELOW_KPA;
 }
 
-/* With the inlet open the pressure does not fall: past the limit point it would. */
-static bool keeps_rising(const struct situation *s)
+/* Return true unless the pressure falls with the inlet open, as it does past the limit point. */
+static bool not_past_limit_point(const struct board_status *s)
 {
     return s->inlet.fallen_kpa <= LIMIT_POINT_KPA;
 }
 
-/* The ADC sum moves while a valve is open and the pressure must. */
-static bool moving(const struct situation *s)
+/* Return true unless the ADC sum stands still while an open valve must change the pressure. */
+static bool sensor_moves(const struct board_status *s)
 {
     bool emptying = s->valves == SAFE && s->reading.pressure_kpa > vented_kpa(&s->reading);
 
-    return !(emptying || s->valves == FILL) || s->reading.unmoved_ms < STUCK_MS;
+    return !(emptying || s->valves == FILL) || s->reading.unchanged_ms < FROZEN_MS;
 }
 
-/* The open inlet brings gas. */
-static bool rises(const struct situation *s)
+/* Return true unless the pressure does not rise although the inlet is open. */
+static bool pressure_rises(const struct board_status *s)
 {
     return !s->inlet.stalled;
 }
 
-/* A vented rig stays vented. */
-static bool inlet_shut(const struct situation *s)
+/* Return true if the pressure of the vented rig stays low. */
+static bool stays_vented(const struct board_status *s)
 {
     return s->reading.pressure_kpa <= vented_kpa(&s->reading) + INLET_LEAK_KPA;
 }
 
-/* With the vent open the pressure falls until the rig is empty. */
-static bool empties(const struct situation *s)
+/* Return true unless the pressure does not fall although the vent is open and the rig is not empty. */
+static bool pressure_falls(const struct board_status *s)
 {
-    return s->vent.unmoved_ms <= VENT_SHUT_MS;
+    return s->vent.no_fall_ms <= VENT_SHUT_MS;
 }
 
-/* The pressure rises as fast as where tubes and balloon are filled, not the tubes alone. */
-static bool fills_slowly(const struct situation *s)
+/* Return true if the pressure rises no faster than the filling of tubes and balloon allows. If the tube is occluded,
+ * the gas fills the tubes alone, and the pressure rises faster. */
+static bool fill_rate_plausible(const struct board_status *s)
 {
-    return s->inlet.rise_kpa_per_s <= FILL_KPA_PER_S / OCCLUDED_SHARE;
+    return s->inlet.rise_kpa_per_s <= FILL_KPA_PER_S / OCCLUDED_TIME_RATIO;
 }
 
-/* The pressure falls as fast as where tubes and balloon are emptied, not the tubes alone. */
-static bool empties_slowly(const struct situation *s)
+/* Return true if the pressure falls no faster than the emptying of tubes and balloon allows. If the tube is
+ * occluded, the vent empties the tubes alone, and the pressure falls faster. */
+static bool vent_rate_plausible(const struct board_status *s)
 {
-    return s->emptying.halved_share >= OCCLUDED_SHARE;
+    return s->emptying.halving_time_ratio >= OCCLUDED_TIME_RATIO;
 }
 
-/* What leaks out of the band is topped up a few times only. */
-static bool keeps_gas(const struct situation *s)
+/* Return true unless a top-up is due after the largest allowed number of top-ups in ten minutes. */
+static bool few_top_ups(const struct board_status *s)
 {
-    return !top_up_due(&s->top_ups) || recent_top_ups(&s->top_ups) < MOST_TOP_UPS;
+    return !top_up_due(&s->top_ups) || recent_top_up_count(&s->top_ups) < MAX_TOP_UPS;
 }
 
-/* The setpoint is reached in time and without endless clicking. */
-static bool in_time(const struct situation *s)
+/* Return true if the time and the valve actions since the new setpoint are within their limits. */
+static bool setpoint_in_time(const struct board_status *s)
 {
-    return s->filling.elapsed_ms <= TIMEOUT_MS && s->filling.actions <= MOST_ACTIONS;
+    return s->filling.elapsed_ms <= SETPOINT_TIMEOUT_MS && s->filling.valve_actions <= MAX_VALVE_ACTIONS;
 }
 
-/* The host was heard within the time that it asked for itself. */
-static bool host_speaks(const struct situation *s)
+/* Return true if the last command is not older than the timeout that the host requested. */
+static bool host_in_time(const struct board_status *s)
 {
-    return s->silent_ms <= s->vent_after_ms;
+    return s->since_command_ms <= s->host_timeout_ms;
 }
 
-/* The pressure is one that an inflation may have. */
-static bool overpressure_gone(const struct situation *s)
+/* Return true if the pressure is within the limit of an inflation. */
+static bool overpressure_gone(const struct board_status *s)
 {
     return s->reading.pressure_kpa <= FILLING_LIMIT_KPA;
 }
 
-/* The rig is vented, and verified so. */
-static bool empty(const struct situation *s)
+/* Return true if the rig is empty, and the pressure has confirmed it. */
+static bool vent_verified(const struct board_status *s)
 {
     return s->vent.verified;
 }
 
-/* The host has spoken lately. */
-static bool heard(const struct situation *s)
+/* Return true if the host is active again. */
+static bool host_reconnected(const struct board_status *s)
 {
-    return host_heard(s);
+    return host_active(s);
 }
 
-#define LIMIT(fault, states, samples, allowed) {fault, states, samples, allowed},
+#define LIMIT(fault, states, samples, condition) {fault, states, samples, condition},
 static const struct limit LIMITS[LIMIT_COUNT] = {LIMIT_ROWS(LIMIT)};
 #undef LIMIT
 
-/* What is not named here cannot be seen any more once the rig is SAFE. */
-#define GONE_WHEN(fault, allowed) {fault, allowed},
-static const struct gone GONE[] = {GONE_ROWS(GONE_WHEN)};
-#undef GONE_WHEN
+/* The cause of any fault that is not listed here is not visible once the rig is SAFE. */
+#define CLEAR_CONDITION(fault, condition) {fault, condition},
+static const struct clear_condition CLEAR_CONDITIONS[] = {CLEAR_CONDITION_ROWS(CLEAR_CONDITION)};
+#undef CLEAR_CONDITION
 
-/* Whether the cause of a latched fault is gone. */
-static bool cause_gone(const struct situation *s, uint8_t fault)
+/* Return true if the cause of a latched fault is gone. */
+static bool cause_gone(const struct board_status *s, uint8_t fault)
 {
     uint8_t n;
 
-    for (n = 0; n < sizeof GONE / sizeof GONE[0]; n++)
-        if (GONE[n].fault == fault)
-            return GONE[n].allowed(s);
+    for (n = 0; n < sizeof CLEAR_CONDITIONS / sizeof CLEAR_CONDITIONS[0]; n++)
+        if (CLEAR_CONDITIONS[n].fault == fault)
+            return CLEAR_CONDITIONS[n].condition(s);
     return true;
 }
 

@@ -1,10 +1,10 @@
-/* The rig's board on an Arduino UNO: the only file that knows the ATmega328P's registers.
+/* Sketch of the board on an Arduino UNO. Only this file uses the registers of the ATmega328P.
  *
- * Timer 1 begins a sample every 2 ms: 16 conversions of the sensor, then one of the bandgap, by which the supply
- * is known. The main loop takes each sample through `board_step` and alone keeps the watchdog quiet.
- * On shutdown: any reset makes the pins inputs, and then `setup` drives SAFE before all else. A hung main
- * loop is made SAFE by the watchdog's interrupt and reset by its second time-out; one that is late for a sample
- * makes itself so, for what the board counts in samples would no longer be time. */
+ * Timer 1 starts a sample every 2 ms: 16 conversions of the sensor, then one conversion of the bandgap, which gives
+ * the supply voltage. The main loop passes each sample to `board_step`. Only the main loop resets the watchdog timer.
+ * On shutdown: any reset makes the pins inputs, and `setup` drives SAFE before anything else. If the main loop hangs,
+ * the watchdog interrupt drives SAFE, and the second watchdog time-out resets the chip. If the main loop is late for
+ * a sample, it drives SAFE itself, because the board measures all times in samples. */
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -15,35 +15,35 @@
 
 #define CYCLES_PER_SAMPLE (F_CPU / SAMPLES_PER_S)
 #define SAMPLE_US (1000ul * SAMPLE_MS)
-/* Sensor conversions end at 1.80 ms. The bandgap is of high impedance and wants time on the multiplexer. */
+/* Sensor conversions end at 1.80 ms. The bandgap has a high impedance and needs time on the multiplexer. */
 #define BANDGAP_AT_CYCLES (CYCLES_PER_SAMPLE / 100 * 93)
 #define AVCC_REFERENCE (1u << REFS0)
 #define CONVERSION_STEPS 1024ul
 
-/* An unasked reset. A bootloader may clear MCUSR, so the watchdog's interrupt leaves a mark in RAM too. */
-#define RESTARTED 0x52A5C33Cul
+/* Mark of a watchdog reset in RAM, because a bootloader may clear MCUSR. Set by the watchdog interrupt. */
+#define WATCHDOG_MARK 0x52A5C33Cul
 static uint8_t reset_flags __attribute__((section(".noinit")));
 static uint32_t restart_mark __attribute__((section(".noinit")));
 
 static struct board board;
 static uint16_t bandgap_mv;
 
-/* Written by interrupts. */
+/* Written by interrupt handlers. */
 static volatile uint32_t time_us;
 static volatile uint16_t sum, sampled_sum;
 static volatile uint16_t bandgap_conversion = CONVERSION_STEPS - 1;
 static volatile uint8_t converted;
 static volatile bool converting_bandgap, sampled;
 
-/* Rings whose places are the low bits of counters. RX holds what the line can bring in a sample; of it one frame
- * is heard in each, so that nonsense at the full rate of the line cannot delay a sample. */
+/* Ring buffers, indexed by the low bits of counters. RX holds the bytes that the line carries in one sample. The main
+ * loop processes at most one frame per sample, so that random bytes at the full rate of the line delay no sample. */
 #define RX_BYTES 128u
-#define MOST_HEARD FRAME_BYTES
+#define MAX_RECEIVED_PER_SAMPLE FRAME_BYTES
 static volatile uint8_t rx[RX_BYTES], tx[256];
 static volatile uint8_t rx_in, rx_out, tx_in, tx_out;
 
 void keep_reset_flags(void) __attribute__((naked, used, section(".init3")));
-/* Before any C: a watchdog that has reset the chip is still running, with the shortest time. */
+/* Runs before any C code: after a watchdog reset, the watchdog still runs with its shortest time-out. */
 void keep_reset_flags(void)
 {
     reset_flags = MCUSR;
@@ -51,7 +51,7 @@ void keep_reset_flags(void)
     wdt_disable();
 }
 
-/* The only place where the valves' pins are driven. */
+/* Drive the valves. No other code drives their pins. */
 static void drive(uint8_t valves)
 {
     uint8_t pins = PORTD & (uint8_t)~(1u << INLET_BIT | 1u << VENT_BIT);
@@ -63,59 +63,60 @@ static void drive(uint8_t valves)
     PORTD = pins;
 }
 
-/* Nor may others think that the rig can be used. */
-static void all_vent(void)
+/* Drive SAFE and open the output contact "instrument OK". */
+static void drive_safe(void)
 {
     drive(SAFE);
     DDRD |= 1u << INLET_BIT | 1u << VENT_BIT;
     PORTB &= (uint8_t)~(1u << OK_BIT);
 }
 
-/* SAFE at once; the watchdog's next time-out resets. */
-static void give_up(void)
+/* Drive SAFE immediately and wait for the next watchdog time-out, which resets the chip. */
+static void halt_safe(void)
 {
     cli();
-    all_vent();
-    restart_mark = RESTARTED;
+    drive_safe();
+    restart_mark = WATCHDOG_MARK;
     WDTCSR &= (uint8_t)~(1u << WDIE);
     for (;;)
         ;
 }
 
-/* What the eye and a PLC's input see of the board. */
-static void show(void)
+/* Set the LED and the output contact "instrument OK". */
+static void set_indicators(void)
 {
     uint8_t pins = PORTB & (uint8_t)~(1u << OK_BIT | 1u << LED_BIT);
 
     if (board_ok(&board))
         pins |= 1u << OK_BIT;
-    if (board.pressure.now.state != STATE_VENTED)
+    if (board.pressure.status.state != STATE_VENTED)
         pins |= 1u << LED_BIT;
     PORTB = pins;
 }
 
-/* Whether watchdog or brown-out restarted the board. A rising supply looks like a brown-out too. */
-static bool unasked_reset(void)
+/* Return true if the watchdog or a brown-out has restarted the board. Power-on is excluded first, because a rising
+ * supply sets the brown-out flag too. */
+static bool was_unexpected_reset(void)
 {
     bool power_on = (reset_flags & 1u << PORF) != 0;
-    bool marked = restart_mark == RESTARTED;
+    bool marked = restart_mark == WATCHDOG_MARK;
 
     restart_mark = 0;
     return !power_on && (marked || (reset_flags & (1u << WDRF | 1u << BORF)) != 0);
 }
 
-static void begin_board(void)
+static void init_board(void)
 {
     uint8_t kind = eeprom_read_byte((const uint8_t *)EEPROM_KIND);
 
     bandgap_mv = eeprom_read_word((const uint16_t *)EEPROM_BANDGAP_MV);
-    if (!(BANDGAP_LEAST_MV <= bandgap_mv && bandgap_mv <= BANDGAP_MOST_MV))
-        bandgap_mv = BANDGAP_NOMINAL_MV;
-    board_begin(&board, kind == UINT8_MAX ? (uint8_t)BOARD_REAL : kind,
-                eeprom_read_dword((const uint32_t *)EEPROM_SERIAL), unasked_reset());
+    if (!(MIN_BANDGAP_MV <= bandgap_mv && bandgap_mv <= MAX_BANDGAP_MV))
+        bandgap_mv = NOMINAL_BANDGAP_MV;
+    board_init(&board, kind == UINT8_MAX ? (uint8_t)BOARD_REAL : kind,
+               eeprom_read_dword((const uint32_t *)EEPROM_SERIAL), was_unexpected_reset());
 }
 
-static void begin_line(void)
+static void init_uart(void)
 {
     UBRR0 = F_CPU / 8 / BAUD - 1;
     UCSR0A = 1u << U2X0;
@@ -123,12 +124,12 @@ static void begin_line(void)
     UCSR0B = 1u << RXEN0 | 1u << TXEN0 | 1u << RXCIE0;
 }
 
-static void begin_sampling(void)
+static void start_sampling(void)
 {
     ADMUX = AVCC_REFERENCE | BANDGAP_CHANNEL;
     ADCSRB = 0;
     ADCSRA = 1u << ADEN | 1u << ADIE | 1u << ADPS2 | 1u << ADPS1 | 1u << ADPS0; /* 125 kHz */
-    converting_bandgap = true; /* the first sample knows the supply too */
+    converting_bandgap = true; /* so that the first sample has a supply voltage */
     ADCSRA |= 1u << ADSC;
     TCCR1A = 0;
     TCCR1B = 1u << WGM12 | 1u << CS10;
@@ -138,8 +139,8 @@ static void begin_sampling(void)
     TIMSK1 = 1u << OCIE1A | 1u << OCIE1B;
 }
 
-/* 32 ms to an interrupt, 32 more to a reset. The register opens for four cycles. */
-static void begin_watchdog(void)
+/* Interrupt after 32 ms, reset after another 32 ms. WDTCSR can be changed only within four cycles after WDCE. */
+static void start_watchdog(void)
 {
     wdt_reset();
     WDTCSR = 1u << WDCE | 1u << WDE;
@@ -149,13 +150,13 @@ static void begin_watchdog(void)
 void setup(void)
 {
     cli();
-    all_vent();
+    drive_safe();
     DDRB |= 1u << OK_BIT | 1u << LED_BIT;
-    TIMSK0 = 0; /* the Arduino core's clock: nothing here uses it, and it would cost cycles */
-    begin_board();
-    begin_line();
-    begin_sampling();
-    begin_watchdog();
+    TIMSK0 = 0; /* clock of the Arduino core: unused here, and its interrupts would cost cycles */
+    init_board();
+    init_uart();
+    start_sampling();
+    start_watchdog();
     sei();
 }
 
@@ -171,7 +172,8 @@ static void transmit(const uint8_t *frame)
     UCSR0B |= 1u << UDRIE0;
 }
 
-/* By the bandgap, which is converted in units of the supply; half a step undoes truncation. */
+/* Return the supply voltage. The bandgap is converted with the supply as reference. Half a count is added because the
+ * converter truncates. */
 static uint16_t supply_mv_of(uint16_t conversion)
 {
     uint32_t supply_mv = 2 * CONVERSION_STEPS * bandgap_mv / (2ul * conversion + 1);
@@ -194,12 +196,12 @@ void loop(void)
     conversion = bandgap_conversion;
     sei();
     if (now_us - board.time_us != SAMPLE_US)
-        give_up();
-    board_tick(&board, now_us);
-    for (n = 0; n < MOST_HEARD && rx_out != rx_in; n++, rx_out++)
-        board_hear(&board, rx[rx_out % RX_BYTES]);
+        halt_safe();
+    board_start_sample(&board, now_us);
+    for (n = 0; n < MAX_RECEIVED_PER_SAMPLE && rx_out != rx_in; n++, rx_out++)
+        board_receive(&board, rx[rx_out % RX_BYTES]);
     drive(board_step(&board, adc_sum, supply_mv_of(conversion)));
-    show();
+    set_indicators();
     for (n = 0; n < board.out_bytes; n += FRAME_BYTES)
         transmit(board.out + n);
     wdt_reset();
@@ -255,14 +257,14 @@ ISR(USART_UDRE_vect)
         UDR0 = tx[tx_out++];
 }
 
-/* The main loop hangs. */
+/* Called if the main loop hangs. */
 ISR(WDT_vect)
 {
-    give_up();
+    halt_safe();
 }
 
 #ifndef ARDUINO
-/* What the Arduino core does, for a build without it. */
+/* Replacement of the main function of the Arduino core, for a build without the core. */
 int main(void)
 {
     setup();

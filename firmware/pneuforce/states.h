@@ -1,4 +1,4 @@
-/* The pressure state machine as a table. What a state's row does not name changes nothing.
+/* Transition table of the pressure state machine. Triggers that a state does not list change nothing.
  * On shutdown: no state survives; the board boots into BOOT, whose valves are SAFE. */
 #ifndef STATES_H
 #define STATES_H
@@ -7,10 +7,10 @@
 
 #include "numbers.h"
 
-static const uint8_t TRANSITIONS[STATES][HAPPENINGS] = TRANSITION_ROWS;
+static const uint8_t TRANSITIONS[STATE_COUNT][TRIGGER_COUNT] = TRANSITION_ROWS;
 
-/* Whether a mask of states has this one. */
-static bool among(uint8_t states, uint8_t state)
+/* Return true if the mask of states contains the state. */
+static bool contains_state(uint8_t states, uint8_t state)
 {
     return (states >> state & 1u) != 0;
 }

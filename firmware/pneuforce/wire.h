@@ -1,5 +1,5 @@
-/* The frames of the rig link, byte for byte as docs/rig-link.md has them.
- * On shutdown: nothing here drives a pin; a frame that is cut short is one that the host refuses. */
+/* Frames of the rig link, as specified in docs/rig-link.md.
+ * On shutdown: this file drives no pin; the host rejects a frame that is cut short. */
 #ifndef WIRE_H
 #define WIRE_H
 
@@ -12,8 +12,8 @@
 #define PAYLOAD_BYTES 16u
 #define CRC_AT (FRAME_BYTES - 2u)
 
-/* CRC-16/IBM-3740 over kind … payload, a byte at a time without a table. Its halves are apart because an
- * AVR shifts 16 bits in loops. */
+/* Return the CRC-16/IBM-3740 over the bytes from kind to payload, computed without a table. High and low byte are
+ * separate variables because an AVR shifts 16 bits in loops. */
 static uint16_t crc_of(const uint8_t *frame)
 {
     uint8_t high = 0xFFu, low = 0xFFu, n;
@@ -27,7 +27,7 @@ static uint16_t crc_of(const uint8_t *frame)
     return (uint16_t)high << 8 | low;
 }
 
-/* The 24 bytes of a message. */
+/* Write the frame (24 bytes) of a message. */
 static void encode(uint8_t *frame, uint8_t kind, uint16_t sequence, const void *payload, uint8_t payload_bytes)
 {
     uint16_t crc;
@@ -45,17 +45,18 @@ static void encode(uint8_t *frame, uint8_t kind, uint16_t sequence, const void *
     frame[CRC_AT + 1] = (uint8_t)(crc >> 8);
 }
 
-/* The board's ear: a byte in, perhaps a frame out. What is no frame of a host is counted. */
-struct decoder {
+/* Decoder from received bytes to frames of a host. Invalid frames are counted. */
+struct frame_decoder {
     uint8_t frame[FRAME_BYTES];
-    uint8_t held; /* bytes of it */
-    uint32_t refused;
+    uint8_t held_bytes; /* received bytes in `frame` */
+    uint32_t rejected_frames;
     uint32_t skipped_bytes;
 };
 
-/* Whether a host may say this. Of another version only Identify is heard: versions are compared there.
- * Kind and version come first, so that nonsense at the full rate of the line costs no CRC. */
-static bool from_host(const uint8_t *frame)
+/* Return true if the frame is a valid frame of a host. With another protocol version only Identify is valid, because
+ * it carries the version check. Kind and version are compared before the CRC, so that random bytes at the full rate
+ * of the line cost no CRC. */
+static bool is_host_frame(const uint8_t *frame)
 {
     uint8_t kind = frame[2];
 
@@ -64,35 +65,35 @@ static bool from_host(const uint8_t *frame)
     return crc_of(frame) == (uint16_t)(frame[CRC_AT] | (uint16_t)frame[CRC_AT + 1] << 8);
 }
 
-/* Forget bytes until a frame may begin with what is left. */
-static void look_for_start(struct decoder *d, uint8_t from)
+/* Drop bytes until the remaining bytes may be the start of a frame. */
+static void resynchronise(struct frame_decoder *d, uint8_t from)
 {
-    while (from < d->held) {
-        bool starts = d->frame[from] == SYNC_0 && (from + 1u == d->held || d->frame[from + 1u] == SYNC_1);
+    while (from < d->held_bytes) {
+        bool starts = d->frame[from] == SYNC_0 && (from + 1u == d->held_bytes || d->frame[from + 1u] == SYNC_1);
         if (starts)
             break;
         from++;
     }
     d->skipped_bytes += from;
-    d->held -= from;
-    memmove(d->frame, d->frame + from, d->held);
+    d->held_bytes -= from;
+    memmove(d->frame, d->frame + from, d->held_bytes);
 }
 
-/* True where this byte completes a frame: it stands in `frame` until the next byte comes. A refused
- * candidate is searched for another start. */
-static bool decode(struct decoder *d, uint8_t byte)
+/* Add one byte. Return true if the byte completes a frame, which stays in `frame` until the next byte. The decoder
+ * searches the bytes of a rejected frame for another start. */
+static bool decode(struct frame_decoder *d, uint8_t byte)
 {
-    if (d->held == FRAME_BYTES)
-        d->held = 0;
-    d->frame[d->held++] = byte;
-    if (d->held <= 2)
-        look_for_start(d, 0);
-    if (d->held < FRAME_BYTES)
+    if (d->held_bytes == FRAME_BYTES)
+        d->held_bytes = 0;
+    d->frame[d->held_bytes++] = byte;
+    if (d->held_bytes <= 2)
+        resynchronise(d, 0);
+    if (d->held_bytes < FRAME_BYTES)
         return false;
-    if (from_host(d->frame))
+    if (is_host_frame(d->frame))
         return true;
-    d->refused++;
-    look_for_start(d, 1);
+    d->rejected_frames++;
+    resynchronise(d, 1);
     return false;
 }
 

@@ -1,0 +1,174 @@
+/* Monitors of the open inlet, the open vent, the emptying balloon and the number of top-ups.
+ * On shutdown: this file drives no pin; every monitor restarts with the next boot. */
+#ifndef MONITORS_H
+#define MONITORS_H
+
+#include <math.h>
+
+#include "reading.h"
+
+/* Return the pressure below which the rig counts as empty. */
+static float vented_kpa(const struct pressure_reading *r)
+{
+    return r->zeroed ? VENTED_KPA : VENTED_NOMINAL_KPA;
+}
+
+/* Monitor of the pressure since the inlet was opened. */
+struct inlet_valve_monitor {
+    bool stalled; /* the pressure rose by less than 0.2 kPa in 300 ms */
+    uint16_t open_ms;
+    uint16_t window_ms;
+    float fallen_kpa;     /* difference to the highest pressure since the inlet was opened */
+    float rise_kpa_per_s; /* mean rate of the last 0.1 to 0.4 s */
+    float window_start_kpa;
+    float highest_kpa;
+};
+
+/* Add one sample. */
+static void inlet_step(struct inlet_valve_monitor *m, bool inlet_open, const struct pressure_reading *r)
+{
+    if (!inlet_open) {
+        memset(m, 0, sizeof *m);
+        m->highest_kpa = -INFINITY;
+        return;
+    }
+    if (!m->open_ms)
+        m->window_start_kpa = r->filtered_kpa;
+    elapse(&m->open_ms);
+    elapse(&m->window_ms);
+    if (m->window_ms >= LAG_OVER_MS)
+        m->rise_kpa_per_s = (r->filtered_kpa - m->window_start_kpa) / (m->window_ms * 1e-3f);
+    if (m->window_ms >= RISE_WINDOW_MS) {
+        m->stalled = !(r->filtered_kpa - m->window_start_kpa >= MIN_RISE_KPA);
+        m->window_start_kpa = r->filtered_kpa;
+        m->window_ms = 0;
+    }
+    if (m->open_ms >= LAG_OVER_MS) {
+        m->highest_kpa = fmaxf(m->highest_kpa, r->filtered_kpa);
+        m->fallen_kpa = m->highest_kpa - r->filtered_kpa;
+    }
+}
+
+/* Monitor of the pressure since the vent was opened: detects an empty rig and a vent that stays shut. */
+struct vent_valve_monitor {
+    bool verified;       /* the rig is empty, and the pressure has confirmed it */
+    uint16_t no_fall_ms; /* time since the pressure last fell by 0.2 kPa, while the rig is not empty */
+    uint16_t steady_ms;
+    float low_kpa;
+    float high_kpa;
+    float reference_kpa;
+};
+
+static void vent_monitor_restart(struct vent_valve_monitor *m)
+{
+    m->verified = false;
+    m->no_fall_ms = m->steady_ms = 0;
+    m->low_kpa = m->reference_kpa = INFINITY;
+    m->high_kpa = -INFINITY;
+}
+
+/* Count the time at low pressure. Without a zero, the pressure must also be steady. */
+static void update_steady_time(struct vent_valve_monitor *m, const struct pressure_reading *r)
+{
+    float now = r->filtered_kpa;
+    float low = fminf(m->low_kpa, now), high = fmaxf(m->high_kpa, now);
+
+    if (now <= vented_kpa(r) && (r->zeroed || high - low <= STEADY_KPA)) {
+        m->low_kpa = low;
+        m->high_kpa = high;
+        elapse(&m->steady_ms);
+    } else {
+        m->low_kpa = m->high_kpa = now;
+        m->steady_ms = 0;
+    }
+}
+
+/* Add one sample. An invalid sensor or a closed vent restarts the monitor. */
+static void vent_monitor_step(struct vent_valve_monitor *m, bool vent_open, const struct pressure_reading *r)
+{
+    if (!(vent_open && r->sensor_ok)) {
+        vent_monitor_restart(m);
+        return;
+    }
+    update_steady_time(m, r);
+    m->verified = m->steady_ms >= VENTED_MS;
+    if (m->verified || r->filtered_kpa <= m->reference_kpa - MIN_FALL_KPA) {
+        m->reference_kpa = r->filtered_kpa;
+        m->no_fall_ms = 0;
+    } else {
+        elapse(&m->no_fall_ms);
+    }
+}
+
+/* Monitor of the speed at which the vent empties the balloon. A pressed balloon empties faster, so a vent that
+ * starts during a contact is not evaluated. */
+struct emptying_monitor {
+    uint16_t open_ms;
+    float halving_time_ratio; /* time in which the pressure was halved / commissioned time */
+    float start_kpa;
+};
+
+/* Add one sample. */
+static void emptying_step(struct emptying_monitor *m, bool venting, bool pressed, const struct pressure_reading *r)
+{
+    if (!venting) {
+        m->halving_time_ratio = INFINITY;
+        m->open_ms = 0;
+        return;
+    }
+    if (!m->open_ms)
+        m->start_kpa = pressed ? 0.0f : r->filtered_kpa;
+    elapse(&m->open_ms);
+    if (m->start_kpa >= MIN_HALVING_FROM_KPA && r->filtered_kpa <= 0.5f * m->start_kpa &&
+        isinf(m->halving_time_ratio)) {
+        float commissioned_ms = HALVING_TIME_MS * sqrtf(m->start_kpa / HALVING_FROM_KPA);
+        m->halving_time_ratio = ((float)m->open_ms - (TUBE_LAG_MS + VALVE_DELAY_MS)) / commissioned_ms;
+    }
+}
+
+/* Monitor of the held pressure: detects when a top-up is due, and counts the top-ups. */
+struct top_up_monitor {
+    uint16_t low_ms; /* time below the band without contact */
+    uint32_t now_ms;
+    uint32_t top_ups_ms[TOP_UP_HISTORY]; /* times of the last top-ups, a ring buffer */
+    uint8_t count;                       /* top-ups since boot */
+};
+
+/* Add one sample. The pressure is evaluated only if `observed` is true: the balloon is held, without contact, and
+ * the host is active. */
+static void top_ups_step(struct top_up_monitor *m, bool observed, const struct pressure_reading *r, float setpoint_kpa)
+{
+    m->now_ms += SAMPLE_MS;
+    if (!observed)
+        return;
+    if (r->filtered_kpa < setpoint_kpa - TOP_UP_BELOW_KPA)
+        elapse(&m->low_ms);
+    else
+        m->low_ms = 0;
+}
+
+/* Return true if the balloon needs a top-up. */
+static bool top_up_due(const struct top_up_monitor *m)
+{
+    return m->low_ms >= TOP_UP_AFTER_MS;
+}
+
+/* Return the number of top-ups within the last 10 minutes. */
+static uint8_t recent_top_up_count(const struct top_up_monitor *m)
+{
+    uint8_t n, recent = 0, stored = m->count < TOP_UP_HISTORY ? m->count : TOP_UP_HISTORY;
+
+    for (n = 0; n < stored; n++)
+        recent += m->now_ms - m->top_ups_ms[n] <= TOP_UP_WINDOW_MS;
+    return recent;
+}
+
+/* Record a top-up at the present time. */
+static void record_top_up(struct top_up_monitor *m)
+{
+    m->top_ups_ms[m->count % TOP_UP_HISTORY] = m->now_ms;
+    m->count = m->count < UINT8_MAX ? m->count + 1u : UINT8_MAX + 1u - TOP_UP_HISTORY;
+    m->low_ms = 0;
+}
+
+#endif

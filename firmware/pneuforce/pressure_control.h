@@ -1,0 +1,241 @@
+/* Pressure control: executes the state machine and the limits sample by sample.
+ * On shutdown: the next boot starts disarmed and SAFE; the board inflates only after VENT and then HOLD. */
+#ifndef PRESSURE_CONTROL_H
+#define PRESSURE_CONTROL_H
+
+#include "limits.h"
+
+#define MAX_CHANGES 8u
+#define NO_CLEAR (-1)
+/* The code divides by 1000 and does not multiply by 0.001, so that decimal limits in Pa stay exact. */
+#define PA_PER_KPA 1000.0f
+
+/* Entered state or latched fault. */
+struct state_change {
+    uint8_t state;
+    uint8_t previous_state;
+    uint8_t fault;
+};
+
+/* Controller that applies commands, enforces the limits and drives the valves. */
+struct pressure_controller {
+    struct board_status status;
+    struct state_change changes[MAX_CHANGES]; /* not yet reported to the host */
+    uint8_t change_count;
+    bool armed;          /* VENT was applied since boot, trip, Identify, Vent message or host silence while empty */
+    int16_t last_clear;  /* last `clear` value; the first value after Identify is the reference */
+    float requested_kpa; /* 0: no setpoint is requested */
+    uint8_t violations[LIMIT_COUNT];
+};
+
+static void record_change(struct pressure_controller *p, uint8_t previous_state, uint8_t fault)
+{
+    struct state_change change = {p->status.state, previous_state, fault};
+
+    if (p->change_count < MAX_CHANGES)
+        p->changes[p->change_count++] = change;
+}
+
+/* Change the state by the transition table. Return false if the state does not list the trigger. */
+static bool apply_trigger(struct pressure_controller *p, uint8_t trigger, uint8_t fault)
+{
+    uint8_t previous_state = p->status.state, state = TRANSITIONS[previous_state][trigger], n;
+
+    if (state == STAYS)
+        return false;
+    p->status.state = state;
+    for (n = 0; n < LIMIT_COUNT; n++)
+        if (!contains_state(LIMITS[n].states, state))
+            p->violations[n] = 0;
+    if (!contains_state(PRESSURISED_STATES, state)) {
+        p->status.setpoint_kpa = 0.0f;
+        filling_lock(&p->status.filling);
+    }
+    record_change(p, previous_state, fault);
+    return true;
+}
+
+static void trip(struct pressure_controller *p, uint8_t fault)
+{
+    p->armed = false;
+    p->requested_kpa = 0.0f;
+    p->status.latched_faults[p->status.latched_fault_count++] = fault;
+    if (!apply_trigger(p, TRIGGER_TRIPPED, fault))
+        record_change(p, p->status.state, fault);
+}
+
+/* Set the values at boot. `unexpected_reset`: the watchdog or a brown-out has restarted the board. */
+static void pressure_init(struct pressure_controller *p, bool unexpected_reset)
+{
+    memset(p, 0, sizeof *p);
+    board_status_init(&p->status);
+    p->last_clear = NO_CLEAR;
+    if (unexpected_reset)
+        trip(p, FAULT_WATCHDOG);
+}
+
+/* Forget what the previous host armed, zeroed and cleared, because the host may be a new one. */
+static void host_identified(struct pressure_controller *p)
+{
+    p->armed = false;
+    p->last_clear = NO_CLEAR;
+    apply_trigger(p, TRIGGER_IDENTIFIED, FAULT_NONE);
+    if (!contains_state(PRESSURISED_STATES, p->status.state))
+        set_zero(&p->status.reading, 0.0f, false);
+}
+
+/* Vent from any state. */
+static void vent(struct pressure_controller *p)
+{
+    p->armed = false;
+    p->requested_kpa = 0.0f;
+    apply_trigger(p, TRIGGER_VENT_REQUESTED, FAULT_NONE);
+}
+
+/* Clear the faults whose cause is gone if the value has changed. No valve moves, because the valves are SAFE in
+ * TRIPPED and in VENTING. */
+static void clear_faults(struct pressure_controller *p, uint8_t clear)
+{
+    struct board_status *status = &p->status;
+    bool is_new = p->last_clear != NO_CLEAR && p->last_clear != clear;
+    uint8_t n, left = 0;
+
+    p->last_clear = clear;
+    if (!is_new)
+        return;
+    for (n = 0; n < status->latched_fault_count; n++)
+        if (!cause_gone(status, status->latched_faults[n]))
+            status->latched_faults[left++] = status->latched_faults[n];
+    status->latched_fault_count = left;
+    if (!left)
+        apply_trigger(p, TRIGGER_CLEARED, FAULT_NONE);
+}
+
+static uint16_t clamp(uint16_t value, uint16_t minimum, uint16_t maximum)
+{
+    return value < minimum ? minimum : value > maximum ? maximum : value;
+}
+
+/* Apply a command of the host. */
+static void apply_command(struct pressure_controller *p, const struct command *c)
+{
+    struct board_status *status = &p->status;
+    bool zeroed = (c->flags & FLAG_ZEROED) != 0;
+
+    status->since_command_ms = 0;
+    status->in_contact = (c->flags & FLAG_IN_CONTACT) != 0;
+    status->contact_limit_kpa = fminf(c->contact_limit_pa / PA_PER_KPA, HARD_LIMIT_KPA);
+    status->host_timeout_ms = clamp(c->host_timeout_ms, MIN_HOST_TIMEOUT_MS, MAX_HOST_TIMEOUT_MS);
+    if (!contains_state(PRESSURISED_STATES, status->state))
+        set_zero(&status->reading, c->zero_pa / PA_PER_KPA, zeroed);
+    clear_faults(p, c->clear);
+    if (c->mode == MODE_VENT) {
+        vent(p);
+        p->armed = status->state != STATE_TRIPPED;
+    } else if (zeroed && MIN_SETPOINT_PA <= c->setpoint_pa && c->setpoint_pa <= MAX_SETPOINT_PA) {
+        p->requested_kpa = c->setpoint_pa / PA_PER_KPA;
+    }
+}
+
+static void check_limits(struct pressure_controller *p)
+{
+    uint8_t n, state = p->status.state;
+
+    for (n = 0; n < LIMIT_COUNT; n++) {
+        const struct limit *limit = &LIMITS[n];
+        if (!contains_state(limit->states, state))
+            continue;
+        if (limit->condition(&p->status)) {
+            p->violations[n] = 0;
+        } else if (contains_state(limit->states, p->status.state)) {
+            p->violations[n] += p->violations[n] < UINT8_MAX;
+            if (p->violations[n] >= limit->samples && !is_latched(&p->status, limit->fault))
+                trip(p, limit->fault);
+        }
+    }
+}
+
+static void start_filling(struct pressure_controller *p)
+{
+    p->status.setpoint_kpa = p->requested_kpa;
+    filling_start(&p->status.filling, &p->status.reading);
+    p->status.top_ups.low_ms = 0;
+}
+
+static uint8_t step_vented(struct pressure_controller *p)
+{
+    if (!(p->armed && p->requested_kpa > 0 && p->status.reading.zeroed && may_move_valves(&p->status)))
+        return NO_TRIGGER;
+    start_filling(p);
+    return TRIGGER_HOLD_REQUESTED;
+}
+
+static uint8_t step_filling(struct pressure_controller *p)
+{
+    struct board_status *status = &p->status;
+
+    if (p->requested_kpa != status->setpoint_kpa)
+        start_filling(p);
+    filling_step(&status->filling, &status->reading);
+    if (!may_move_valves(status)) {
+        filling_lock(&status->filling);
+        return NO_TRIGGER;
+    }
+    return status->state == STATE_INFLATING ? inflate(&status->filling, &status->reading, status->setpoint_kpa)
+                                            : settle(&status->filling, &status->reading, status->setpoint_kpa);
+}
+
+static uint8_t step_holding(struct pressure_controller *p)
+{
+    struct board_status *status = &p->status;
+
+    if (!(p->armed && may_move_valves(status)) || status->in_contact)
+        return NO_TRIGGER;
+    if (top_up_due(&status->top_ups))
+        record_top_up(&status->top_ups);
+    else if (p->requested_kpa == status->setpoint_kpa)
+        return NO_TRIGGER;
+    start_filling(p);
+    return TRIGGER_RETARGETED;
+}
+
+static uint8_t step_state(struct pressure_controller *p)
+{
+    switch (p->status.state) {
+    case STATE_BOOT:
+    case STATE_VENTING:
+        return p->status.vent.verified ? TRIGGER_VENT_VERIFIED : NO_TRIGGER;
+    case STATE_VENTED:
+        return step_vented(p);
+    case STATE_INFLATING:
+    case STATE_SETTLING:
+        return step_filling(p);
+    case STATE_HOLDING:
+        return step_holding(p);
+    default:
+        return NO_TRIGGER;
+    }
+}
+
+static uint8_t valves_of(const struct board_status *status)
+{
+    if (contains_state(FILLING_STATES, status->state))
+        return status->filling.valves;
+    return status->state == STATE_HOLDING ? LOCKED : SAFE;
+}
+
+/* Process one sample and set the valves. */
+static void pressure_step(struct pressure_controller *p, uint16_t adc_sum, uint16_t supply_mv)
+{
+    uint8_t trigger;
+
+    board_status_update(&p->status, adc_sum, supply_mv);
+    p->armed = p->armed && (host_active(&p->status) || contains_state(PRESSURISED_STATES, p->status.state));
+    check_limits(p);
+    trigger = step_state(p);
+    if (trigger != NO_TRIGGER)
+        apply_trigger(p, trigger, FAULT_NONE);
+    p->status.valves = valves_of(&p->status);
+}
+
+#endif
