@@ -1,1 +1,1 @@
-"""The instrument's face: one declared register map, and the buses and documents derived from it."""
+"""Register map of the instrument, and the bus servers and documents that are derived from it."""

@@ -1,4 +1,4 @@
-"""A field: one quantity as it travels on a wire, its type, unit, span and not-available code."""
+"""Description of one value on a wire: its type, unit, range and not-available code."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
-#: Wire unit → (suffix of the quantity that carries it, wire counts per quantity unit).
+#: Wire unit → (unit suffix of the quantity's name, wire counts per unit of the quantity).
 UNITS: Mapping[str, tuple[str, float]] = {
     "N": ("n", 1.0),
     "mN": ("n", 1e3),
@@ -22,14 +22,14 @@ UNITS: Mapping[str, tuple[str, float]] = {
 }
 
 
-def plain_unit(unit: str) -> str:
-    """The unit of the quantity that a wire unit carries: N for mN; "" for none."""
+def quantity_unit(unit: str) -> str:
+    """Return the unit of the quantity behind a wire unit, for example N for mN; "" for no unit."""
     suffix = UNITS[unit][0] if unit else None
-    return next((plain for plain, carried in UNITS.items() if carried == (suffix, 1.0)), "")
+    return next((name for name, entry in UNITS.items() if entry == (suffix, 1.0)), "")
 
 
-class Wire(Enum):
-    """How a value lies in memory: its `struct` code, its size and the largest code it has."""
+class WireType(Enum):
+    """Binary type of a value: its `struct` code, its size in bytes, and its smallest and largest code."""
 
     F32 = ("f", 4, None, None)
     U32 = ("I", 4, 0, 0xFFFF_FFFF)
@@ -37,128 +37,141 @@ class Wire(Enum):
     U16 = ("H", 2, 0, 0xFFFF)
     U8 = ("B", 1, 0, 0xFF)
 
-    def __init__(self, code: str, size: int, lowest: int | None, highest: int | None) -> None:
+    def __init__(self, code: str, size: int, min_code: int | None, max_code: int | None) -> None:
         self.code = code
         self.size = size
-        self.lowest = lowest
-        self.highest = highest
+        self.min_code = min_code
+        self.max_code = max_code
 
     @property
     def words(self) -> int:
-        """Number of 16-bit Modbus words."""
+        """Return the number of 16-bit Modbus words."""
         return (self.size + 1) // 2
 
 
 @dataclass(frozen=True, slots=True)
-class Bit:
+class StatusBit:
     """One named condition in a bit field."""
 
     number: int
     name: str
     doc: str
-    latches: bool = False  #: stays until cleared by command once its cause is gone
+    latches: bool = False  #: the bit stays set after its cause is gone, until it is cleared by command
 
 
 @dataclass(frozen=True, eq=False)
-class Bits:
-    """A bit field: which named condition stands at which bit."""
+class BitField:
+    """Set of named conditions, one per bit."""
 
-    bits: tuple[Bit, ...]
+    bits: tuple[StatusBit, ...]
 
     @cached_property
     def _masks(self) -> Mapping[str, int]:
         return {bit.name: 1 << bit.number for bit in self.bits}
 
     def code(self, names: Iterable[str]) -> int:
-        """Word with the bits of `names` set; names that have no bit here are passed over."""
+        """Return the integer in which the bits of `names` are set. Names without a bit here are ignored."""
         return sum(self._masks.get(name, 0) for name in names)
 
     def names(self, code: int) -> frozenset[str]:
-        """Names of the bits set in `code`."""
+        """Return the names of the bits that are set in `code`."""
         return frozenset(bit.name for bit in self.bits if code >> bit.number & 1)
 
 
 @dataclass(frozen=True, eq=False)
-class Values:
-    """An enumeration: the name of each code."""
+class Enumeration:
+    """Set of named codes."""
 
     names: Mapping[int, str]
 
     @cached_property
     def codes(self) -> Mapping[str, int]:
-        """Code of each name."""
+        """Return the code of each name."""
         return {name: code for code, name in self.names.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field:
-    """One value on a wire, bound by name to a quantity of the source.
+    """One value on a wire, bound to a quantity of the source or to a constant.
 
-    Exactly one of `quantity` and `constant` is given. `values` names the codes of an enumeration and
-    `bits` the conditions of a bit field: their quantity is a name, or a set of names. `legend` says in words
-    what a number stands for; it stays a number, for a board may know one that has no word here.
+    Exactly one of `quantity` and `constant` is given. `values` lists the codes of an enumeration; the
+    quantity is then a name. `bits` lists the conditions of a bit field; the quantity is then a set of names.
+    `legend` explains the codes of a number. Such a quantity stays a number, because a newer board may send a
+    code that is missing in the legend.
     """
 
     name: str
-    wire: Wire
+    wire: WireType
     doc: str
     quantity: str = ""
     constant: float | None = None
     unit: str = ""
-    low: float | None = None  #: least accepted or meaningful value, in `unit`
-    high: float | None = None  #: greatest accepted or meaningful value, in `unit`
-    also: tuple[float, ...] = ()  #: accepted values outside the span
-    always: bool = False  #: an age or a set time: has a unit, yet no not-available code
-    values: Values | None = None
-    bits: Bits | None = None
-    legend: Values | None = None
+    low: float | None = None  #: smallest accepted or meaningful value, in `unit`
+    high: float | None = None  #: largest accepted or meaningful value, in `unit`
+    also_allowed: tuple[float, ...] = ()  #: accepted values outside `low` to `high`
+    always_available: bool = False  #: has a unit but no not-available code, for example an age
+    values: Enumeration | None = None
+    bits: BitField | None = None
+    legend: Enumeration | None = None
 
     @property
     def code_names(self) -> Mapping[int, str]:
-        """What the codes are called, empty for what is no enumeration."""
+        """Return the name of each code; empty if the field has no named codes."""
         named = self.values or self.legend
         return named.names if named else {}
 
     @property
     def scale(self) -> float:
-        """Wire counts per unit of the quantity."""
+        """Return the wire counts per unit of the quantity."""
         return UNITS[self.unit][1] if self.unit else 1.0
 
     @property
     def not_available(self) -> float | None:
-        """The code that says "no value": NaN, 7FFFh or FFFFh; None where the field always has a value."""
-        if not self.unit or self.always or self.constant is not None:
+        """Return the not-available code: NaN, 7FFFh or FFFFh; None if the field always has a value."""
+        if not self.unit or self.always_available or self.constant is not None:
             return None
-        return math.nan if self.wire is Wire.F32 else self.wire.highest
+        return math.nan if self.wire is WireType.F32 else self.wire.max_code
 
     @property
-    def largest(self) -> int:
-        """Greatest integer code of a value: scaled values saturate one short of the not-available code."""
-        assert self.wire.highest is not None
-        return self.wire.highest - (self.not_available is not None)
+    def max_value_code(self) -> int:
+        """Return the largest integer code of a value.
+
+        The largest code of the wire type is excluded if it is the not-available code.
+        """
+        assert self.wire.max_code is not None
+        return self.wire.max_code - (self.not_available is not None)
 
     def encode(self, value: object) -> float:
-        """Wire code of a quantity's value: float for F32, else int; NaN gives the not-available code."""
+        """Return the wire code of a quantity's value: a float for F32, otherwise an integer.
+
+        NaN gives the not-available code. Scaled integers saturate; counters wrap.
+        """
         if self.bits:
             return self.bits.code(value)  # type: ignore[arg-type]
         if self.values:
             return self.values.codes[value]  # type: ignore[index]
         number = float(value) * self.scale if self.unit else value  # type: ignore[arg-type]
-        if self.wire is Wire.F32:
+        if self.wire is WireType.F32:
             return number  # type: ignore[return-value]
-        return self._integer(number)  # type: ignore[arg-type]
+        return self._encode_integer(number)  # type: ignore[arg-type]
 
-    def _integer(self, number: float) -> int:
-        assert self.wire.lowest is not None
-        assert self.wire.highest is not None
+    def _encode_integer(self, number: float) -> int:
+        assert self.wire.min_code is not None
+        assert self.wire.max_code is not None
         if not self.unit:
-            return int(number) & self.wire.highest if self.wire.lowest == 0 else int(number)  # counters wrap
-        if number != number:
-            return self.wire.highest if self.not_available is None else int(self.not_available)
-        return round(min(max(number, self.wire.lowest), self.largest))
+            return (
+                int(number) & self.wire.max_code if self.wire.min_code == 0 else int(number)
+            )  # counters wrap
+        if math.isnan(number):
+            return self.wire.max_code if self.not_available is None else int(self.not_available)
+        return round(min(max(number, self.wire.min_code), self.max_value_code))
 
     def decode(self, code: float) -> float | str | frozenset[str]:
-        """Value of a wire code: a number in the quantity's unit (NaN: not available), a name, or names."""
+        """Return the value of a wire code.
+
+        The value is a number in the quantity's unit (NaN if not available), the name of an enumeration's
+        code, or the set of names of a bit field.
+        """
         if self.bits:
             return self.bits.names(int(code))
         if self.values:
@@ -168,16 +181,19 @@ class Field:
         return code / self.scale if self.unit else code
 
     def accepts(self, code: float) -> bool:
-        """Whether a written code is finite and within the span, or one of the codes named by `values`."""
+        """Return True if a written code is within the range, or is a code of the enumeration.
+
+        NaN and infinity are not accepted if the field has a range.
+        """
         if self.values:
             return code in self.values.names
-        if code in self.also:
+        if code in self.also_allowed:
             return True
         return self.low is None or self.high is None or self.low <= code <= self.high
 
-    def on_wire(self, wire: Wire, unit: str = "", name: str = "") -> Field:
-        """The same quantity in another wire type and unit."""
-        factor = self._factor_to(unit)
+    def with_wire_type(self, wire: WireType, unit: str = "", name: str = "") -> Field:
+        """Return a field for the same quantity in another wire type and unit."""
+        factor = UNITS[unit][1] / self.scale if unit else 1.0
         return replace(
             self,
             name=name or self.name,
@@ -186,6 +202,3 @@ class Field:
             low=None if self.low is None else self.low * factor,
             high=None if self.high is None else self.high * factor,
         )
-
-    def _factor_to(self, unit: str) -> float:
-        return UNITS[unit][1] / self.scale if unit else 1.0

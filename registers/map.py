@@ -1,11 +1,11 @@
-"""REGISTERS: the one place that knows an address, a type, a scale, a unit, a span and a meaning."""
+"""Register map: the only declaration of each register's address, type, unit, scale, range and meaning."""
 
 from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass, replace
 
-from registers.codes import (
+from pneuforce.registers.codes import (
     ANSWERS,
     COMMANDS,
     CONDENSED,
@@ -13,13 +13,13 @@ from registers.codes import (
     HOLDERS,
     METHODS,
     MODES,
-    REFUSALS,
+    REJECT_REASONS,
     STATES,
     STATUS,
     STATUS_HIGH,
     STATUS_LOW,
 )
-from registers.field import Field, Wire
+from pneuforce.registers.field import Field, WireType
 
 MAP_VERSION = 1
 
@@ -28,71 +28,74 @@ COMMAND_KEY = 0x5046
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Register(Field):
-    """A field at an address of the Modbus map (0-based, in 16-bit words)."""
+    """Field at an address of the Modbus map. Addresses start at 0 and count 16-bit words."""
 
     address: int
     writable: bool = False
 
     @property
     def end(self) -> int:
-        """First address behind this register."""
+        """Return the first address after this register."""
         return self.address + self.wire.words
 
 
-F32, U32, I16, U16 = Wire.F32, Wire.U32, Wire.I16, Wire.U16
+F32, U32, I16, U16 = WireType.F32, WireType.U32, WireType.I16, WireType.U16
 
 _DECLARED: tuple[Register, ...] = (
     Register(address=0, name="force", wire=F32, unit="N", quantity="force_n", low=-20, high=20,
-             doc="Contact force, positive when the balloon is pressed."),
+             doc="Contact force; positive when an object presses on the balloon."),
     Register(address=2, name="force_uncertainty", wire=F32, unit="N", quantity="force_std_n", low=0, high=20,
-             doc="Standard uncertainty of the force; without contact, the detection limit."),
+             doc="Standard uncertainty of the force. Without contact: the detection limit."),
     Register(address=4, name="pressure", wire=F32, unit="kPa", quantity="pressure_kpa", low=-5, high=50,
              doc="Filtered gauge pressure."),
     Register(address=6, name="radius", wire=F32, unit="mm", quantity="radius_mm", low=7, high=10,
-             doc="Inflated radius R_i before contact."),
+             doc="Radius R_i of the inflated balloon before contact."),
     Register(address=8, name="setpoint", wire=F32, unit="kPa", quantity="setpoint_kpa", low=2, high=12,
-             doc="Setpoint in effect; not available while vented or tripped."),
-    Register(address=10, name="initial_pressure", wire=F32, unit="kPa", quantity="initial_pressure_kpa",
-             low=-5, high=25, doc="ΔP_i of the contact in progress, else the running baseline."),
+             doc="Setpoint in effect. Not available while vented or tripped."),
+    Register(address=10, name="baseline_pressure", wire=F32, unit="kPa", quantity="baseline_pressure_kpa",
+             low=-5, high=25,
+             doc="Baseline pressure ΔP_i: the value when the contact started, otherwise the running value."),
     Register(address=12, name="rise", wire=F32, unit="kPa", quantity="rise_kpa", low=-5, high=30,
-             doc="Rise ΔP_f − ΔP_i."),
+             doc="Pressure rise ΔP_f − ΔP_i."),
     Register(address=14, name="indentation", wire=F32, unit="mm", quantity="indentation_mm", low=0, high=10,
-             doc="Indentation d."),
+             doc="Indentation depth d."),
     Register(address=16, name="contact_radius", wire=F32, unit="mm", quantity="contact_radius_mm", low=0,
              high=20, doc="Radius a of the contact area."),
     Register(address=18, name="peak_force", wire=F32, unit="N", quantity="peak_force_n", low=-20, high=20,
              doc="Peak force of the last finished contact."),
     Register(address=20, name="status", wire=U32, quantity="status", bits=STATUS,
-             doc="Status bits; also the discrete inputs 0–31."),
+             doc="Status bits. The discrete inputs 0–31 are the same bits."),
     Register(address=22, name="sample_counter", wire=U32, quantity="sample_counter",
-             doc="One per rig frame used; wraps."),
-    Register(address=24, name="sample_age", wire=U16, unit="ms", quantity="age_s", always=True,
-             doc="Age of the sample, saturating."),
+             doc="Number of samples used. Wraps to 0."),
+    Register(address=24, name="sample_age", wire=U16, unit="ms", quantity="age_s", always_available=True,
+             doc="Age of the last sample. Stays at the largest value when older."),
     Register(address=25, name="state", wire=U16, quantity="state", values=STATES, doc="State of the rig."),
     Register(address=26, name="contact_counter", wire=U16, quantity="contact_counter",
-             doc="Contacts begun; wraps."),
-    Register(address=27, name="refusal", wire=U16, quantity="refusal", values=REFUSALS,
-             doc="Why this peer's last write was refused, kept until its next accepted write."),
-    Register(address=28, name="force_low", wire=F32, unit="N", quantity="force_low_n", low=0, high=20,
+             doc="Number of contacts that have started. Wraps to 0."),
+    Register(address=27, name="reject_reason", wire=U16, quantity="reject_reason", values=REJECT_REASONS,
+             doc="Why the last write of this peer was rejected. Reset by its next accepted write."),
+    Register(address=28, name="force_lower_range_limit", wire=F32, unit="N",
+             quantity="force_lower_range_limit_n", low=0, high=20,
              doc="Lower limit of the model's range at this ΔP_i: the force at a rise of 0.5 kPa."),
     Register(address=30, name="force_uncompensated", wire=F32, unit="N", quantity="force_uncompensated_n",
-             low=-20, high=20, doc="Force without delay compensation."),
+             low=-20, high=20, doc="Force without compensation of the delay."),
     Register(address=32, name="baseline_drift", wire=F32, unit="kPa/s", quantity="drift_kpa_per_s", low=-10,
-             high=10, doc="Drift of the baseline."),
+             high=10, doc="Drift of the baseline pressure."),
     Register(address=34, name="delay", wire=U16, unit="ms", quantity="delay_s",
-             doc="Remaining delay of the force."),
-    Register(address=35, name="baseline_age", wire=U16, unit="s", quantity="baseline_age_s", always=True,
-             doc="Age of the baseline."),
+             doc="Delay of the force that is not compensated."),
+    Register(address=35, name="baseline_age", wire=U16, unit="s", quantity="baseline_age_s",
+             always_available=True, doc="Age of the baseline pressure."),
     Register(address=64, name="force_mn", wire=I16, unit="mN", quantity="force_n", doc="Contact force."),
     Register(address=65, name="force_uncertainty_mn", wire=U16, unit="mN", quantity="force_std_n",
              doc="Standard uncertainty of the force."),
     Register(address=66, name="pressure_pa", wire=I16, unit="Pa", quantity="pressure_kpa",
              doc="Filtered gauge pressure."),
     Register(address=67, name="radius_um", wire=U16, unit="µm", quantity="radius_mm",
-             doc="Inflated radius R_i before contact."),
+             doc="Radius R_i of the inflated balloon before contact."),
     Register(address=68, name="setpoint_pa", wire=I16, unit="Pa", quantity="setpoint_kpa",
              doc="Setpoint in effect."),
-    Register(address=69, name="rise_pa", wire=I16, unit="Pa", quantity="rise_kpa", doc="Rise ΔP_f − ΔP_i."),
+    Register(address=69, name="rise_pa", wire=I16, unit="Pa", quantity="rise_kpa",
+             doc="Pressure rise ΔP_f − ΔP_i."),
     Register(address=70, name="peak_force_mn", wire=I16, unit="mN", quantity="peak_force_n",
              doc="Peak force of the last finished contact."),
     Register(address=71, name="condensed_status", wire=U16, quantity="status", bits=CONDENSED,
@@ -102,78 +105,80 @@ _DECLARED: tuple[Register, ...] = (
     Register(address=73, name="status_high", wire=U16, quantity="status", bits=STATUS_HIGH,
              doc="Status bits 16–31."),
     Register(address=512, name="setpoint_requested", wire=F32, unit="kPa", quantity="setpoint_requested_kpa",
-             low=2, high=12, writable=True, doc="Inflation pressure requested."),
+             low=2, high=12, writable=True, doc="Requested setpoint."),
     Register(address=514, name="force_limit", wire=F32, unit="N", quantity="force_limit_n", low=0.1, high=20,
              writable=True, doc="Force alarm limit (status bit 6)."),
     Register(address=516, name="mode", wire=U16, quantity="mode", values=MODES, writable=True,
-             doc="0 vents, always accepted; 1 inflates to the setpoint, then locks."),
+             doc="0 vents and is always accepted. 1 inflates to the setpoint, then closes both valves."),
     Register(address=517, name="lease", wire=U16, unit="ms", quantity="lease_s", low=200, high=60000,
-             also=(0,), always=True, writable=True,
-             doc="Lease: 0 none; else the writer must write again within this time."),
+             also_allowed=(0,), always_available=True, writable=True,
+             doc="Lease time. 0: no lease. Otherwise the writer must write again within this time."),
     Register(address=518, name="reference_pressure", wire=F32, unit="kPa", quantity="reference_pressure_kpa",
              low=-1, high=3, writable=True,
-             doc="Pressure around the balloon above ambient (insufflation); in the vented state only."),
+             doc="Gauge pressure around the balloon (insufflation). Writable only while vented."),
     Register(address=520, name="command_key", wire=U16, quantity="command_key", low=COMMAND_KEY,
-             high=COMMAND_KEY, writable=True, doc="Command: key 5046h."),
+             high=COMMAND_KEY, writable=True, doc="Command: the key 5046h."),
     Register(address=521, name="command_code", wire=U16, quantity="command_code", values=COMMANDS,
-             writable=True, doc="Command: what to do."),
+             writable=True, doc="Command: its code."),
     Register(address=522, name="command_argument", wire=U16, quantity="command_argument", writable=True,
-             doc="Command: argument."),
+             doc="Command: its argument."),
     Register(address=523, name="command_sequence", wire=U16, quantity="command_sequence", writable=True,
-             doc="Command: runs when this is written with a new value; the same value repeats the answer."),
+             doc="Command: sequence number. A new value starts it; the same value repeats the answer."),
     Register(address=524, name="answer_sequence", wire=U16, quantity="answer_sequence",
-             doc="Answer: sequence echoed."),
+             doc="Answer: sequence number of the command."),
     Register(address=525, name="answer_state", wire=U16, quantity="answer_state", values=ANSWERS,
-             doc="Answer: state."),
-    Register(address=526, name="answer_result", wire=U16, quantity="answer_result", values=REFUSALS,
-             doc="Answer: 0 ok, else a refusal code."),
-    Register(address=528, name="lease_left", wire=U16, unit="ms", quantity="lease_left_s", always=True,
-             doc="Lease time left."),
+             doc="Answer: state of the command."),
+    Register(address=526, name="answer_result", wire=U16, quantity="answer_result", values=REJECT_REASONS,
+             doc="Answer: 0 if successful, otherwise a reject reason."),
+    Register(address=528, name="lease_left", wire=U16, unit="ms", quantity="lease_left_s",
+             always_available=True, doc="Remaining lease time."),
     Register(address=529, name="lease_holder", wire=U16, quantity="lease_holder", values=HOLDERS,
-             doc="Lease holder."),
+             doc="Channel of the lease holder."),
     Register(address=544, name="setpoint_requested_pa", wire=U16, unit="Pa", low=2000, high=12000,
              quantity="setpoint_requested_kpa", writable=True,
-             doc="Inflation pressure requested, for masters that write single registers."),
+             doc="Requested setpoint, for masters that write single registers only."),
     Register(address=545, name="force_limit_mn", wire=U16, unit="mN", low=100, high=20000,
              quantity="force_limit_n", writable=True,
-             doc="Force alarm limit, for masters that write single registers."),
-    Register(address=768, name="map_version", wire=U16, constant=MAP_VERSION, doc="Version of this map."),
+             doc="Force alarm limit, for masters that write single registers only."),
+    Register(address=768, name="map_version", wire=U16, constant=MAP_VERSION,
+             doc="Version of this register map."),
     Register(address=769, name="method", wire=U16, quantity="method", values=METHODS,
-             doc="Force model; +256 with a force calibration."),
-    Register(address=770, name="map_hash", wire=U32, constant=0, doc="Hash of this map."),
+             doc="Force model; 256 is added if a force calibration is applied."),
+    Register(address=770, name="map_hash", wire=U32, constant=0, doc="Hash of this register map."),
     Register(address=772, name="configuration_hash", wire=U32, quantity="configuration_hash",
-             doc="Hash of configuration and calibration."),
-    Register(address=774, name="serial_number", wire=U32, quantity="serial_number", doc="Serial number."),
+             doc="Hash of the configuration and the calibration."),
+    Register(address=774, name="serial_number", wire=U32, quantity="serial_number",
+             doc="Serial number of the instrument."),
     Register(address=776, name="calibration_date", wire=U32, quantity="calibration_date",
-             doc="Calibration date yyyymmdd, 0 where uncalibrated."),
-    Register(address=778, name="first_fault", wire=U16, quantity="first_fault", legend=FAULTS,
-             doc="Code of the fault that came first, 0 where there is none."),
-    Register(address=779, name="active_faults", wire=U16, quantity="active_faults",
-             doc="Number of active faults."),
+             doc="Calibration date as yyyymmdd; 0 if not calibrated."),
+    Register(address=778, name="first_out_fault", wire=U16, quantity="first_out_fault", legend=FAULTS,
+             doc="Code of the first-out fault; 0 if no fault is latched."),
+    Register(address=779, name="active_fault_count", wire=U16, quantity="active_fault_count",
+             doc="Number of latched faults."),
     Register(address=780, name="balloon_id", wire=U32, quantity="balloon_id",
-             doc="Balloon id: the configuration's, or the argument of command 5 since the host started."),
-    Register(address=782, name="inflations", wire=U32, quantity="inflations",
-             doc="Inflations since the balloon was fitted, or since the host started."),
+             doc="Number of the balloon: from the configuration, or from the last command 5."),
+    Register(address=782, name="inflation_count", wire=U32, quantity="inflation_count",
+             doc="Number of inflations since the balloon was fitted, or since the host process started."),
     Register(address=3840, name="test_float", wire=F32, constant=-123.45, doc="Test pattern −123.45."),
     Register(address=3842, name="test_long", wire=U32, constant=0x12345678, doc="Test pattern 12345678h."),
     Register(address=3844, name="test_int", wire=I16, constant=-12345, doc="Test pattern −12345."),
 )  # fmt: skip
 
-#: First and last address of each block that is readable throughout; gaps read 0 and refuse writes.
+#: First and last address of each readable block. Reserved addresses in a block read 0 and reject writes.
 BLOCKS: tuple[tuple[int, int], ...] = ((0, 127), (512, 575), (768, 799), (3840, 3855))
 
 
 def _hash_of(registers: tuple[Register, ...]) -> int:
-    facts = [
+    entries = [
         (r.address, r.name, r.wire.name, r.unit, r.quantity, r.constant, r.low, r.high, r.writable,
          sorted(r.code_names.items()),
          [(bit.number, bit.name) for bit in r.bits.bits] if r.bits else ())
         for r in registers
     ]  # fmt: skip
-    return zlib.crc32(repr(facts).encode())
+    return zlib.crc32(repr(entries).encode())
 
 
-#: Hash of addresses, types, units, spans and names: the same in the instrument and in its documents.
+#: Hash of addresses, types, units, ranges and names. The instrument and its documents have the same hash.
 MAP_HASH = _hash_of(_DECLARED)
 
 REGISTERS = tuple(replace(r, constant=MAP_HASH) if r.name == "map_hash" else r for r in _DECLARED)

@@ -1,4 +1,4 @@
-"""All that a bus may ask of the instrument: one snapshot to render from, and one way to write."""
+"""Interface between the instrument and the bus servers: read a snapshot, write quantities."""
 
 from __future__ import annotations
 
@@ -7,35 +7,39 @@ from typing import Any, NamedTuple, Protocol
 
 
 class Peer(NamedTuple):
-    """Who is asking: the channel, and within it the address that a lease is tied to."""
+    """Sender of a request: the channel, and the address on that channel. A lease belongs to a peer."""
 
-    channel: str  #: one of the names of the lease-holder register: modbus_tcp, modbus_rtu, can, page
+    channel: str  #: a name of the lease-holder register: modbus_tcp, modbus_rtu, can or web
     address: str = ""
 
 
 class Source(Protocol):
-    """The instrument as a bus sees it. Every quantity of the register map is an attribute of a snapshot."""
+    """Instrument as the bus servers see it. Every quantity of the register map is a snapshot attribute."""
 
     def snapshot(self, peer: Peer, now_s: float) -> Any:
-        """One instant, as `peer` sees it: immutable, its attributes named by the map's `quantity`."""
+        """Return the values at one instant, as `peer` sees them.
+
+        The snapshot is immutable. Its attributes have the names of the map's `quantity` entries.
+        """
         ...
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> str:
-        """Carry out one request that names quantities and their new values, all or nothing.
+        """Carry out one write request, either completely or not at all. Return the reject reason.
 
-        Returns the name of a refusal, "none" where it was accepted. The values have passed the map's spans.
-        A request for mode "vent" is always carried out, whatever else is refused.
+        `values` maps quantities to their new values, already checked against the ranges of the register map.
+        The reject reason is "none" if the request was accepted. A request for mode "vent" is always carried
+        out, even if the rest of the request is rejected.
         """
         ...
 
     def master_lost(self, now_s: float) -> None:
-        """Hear that the CAN master, whose heartbeat the bus watches, is silent: nobody commands any more."""
+        """Report that the heartbeat of the monitored CANopen master is missing."""
         ...
 
-    def master_back(self, now_s: float) -> None:
-        """Hear that a lost CAN master is heard again, or that nobody watches it any more."""
+    def master_recovered(self, now_s: float) -> None:
+        """Report that the heartbeat of a lost master is back, or that monitoring was switched off."""
         ...
 
-    def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
-        """Hear of a request to write that its bus refused and never brought here, for whoever keeps a log."""
+    def log_rejected_write(self, peer: Peer, request: bytes, reason: str, now_s: float) -> None:
+        """Log a write request that the bus server rejected and did not pass to `write`."""
         ...

@@ -1,1 +1,1 @@
-"""The CAN face: frames declared from the register map, the node without I/O, the bus and a small hub."""
+"""CAN: frame definitions made from the register map, a node without I/O, the bus, and a small CAN hub."""

@@ -1,6 +1,7 @@
-"""A CAN interface through python-can, imported when a bus is opened.
+"""CAN interface through python-can.
 
-Whatever python-can raises becomes OSError with a sentence.
+python-can is imported when a bus is opened. All exceptions of python-can are raised again as OSError with a
+message of one line.
 """
 
 from __future__ import annotations
@@ -16,21 +17,26 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from registers.can.carrier import trouble_of
-from registers.can.wire import CanFrame, Kind
+from pneuforce.registers.can.carrier import link_problem
+from pneuforce.registers.can.wire import CanFrame, FrameKind
 
 if TYPE_CHECKING:
     import can
 
-WAIT_S = 0.1
-_SEND_WAIT_S = 0.1  #: for room in the controller's buffer; what waits behind is dropped by the outbox
-_SEND_BYTES = 4096  #: five frames: what the kernel keeps while nobody acknowledges arrives late
-_BUS_OFF = 0x40  #: in an error frame of SocketCAN (linux/can/error.h, CAN_ERR_BUSOFF)
+RECEIVE_TIMEOUT_S = 0.1
+_SEND_TIMEOUT_S = 0.1  #: longest wait for room in the transmit buffer of the controller
+#: Size of the kernel's send buffer: five frames. The buffer is small because frames in it become outdated
+#: while no node acknowledges.
+_SEND_BUFFER_BYTES = 4096
+_BUS_OFF = 0x40  #: flag in an error frame of SocketCAN (linux/can/error.h, CAN_ERR_BUSOFF)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BusAt:
-    """Where a bus is to be found: `socketcan`, `socketcand` (which alone has host and port) or `virtual`."""
+class CanAddress:
+    """Address of a CAN bus: the python-can interface and its channel.
+
+    `interface` is `socketcan`, `socketcand` or `virtual`. Only `socketcand` uses `host` and `port`.
+    """
 
     interface: str = "socketcan"
     channel: str = "can0"
@@ -38,116 +44,129 @@ class BusAt:
     port: int = 29536
 
     def __str__(self) -> str:
-        where = f" at {self.host}:{self.port}" if self.interface == "socketcand" else ""
-        return f"{self.interface} {self.channel}{where}"
+        location = f" at {self.host}:{self.port}" if self.interface == "socketcand" else ""
+        return f"{self.interface} {self.channel}{location}"
 
 
-def load(interface: str) -> None:
-    """Import python-can now: while that goes on, an instrument sends its board nothing."""
+def import_interface(interface: str) -> None:
+    """Import the modules of a python-can interface before the first sample.
+
+    The import takes long. During an import in the loop, the instrument sends nothing to the board.
+    """
     import_module(f"can.interfaces.{interface}")
-    import_module("encodings.idna")  # which sockets import at the first name of a host
+    import_module("encodings.idna")  # the socket module imports it when the first host name is resolved
 
 
-class BusFull(OSError):
-    """The controller's buffer is full: this frame was not sent, the bus itself is well."""
+class TxBufferFullError(OSError):
+    """Error for a frame that was not sent because the controller's buffer is full. The bus stays usable."""
 
 
-class Bus:
-    """One open interface."""
+class CanBus:
+    """One open CAN interface."""
 
-    def __init__(self, at: BusAt) -> None:
-        """Open it. Raises OSError: no such interface, or one that takes no part in its bus."""
+    def __init__(self, address: CanAddress) -> None:
+        """Open the interface.
+
+        Raises OSError if the interface does not exist, is down, or is bus-off.
+        """
         import can
 
-        self.failure: Exception | None = None  #: why it must be opened anew, found by who sends
+        #: Error of the sending thread that makes it necessary to open the interface again.
+        self.failure: Exception | None = None
         self._can = can
-        logging.getLogger("can").setLevel(logging.CRITICAL)  # it logs what it raises, and each split frame
+        # python-can logs every exception that it raises, and every frame that arrives in two pieces
+        logging.getLogger("can").setLevel(logging.CRITICAL)
         try:
-            self._bus, self._trouble = _opened(at)
+            self._bus, self._link_problem = _open(address)
         except (can.CanError, OSError, ValueError, NotImplementedError) as error:
-            reason = getattr(error, "strerror", None) or _sentence(error)
-            raise OSError(f"CAN on {at} cannot be opened: {reason}") from None
+            reason = getattr(error, "strerror", None) or _without_traceback(error)
+            raise OSError(f"CAN on {address} cannot be opened: {reason}") from None
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame; waits for up to 0.1 s for room. Raises BusFull, or OSError: the bus is gone."""
+        """Send one frame; wait for up to 0.1 s for room in the transmit buffer.
+
+        Raises TxBufferFullError if the buffer stays full, and OSError if the bus has failed.
+        """
         message = self._can.Message(
             arbitration_id=frame.id,
             data=frame.data,
-            is_extended_id=Kind.EXTENDED in frame.kind,
-            is_remote_frame=Kind.REMOTE in frame.kind,
+            is_extended_id=FrameKind.EXTENDED in frame.kind,
+            is_remote_frame=FrameKind.REMOTE in frame.kind,
         )
         try:
-            self._bus.send(message, _SEND_WAIT_S)
+            self._bus.send(message, _SEND_TIMEOUT_S)
         except self._can.CanError as error:
             full = error.error_code == errno.ENOBUFS or "buffer full" in str(error)
-            raise (BusFull if full else OSError)(_sentence(error)) from None
+            raise (TxBufferFullError if full else OSError)(_without_traceback(error)) from None
 
     def receive(self) -> tuple[float, CanFrame] | None:
-        """Time [s since 1970] and frame of the next message; None after 0.1 s of silence.
+        """Return the time [s since 1970] and the next frame, or None if none comes within 0.1 s.
 
-        Raises OSError: the bus is gone.
+        Raises OSError if the bus has failed or the controller is bus-off.
         """
         try:
-            message = self._bus.recv(WAIT_S)
+            message = self._bus.recv(RECEIVE_TIMEOUT_S)
         except self._can.CanError as error:
-            raise OSError(_sentence(error)) from None
+            raise OSError(_without_traceback(error)) from None
         if message is None:
-            if trouble := self._trouble():
-                raise ConnectionError(trouble)
+            if problem := self._link_problem():
+                raise ConnectionError(problem)
             return None
         if message.is_error_frame and message.arbitration_id & _BUS_OFF:
             raise OSError("the controller is bus-off")
         return message.timestamp, CanFrame(message.arbitration_id, bytes(message.data), _kind(message))
 
     def close(self) -> None:
-        """Let the interface go."""
+        """Close the interface."""
         with suppress(Exception):
             self._bus.shutdown()
 
 
-def listen(at: BusAt, stop: threading.Event) -> Iterator[tuple[float, CanFrame]]:
-    """Time [s since 1970] and frame of everything on the bus, until `stop` is set.
+def listen(address: CanAddress, stop: threading.Event) -> Iterator[tuple[float, CanFrame]]:
+    """Yield the time [s since 1970] and the frame of all bus traffic until `stop` is set.
 
-    Raises OSError: no such interface, or it went away.
+    Raises OSError if the interface cannot be opened or fails.
     """
-    bus = Bus(at)
+    bus = CanBus(address)
     try:
         while not stop.is_set():
-            heard = bus.receive()
-            if heard is not None:
-                yield heard
+            received = bus.receive()
+            if received is not None:
+                yield received
     finally:
         bus.close()
 
 
-def _opened(at: BusAt) -> tuple[can.BusABC, Callable[[], str]]:
-    """The interface, and what tells why it has ended without a word; empty while it lives."""
-    if at.interface == "socketcand":
-        from registers.can.daemon import DaemonBus
+def _open(address: CanAddress) -> tuple[can.BusABC, Callable[[], str]]:
+    """Return the open python-can bus, and a function that returns why the link is down ("" if it is up)."""
+    if address.interface == "socketcand":
+        from pneuforce.registers.can.socketcand_bus import SocketcandBus
 
-        return DaemonBus(at.channel, at.host, at.port), str
+        return SocketcandBus(address.channel, address.host, address.port), str
     import can
 
-    trouble = partial(trouble_of, at.channel) if at.interface == "socketcan" else str
-    if trouble():
-        raise ConnectionError(trouble())
-    bus = can.Bus(interface=at.interface, channel=at.channel, ignore_config=True)
-    if at.interface == "socketcan":
-        bus.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)  # type: ignore[attr-defined]
-    return bus, trouble
+    problem = partial(link_problem, address.channel) if address.interface == "socketcan" else str
+    if problem():
+        raise ConnectionError(problem())
+    bus = can.Bus(interface=address.interface, channel=address.channel, ignore_config=True)
+    if address.interface == "socketcan":
+        bus.socket.setsockopt(  # type: ignore[attr-defined]
+            socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES
+        )
+    return bus, problem
 
 
-def _sentence(error: Exception) -> str:
-    """What python-can says, without the traceback that it appends."""
+def _without_traceback(error: Exception) -> str:
+    """Return the message of a python-can error without the traceback that python-can appends."""
     return str(error).partition("Traceback (most recent call last)")[0].strip()
 
 
-def _kind(message: can.Message) -> Kind:
-    kind = Kind.DATA
+def _kind(message: can.Message) -> FrameKind:
+    kind = FrameKind.DATA
     if message.is_extended_id:
-        kind |= Kind.EXTENDED
+        kind |= FrameKind.EXTENDED
     if message.is_remote_frame:
-        kind |= Kind.REMOTE
+        kind |= FrameKind.REMOTE
     if message.is_error_frame:
-        kind |= Kind.ERROR
+        kind |= FrameKind.ERROR
     return kind

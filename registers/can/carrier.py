@@ -1,6 +1,7 @@
-"""Whether a kernel's CAN interface takes part in its bus: what a socket that was opened on it does not tell.
+"""Carrier state of a CAN interface of the Linux kernel.
 
-While a controller is bus-off, a new socket opens, takes frames, and nothing is ever sent.
+A socket does not report this state. While a controller is bus-off, a new socket still opens and accepts
+frames, but nothing is sent.
 """
 
 from __future__ import annotations
@@ -8,13 +9,13 @@ from __future__ import annotations
 import errno
 from pathlib import Path
 
-CARRIER = "/sys/class/net/{}/carrier"  #: Linux, Documentation/ABI/testing/sysfs-class-net
+CARRIER_FILE = "/sys/class/net/{}/carrier"  #: Linux, Documentation/ABI/testing/sysfs-class-net
 
 
-def trouble_of(channel: str) -> str:
-    """Why nothing can be sent there; empty where it can, or where this system does not say."""
+def link_problem(channel: str) -> str:
+    """Return why the interface cannot send, or "" if it can send or the system has no carrier file."""
     try:
-        carrier = Path(CARRIER.format(channel)).read_text("ascii").strip()
+        carrier = Path(CARRIER_FILE.format(channel)).read_text("ascii").strip()
     except OSError as error:
         return "the interface is down" if error.errno == errno.EINVAL else ""
     return "" if carrier == "1" else "no carrier: the controller is bus-off or stopped"

@@ -1,6 +1,7 @@
-"""FRAMES: what the node says and hears on CAN, declared from fields of the register map.
+"""Definitions of the CAN frames of the node, made from fields of the register map.
 
-Classic CAN, 11-bit identifiers (base + node id), little-endian; the frames of a CANopen node (CiA 301).
+Classic CAN, 11-bit identifiers (base identifier + node id), little-endian. The frames are those of a CANopen
+node (CiA 301).
 """
 
 from __future__ import annotations
@@ -11,27 +12,27 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from registers.can.wire import CanFrame
-from registers.codes import FAULTS, REFUSALS
-from registers.field import Field, Values, Wire
-from registers.map import BY_NAME
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.codes import FAULTS, REJECT_REASONS
+from pneuforce.registers.field import Enumeration, Field, WireType
+from pneuforce.registers.map import BY_NAME
 
-I16, U16, U8 = Wire.I16, Wire.U16, Wire.U8
+I16, U16, U8 = WireType.I16, WireType.U16, WireType.U8
 
 DEFAULT_NODE_ID = 5
 
-COMMAND_MODES = Values({0: "vent", 1: "hold", 2: "clear_faults", 3: "zero_pressure"})
-REFUSED = 16  #: plus the code of the refusal
-RESULTS = Values(
-    {0: "accepted", 1: "length", 2: "span", 4: "renewed", 5: "sequence"}
-    | {REFUSED + code: f"refused_{name}" for code, name in REFUSALS.names.items() if code}
+COMMAND_MODES = Enumeration({0: "vent", 1: "hold", 2: "clear_faults", 3: "zero_pressure"})
+REJECTED = 16  #: plus the code of the reject reason
+RESULTS = Enumeration(
+    {0: "accepted", 1: "invalid_length", 2: "out_of_range", 4: "renewed", 5: "sequence_reused"}
+    | {REJECTED + code: f"rejected_{name}" for code, name in REJECT_REASONS.names.items() if code}
 )
-NODE_STATES = Values({0: "boot_up", 4: "stopped", 5: "operational", 127: "pre_operational"})
+NODE_STATES = Enumeration({0: "boot_up", 4: "stopped", 5: "operational", 127: "pre_operational"})
 
 NO_ERROR = 0x0000
-MASTER_LOST = 0x8130  #: the CANopen master's heartbeat, which was watched, stays away
-RIG_ERROR = 0xFF00  #: plus the code of the first fault
-ERRORS = Values(
+MASTER_LOST = 0x8130  #: the heartbeat of the CANopen master is missing
+RIG_ERROR = 0xFF00  #: plus the code of the fault
+ERRORS = Enumeration(
     {NO_ERROR: "no_error", MASTER_LOST: "master_lost"}
     | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
 )
@@ -39,19 +40,19 @@ GENERIC_ERROR = 0x81  #: error register: generic and manufacturer-specific
 
 
 @dataclass(frozen=True, kw_only=True)
-class Frame:
-    """A frame: its identifier, and its fields from the first byte on, without gaps.
+class FrameDefinition:
+    """Identifier and fields of a frame. The fields begin at byte 0 and have no gaps.
 
-    A field with a `quantity` is rendered from a snapshot; one without is the frame's own.
+    A field with a `quantity` is encoded from a snapshot. The node gives the value of any other field.
     """
 
     name: str
     base_id: int
     fields: tuple[Field, ...]
     doc: str
-    most_per_s: float  #: how often it may come; the load check counts with it
-    period_s: float = 0.0  #: time between two of them where nothing changes; 0: only at events
-    received: bool = False  #: heard by the node; the others are sent by it
+    max_rate_hz: float  #: highest rate; the bus load is calculated from it
+    period_s: float = 0.0  #: time between two frames if nothing changes; 0: sent only at events
+    received: bool = False  #: True: received by the node; False: sent by the node
 
     @cached_property
     def _layout(self) -> struct.Struct:
@@ -59,168 +60,180 @@ class Frame:
 
     @property
     def length(self) -> int:
-        """Number of data bytes."""
+        """Return the number of data bytes."""
         return self._layout.size
 
     @property
-    def placed(self) -> Iterator[tuple[int, Field]]:
-        """Each field with the byte that it begins at."""
-        at = 0
+    def field_offsets(self) -> Iterator[tuple[int, Field]]:
+        """Yield each field with the number of its first byte."""
+        offset = 0
         for field in self.fields:
-            yield at, field
-            at += field.wire.size
+            yield offset, field
+            offset += field.wire.size
 
     def codes(self, data: bytes) -> dict[str, int]:
-        """Wire code of each field. Raises ValueError where `data` has another length."""
+        """Return the wire code of each field by the field's name.
+
+        Raises ValueError if `data` has the wrong length.
+        """
         if len(data) != self.length:
             raise ValueError(f"a {self.name} frame has {self.length} bytes, not {len(data)}")
         return dict(zip((field.name for field in self.fields), self._layout.unpack(data), strict=True))
 
 
-def encode(frame: Frame, snapshot: Any, **own: Any) -> bytes:
-    """Data bytes of `frame`, its fields from `snapshot` except those given by name in `own`."""
+def encode(frame: FrameDefinition, snapshot: Any, **node_values: Any) -> bytes:
+    """Return the data bytes of `frame`.
+
+    The fields named in `node_values` get these values. All others get the values of `snapshot`.
+    """
     return frame._layout.pack(
         *(
-            field.encode(own[field.name] if field.name in own else getattr(snapshot, field.quantity))
+            field.encode(
+                node_values[field.name] if field.name in node_values else getattr(snapshot, field.quantity)
+            )
             for field in frame.fields
         )
     )
 
 
-def decode(frame: Frame, data: bytes) -> dict[str, float | str | frozenset[str]]:
-    """Value of each field by its name: in the unit of its quantity, NaN where not available.
+def decode(frame: FrameDefinition, data: bytes) -> dict[str, float | str | frozenset[str]]:
+    """Return the value of each field by the field's name, in the unit of the field's quantity.
 
-    Raises ValueError where `data` has another length.
+    A value that is not available is NaN. Raises ValueError if `data` has the wrong length.
     """
     codes = frame.codes(data)
     return {field.name: field.decode(codes[field.name]) for field in frame.fields}
 
 
-def _own(name: str, doc: str, values: Values | None = None, wire: Wire = U8) -> Field:
+def _node_field(name: str, doc: str, values: Enumeration | None = None, wire: WireType = U8) -> Field:
     return Field(name=name, wire=wire, doc=doc, values=values)
 
 
-FORCE = Frame(
+FORCE = FrameDefinition(
     name="Force",
     base_id=0x180,
-    doc="TPDO1: every new sample, decimated to the configured rate (default 100 Hz), and at once the one "
-    "that raises the force alarm; when samples stop, at once and then at 10 Hz with the force not available.",
+    doc="TPDO1: sent for new samples at the configured rate (default 100 Hz), and at once for the sample "
+    "that raises the force alarm. When samples stop: sent at once and then at 10 Hz, with the force not "
+    "available.",
     period_s=0.01,
-    most_per_s=500,
+    max_rate_hz=500,
     fields=(
-        BY_NAME["force_mn"].on_wire(I16, "mN", "force"),
-        BY_NAME["pressure_pa"].on_wire(I16, "Pa", "pressure"),
-        BY_NAME["force_uncertainty_mn"].on_wire(U16, "mN", "force_uncertainty"),
-        BY_NAME["condensed_status"].on_wire(U8),
-        _own("counter", "One more with each Force frame; wraps."),
+        BY_NAME["force_mn"].with_wire_type(I16, "mN", "force"),
+        BY_NAME["pressure_pa"].with_wire_type(I16, "Pa", "pressure"),
+        BY_NAME["force_uncertainty_mn"].with_wire_type(U16, "mN", "force_uncertainty"),
+        BY_NAME["condensed_status"].with_wire_type(U8),
+        _node_field("counter", "Increases by 1 with each Force frame; wraps around."),
     ),
 )
-STATE = Frame(
+STATE = FrameDefinition(
     name="State",
     base_id=0x280,
-    doc="TPDO2: at 10 Hz, at a new setpoint and at a finished contact.",
+    doc="TPDO2: sent at 10 Hz, at a new setpoint, and at the end of a contact.",
     period_s=0.1,
-    most_per_s=20,
+    max_rate_hz=20,
     fields=(
-        BY_NAME["setpoint_pa"].on_wire(I16, "Pa", "setpoint"),
-        BY_NAME["initial_pressure"].on_wire(I16, "Pa"),
-        BY_NAME["radius_um"].on_wire(U16, "µm", "radius"),
-        BY_NAME["peak_force_mn"].on_wire(I16, "mN", "peak_force"),
+        BY_NAME["setpoint_pa"].with_wire_type(I16, "Pa", "setpoint"),
+        BY_NAME["baseline_pressure"].with_wire_type(I16, "Pa"),
+        BY_NAME["radius_um"].with_wire_type(U16, "µm", "radius"),
+        BY_NAME["peak_force_mn"].with_wire_type(I16, "mN", "peak_force"),
     ),
 )
-STATUS_FRAME = Frame(
+STATUS_FRAME = FrameDefinition(
     name="Status",
     base_id=0x380,
-    doc="TPDO3: at 10 Hz and at a change of status, state or refusal, at most every 10 ms.",
+    doc="TPDO3: sent at 10 Hz, and at a change of status, state or reject reason, at most every 10 ms.",
     period_s=0.1,
-    most_per_s=100,
+    max_rate_hz=100,
     fields=(
         BY_NAME["status"],
-        BY_NAME["state"].on_wire(U8),
-        BY_NAME["refusal"].on_wire(U8),
-        BY_NAME["contact_counter"].on_wire(U8),
-        BY_NAME["sample_counter"].on_wire(U8),
+        BY_NAME["state"].with_wire_type(U8),
+        BY_NAME["reject_reason"].with_wire_type(U8),
+        BY_NAME["contact_counter"].with_wire_type(U8),
+        BY_NAME["sample_counter"].with_wire_type(U8),
     ),
 )
-ANSWER = Frame(
+ANSWER = FrameDefinition(
     name="Answer",
     base_id=0x480,
-    doc="TPDO4: after each Command.",
-    most_per_s=20,
+    doc="TPDO4: sent after each Command.",
+    max_rate_hz=20,
     fields=(
-        _own("sequence", "Sequence of the Command; 0 where it was too short to hold one."),
-        _own("result", "What became of the Command.", RESULTS),
-        BY_NAME["setpoint_pa"].on_wire(I16, "Pa", "setpoint"),
+        _node_field("sequence", "Sequence of the Command; 0 if the Command was too short to contain one."),
+        _node_field("result", "Result of the Command.", RESULTS),
+        BY_NAME["setpoint_pa"].with_wire_type(I16, "Pa", "setpoint"),
     ),
 )
-COMMAND = Frame(
+COMMAND = FrameDefinition(
     name="Command",
     base_id=0x200,
-    doc="RPDO1, heard: what the rig should do. Mode vent is always accepted; in the others every field must "
-    "be within its span.",
+    doc="RPDO1, received: command to the rig. Mode vent is always accepted; in the other modes every field "
+    "must be within its range.",
     received=True,
-    most_per_s=20,
+    max_rate_hz=20,
     fields=(
         replace(
-            BY_NAME["setpoint_requested"].on_wire(U16, "Pa", "setpoint"),
-            also=(0,),
-            always=True,
-            doc="Inflation pressure requested; 0 where the mode is not hold.",
+            BY_NAME["setpoint_requested"].with_wire_type(U16, "Pa", "setpoint"),
+            also_allowed=(0,),
+            always_available=True,
+            doc="Requested inflation pressure; 0 if the mode is not hold.",
         ),
-        _own("mode", "vent, hold (inflate to the setpoint, then lock), or an order.", COMMAND_MODES),
-        _own("sequence", "New for each new Command; a repeated Command only renews its lease."),
+        _node_field("mode", "vent, hold (inflate to the setpoint, then lock), or a command.", COMMAND_MODES),
+        _node_field("sequence", "New for each new Command; a repeated Command only renews its lease."),
         BY_NAME["lease"],
         Field(name="reserved", wire=U16, low=0, high=0, doc="Reserved: 0."),
     ),
 )
-EMERGENCY = Frame(
+EMERGENCY = FrameDefinition(
     name="Emergency",
     base_id=0x080,
-    doc="At each fault's coming and going (CiA 301).",
-    most_per_s=10,
+    doc="Sent when a fault comes and when a fault goes (CiA 301).",
+    max_rate_hz=10,
     fields=(
         Field(
             name="error_code",
             wire=U16,
             legend=ERRORS,
-            doc="FF00h + code of the fault that came, 8130h: CANopen master lost; 0000h: something went.",
+            doc="FF00h + code of the new fault; 8130h: CANopen master lost; 0000h: an error has gone.",
         ),
-        _own(
+        _node_field(
             "error_register",
             "CiA 301 object 1001h: bits 0 and 7 while any fault is active, 0 and 4 while the master is lost.",
         ),
-        BY_NAME["active_faults"].on_wire(U8),
+        BY_NAME["active_fault_count"].with_wire_type(U8),
         BY_NAME["status"],
     ),
 )
-HEARTBEAT = Frame(
+HEARTBEAT = FrameDefinition(
     name="Heartbeat",
     base_id=0x700,
-    doc="At 1 Hz; boot_up once at the start (CiA 301).",
+    doc="Sent at 1 Hz; boot_up once at the start (CiA 301).",
     period_s=1.0,
-    most_per_s=1,
-    fields=(_own("node_state", "State of the node.", NODE_STATES),),
+    max_rate_hz=1,
+    fields=(_node_field("node_state", "State of the node.", NODE_STATES),),
 )
 
 FRAMES = (FORCE, STATE, STATUS_FRAME, ANSWER, COMMAND, EMERGENCY, HEARTBEAT)
 
 
-SDO_ANSWER = 0x580  #: plus the node id; in raw mode nobody sends it, in CANopen mode the node
+SDO_RESPONSE = 0x580  #: plus the node id; sent only in CANopen mode, reserved in raw mode too
 
 
-def sent_ids(node_id: int) -> frozenset[int]:
-    """Identifiers that nobody but the node `node_id` may send, whatever its mode."""
-    return frozenset((SDO_ANSWER + node_id, *(f.base_id + node_id for f in FRAMES if not f.received)))
+def transmit_ids(node_id: int) -> frozenset[int]:
+    """Return the identifiers that only the node `node_id` may send, in both modes."""
+    return frozenset((SDO_RESPONSE + node_id, *(f.base_id + node_id for f in FRAMES if not f.received)))
 
 
-def frame_of(can_id: int, node_id: int) -> Frame | None:
-    """The frame that has this identifier at the node `node_id`."""
+def find_frame(can_id: int, node_id: int) -> FrameDefinition | None:
+    """Return the definition of the frame with this identifier of the node `node_id`, or None."""
     return next((frame for frame in FRAMES if frame.base_id + node_id == can_id), None)
 
 
-def read(can_frame: CanFrame, node_id: int) -> tuple[Frame, dict[str, Any]] | None:
-    """Which frame of the node `node_id` this is, and its values; None where it is none, or malformed."""
-    frame = frame_of(can_frame.id, node_id)
+def decode_frame(can_frame: CanFrame, node_id: int) -> tuple[FrameDefinition, dict[str, Any]] | None:
+    """Return the definition and the values of a frame of the node `node_id`.
+
+    Returns None if the frame belongs to another node or is malformed.
+    """
+    frame = find_frame(can_frame.id, node_id)
     if frame is None or can_frame.kind or len(can_frame.data) != frame.length:
         return None
     return frame, decode(frame, can_frame.data)

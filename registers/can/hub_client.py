@@ -1,69 +1,112 @@
-"""One connection to the hub: first its handshake, then frames."""
+"""Connection of one client to the CAN hub: the handshake, then frames."""
 
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
-from registers.can.socketcand import ECHO, GREETING, NO_ROOM, NO_SUCH_BUS, OK, Decoder, frame_of_send
-
-if TYPE_CHECKING:
-    from registers.can.hub import Hub
+from pneuforce.registers.can.socketcand import (
+    ECHO,
+    GREETING,
+    NO_SUCH_BUS,
+    OK,
+    TOO_MANY_CLIENTS,
+    SocketcandDecoder,
+    frame_message,
+)
 
 CHANNEL = "can0"
-HANDSHAKE_S = 5.0  #: after which a client that has not joined is closed
-#: python-can's handshake takes a frame that comes glued to the last "ok" for a failure.
-JOIN_AFTER_S = 0.1
-#: Unread bytes, some 20 000 frames, at which a client is taken for dead.
-MOST_UNREAD_BYTES = 1 << 20
+HANDSHAKE_TIMEOUT_S = 5.0  #: a client that has not completed the handshake by then is disconnected
+#: Delay of the first frame after the handshake: python-can's handshake fails if a frame arrives together with
+#: the last "ok".
+FIRST_FRAME_DELAY_S = 0.1
+#: A client with more unread bytes, about 20 000 frames, is disconnected.
+MAX_UNREAD_BYTES = 1 << 20
+
+
+@dataclass(slots=True)
+class HubCounters:
+    """Counters of a hub since its creation."""
+
+    connections: int = 0
+    frames: int = 0  #: frames forwarded
+    garbage: int = 0  #: malformed messages, and messages that are invalid in the client's state
+    rejected_clients: int = 0  #: clients rejected because too many were connected
+    disconnected: int = 0  #: clients disconnected because of unread data or a late handshake
+    late: int = 0  #: frames dropped because the hub process was suspended
+
+
+class ClientRegistry(Protocol):
+    """Interface of the hub for its clients."""
+
+    counters: HubCounters
+    #: Clients that have completed the handshake.
+    members: set[HubClient]
+    #: Returns the time [s since 1970].
+    clock: Callable[[], float]
+
+    def add(self, client: HubClient) -> bool:
+        """Add a connected client; return False if the hub is full."""
+        ...
+
+    def remove(self, client: HubClient) -> None:
+        """Remove a client that has disconnected."""
+        ...
+
+    def forward(self, frames: list[bytes], sender: HubClient) -> None:
+        """Send `frames` to all members except `sender`."""
+        ...
 
 
 class HubClient(asyncio.Protocol):
-    """A client, from its connection to its end."""
+    """One client, from its connection to its disconnection."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: ClientRegistry) -> None:
         self._hub = hub
         self._timer: asyncio.TimerHandle | None = None
-        self._decoder = Decoder()
+        self._decoder = SocketcandDecoder()
         self._opened = False
-        self._held: bytearray | None = bytearray()  #: what the others sent until this client has joined
+        #: Frames of other clients that wait for the end of this client's handshake; None after it.
+        self._pending: bytearray | None = bytearray()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Greet it, or send it away where the hub is full."""
+        """Send the greeting, or reject the client if the hub is full."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
-        if not self._hub.came(self):
-            transport.write(NO_ROOM)
+        if not self._hub.add(self):
+            transport.write(TOO_MANY_CLIENTS)
             transport.close()
             return
         transport.write(GREETING)
-        self._timer = asyncio.get_running_loop().call_later(HANDSHAKE_S, self._give_up)
+        self._timer = asyncio.get_running_loop().call_later(HANDSHAKE_TIMEOUT_S, self._disconnect)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        """Forget it at once; its timer would keep it."""
+        """Remove the client from the hub, and cancel its timer, which would keep this object alive."""
         if self._timer is not None:
             self._timer.cancel()
-        self._hub.went(self)
+        self._hub.remove(self)
 
     def data_received(self, data: bytes) -> None:
-        """Answer the handshake; pass frames on, those that came together together."""
+        """Answer the handshake, and forward the frames in `data` together."""
         garbage_before = self._decoder.garbage
         frames = []
         for words in self._decoder.feed(data):
             if self not in self._hub.members:
-                self._shake_hands(words)
+                self._answer_handshake(words)
             elif words == ["echo"]:
                 self._write(ECHO)
-            elif frame := frame_of_send(words, self._hub.clock()):
+            elif frame := frame_message(words, self._hub.clock()):
                 frames.append(frame)
             else:
                 self._hub.counters.garbage += 1
         self._hub.counters.garbage += self._decoder.garbage - garbage_before
         if frames:
-            self._join()  # who sends has read its last "ok"
-            self._hub.pass_on(frames, self)
+            self._send_pending()  # a client that sends frames has already read its last "ok"
+            self._hub.forward(frames, self)
 
-    def _shake_hands(self, words: list[str]) -> None:
+    def _answer_handshake(self, words: list[str]) -> None:
         if words == ["open", CHANNEL]:
             self._opened = True
             self._write(OK)
@@ -74,39 +117,39 @@ class HubClient(asyncio.Protocol):
             self._hub.members.add(self)
             if self._timer is not None:
                 self._timer.cancel()
-            self._timer = asyncio.get_running_loop().call_later(JOIN_AFTER_S, self._join)
+            self._timer = asyncio.get_running_loop().call_later(FIRST_FRAME_DELAY_S, self._send_pending)
         else:
             self._hub.counters.garbage += 1
 
-    def _join(self) -> None:
-        """Hand over what was held back, and from now on everything at once."""
-        held, self._held = self._held, None
-        if held:
-            self._write(bytes(held))
+    def _send_pending(self) -> None:
+        """Send the pending frames; from now on, `send_frames` sends at once."""
+        pending, self._pending = self._pending, None
+        if pending:
+            self._write(bytes(pending))
 
-    def give(self, data: bytes) -> None:
-        """Send frames to this client, once it has joined."""
-        if self._held is not None:
-            self._held += data
-            self._give_up_beyond(len(self._held))
+    def send_frames(self, data: bytes) -> None:
+        """Send frames to this client, or store them until its handshake is complete."""
+        if self._pending is not None:
+            self._pending += data
+            self._limit_unread(len(self._pending))
         else:
             self._write(data)
 
     def _write(self, data: bytes) -> None:
         if not self._transport.is_closing():
             self._transport.write(data)
-            self._give_up_beyond(self._transport.get_write_buffer_size())
+            self._limit_unread(self._transport.get_write_buffer_size())
 
-    def _give_up_beyond(self, unread_bytes: int) -> None:
-        """Close where the client has stopped reading."""
-        if unread_bytes > MOST_UNREAD_BYTES:
-            self._give_up()
+    def _limit_unread(self, unread_bytes: int) -> None:
+        """Disconnect a client that does not read."""
+        if unread_bytes > MAX_UNREAD_BYTES:
+            self._disconnect()
 
-    def _give_up(self) -> None:
-        self._hub.counters.given_up += 1
+    def _disconnect(self) -> None:
+        self._hub.counters.disconnected += 1
         self._hub.members.discard(self)
         self.abort()
 
     def abort(self) -> None:
-        """Close at once."""
+        """Close the connection at once and discard unsent data."""
         self._transport.abort()

@@ -1,4 +1,7 @@
-"""The CAN node without I/O: which frames are due, and what becomes of those received. Time is an argument."""
+"""CAN node in raw mode, without I/O: the frames that are due, and the reaction to received frames.
+
+Time is an argument of each method.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,15 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from registers.can.command import CAN, MALFORMED, CommandDesk, Reply, vents
-from registers.can.decimation import Decimation
-from registers.can.frames import (
+from pneuforce.registers.can.command import (
+    CAN_PEER,
+    MALFORMED,
+    CommandHandler,
+    CommandResult,
+    is_vent_command,
+)
+from pneuforce.registers.can.force_decimator import ForceDecimator
+from pneuforce.registers.can.frames import (
     ANSWER,
     COMMAND,
     EMERGENCY,
@@ -20,106 +29,109 @@ from registers.can.frames import (
     RIG_ERROR,
     STATE,
     STATUS_FRAME,
-    Frame,
+    FrameDefinition,
     encode,
-    sent_ids,
+    transmit_ids,
 )
-from registers.can.options import Options
-from registers.can.wire import CanFrame
-from registers.source import Source
+from pneuforce.registers.can.options import CanOptions
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.source import Source
 
-SILENCE_PERIOD_S = 0.1
+STALE_FORCE_PERIOD_S = 0.1  #: period of the Force frame while there are no samples
 STATUS_INHIBIT_S = 0.01
 
 
 @dataclass(slots=True)
-class Counters:
-    """What the node has seen since it was made."""
+class NodeCounters:
+    """Counters of a node since its creation."""
 
-    commands: int = 0  #: received, well formed or not
-    ignored: int = 0  #: frames with one of our identifiers that are none of ours to obey
+    commands: int = 0  #: received Commands, valid or not
+    ignored: int = 0  #: received frames with an identifier of this node on which the node does not act
 
 
 @dataclass(slots=True)
-class Cycle:
-    """When a frame is due: after each period and at each change, but not within the inhibit time."""
+class TransmitTimer:
+    """Timer for a frame that is due after each period and at each change, but not within the inhibit time."""
 
     period_s: float
     inhibit_s: float = 0.0
     _sent_s: float = -math.inf
     _next_s: float = -math.inf
-    _key: Hashable = None
+    _content: Hashable = None
 
-    def due(self, now_s: float, key: Hashable = None) -> bool:
-        """Whether to send now; `key` is what a change is seen by."""
-        on_time = now_s >= self._next_s
-        changed = key != self._key and now_s >= self._sent_s + self.inhibit_s
-        if not (on_time or changed):
+    def due(self, now_s: float, content: Hashable = None) -> bool:
+        """Return True if the frame must be sent now. `content` is compared with the last content sent."""
+        period_over = now_s >= self._next_s
+        changed = content != self._content and now_s >= self._sent_s + self.inhibit_s
+        if not (period_over or changed):
             return False
         late = not now_s - self._next_s <= self.period_s
         self._next_s = now_s + self.period_s if changed or late else self._next_s + self.period_s
-        self._sent_s, self._key = now_s, key
+        self._sent_s, self._content = now_s, content
         return True
 
 
 class CanNode:
-    """One source as a node: hands out the frames to send, and takes the frames received."""
+    """CAN node of one source: returns the frames to send and handles the frames received."""
 
-    def __init__(self, source: Source, options: Options) -> None:
+    def __init__(self, source: Source, options: CanOptions) -> None:
         self.options = options
-        self.counters = Counters()
-        self.own_ids = sent_ids(options.node_id)
+        self.counters = NodeCounters()
+        self.transmit_ids = transmit_ids(options.node_id)
         self._source = source
-        self._desk = CommandDesk(source)
+        self._command_handler = CommandHandler(source)
         self._command_id = COMMAND.base_id + options.node_id
         self._counter = 0
-        self._decimation = Decimation(options.force_rate_hz)
-        self._silence = Cycle(SILENCE_PERIOD_S)
-        self._state = Cycle(STATE.period_s)
-        self._status = Cycle(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
-        self._heartbeat = Cycle(HEARTBEAT.period_s)
+        self._decimator = ForceDecimator(options.force_rate_hz)
+        self._stale_force_timer = TransmitTimer(STALE_FORCE_PERIOD_S)
+        self._state_timer = TransmitTimer(STATE.period_s)
+        self._status_timer = TransmitTimer(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
+        self._heartbeat_timer = TransmitTimer(HEARTBEAT.period_s)
         self._booted = False
         self._faults: tuple[int, ...] = ()
 
-    # ---- to the bus
+    # ---- sending
 
     def on_sample(self, now_s: float) -> list[CanFrame]:
-        """Frames due at a new sample: Force at its rate or with an alarm, and what has changed."""
-        snapshot = self._source.snapshot(CAN, now_s)
-        taken = self._decimation.takes(alarm="force_limit" in snapshot.status)
-        return ([self._force(snapshot)] if taken else []) + self._changes(snapshot, now_s)
+        """Return the frames due at a new sample: Force at its rate or with an alarm, and what has changed."""
+        snapshot = self._source.snapshot(CAN_PEER, now_s)
+        selected = self._decimator.selects(alarm="force_high_alarm" in snapshot.status)
+        return ([self._force(snapshot)] if selected else []) + self._changes(snapshot, now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:
-        """Frames due by time alone; to be called every 10 ms, with samples or without."""
-        snapshot = self._source.snapshot(CAN, now_s)
-        frames = self._alive(now_s)
+        """Return the frames due by time. Must be called every 10 ms, with or without samples."""
+        snapshot = self._source.snapshot(CAN_PEER, now_s)
+        frames = self._heartbeat(now_s)
         if "stale" in snapshot.status:
-            frames += self._silent(snapshot, now_s)
+            frames += self._stale_force(snapshot, now_s)
         frames += self._changes(snapshot, now_s)
-        reply = self._desk.ended(snapshot)
-        return frames + ([self._answer(reply, snapshot)] if reply else [])
+        result = self._command_handler.finished_result(snapshot)
+        return frames + ([self._answer(result, snapshot)] if result else [])
 
     def _force(self, snapshot: Any) -> CanFrame:
         self._counter = (self._counter + 1) & 0xFF
         return self._frame(FORCE, snapshot, counter=self._counter)
 
-    def _silent(self, snapshot: Any, now_s: float) -> list[CanFrame]:
-        """Force not available: at once when samples stop, then at 10 Hz; the next sample is sent at once."""
-        self._decimation.restart()
-        return [self._force(snapshot)] if self._silence.due(now_s) else []
+    def _stale_force(self, snapshot: Any, now_s: float) -> list[CanFrame]:
+        """Return the Force frame without a force: at once when samples stop, then at 10 Hz.
+
+        The first sample after that is sent at once.
+        """
+        self._decimator.restart()
+        return [self._force(snapshot)] if self._stale_force_timer.due(now_s) else []
 
     def _changes(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         frames = self._emergency(snapshot)
-        finished = snapshot.contact_counter - ("in_contact" in snapshot.status)
-        if self._status.due(now_s, (snapshot.status, snapshot.state, snapshot.refusal)):
+        finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
+        if self._status_timer.due(now_s, (snapshot.status, snapshot.state, snapshot.reject_reason)):
             frames.append(self._frame(STATUS_FRAME, snapshot))
-        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)  # a code: NaN is not equal to itself
-        if self._state.due(now_s, (setpoint, finished)):
+        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)  # codes compare equal, but NaN does not
+        if self._state_timer.due(now_s, (setpoint, finished_contacts)):
             frames.append(self._frame(STATE, snapshot))
         return frames
 
     def _emergency(self, snapshot: Any) -> list[CanFrame]:
-        """One frame for each fault that has come, one for those that have gone."""
+        """Return one frame for each new fault, and one frame for all faults that have gone."""
         before, self._faults = self._faults, snapshot.faults
         if self._faults == before:
             return []
@@ -129,38 +141,41 @@ class CanNode:
         register = GENERIC_ERROR if self._faults else 0
         return [self._frame(EMERGENCY, snapshot, error_code=c, error_register=register) for c in codes]
 
-    def _alive(self, now_s: float) -> list[CanFrame]:
-        if not self._heartbeat.due(now_s):
+    def _heartbeat(self, now_s: float) -> list[CanFrame]:
+        if not self._heartbeat_timer.due(now_s):
             return []
         state = "operational" if self._booted else "boot_up"
         self._booted = True
         return [self._frame(HEARTBEAT, None, node_state=state)]
 
-    def _frame(self, frame: Frame, snapshot: Any, **own: Any) -> CanFrame:
-        return CanFrame(frame.base_id + self.options.node_id, encode(frame, snapshot, **own))
+    def _frame(self, frame: FrameDefinition, snapshot: Any, **node_values: Any) -> CanFrame:
+        return CanFrame(frame.base_id + self.options.node_id, encode(frame, snapshot, **node_values))
 
-    # ---- from the bus
+    # ---- receiving
 
-    def hears(self, frame: CanFrame) -> bool:
-        """Whether a frame concerns this node at all; the rest of the bus's traffic does not."""
-        return frame.id == self._command_id or frame.id in self.own_ids
+    def accepts(self, frame: CanFrame) -> bool:
+        """Return True if `receive` must be called for a frame. Other traffic on the bus can be skipped."""
+        return frame.id == self._command_id or frame.id in self.transmit_ids
 
     def is_vent(self, frame: CanFrame) -> bool:
-        """Whether a frame asks for a vent."""
-        return frame.id == self._command_id and not frame.kind and vents(frame.data)
+        """Return True if a frame is a Command with mode vent."""
+        return frame.id == self._command_id and not frame.kind and is_vent_command(frame.data)
 
     def receive(self, frame: CanFrame, now_s: float) -> list[CanFrame]:
-        """Frames that answer one received: only a Command is obeyed, in a data frame with an 11-bit id."""
-        if not self.hears(frame):
+        """Handle a received frame and return the frames that answer it.
+
+        The node acts only on a Command in a data frame with an 11-bit identifier.
+        """
+        if not self.accepts(frame):
             return []
         if frame.kind or frame.id != self._command_id:
             self.counters.ignored += 1
             return []
         self.counters.commands += 1
-        reply = self._desk.take(frame.data, now_s)
-        if reply and reply.result in MALFORMED:
-            self._source.refused(CAN, frame.data, reply.result, now_s)
-        return [self._answer(reply, self._source.snapshot(CAN, now_s))] if reply else []
+        result = self._command_handler.handle(frame.data, now_s)
+        if result and result.result in MALFORMED:
+            self._source.log_rejected_write(CAN_PEER, frame.data, result.result, now_s)
+        return [self._answer(result, self._source.snapshot(CAN_PEER, now_s))] if result else []
 
-    def _answer(self, reply: Reply, snapshot: Any) -> CanFrame:
-        return self._frame(ANSWER, snapshot, sequence=reply.sequence, result=reply.result)
+    def _answer(self, result: CommandResult, snapshot: Any) -> CanFrame:
+        return self._frame(ANSWER, snapshot, sequence=result.sequence, result=result.result)

@@ -1,25 +1,26 @@
-"""How a node is set up, and the bus load that it can cause."""
+"""Options of a CAN node, and the bus load that they can cause."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from registers.can.frames import DEFAULT_NODE_ID, FORCE, FRAMES, Frame
-from registers.can.wire import longest_bits
+from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE, FRAMES, FrameDefinition
+from pneuforce.registers.can.wire import worst_case_bits
 
-RIG_RATE_HZ = 500
-ALARMS_PER_S = 50  #: Force frames sent early, at most: of a force that flickers about its limit
-HIGHEST_LOAD = 0.6
+SAMPLE_RATE_HZ = 500
+#: Limit for the Force frames that an alarm sends early: a force near its limit raises many alarms.
+MAX_ALARM_FRAMES_PER_S = 50
+MAX_BUS_LOAD = 0.6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Options:
-    """Identity and rates of a node.
+class CanOptions:
+    """Node id, Force rate and bit rate of a node.
 
-    500 kbit/s reaches 100 m of cable (CiA 301), is what most controllers come with, and leaves four fifths
-    of the bus free at the highest Force rate.
+    The default bit rate of 500 kbit/s allows 100 m of cable (CiA 301) and is the default of most controllers.
+    It leaves four fifths of the bus free at the highest Force rate.
 
-    Raises ValueError: a value out of its span, or more bus load than 60 %.
+    Raises ValueError if a value is outside its range, or if the bus load can exceed 60 %.
     """
 
     node_id: int = DEFAULT_NODE_ID
@@ -28,28 +29,33 @@ class Options:
 
     def __post_init__(self) -> None:
         if not 1 <= self.node_id <= 127:
-            raise ValueError(f"CAN node id {self.node_id}: must be 1 to 127")
-        if not 1 <= self.force_rate_hz <= RIG_RATE_HZ:
-            raise ValueError(f"{self.force_rate_hz} Force frames per second: must be 1 to {RIG_RATE_HZ}")
-        load = bus_load(self)
-        if not load <= HIGHEST_LOAD:
+            raise ValueError(f"CAN node id {self.node_id} is invalid: it must be 1 to 127")
+        if not 1 <= self.force_rate_hz <= SAMPLE_RATE_HZ:
             raise ValueError(
-                f"{self.force_rate_hz} Force frames per second could load a CAN bus of {self.bit_rate} bit/s "
-                f"by {load:.0%}; at most {HIGHEST_LOAD:.0%} is allowed: lower the rate or raise the bit rate"
+                f"{self.force_rate_hz} Force frames per second is invalid: it must be 1 to {SAMPLE_RATE_HZ}"
+            )
+        load = bus_load(self)
+        if not load <= MAX_BUS_LOAD:
+            raise ValueError(
+                f"{self.force_rate_hz} Force frames per second can load a CAN bus of {self.bit_rate} bit/s "
+                f"by {load:.0%}; at most {MAX_BUS_LOAD:.0%} is allowed: lower the rate or raise the bit rate"
             )
 
     @property
-    def most_force_hz(self) -> int:
-        """Force frames per second at most, those that an alarm sends early with them."""
-        return min(self.force_rate_hz + ALARMS_PER_S, RIG_RATE_HZ)
+    def max_force_rate_hz(self) -> int:
+        """Return the highest number of Force frames per second, including those that an alarm sends early."""
+        return min(self.force_rate_hz + MAX_ALARM_FRAMES_PER_S, SAMPLE_RATE_HZ)
 
 
-def bus_load(options: Options) -> float:
-    """Share of the bus that the node's frames take at worst: fully stuffed, each at its highest rate."""
+def bus_load(options: CanOptions) -> float:
+    """Return the worst-case bus load of the node's frames, 0 to 1.
 
-    def rate_hz(frame: Frame) -> float:
+    Every frame has the most stuff bits and comes at its highest rate.
+    """
+
+    def rate_hz(frame: FrameDefinition) -> float:
         if frame is FORCE:
-            return options.most_force_hz
-        return frame.most_per_s
+            return options.max_force_rate_hz
+        return frame.max_rate_hz
 
-    return sum(rate_hz(frame) * longest_bits(frame.length) for frame in FRAMES) / options.bit_rate
+    return sum(rate_hz(frame) * worst_case_bits(frame.length) for frame in FRAMES) / options.bit_rate

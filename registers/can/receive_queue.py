@@ -1,4 +1,4 @@
-"""The inbox: frames on their way from the bus's thread to the one that obeys them."""
+"""Queue of received frames, from the bus thread to the thread that carries out commands."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from registers.can.wire import CanFrame
+from pneuforce.registers.can.wire import CanFrame
 
-MOST_FRAMES = 32
+MAX_FRAMES = 32
 
 
-class Inbox:
-    """Bounded, so that a flood never holds up a sample; what goes before everything else still gets in."""
+class ReceiveQueue:
+    """Bounded queue, so that a flood of frames does not delay the samples.
+
+    A vent command enters even a full queue: it replaces the last frame.
+    """
 
     def __init__(self, is_vent: Callable[[CanFrame], bool]) -> None:
         self.dropped = 0
@@ -21,9 +24,12 @@ class Inbox:
         self._lock = threading.Lock()
 
     def put(self, frame: CanFrame) -> bool:
-        """Add a frame. False where there is no room, or where a vent has taken the last one's place."""
+        """Add a frame; return True if the number of frames in the queue has grown.
+
+        Returns False if the queue is full: the frame was dropped, or it was a vent and replaced the last one.
+        """
         with self._lock:
-            if len(self._frames) < MOST_FRAMES:
+            if len(self._frames) < MAX_FRAMES:
                 self._frames.append(frame)
                 return True
             self.dropped += 1
@@ -31,7 +37,7 @@ class Inbox:
                 self._frames[-1] = frame
             return False
 
-    def take(self) -> CanFrame:
-        """The next frame; there is one for each `put` that was True."""
+    def get(self) -> CanFrame:
+        """Return the oldest frame; there is one frame for each `put` that returned True."""
         with self._lock:
             return self._frames.popleft()

@@ -1,4 +1,7 @@
-"""The socketcand protocol's text, without I/O: `< word word … >`, joined and split on the stream at will."""
+"""Text messages of the socketcand protocol, without I/O.
+
+A message is `< word word … >`. TCP may join and split messages at any byte.
+"""
 
 from __future__ import annotations
 
@@ -6,39 +9,40 @@ import re
 
 GREETING = b"< hi >"
 OK = b"< ok >"
-ECHO = b"< echo >"  #: asked and answered alike
+ECHO = b"< echo >"  #: request and response are the same
 NO_SUCH_BUS = b"< error could not open bus >"
-NO_ROOM = b"< error too many clients >"
-_LONGEST_MESSAGE = 200
+TOO_MANY_CLIENTS = b"< error too many clients >"
+_MAX_MESSAGE_CHARACTERS = 200
 _IDENTIFIER = re.compile(r"[0-7][0-9A-F]{2}|[01][0-9A-F]{7}", re.IGNORECASE)
 
 
-class Decoder:
-    """Takes the bytes as they come and hands out each message as its words; garbage is counted."""
+class SocketcandDecoder:
+    """Decoder that receives bytes in any portions and returns complete messages. Invalid text is counted."""
 
     def __init__(self) -> None:
         self.garbage = 0
         self._rest = ""
 
     def feed(self, data: bytes) -> list[list[str]]:
-        """Messages that `data` completes."""
-        *whole, self._rest = (self._rest + data.decode("ascii", "replace")).split(">")
+        """Return the messages that `data` completes, each as a list of its words."""
+        *complete, self._rest = (self._rest + data.decode("ascii", "replace")).split(">")
         messages = []
-        for text in whole:
+        for text in complete:
             before, mark, words = text.rpartition("<")
             self.garbage += bool(before.strip()) or not mark
             if mark:
                 messages.append(words.split())
-        if len(self._rest) > _LONGEST_MESSAGE:
+        if len(self._rest) > _MAX_MESSAGE_CHARACTERS:
             self.garbage += 1
             self._rest = ""
         return messages
 
 
-def frame_of_send(words: list[str], t_s: float) -> bytes | None:
-    """The message `frame` for the others, of one client's `send`; None where that is malformed.
+def frame_message(words: list[str], t_s: float) -> bytes | None:
+    """Return the `frame` message that forwards a client's `send` message; None if `words` are malformed.
 
-    An identifier of three digits has 11 bits, one of eight 29.
+    `t_s` is the time of the frame [s since 1970]. An identifier of three digits has 11 bits, an identifier of
+    eight digits has 29 bits.
     """
     if len(words) < 3 or words[0] != "send" or not _IDENTIFIER.fullmatch(words[1]):
         return None

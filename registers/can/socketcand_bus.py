@@ -1,4 +1,7 @@
-"""python-can's client of a socketcand server, with an end to its waiting: alone it would wait for ever."""
+"""python-can's socketcand client with time limits.
+
+Without these limits, the client waits forever for a server that does not respond.
+"""
 
 from __future__ import annotations
 
@@ -11,33 +14,36 @@ from collections import deque
 import can
 from can.interfaces.socketcand import SocketCanDaemonBus
 
-from registers.can.socketcand import ECHO, Decoder
+from pneuforce.registers.can.socketcand import ECHO, SocketcandDecoder
 
-_ANSWER_S = 1.0
-_SEND_BYTES = 4096  #: what the kernel may keep for a server that does not read
-_SEND_S = 0.1
-_ASK_S, _ECHO_S = 0.1, 0.4  #: how often a server is asked for an echo, and how long it may take
+_RESPONSE_TIMEOUT_S = 1.0
+_SEND_BUFFER_BYTES = 4096  #: size of the kernel's send buffer, which fills if the server stops reading
+_SEND_TIMEOUT_S = 0.1
+_ECHO_PERIOD_S, _ECHO_TIMEOUT_S = 0.1, 0.4
 
 
-class DaemonBus(SocketCanDaemonBus):
-    """A connection that has shaken hands."""
+class SocketcandBus(SocketCanDaemonBus):
+    """Connection to a socketcand server, after the handshake."""
 
     def __init__(self, channel: str, host: str, port: int) -> None:
-        """Connect. Raises OSError: nobody there, or somebody who does not speak the protocol."""
-        self._decoder = Decoder()
+        """Connect to the server.
+
+        Raises OSError if no server listens on the port, or if it does not use the socketcand protocol.
+        """
+        self._decoder = SocketcandDecoder()
         self._messages: deque[can.Message] = deque()
-        self._echoes = False  #: whether this server ever answered
-        self._asked_s = time.monotonic()
-        self._heard_s = self._asked_s
-        # python-can hammers a closed port for 10 s
-        socket.create_connection((host, port), _ANSWER_S).close()
+        self._server_echoes = False  #: True once this server has answered an echo request
+        self._echo_sent_s = time.monotonic()
+        self._received_s = self._echo_sent_s
+        # This connection fails at once if the port is closed. python-can alone retries for 10 s.
+        socket.create_connection((host, port), _RESPONSE_TIMEOUT_S).close()
         try:
             super().__init__(channel=channel, host=host, port=port, tcp_tune=True)  # type: ignore[no-untyped-call]
         except BaseException:
             self._link.close()
             raise
-        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
-        self._link.settimeout(_SEND_S)
+        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
+        self._link.settimeout(_SEND_TIMEOUT_S)
 
     @property
     def _link(self) -> socket.socket:
@@ -45,61 +51,74 @@ class DaemonBus(SocketCanDaemonBus):
         return link
 
     def _expect_msg(self, msg: str) -> None:
-        """Take one message and no byte of what comes behind it."""
-        self._link.settimeout(_ANSWER_S)
-        heard = b""
-        while not heard.endswith(b">") and len(heard) < 200:
+        """Read one message byte by byte, so that no byte after the message is read.
+
+        Raises OSError if another message comes, or none within 1 s.
+        """
+        self._link.settimeout(_RESPONSE_TIMEOUT_S)
+        received = b""
+        while not received.endswith(b">") and len(received) < 200:
             piece = self._link.recv(1)
             if not piece:
                 break
-            heard += piece
-        if heard != msg.encode("ascii"):
-            raise ConnectionError(f"no socketcand server answers there (heard {heard!r})")
+            received += piece
+        if received != msg.encode("ascii"):
+            raise ConnectionError(
+                f"not a socketcand server, or the server rejected the connection (received {received!r})"
+            )
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        """The next message: python-can's own takes a server's end for silence, and spins."""
+        """Return the next message, or None after `timeout` seconds; the bool is always False (not filtered).
+
+        python-can's own method treats a closed connection as silence and loops without a wait.
+        """
         if not self._messages and select.select([self._link], [], [], timeout)[0]:
             data = self._link.recv(4096)
             if not data:
                 raise can.CanOperationError("the server closed the connection")
-            self._heard_s = time.monotonic()
+            self._received_s = time.monotonic()
             for words in self._decoder.feed(data):
-                self._take(words)
+                self._handle(words)
         return (self._messages.popleft() if self._messages else None), False
 
-    def _take(self, words: list[str]) -> None:
+    def _handle(self, words: list[str]) -> None:
         if words == ["echo"]:
-            self._echoes = True
-        elif message := _message_of(words):
+            self._server_echoes = True
+        elif message := _parse_message(words):
             self._messages.append(message)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002
-        """Send within 0.1 s. Raises OSError: the server no longer reads, or no longer answers."""
+        """Send a message within 0.1 s. Raises OSError if the server no longer reads or no longer responds."""
         try:
-            self._ask(time.monotonic())
+            self._check_echo(time.monotonic())
             super().send(msg)  # type: ignore[no-untyped-call]
         except TimeoutError:
-            # what the kernel has not sent yet would arrive late
+            # Discard the bytes that the kernel has not sent yet, because they would arrive late.
             self._link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             raise ConnectionError("the server does not read") from None
 
-    def _ask(self, now_s: float) -> None:
-        """Ask for an echo now and then. Raises TimeoutError: a server that used to answer has not."""
-        if self._heard_s >= self._asked_s:
-            if now_s >= self._asked_s + _ASK_S:
-                self._asked_s = now_s
+    def _check_echo(self, now_s: float) -> None:
+        """Request an echo every 0.1 s. Raises TimeoutError if a server that answered before is 0.4 s late."""
+        if self._received_s >= self._echo_sent_s:
+            if now_s >= self._echo_sent_s + _ECHO_PERIOD_S:
+                self._echo_sent_s = now_s
                 self._link.sendall(ECHO)
-        elif self._echoes and now_s > self._asked_s + _ECHO_S and not self._waits_to_be_read:
+        elif (
+            self._server_echoes and now_s > self._echo_sent_s + _ECHO_TIMEOUT_S and not self._has_unread_data
+        ):
             raise TimeoutError
 
     @property
-    def _waits_to_be_read(self) -> bool:
-        """Whether the server has spoken, and this process had no time for it."""
+    def _has_unread_data(self) -> bool:
+        """Return True if data from the server has arrived that this process has not read yet."""
         return bool(select.select([self._link], [], [], 0.0)[0])
 
 
-def _message_of(words: list[str]) -> can.Message | None:
-    """A message `frame`, or `error`: the class of what a controller reports."""
+def _parse_message(words: list[str]) -> can.Message | None:
+    """Return the CAN message of a `frame` or `error` message; None if `words` are anything else.
+
+    The identifier in an `error` message is the error class that the controller reports.
+    """
     try:
         kind, number, t_s, *data = words
         return can.Message(

@@ -1,4 +1,4 @@
-"""The outbox: frames on their way from the caller's thread to the one that sends them."""
+"""Queue of frames to send, from the caller's thread to the sending thread."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 
-from registers.can.wire import CanFrame
+from pneuforce.registers.can.wire import CanFrame
 
-MOST_FRAMES = 256
-FRESH_S = 0.1  #: a frame that has waited for longer is dropped: late force is wrong force
+MAX_FRAMES = 256
+MAX_AGE_S = 0.1  #: an older frame is dropped, because an old force is a wrong force
 
 
-class Outbox:
-    """Bounded and never waiting on the way in: the oldest frame makes room. What is dropped is counted."""
+class TransmitQueue:
+    """Bounded queue whose `put` never blocks: a full queue drops and counts its oldest frame."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.dropped = 0
@@ -24,27 +24,27 @@ class Outbox:
         self._lock = threading.Lock()
 
     def put(self, frame: CanFrame) -> None:
-        """Add a frame; to be called from one thread."""
-        if self._queue.qsize() >= MOST_FRAMES:
+        """Add a frame. Only one thread may call this method."""
+        if self._queue.qsize() >= MAX_FRAMES:
             with suppress(Empty):
                 self._queue.get_nowait()
-                self.drop()
+                self.count_dropped()
         self._queue.put((self._clock(), frame))
 
-    def take(self) -> CanFrame | None:
-        """The next frame that is still fresh, waited for; None where the outbox was closed."""
+    def get(self) -> CanFrame | None:
+        """Wait for a frame that is at most 0.1 s old and return it; return None after `close`."""
         while (item := self._queue.get()) is not None:
-            put_s, frame = item
-            if self._clock() - put_s <= FRESH_S:
+            queued_s, frame = item
+            if self._clock() - queued_s <= MAX_AGE_S:
                 return frame
-            self.drop()
+            self.count_dropped()
         return None
 
-    def drop(self) -> None:
-        """Count one frame that was not sent; any thread may."""
+    def count_dropped(self) -> None:
+        """Count one frame that was not sent. Any thread may call this method."""
         with self._lock:
             self.dropped += 1
 
     def close(self) -> None:
-        """End `take` once it has handed out what waits."""
+        """Make `get` return None after the frames that are still in the queue."""
         self._queue.put(None)

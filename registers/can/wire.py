@@ -1,4 +1,4 @@
-"""A CAN frame as it lies on the wire, and the bits that it takes."""
+"""CAN frame as sent on the bus, and its length in bits."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from enum import Flag, auto
 from typing import NamedTuple
 
 _STUFFABLE_OVERHEAD_BITS = 34  #: start, identifier, control and CRC of a frame with an 11-bit identifier
-_FIXED_BITS = 13  #: CRC delimiter, acknowledge, end of frame and the pause before the next
+_FIXED_BITS = 13  #: CRC delimiter, acknowledge, end of frame, and intermission
 
 
-class Kind(Flag):
-    """What sets a frame apart from a data frame with an 11-bit identifier."""
+class FrameKind(Flag):
+    """Differences from a data frame with an 11-bit identifier."""
 
     DATA = 0
     EXTENDED = auto()  #: 29-bit identifier
-    REMOTE = auto()  #: asks for data, carries none
-    ERROR = auto()  #: the controller's own report; no frame of any node
+    REMOTE = auto()  #: remote frame: requests data, has no data
+    ERROR = auto()  #: error report of the local controller, not a frame from a node
 
 
 class CanFrame(NamedTuple):
@@ -23,10 +23,13 @@ class CanFrame(NamedTuple):
 
     id: int
     data: bytes = b""
-    kind: Kind = Kind.DATA
+    kind: FrameKind = FrameKind.DATA
 
 
-def longest_bits(length: int) -> int:
-    """Bits that a frame with `length` data bytes takes at worst, stuffed (Davis et al. 2007, eq. 1)."""
+def worst_case_bits(length: int) -> int:
+    """Return the length [bits] of a frame with `length` data bytes and the most stuff bits.
+
+    Davis et al. 2007, eq. 1.
+    """
     stuffable = _STUFFABLE_OVERHEAD_BITS + 8 * length
     return stuffable + _FIXED_BITS + (stuffable - 1) // 4

@@ -1,4 +1,4 @@
-"""The CANopen face: an object dictionary made from the register map, and the slave without I/O.
+"""CANopen: an object dictionary made from the register map, and the NMT slave without I/O.
 
-Sections and tables of CiA 301 that these files cite are those of version 4.2.0.
+Sections and tables of CiA 301 are cited from version 4.2.0.
 """

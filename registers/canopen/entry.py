@@ -1,4 +1,4 @@
-"""An entry of the object dictionary: its type, access and limits, and what a written value must keep to."""
+"""Entries of the object dictionary: data type, access, limits, and the check of a written value."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from registers.canopen.abort import Abort, Why
-from registers.field import Field
+from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
+from pneuforce.registers.field import Field
 
-Code = int | float | str
+#: Value of an entry: a number as on the wire, or a text.
+EntryValue = int | float | str
+EntryAddress = tuple[int, int]  #: index and sub-index
 
 
-class Type(Enum):
-    """A data type: its number (CiA 301, table 44), its `struct` code and its size; a text has no size."""
+class DataType(Enum):
+    """Data type: number (CiA 301, table 44), `struct` format, and size [bytes]. A text has the size 0."""
 
     I16 = (0x0003, "<h", 2)
     U8 = (0x0005, "<B", 1)
@@ -30,8 +32,8 @@ class Type(Enum):
         self.size = size
 
 
-class Kind(Enum):
-    """What an object is made of (CiA 301, table 42)."""
+class ObjectCode(Enum):
+    """Object code (CiA 301, table 42)."""
 
     VAR = 7
     ARRAY = 8
@@ -39,82 +41,91 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class ObjectEntry:
     """One value at an index and sub-index.
 
-    `field` binds it to a quantity of the source; `default` makes it a communication parameter; what has
-    neither is made by the node. `access` is const, ro, rw, or rww (written by a PDO).
+    An entry with a `field` is a quantity of the source. An entry with a `default` is a communication
+    parameter. The node gives the value of any other entry.
     """
 
     index: int
-    sub: int = 0
+    subindex: int = 0
     name: str
-    type: Type
-    access: str = "ro"
+    type: DataType
+    access: str = "ro"  #: const, ro, rw, or rww (written by a PDO)
     doc: str = ""
     field: Field | None = None
     default: int | None = None
-    plus_node_id: bool = False  #: the node id comes on top of the default
+    adds_node_id: bool = False  #: the node id is added to the default
     low: float | None = None
     high: float | None = None
-    allowed: Callable[[int, int], bool] | None = None  #: of a written value and the node id
+    #: Check of a written value: called with the value and the node id, returns True if the value is allowed.
+    allowed: Callable[[int, int], bool] | None = None
     mappable: bool = False
 
     @property
-    def at(self) -> tuple[int, int]:
-        """Index and sub-index."""
-        return self.index, self.sub
+    def address(self) -> EntryAddress:
+        """Return the index and the sub-index."""
+        return self.index, self.subindex
 
     @property
     def writable(self) -> bool:
-        """Whether it can be written at all."""
+        """Return True if the entry can be written."""
         return self.access in ("rw", "rww")
 
-    def encode(self, code: Code) -> bytes:
-        """Bytes of a value, little-endian; a number that float32 cannot hold is not available."""
-        if isinstance(code, str):
-            return code.encode("ascii", "replace")
+    def encode(self, value: EntryValue) -> bytes:
+        """Return the bytes of a value, little-endian. A number that is too large for float32 becomes NaN."""
+        if isinstance(value, str):
+            return value.encode("ascii", "replace")
         try:
-            return struct.pack(self.type.layout, code)
+            return struct.pack(self.type.layout, value)
         except OverflowError:
             return struct.pack(self.type.layout, math.nan)
 
     def decode(self, raw: bytes, node_id: int) -> float:
-        """The value that was written. Raises Abort: of a wrong length, not finite, or outside its limits."""
+        """Return the written value.
+
+        Raises SdoAbort if the length is wrong, or if the value is not finite or not allowed.
+        """
         if len(raw) != self.type.size:
-            raise Abort(Why.TOO_LONG if len(raw) > self.type.size else Why.TOO_SHORT)
-        (code,) = struct.unpack(self.type.layout, raw)
-        if not math.isfinite(code):
-            raise Abort(Why.VALUE)
-        if self.high is not None and code > self.high:
-            raise Abort(Why.TOO_HIGH)
-        if self.low is not None and code < self.low:
-            raise Abort(Why.TOO_LOW)
-        if self.field is not None and not self.field.accepts(code):
-            raise Abort(Why.VALUE)
-        if self.allowed is not None and not self.allowed(code, node_id):
-            raise Abort(Why.VALUE)
-        return float(code) if self.type is Type.F32 else int(code)
+            raise SdoAbort(AbortCode.TOO_LONG if len(raw) > self.type.size else AbortCode.TOO_SHORT)
+        (value,) = struct.unpack(self.type.layout, raw)
+        if not math.isfinite(value):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if self.high is not None and value > self.high:
+            raise SdoAbort(AbortCode.TOO_HIGH)
+        if self.low is not None and value < self.low:
+            raise SdoAbort(AbortCode.TOO_LOW)
+        if self.field is not None and not self.field.accepts(value):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if self.allowed is not None and not self.allowed(value, node_id):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        return float(value) if self.type is DataType.F32 else int(value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Object:
-    """An index with its entries; a VAR has one, an ARRAY or RECORD as many as sub-index 0 says, and that."""
+class DictionaryObject:
+    """Index with its entries.
+
+    A VAR has one entry. An ARRAY or a RECORD has the entry of sub-index 0 and one or more others.
+    """
 
     index: int
     name: str
-    kind: Kind
-    entries: tuple[Entry, ...]
+    object_code: ObjectCode
+    entries: tuple[ObjectEntry, ...]
 
 
-def of_field(field: Field, index: int, sub: int = 0, *, access: str = "ro", mappable: bool = False) -> Entry:
-    """The entry of a register, or of a field of a frame."""
+def entry_of_field(
+    field: Field, index: int, subindex: int = 0, *, access: str = "ro", mappable: bool = False
+) -> ObjectEntry:
+    """Return the entry of a register, or of a field of a frame."""
     low, high = _limits(field)
-    return Entry(
+    return ObjectEntry(
         index=index,
-        sub=sub,
+        subindex=subindex,
         name=field.name,
-        type=Type[field.wire.name],
+        type=DataType[field.wire.name],
         access=access,
         doc=f"{field.doc} [{field.unit}]" if field.unit else field.doc,
         field=field,
@@ -129,4 +140,4 @@ def _limits(field: Field) -> tuple[float | None, float | None]:
         return min(field.values.names), max(field.values.names)
     if field.low is None or field.high is None:
         return None, None
-    return min((field.low, *field.also)), field.high
+    return min((field.low, *field.also_allowed)), field.high

@@ -1,22 +1,25 @@
-"""Heartbeats (CiA 301, 7.2.8.3.2.2): our own, and the watch over the master's."""
+"""Heartbeat (CiA 301, 7.2.8.3.2.2): producer of this node, and consumer of the master's heartbeat."""
 
 from __future__ import annotations
 
 import math
 
 
-class Producer:
-    """When the next heartbeat is due."""
+class HeartbeatProducer:
+    """Timer for the heartbeat of this node."""
 
     def __init__(self) -> None:
         self._next_s = math.inf
 
-    def begin(self, now_s: float, period_s: float) -> None:
-        """Start anew: the first comes after one period; none with a period of 0."""
+    def start(self, now_s: float, period_s: float) -> None:
+        """Restart the timer: the first heartbeat is due after one period.
+
+        A period of 0 disables the heartbeat.
+        """
         self._next_s = now_s + period_s if period_s else math.inf
 
     def due(self, now_s: float, period_s: float) -> bool:
-        """Whether to send one now."""
+        """Return True if a heartbeat must be sent now."""
         if now_s < self._next_s:
             return False
         late = now_s - self._next_s > period_s
@@ -24,33 +27,36 @@ class Producer:
         return True
 
 
-class Consumer:
-    """The watch over one node; it begins with the first heartbeat that is heard."""
+class HeartbeatConsumer:
+    """Monitor for the heartbeat of the master. Monitoring starts with the first heartbeat received."""
 
     def __init__(self) -> None:
         self.lost = False
-        self._until_s = math.inf
+        self._deadline_s = math.inf
 
-    def begin(self) -> None:
-        """Watch anew, over whomever."""
+    def restart(self) -> None:
+        """Wait again for the first heartbeat, for example after the consumer heartbeat time was written."""
         self.lost = False
-        self._until_s = math.inf
+        self._deadline_s = math.inf
 
-    def heard(self, now_s: float, time_s: float) -> None:
-        """Take note of a heartbeat; the next must come within `time_s`."""
+    def received(self, now_s: float, timeout_s: float) -> None:
+        """Record a heartbeat. The next one must come within `timeout_s`."""
         self.lost = False
-        self._until_s = now_s + time_s
+        self._deadline_s = now_s + timeout_s
 
-    def ran_out(self, now_s: float) -> bool:
-        """Whether the master has just been lost: true once."""
-        if now_s <= self._until_s:
+    def timed_out(self, now_s: float) -> bool:
+        """Return True once when the heartbeat is overdue, and set `lost`."""
+        if now_s <= self._deadline_s:
             return False
         self.lost = True
-        self._until_s = math.inf
+        self._deadline_s = math.inf
         return True
 
 
-def watched(master: int) -> tuple[int, float]:
-    """Node id and time [s] of object 1016h:1; (0, 0.0) where nobody is watched."""
-    node_id, time_ms = master >> 16 & 0x7F, master & 0xFFFF
+def monitored_node(consumer_heartbeat: int) -> tuple[int, float]:
+    """Return the node id and the time [s] in a value of object 1016h:1.
+
+    Returns (0, 0.0) if monitoring is disabled.
+    """
+    node_id, time_ms = consumer_heartbeat >> 16 & 0x7F, consumer_heartbeat & 0xFFFF
     return (node_id, time_ms / 1e3) if node_id and time_ms else (0, 0.0)

@@ -1,4 +1,4 @@
-"""Network management (CiA 301, 7.3.2): the node's states, what moves between them, what each lets through."""
+"""Network management (CiA 301, 7.3.2): NMT states, NMT commands, and the objects allowed in each state."""
 
 from __future__ import annotations
 
@@ -9,34 +9,37 @@ from enum import Enum, auto
 PRE_OPERATIONAL, OPERATIONAL, STOPPED = "pre_operational", "operational", "stopped"
 
 NMT_ID = 0x000
-RESETS = frozenset((129, 130))  #: of the node, of its communication; both are the same here
-#: Where each command leads, from whatever state.
-COMMANDS: Mapping[int, str] = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
-#: Where 1029h leads when the master is lost; 1 is no change, and a node that is not operational stays.
-ON_ERROR: Mapping[int, str] = {0: PRE_OPERATIONAL, 2: STOPPED}
+RESET_COMMANDS = frozenset((129, 130))  #: reset node and reset communication; both do the same here
+#: NMT command → state after the command, from any state.
+STATE_AFTER_COMMAND: Mapping[int, str] = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
+#: Value of 1029h → state of an operational node after the master is lost. Value 1 means no change.
+STATE_AFTER_ERROR: Mapping[int, str] = {0: PRE_OPERATIONAL, 2: STOPPED}
 
 
-class Service(Enum):
-    """What a state lets through; heartbeat, network management and a vent pass in every one."""
+class CommunicationObject(Enum):
+    """Communication object that only some states allow.
+
+    Heartbeat, network management and a vent by Command frame are allowed in every state.
+    """
 
     SDO = auto()
     PDO = auto()
     EMERGENCY = auto()
 
 
-ADMITTED: Mapping[str, frozenset[Service]] = {
-    PRE_OPERATIONAL: frozenset((Service.SDO, Service.EMERGENCY)),
-    OPERATIONAL: frozenset((Service.SDO, Service.EMERGENCY, Service.PDO)),
+ALLOWED_OBJECTS: Mapping[str, frozenset[CommunicationObject]] = {
+    PRE_OPERATIONAL: frozenset((CommunicationObject.SDO, CommunicationObject.EMERGENCY)),
+    OPERATIONAL: frozenset((CommunicationObject.SDO, CommunicationObject.EMERGENCY, CommunicationObject.PDO)),
     STOPPED: frozenset(),
 }
 
 
 def command_for(data: bytes, node_id: int) -> int | None:
-    """The command in an NMT message for this node or for all; None for what is malformed or unknown."""
-    known = len(data) == 2 and (data[0] in COMMANDS or data[0] in RESETS)
+    """Return the NMT command for this node or for all nodes; None if it is malformed or unknown."""
+    known = len(data) == 2 and (data[0] in STATE_AFTER_COMMAND or data[0] in RESET_COMMANDS)
     return data[0] if known and data[1] in (0, node_id) else None
 
 
-def is_for_another(data: bytes, node_id: int) -> bool:
-    """Whether an NMT message is well formed, and another node's."""
+def is_for_another_node(data: bytes, node_id: int) -> bool:
+    """Return True if an NMT message is well formed and addressed to another node."""
     return len(data) == 2 and data[1] not in (0, node_id)

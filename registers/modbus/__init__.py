@@ -1,1 +1,1 @@
-"""The Modbus face: address space, request core and framing without I/O, and a thin TCP transport."""
+"""Modbus server: register bank, request handler and framing without I/O, with TCP and RTU transports."""

@@ -1,180 +1,243 @@
-"""One client of Modbus TCP: its bytes in, its answers out, and when it is given up."""
+"""Connection of one Modbus TCP client: decodes requests, sends answers, closes on errors and time-outs."""
 
 from __future__ import annotations
 
 import asyncio
 import math
 from collections import deque
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
-from registers.modbus.codes import Code, exception
-from registers.modbus.mbap import Decoder, Request, frame
-from registers.source import Peer
+from pneuforce.registers.modbus.exception_codes import ExceptionCode, exception_response
+from pneuforce.registers.modbus.mbap import MbapDecoder, MbapRequest, encode_frame
+from pneuforce.registers.modbus.pdu import FIRST_EXCEPTION_FUNCTION, RequestHandler
+from pneuforce.registers.modbus.round_robin import RoundRobinScheduler
+from pneuforce.registers.source import Peer
 
-if TYPE_CHECKING:
-    from registers.modbus.tcp import ModbusTcpServer
-
-#: Read from one client at a time: some 40 requests, which are answered before it is read on.
-_CHUNK_BYTES = 512
+#: Size of one read: about 40 requests. They are answered before the next read.
+_READ_BYTES = 512
 
 
-class Connection(asyncio.BufferedProtocol):
-    """One client. asyncio sets TCP_NODELAY on its socket, and sends FIN behind the last answer."""
+@dataclass(slots=True)
+class ModbusTcpCounters:
+    """Event counters of the server since its start."""
 
-    def __init__(self, server: ModbusTcpServer) -> None:
+    clients: int = 0  #: connections that are open now
+    connections: int = 0  #: accepted connections
+    not_allowed: int = 0  #: connections closed because of their address; not included in any other counter
+    evicted: int = 0  #: connections closed for a new one because the connection limit was reached
+    requests: int = 0
+    exceptions: int = 0  #: requests answered with an exception code
+    invalid_frames: int = 0  #: invalid headers and functions; each of them closed its connection
+    timeouts: int = 0  #: connections closed because of an idle client, an incomplete frame or unread answers
+
+
+class ConnectionLimits(Protocol):
+    """Limits of one connection."""
+
+    @property
+    def idle_timeout_s(self) -> float:
+        """Return the time without a byte from the client after which the connection is closed."""
+        ...
+
+    @property
+    def frame_timeout_s(self) -> float:
+        """Return the time limit for a complete frame, and for the client to read its answers."""
+        ...
+
+    @property
+    def write_buffer_bytes(self) -> int:
+        """Return the number of unread answer bytes above which requests are no longer read."""
+        ...
+
+
+class ConnectionOwner(Protocol):
+    """Part of the server that a connection uses."""
+
+    clock: Callable[[], float]
+    counters: ModbusTcpCounters
+    units: frozenset[int]  #: unit identifiers that are answered
+    request_handler: RequestHandler
+    scheduler: RoundRobinScheduler
+
+    @property
+    def limits(self) -> ConnectionLimits:
+        """Return the limits of each connection."""
+        ...
+
+    def admit(self, connection: ModbusTcpConnection) -> None:
+        """Register a new connection, or close it if its address is not allowed."""
+        ...
+
+    def remove(self, connection: ModbusTcpConnection) -> None:
+        """Unregister a connection. Unknown connections are ignored."""
+        ...
+
+    def log_warning(self, message: str, *args: object) -> None:
+        """Log a rate-limited warning."""
+        ...
+
+
+class ModbusTcpConnection(asyncio.BufferedProtocol):
+    """Connection of one client. asyncio sets TCP_NODELAY, and sends FIN after the last answer."""
+
+    def __init__(self, server: ConnectionOwner) -> None:
         self._server = server
-        self._options = server.options
-        self._decoder = Decoder()
-        self._buffer = memoryview(bytearray(_CHUNK_BYTES))
-        self._requests: deque[Request] = deque()  #: received; whole ones are carried out whatever happens
-        self._answers: list[bytes] = []  #: of this pass of the loop
-        self._wrong = ""  #: why to close, behind the last answer
-        self._ended = False  #: the client sends no more
-        self.heard_s = server.clock()
+        self._limits = server.limits
+        self._decoder = MbapDecoder()
+        self._buffer = memoryview(bytearray(_READ_BYTES))
+        self._pending: deque[MbapRequest] = deque()  #: complete requests; all of them are carried out
+        self._answers: list[bytes] = []  #: answers of this pass of the event loop
+        self._error = ""  #: reason to close after the last answer
+        self._eof = False  #: the client sends no more
+        self.last_received_s = server.clock()
         self.requests = 0
-        self.exceptions = 0  #: of them, answered with an exception code
-        self._frame_begun_s = math.inf
-        self._unread_s = math.inf  #: since when answers wait for a client that does not read
+        self.exceptions = 0  #: requests answered with an exception code
+        self._frame_started_s = math.inf
+        self._unread_since_s = math.inf  #: the client has not read its answers since then
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Let the server admit the client."""
+        """Register the connection with the server."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self._peer = Peer("modbus_tcp", str((transport.get_extra_info("peername") or ("",))[0]))
-        transport.set_write_buffer_limits(high=self._options.write_buffer_bytes)
+        transport.set_write_buffer_limits(high=self._limits.write_buffer_bytes)
         self._server.admit(self)
 
     @property
     def address(self) -> str:
-        """Whose it is."""
+        """Return the IP address of the client."""
         return self._peer.address
 
-    def evict(self, newcomer: str) -> None:
-        """Close at once, for a newcomer."""
-        self._say("evicted for one of %s: %d are connected", newcomer, len(self._server.connections))
-        self._server.count_out(self)
+    def evict(self, new_address: str) -> None:
+        """Close immediately, to make room for a connection from `new_address`."""
+        self._log_warning(
+            "closed to make room for a connection from %s: %d connections, the limit",
+            new_address,
+            self._server.counters.clients,
+        )
+        self._server.remove(self)
         self._transport.abort()
 
-    def turn_away(self) -> None:
-        """Close at once, unread."""
-        self._say("turned away: not in the list of those that may connect")
+    def reject(self) -> None:
+        """Close immediately, because the address of the client is not allowed."""
+        self._log_warning("rejected: its address is not in the list of allowed addresses")
         self._transport.abort()
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
-        """Where the next bytes go."""
+        """Return the buffer for the next received bytes."""
         return self._buffer
 
     def buffer_updated(self, nbytes: int) -> None:
         """Queue the requests that the received bytes complete."""
-        now_s = self.heard_s = self._server.clock()
-        was_unfinished, had_requests = self._decoder.unfinished, bool(self._requests)
+        now_s = self.last_received_s = self._server.clock()
+        was_incomplete, had_pending = self._decoder.is_incomplete, bool(self._pending)
         requests = self._decoder.feed(bytes(self._buffer[:nbytes]))
-        if not self._decoder.unfinished:
-            self._frame_begun_s = math.inf
-        elif requests or not was_unfinished:
-            self._frame_begun_s = now_s
-        self._wrong = self._decoder.broken
-        self._requests += requests
-        if not self._requests:
-            self._go_on()
-        elif not had_requests:
-            self._server.turns.join(self)
+        if not self._decoder.is_incomplete:
+            self._frame_started_s = math.inf
+        elif requests or not was_incomplete:
+            self._frame_started_s = now_s
+        self._error = self._decoder.error
+        self._pending += requests
+        if not self._pending:
+            self._continue_or_close()
+        elif not had_pending:
+            self._server.scheduler.add(self)
 
-    def take_turn(self, now_s: float) -> bool:
-        """Answer the next request; whether more are waiting."""
-        transaction, unit, pdu = self._requests.popleft()
+    def answer_next(self, now_s: float) -> bool:
+        """Answer the next pending request. Return True if more requests are pending."""
+        transaction, unit, pdu = self._pending.popleft()
         answer = self._answer(unit, pdu, now_s)
         if answer is None:
-            self._wrong = f"function {pdu[0]:02X}h"
-            self._requests.clear()
+            self._error = f"function {pdu[0]:02X}h"
+            self._pending.clear()
         else:
-            self._answers.append(frame(transaction, unit, answer))
-        return bool(self._requests)
+            self._answers.append(encode_frame(transaction, unit, answer))
+        return bool(self._pending)
 
-    def end_pass(self) -> None:
+    def send_answers(self) -> None:
         """Send the answers of this pass in one write."""
         answers, self._answers = self._answers, []
         if self._transport.is_closing():
             return
         if answers:
             self._transport.write(b"".join(answers))
-        if not self._requests:
-            self._go_on()
+        if not self._pending:
+            self._continue_or_close()
 
-    def hold(self) -> None:
-        """Read nothing more until every request has been answered."""
+    def pause_reading(self) -> None:
+        """Stop reading until every pending request has been answered."""
         self._transport.pause_reading()
 
-    def _go_on(self) -> None:
-        """No request is left: close where there can be no other, else read on."""
-        if self._wrong:
-            self._refuse(self._wrong)
-        elif self._ended:
+    def _continue_or_close(self) -> None:
+        """Close if no further request can come, otherwise continue to read. No request may be pending."""
+        if self._error:
+            self._server.counters.invalid_frames += 1
+            self._log_warning("closed: invalid %s", self._error)
             self.close()
-        elif self._unread_s == math.inf:
+        elif self._eof:
+            self.close()
+        elif self._unread_since_s == math.inf:
             self._transport.resume_reading()
 
     def _answer(self, unit: int, pdu: bytes, now_s: float) -> bytes | None:
-        if unit in self._server.units or pdu[0] >= 0x80:  # no request's, whoever is meant
-            answer = self._server.responder.answer(pdu, self._peer, now_s)
+        # An invalid function closes the connection, even if it is addressed to another unit.
+        if unit in self._server.units or pdu[0] >= FIRST_EXCEPTION_FUNCTION:
+            answer = self._server.request_handler.answer(pdu, self._peer, now_s)
         else:
-            answer = exception(pdu[0], Code.NO_SUCH_UNIT)
+            answer = exception_response(pdu[0], ExceptionCode.NO_SUCH_UNIT)
         if answer is not None:
-            wrong = answer[0] >= 0x80
+            is_exception = answer[0] >= FIRST_EXCEPTION_FUNCTION
             for counters in (self, self._server.counters):
                 counters.requests += 1
-                counters.exceptions += wrong
+                counters.exceptions += is_exception
         return answer
 
-    def _refuse(self, why: str) -> None:
-        self._server.counters.refused_frames += 1
-        self._say("closed: %s", why)
-        self.close()
-
     def eof_received(self) -> bool:
-        """Whether to keep the connection: until the last request has been answered."""
-        self._ended = True
-        if not self._requests:
-            self._go_on()
+        """Return True: keep the connection open until the last request has been answered."""
+        self._eof = True
+        if not self._pending:
+            self._continue_or_close()
         return True
 
     def pause_writing(self) -> None:
-        """The client does not read its answers: its requests wait in its own buffers from now on."""
-        self._unread_s = self._server.clock()
+        """Stop reading requests, because the client does not read its answers."""
+        self._unread_since_s = self._server.clock()
         self._transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """The client reads again: so are its requests."""
+        """Read requests again, because the client reads its answers again."""
         if not self._transport.is_closing():
-            self._unread_s = math.inf
-            if not self._requests:
+            self._unread_since_s = math.inf
+            if not self._pending:
                 self._transport.resume_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        """The connection is gone, whoever ended it."""
-        self._server.count_out(self)
+        """Unregister the connection."""
+        self._server.remove(self)
 
     def close(self) -> None:
-        """Send what is left, then FIN; a client that does not read has `frame_s` for it."""
-        self._unread_s = min(self._unread_s, self._server.clock())
+        """Send the remaining answers, then FIN. The client must read them within `frame_timeout_s`."""
+        self._unread_since_s = min(self._unread_since_s, self._server.clock())
         self._transport.close()
 
-    def close_if_overdue(self, now_s: float) -> None:
-        """Close where the client does not read, leaves a frame unfinished, or says nothing."""
-        if now_s - self._unread_s > self._options.frame_s:
-            self._time_out("its answers are not read")
+    def close_if_timed_out(self, now_s: float) -> None:
+        """Close if the client does not read its answers, leaves a frame incomplete, or is idle."""
+        if now_s - self._unread_since_s > self._limits.frame_timeout_s:
+            self._close_after_timeout("the client does not read its answers")
             self._transport.abort()
         elif self._transport.is_closing():
             return
-        elif now_s - self._frame_begun_s > self._options.frame_s:
-            self._time_out("a frame is left unfinished")
-        elif now_s - self.heard_s > self._options.idle_s:
-            self._time_out("idle")
+        elif now_s - self._frame_started_s > self._limits.frame_timeout_s:
+            self._close_after_timeout("incomplete frame")
+        elif now_s - self.last_received_s > self._limits.idle_timeout_s:
+            self._close_after_timeout("idle")
 
-    def _time_out(self, why: str) -> None:
+    def _close_after_timeout(self, reason: str) -> None:
         self._server.counters.timeouts += 1
-        self._say("closed: %s", why)
+        self._log_warning("closed: %s", reason)
         self.close()
 
-    def _say(self, message: str, *facts: object) -> None:
-        self._server.log.say(self._server.clock(), f"client %s {message}", self._peer.address, *facts)
+    def _log_warning(self, message: str, *args: object) -> None:
+        self._server.log_warning(f"client %s {message}", self._peer.address, *args)

@@ -1,12 +1,12 @@
-"""Exception codes of the Modbus application protocol, section 7."""
+"""Exception codes of the Modbus Application Protocol Specification, section 7."""
 
 from __future__ import annotations
 
 from enum import IntEnum
 
 
-class Code(IntEnum):
-    """Why a request gets no answer of its own."""
+class ExceptionCode(IntEnum):
+    """Reason why a request is answered with an exception response."""
 
     ILLEGAL_FUNCTION = 0x01
     ILLEGAL_ADDRESS = 0x02
@@ -16,6 +16,6 @@ class Code(IntEnum):
     NO_SUCH_UNIT = 0x0B
 
 
-def exception(function: int, code: Code) -> bytes:
-    """Answer that refuses a request for `function`."""
+def exception_response(function: int, code: ExceptionCode) -> bytes:
+    """Return the PDU of the exception response to a request for `function`."""
     return bytes((function | 0x80, code))

@@ -1,68 +1,68 @@
-"""Modbus TCP framing without I/O: bytes in, requests out."""
+"""Modbus TCP framing (MBAP header) without I/O: bytes in, requests out."""
 
 from __future__ import annotations
 
 import struct
 from typing import NamedTuple
 
-_HEADER = struct.Struct(">HHHB")  # transaction, protocol, length of what follows, unit
-_TO_LENGTH = 6
-_SHORTEST, _LONGEST = 2, 254
+_HEADER = struct.Struct(">HHHB")  # transaction, protocol, length of the following bytes, unit
+_LENGTH_END = 6
+_MIN_LENGTH, _MAX_LENGTH = 2, 254
 
 
-class Request(NamedTuple):
-    """One request, as a frame carried it."""
+class MbapRequest(NamedTuple):
+    """One request with its transaction and unit identifiers."""
 
     transaction: int
     unit: int
     pdu: bytes
 
 
-def frame(transaction: int, unit: int, pdu: bytes) -> bytes:
-    """The bytes that carry `pdu`."""
+def encode_frame(transaction: int, unit: int, pdu: bytes) -> bytes:
+    """Return the frame that carries `pdu`."""
     return _HEADER.pack(transaction, 0, len(pdu) + 1, unit) + pdu
 
 
-class Decoder:
-    """Bytes of one connection become requests, however they are split or joined.
+class MbapDecoder:
+    """Decoder for the byte stream of one connection, however the stream is split into pieces.
 
-    There is no way to find the next frame behind a broken header: `broken` then says what was wrong, no
-    further request comes, and the connection is to be closed.
+    After an invalid header the start of the next frame is unknown. `error` then describes the header, no
+    further requests are returned, and the connection must be closed.
     """
 
     def __init__(self) -> None:
-        self.broken = ""
+        self.error = ""
         self._rest = b""
 
     @property
-    def unfinished(self) -> bool:
-        """Whether a frame has begun and not ended."""
+    def is_incomplete(self) -> bool:
+        """Return True if a frame has started and not ended."""
         return bool(self._rest)
 
-    def feed(self, data: bytes) -> list[Request]:
-        """Requests completed by `data`, in order."""
+    def feed(self, data: bytes) -> list[MbapRequest]:
+        """Return the requests that `data` completes, in order."""
         data = self._rest + data
-        at, requests = 0, []
-        while not self.broken and len(data) - at >= 4:
-            end = self._end(data, at)
+        start, requests = 0, []
+        while not self.error and len(data) - start >= 4:
+            end = self._frame_end(data, start)
             if end is None or end > len(data):
                 break
-            transaction, _, _, unit = _HEADER.unpack_from(data, at)
-            requests.append(Request(transaction, unit, data[at + _HEADER.size : end]))
-            at = end
-        self._rest = b"" if self.broken else data[at:]
+            transaction, _, _, unit = _HEADER.unpack_from(data, start)
+            requests.append(MbapRequest(transaction, unit, data[start + _HEADER.size : end]))
+            start = end
+        self._rest = b"" if self.error else data[start:]
         return requests
 
-    def _end(self, data: bytes, at: int) -> int | None:
-        """Where the frame that begins at `at` ends; None where its header is incomplete or broken."""
-        protocol = data[at + 2] << 8 | data[at + 3]
+    def _frame_end(self, data: bytes, start: int) -> int | None:
+        """Return the end of the frame at `start`; None if its header is incomplete or invalid."""
+        protocol = data[start + 2] << 8 | data[start + 3]
         if protocol:
-            self.broken = f"protocol identifier {protocol:04X}h"
+            self.error = f"protocol identifier {protocol:04X}h"
             return None
-        if len(data) - at < _TO_LENGTH:
+        if len(data) - start < _LENGTH_END:
             return None
-        length = data[at + 4] << 8 | data[at + 5]
-        if not _SHORTEST <= length <= _LONGEST:
-            self.broken = f"length {length}"
+        length = data[start + 4] << 8 | data[start + 5]
+        if not _MIN_LENGTH <= length <= _MAX_LENGTH:
+            self.error = f"length {length}"
             return None
-        return at + _TO_LENGTH + length
+        return start + _LENGTH_END + length

@@ -1,6 +1,6 @@
-"""Modbus RTU framing without I/O: bytes and their times in, whole frames out.
+"""Modbus RTU framing without I/O: bytes with their times in, complete frames out.
 
-Sections named are those of "Modbus over Serial Line, Specification and Implementation Guide", V1.02.
+Section numbers are those of "Modbus over Serial Line, Specification and Implementation Guide", V1.02.
 """
 
 from __future__ import annotations
@@ -8,84 +8,92 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-SHORTEST, LONGEST = 4, 256
-_CHARACTER_BITS = 11  #: start, 8 data, parity or a second stop, stop (2.5.1)
-_FAST_BAUD, _FAST_SILENCE_S = 19200, 0.00175  #: above it the silence is fixed (2.5.1.1)
-_BUFFER_CHARACTERS = 16  #: of a UART
-_ADAPTER_S = 0.05  #: a USB adapter's timer is 16 ms, ours may be late
-_MOST_BYTES, _MOST_STARTS = 4 * LONGEST, 32
+MIN_FRAME_BYTES, MAX_FRAME_BYTES = 4, 256
+_CHARACTER_BITS = 11  #: start bit, 8 data bits, parity or second stop bit, stop bit (2.5.1)
+_MAX_SCALED_BAUD, _FIXED_SILENCE_S = 19200, 0.00175  #: above this baud rate the silence is fixed (2.5.1.1)
+_BUFFER_CHARACTERS = 16  #: size of a UART's buffer
+_ADAPTER_S = 0.05  #: the timer of a USB adapter is 16 ms, and the timer of this process may be late
+_MAX_BUFFERED_BYTES, _MAX_STARTS = 4 * MAX_FRAME_BYTES, 32
 
 
 @dataclass(frozen=True, slots=True)
-class Timing:
-    """What a baud rate means in time."""
+class RtuTiming:
+    """Times that follow from a baud rate."""
 
     baud: int
 
     @property
     def character_s(self) -> float:
-        """One character [s]."""
+        """Return the time of one character [s]."""
         return _CHARACTER_BITS / self.baud
 
     @property
     def silence_s(self) -> float:
-        """The silence that ends a frame, t3.5 [s]."""
-        return 3.5 * self.character_s if self.baud <= _FAST_BAUD else _FAST_SILENCE_S
+        """Return the silence that ends a frame, t3.5 [s]."""
+        return 3.5 * self.character_s if self.baud <= _MAX_SCALED_BAUD else _FIXED_SILENCE_S
 
     @property
-    def patience_s(self) -> float:
-        """How long a frame may pause because a UART or an adapter keeps its bytes back [s]."""
+    def max_pause_s(self) -> float:
+        """Return the longest pause within a frame that a UART or an adapter can cause [s]."""
         return self.silence_s + _BUFFER_CHARACTERS * self.character_s + _ADAPTER_S
 
 
 def crc(data: bytes) -> int:
-    """CRC-16 of the serial line (6.2.2): low byte sent first; 0 over a frame that is whole."""
+    """Return the CRC-16 of the serial line (6.2.2). The low byte is sent first.
+
+    The CRC over a complete frame, including its own CRC, is 0.
+    """
     state = 0xFFFF
     for byte in data:
         state = state >> 8 ^ _TABLE[(state ^ byte) & 0xFF]
     return state
 
 
-def frame(unit: int, pdu: bytes) -> bytes:
-    """The bytes that carry `pdu`."""
+def encode_frame(unit: int, pdu: bytes) -> bytes:
+    """Return the frame that carries `pdu`."""
     body = bytes((unit,)) + pdu
     return body + crc(body).to_bytes(2, "little")
 
 
-class Decoder:
-    """Bytes of a line become frames, by silence and CRC alone: other units may speak functions unknown here.
+class RtuDecoder:
+    """Decoder for the bytes of a serial line. It uses silence and CRC only.
 
-    Only behind a silence may a frame start. At the next one, what came since must be whole frames to the last
-    byte: one, or several that a late scheduler has joined. Where it is not, the next start is tried, so that
-    garbage costs nothing behind it; and the bytes are kept for `patience_s`, for the silence may be an
-    adapter's. No frame is looked for anywhere else: another unit's data may contain one that looks like ours.
+    The length of a frame cannot be read from its function code, because other units may use unknown
+    functions. A frame may start only after a silence. At the next silence, the bytes since that start must be
+    complete frames up to the last byte: one frame, or several frames that a late scheduler has joined. If
+    they are not, the decoder tries the next start, so that garbage before a frame does not destroy the frame.
+    The bytes are kept for `max_pause_s`, because an adapter may have caused the silence. Frames at other
+    positions are ignored: the data of another unit may contain bytes that look like a frame for this unit.
     """
 
-    def __init__(self, timing: Timing) -> None:
-        self.lost_bytes = 0  #: that were in no whole frame
+    def __init__(self, timing: RtuTiming) -> None:
+        self.lost_bytes = 0  #: bytes that belong to no complete frame
         self._timing = timing
         self._data = bytearray()
         self._starts: list[int] = []
-        self._silent = True
-        self._heard_s = -math.inf
+        self._after_silence = True
+        self._last_received_s = -math.inf
 
     def feed(self, data: bytes, now_s: float) -> None:
-        """Take in what has just come."""
-        pause_s = now_s - self._heard_s
-        if pause_s >= self._timing.patience_s:
-            self._lose(len(self._data))
-        if self._silent or pause_s >= self._timing.silence_s:
-            self._start()
+        """Add received bytes."""
+        pause_s = now_s - self._last_received_s
+        if pause_s >= self._timing.max_pause_s:
+            self._drop(len(self._data))
+        if self._after_silence or pause_s >= self._timing.silence_s:
+            self._add_start()
         self._data += data
-        if len(self._data) > _MOST_BYTES:
-            self._lose(len(self._data))
-        self._silent, self._heard_s = False, now_s
+        if len(self._data) > _MAX_BUFFERED_BYTES:
+            self._drop(len(self._data))
+        self._after_silence, self._last_received_s = False, now_s
 
     def frames(self) -> list[bytes]:
-        """What came before a silence of `silence_s`, which has passed; [] where it is not whole frames."""
-        self._silent = True
+        """Return the frames before the silence that has just passed; [] if they are not complete.
+
+        Call this method after a silence of `silence_s`.
+        """
+        self._after_silence = True
         for start in self._starts:
-            found = _split(bytes(self._data[start:]))
+            found = _split_frames(bytes(self._data[start:]))
             if found:
                 self.lost_bytes += start
                 self._data.clear()
@@ -93,56 +101,60 @@ class Decoder:
                 return found
         return []
 
-    def forget(self) -> None:
-        """Lose what was not finished, as behind a long silence."""
-        self._lose(len(self._data))
-        self._silent = True
+    def reset(self) -> None:
+        """Drop incomplete frames, as after a long silence."""
+        self._drop(len(self._data))
+        self._after_silence = True
 
-    def _start(self) -> None:
+    def _add_start(self) -> None:
         self._starts.append(len(self._data))
-        if len(self._starts) > _MOST_STARTS:
-            self._lose(self._starts[1])
+        if len(self._starts) > _MAX_STARTS:
+            self._drop(self._starts[1])
 
-    def _lose(self, count: int) -> None:
+    def _drop(self, count: int) -> None:
         self.lost_bytes += count
         del self._data[:count]
         self._starts = [start - count for start in self._starts if start >= count]
 
 
-def _split(data: bytes) -> list[bytes]:
-    """`data` as whole frames, as few as can be found, each from the end of one before; [] where it is not."""
-    begun = {0: 0}  # end of a frame → its beginning
+def _split_frames(data: bytes) -> list[bytes]:
+    """Return `data` split into adjacent frames, as few as possible; [] if the split is impossible."""
+    start_of = {0: 0}  # end of a frame → its start
     for at in range(len(data)):
-        if at in begun:
-            for end in _ends(data, at):
-                begun.setdefault(end, at)
+        if at in start_of:
+            for end in _possible_ends(data, at):
+                start_of.setdefault(end, at)
     found: list[bytes] = []
     end = len(data)
-    while end and end in begun:
-        found.insert(0, data[begun[end] : end])
-        end = begun[end]
+    while end and end in start_of:
+        found.insert(0, data[start_of[end] : end])
+        end = start_of[end]
     return found
 
 
-def _ends(data: bytes, at: int) -> list[int]:
-    """Where a frame that begins at `at` may end: zeros behind one leave its CRC good."""
-    longest = data[at : at + LONGEST]
-    if len(longest) < SHORTEST or not longest[1]:  # no function 0: 1000 zeros cost 0.1 ms, not 8
+def _possible_ends(data: bytes, start: int) -> list[int]:
+    """Return the positions at which a frame that starts at `start` can end.
+
+    There may be several, because zeros after a frame leave its CRC valid.
+    """
+    longest = data[start : start + MAX_FRAME_BYTES]
+    # Function 0 does not exist. Without this check, 1000 zeros take 8 ms; with it, 0.1 ms.
+    if len(longest) < MIN_FRAME_BYTES or not longest[1]:
         return []
     ends, state = [], 0xFFFF
     for count, byte in enumerate(longest, 1):
         state = state >> 8 ^ _TABLE[(state ^ byte) & 0xFF]
-        if not state and count >= SHORTEST:
-            ends.append(at + count)
+        if not state and count >= MIN_FRAME_BYTES:
+            ends.append(start + count)
     return ends
 
 
-def _table() -> list[int]:
-    """CRC of each byte value: polynomial 8005h, bits reversed."""
+def _crc_table() -> list[int]:
+    """Return the CRC of each byte value: polynomial 8005h, bits reversed."""
     table = list(range(256))
     for _ in range(8):
         table = [state >> 1 ^ (0xA001 if state & 1 else 0) for state in table]
     return table
 
 
-_TABLE = _table()
+_TABLE = _crc_table()

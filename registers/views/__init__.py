@@ -1,11 +1,11 @@
-"""Documents made from the register map and the CAN frames, each a pure function; their committed copies."""
+"""Documents generated from the register map and the CAN frames. Each document is a pure function."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import NamedTuple
 
-from registers.views import (
+from pneuforce.registers.views import (
     c_header,
     dbc,
     eds,
@@ -19,12 +19,13 @@ from registers.views import (
 
 
 class View(NamedTuple):
-    """A document: how it is made, and where its committed copy lies, from the top of the repository."""
+    """Generated document."""
 
     render: Callable[[], str]
-    path: str
+    path: str  #: path of the committed copy, relative to the root of the repository
 
 
+#: Documents by the names that `pneuforce map --format` accepts.
 VIEWS = {
     "md": View(markdown.render, "docs/registers.md"),
     "faults": View(faults_page.render, "docs/faults.md"),

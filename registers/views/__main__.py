@@ -1,8 +1,8 @@
-"""Write the committed copies anew: `python -m registers.views`, from the top of the repository."""
+"""Regenerate the committed documents: run `python -m pneuforce.registers.views` in the repository root."""
 
 from pathlib import Path
 
-from registers.views import VIEWS
+from pneuforce.registers.views import VIEWS
 
 for view in VIEWS.values():
     Path(view.path).write_text(view.render(), encoding="utf-8")

@@ -1,6 +1,7 @@
-"""The register map as one C header for programs that speak Modbus: numbers, names, and value with valid.
+"""Register map as a C header for Modbus clients: constants, and functions that decode each register.
 
-C99 and C++11, without undefined or implementation-defined behaviour: bits become numbers by memcpy.
+The header is C99 and C++11 without undefined or implementation-defined behaviour: bits become numbers with
+memcpy.
 """
 
 from __future__ import annotations
@@ -8,21 +9,33 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from registers.codes import STATUS
-from registers.field import Values, Wire
-from registers.map import BLOCKS, COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
-from registers.views.facts import ENUMERATIONS, MEASURED, TEST, ascii_text, number
+from pneuforce.registers.codes import STATUS
+from pneuforce.registers.document_text import (
+    ENUMERATIONS,
+    MEASURED_BLOCK,
+    TEST_BLOCK,
+    ascii_text,
+    format_number,
+)
+from pneuforce.registers.field import Enumeration, WireType
+from pneuforce.registers.map import BLOCKS, COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
 
-_C_TYPES = {Wire.F32: "float", Wire.U32: "uint32_t", Wire.I16: "int16_t", Wire.U16: "uint16_t"}
+_C_TYPES = {
+    WireType.F32: "float",
+    WireType.U32: "uint32_t",
+    WireType.I16: "int16_t",
+    WireType.U16: "uint16_t",
+}
 
 _HEAD = f"""\
 /* pneuforce: the register map for programs in C99 and C++11.
  * Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770).
- * Made from the register map: pneuforce map --format h. How to use it: docs/plc.md.
+ * Generated from the register map: pneuforce map --format h. How to use it: docs/plc.md.
  *
- * A function takes the words of a block, as read from that block's first address on, each a number of this
- * machine (as libmodbus delivers them). It stores the value and returns whether it is one: false for "not
- * available", the value being 0 then. Whether the words are fresh only the sample counter can tell.
+ * Each function takes the words of one block, read from the first address of the block. The words have the
+ * byte order of this machine, as libmodbus delivers them. The function stores the value and returns true if
+ * the value is valid. If it returns false, the value is not available and is set to 0. Check the sample
+ * counter as well: if it does not change, the words are old.
  */
 #ifndef PNEUFORCE_REGISTERS_H
 #define PNEUFORCE_REGISTERS_H
@@ -31,7 +44,7 @@ _HEAD = f"""\
 #include <stdint.h>
 #include <string.h>
 """
-_WORDS = """\
+_DECODERS = """\
 static inline uint32_t pneuforce_bits(const uint16_t *words, bool low_word_first)
 {
     uint32_t first = words[0], second = words[1];
@@ -65,19 +78,20 @@ static inline bool pneuforce_uint16(uint16_t word, uint16_t *value)
 }
 """
 _WORD_ORDER = f"""\
-/* Settles the word order from {len(TEST)} words from {TEST.start} on; false: no pneuforce's. */
+/* Finds the word order from the {len(TEST_BLOCK)} test words at address {TEST_BLOCK.start}.
+ * Returns false if the server is not a pneuforce instrument. */
 static inline bool pneuforce_word_order(const uint16_t *test, bool *low_word_first)
 {{
 """
 
 
 def render() -> str:
-    """The header."""
+    """Return the header file."""
     parts = [
         _HEAD,
         "".join(_macros()),
         *(_enumeration(name, values) for name, values in ENUMERATIONS.items()),
-        _WORDS,
+        _DECODERS,
         *(_function(register) for register in REGISTERS),
         _word_order(),
         "#endif\n",
@@ -89,78 +103,79 @@ def _macros() -> Iterator[str]:
     yield f"#define PNEUFORCE_MAP_VERSION {MAP_VERSION}\n"
     yield f"#define PNEUFORCE_MAP_HASH UINT32_C(0x{MAP_HASH:08X})\n"
     yield f"#define PNEUFORCE_COMMAND_KEY {COMMAND_KEY}\n"
-    yield f"#define PNEUFORCE_COUNT_MEASURED {len(MEASURED)} /* words from 0: one read is one instant */\n"
-    yield f"#define PNEUFORCE_COUNT_TEST {len(TEST)}\n"
+    comment = "words from address 0; the values of one read belong to one instant"
+    yield f"#define PNEUFORCE_COUNT_MEASURED {len(MEASURED_BLOCK)} /* {comment} */\n"
+    yield f"#define PNEUFORCE_COUNT_TEST {len(TEST_BLOCK)}\n"
     for register in REGISTERS:
         yield f"#define {_macro('ADDRESS', register)} {register.address}\n"
     for register in REGISTERS:
         if register.writable and register.unit:
-            suffix = "f" if register.wire is Wire.F32 else ""
-            for word, value in (("LEAST", register.low), ("GREATEST", register.high)):
-                text = repr(float(value or 0)) if suffix else number(value or 0)
-                yield f"#define {_macro(word, register)} {text}{suffix} /* {ascii_text(register.unit)} */\n"
+            suffix = "f" if register.wire is WireType.F32 else ""
+            for prefix, value in (("MIN", register.low), ("MAX", register.high)):
+                text = repr(float(value or 0)) if suffix else format_number(value or 0)
+                yield f"#define {_macro(prefix, register)} {text}{suffix} /* {ascii_text(register.unit)} */\n"
     for bit in STATUS.bits:
         mask = f"UINT32_C(0x{1 << bit.number:08X})"
         yield f"#define PNEUFORCE_STATUS_{bit.name.upper()} {mask} /* {ascii_text(bit.doc)} */\n"
 
 
-def _macro(kind: str, register: Register) -> str:
-    return f"PNEUFORCE_{kind}_{register.name.upper()}"
+def _macro(prefix: str, register: Register) -> str:
+    return f"PNEUFORCE_{prefix}_{register.name.upper()}"
 
 
-def _enumeration(name: str, values: Values) -> str:
-    plain = name.replace(" ", "_")
+def _enumeration(name: str, values: Enumeration) -> str:
+    identifier = name.replace(" ", "_")
     listed = ",\n".join(
-        f"    PNEUFORCE_{plain.upper()}_{value.upper()} = {code}" for code, value in values.names.items()
+        f"    PNEUFORCE_{identifier.upper()}_{value.upper()} = {code}" for code, value in values.names.items()
     )
-    return f"enum pneuforce_{plain} {{\n{listed}\n}};\n"
+    return f"enum pneuforce_{identifier} {{\n{listed}\n}};\n"
 
 
 def _function(register: Register) -> str:
-    """What takes one register out of the words of its block; the word order only where it matters."""
+    """Return the C function that decodes one register. It takes the word order only if it needs the order."""
     start = next(first for first, last in BLOCKS if first <= register.address <= last)
-    at = register.address - start
-    order = ", bool low_word_first" if register.wire.words == 2 else ""
-    head = f"bool {_name(register)}(const uint16_t *from_{start}{order}, {_C_TYPES[register.wire]} *value)"
+    words = f"from_{start}"
+    word_order = ", bool low_word_first" if register.wire.words == 2 else ""
+    head = f"bool {_name(register)}(const uint16_t *{words}{word_order}, {_C_TYPES[register.wire]} *value)"
     unit = f" [{register.unit}]" if register.unit else ""
     return (
         f"/* {register.address}: {ascii_text(register.doc + unit)} */\n"
-        f"static inline {head}\n{{\n{_taken(register, f'from_{start}', at)}}}\n"
+        f"static inline {head}\n{{\n{_function_body(register, words, register.address - start)}}}\n"
     )
 
 
 def _name(register: Register) -> str:
     unit = ascii_text(register.unit).replace("/", "_per_").lower()
-    ends = not unit or register.name.endswith(f"_{unit}")
-    return f"pneuforce_{register.name}" if ends else f"pneuforce_{register.name}_{unit}"
+    name_has_unit = not unit or register.name.endswith(f"_{unit}")
+    return f"pneuforce_{register.name}" if name_has_unit else f"pneuforce_{register.name}_{unit}"
 
 
-def _taken(register: Register, words: str, at: int) -> str:
-    if register.wire is Wire.F32:
-        return f"    return pneuforce_float({words} + {at}, low_word_first, value);\n"
+def _function_body(register: Register, words: str, index: int) -> str:
+    if register.wire is WireType.F32:
+        return f"    return pneuforce_float({words} + {index}, low_word_first, value);\n"
     if register.not_available is not None:
-        kind = "int16" if register.wire is Wire.I16 else "uint16"
-        return f"    return pneuforce_{kind}({words}[{at}], value);\n"
-    if register.wire is Wire.U32:
-        taken = f"*value = pneuforce_bits({words} + {at}, low_word_first);"
+        type_ = "int16" if register.wire is WireType.I16 else "uint16"
+        return f"    return pneuforce_{type_}({words}[{index}], value);\n"
+    if register.wire is WireType.U32:
+        assignment = f"*value = pneuforce_bits({words} + {index}, low_word_first);"
     else:
-        taken = f"memcpy(value, {words} + {at}, sizeof *value);"
-    return f"    {taken}\n    return true;\n"
+        assignment = f"memcpy(value, {words} + {index}, sizeof *value);"
+    return f"    {assignment}\n    return true;\n"
 
 
 def _word_order() -> str:
-    tests = [register for register in REGISTERS if register.address in TEST]
-    last = tests[-1]
-    wide = " && ".join(
-        f"pneuforce_bits(test + {r.address - TEST.start}, *low_word_first) == UINT32_C(0x{_bits(r):08X})"
+    tests = [register for register in REGISTERS if register.address in TEST_BLOCK]
+    start, last = TEST_BLOCK.start, tests[-1]
+    two_word_tests = " && ".join(
+        f"pneuforce_bits(test + {r.address - start}, *low_word_first) == UINT32_C(0x{_bits(r):08X})"
         for r in tests
         if r.wire.words == 2
     )
     return (
         f"{_WORD_ORDER}"
         f"    *low_word_first = test[0] == UINT16_C(0x{_bits(tests[0]) & 0xFFFF:04X});\n"
-        f"    return {wide.replace(' && ', chr(10) + '        && ')}\n"
-        f"        && test[{last.address - TEST.start}] == UINT16_C(0x{_bits(last):04X});\n}}\n"
+        f"    return {two_word_tests.replace(' && ', chr(10) + '        && ')}\n"
+        f"        && test[{last.address - start}] == UINT16_C(0x{_bits(last):04X});\n}}\n"
     )
 
 

@@ -1,7 +1,7 @@
-"""The CAN frames as a DBC, for the tools of robot controllers.
+"""CAN frames as a DBC file, for the tools of robot controllers.
 
-Values are in N, kPa, mm and s; each condition of a bit field is a signal of one bit. The text is ASCII,
-because DBC readers disagree about every other character.
+Values are in N, kPa, mm and s. Each bit of a bit field is a signal of one bit. The text is ASCII, because DBC
+readers handle other characters differently.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from registers.can.frames import DEFAULT_NODE_ID, FRAMES, Frame
-from registers.field import Field, plain_unit
-from registers.views.facts import ascii_text, number, span
+from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FRAMES, FrameDefinition
+from pneuforce.registers.document_text import ascii_text, format_number, value_range
+from pneuforce.registers.field import Field, quantity_unit
 
 INSTRUMENT = "PneuForce"
 MASTER = "Controller"
@@ -30,7 +30,7 @@ BS_:
 
 BU_: {INSTRUMENT} {MASTER}
 """
-#: The start value is what a tool shows before the first frame: "no value", where that has a code.
+#: Tools show the start value before the first frame: the not-available code if the signal has one.
 _ATTRIBUTES = """\
 BA_DEF_ "BusType" STRING ;
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
@@ -41,9 +41,9 @@ BA_DEF_DEF_ "GenSigStartValue" 0;
 BA_ "BusType" "CAN";
 """
 _COMMENTS = f"""\
-CM_ "Use a force only while force_valid is 1 and the counter changes; without one back off, do not push.";
+CM_ "Use the force only while force_valid is 1 and the counter changes. Otherwise back off, do not push.";
 CM_ BU_ {INSTRUMENT} "The pneumatic force sensor.";
-CM_ BU_ {MASTER} "The robot controller, or whoever else commands.";
+CM_ BU_ {MASTER} "The robot controller, or another master.";
 """
 
 
@@ -59,18 +59,18 @@ class _Signal:
     unit: str = ""
     doc: str
     values: Mapping[int, str] = field(default_factory=dict)
-    not_available: int | None = None  #: the code that says "no value"
+    not_available: int | None = None  #: not-available code
 
     def line(self, receiver: str) -> str:
-        """The SG_ line; "@1" is little-endian."""
-        low, high = number(self.low), number(self.high)
+        """Return the SG_ line. "@1" means little-endian."""
+        low, high = format_number(self.low), format_number(self.high)
         sign = "-" if self.signed else "+"
-        place = f"{self.start}|{self.bits}@1{sign} ({number(1 / self.scale)},0)"
-        return f' SG_ {self.name} : {place} [{low}|{high}] "{self.unit}" {receiver}'
+        layout = f"{self.start}|{self.bits}@1{sign} ({format_number(1 / self.scale)},0)"
+        return f' SG_ {self.name} : {layout} [{low}|{high}] "{self.unit}" {receiver}'
 
 
 def render(node_id: int = DEFAULT_NODE_ID) -> str:
-    """The DBC of the node `node_id`."""
+    """Return the DBC file for the node `node_id`."""
     parts = [
         _HEAD,
         *(_message(frame, node_id) for frame in FRAMES),
@@ -81,46 +81,46 @@ def render(node_id: int = DEFAULT_NODE_ID) -> str:
     return "\n".join(parts)
 
 
-def _message(frame: Frame, node_id: int) -> str:
+def _message(frame: FrameDefinition, node_id: int) -> str:
     sender, receiver = (MASTER, INSTRUMENT) if frame.received else (INSTRUMENT, MASTER)
     head = f"BO_ {frame.base_id + node_id} {frame.name}: {frame.length} {sender}\n"
     return head + "".join(signal.line(receiver) + "\n" for signal in _signals(frame))
 
 
-def _signals(frame: Frame) -> Iterator[_Signal]:
-    for at, declared in frame.placed:
-        if declared.bits:
-            for bit in declared.bits.bits:
-                yield _Signal(name=bit.name, start=8 * at + bit.number, bits=1, doc=bit.doc)
+def _signals(frame: FrameDefinition) -> Iterator[_Signal]:
+    for offset, frame_field in frame.field_offsets:
+        if frame_field.bits:
+            for bit in frame_field.bits.bits:
+                yield _Signal(name=bit.name, start=8 * offset + bit.number, bits=1, doc=bit.doc)
         else:
-            yield _number(declared, 8 * at, may_be_absent=not frame.received)
+            yield _number_signal(frame_field, 8 * offset, has_not_available=not frame.received)
 
 
-def _number(declared: Field, start: int, may_be_absent: bool) -> _Signal:
-    low, high = span(declared) or _span_of_values(declared)
-    scale = declared.scale
-    values = dict(declared.code_names)
-    absent = declared.not_available if may_be_absent else None
-    if absent is not None:
-        values[int(absent)] = "not_available"
+def _number_signal(frame_field: Field, start: int, has_not_available: bool) -> _Signal:
+    low, high = value_range(frame_field) or _code_range(frame_field)
+    scale = frame_field.scale
+    values = dict(frame_field.code_names)
+    code = frame_field.not_available if has_not_available else None
+    if code is not None:
+        values[int(code)] = "not_available"
     return _Signal(
-        name=declared.name,
+        name=frame_field.name,
         start=start,
-        bits=8 * declared.wire.size,
-        signed=(declared.wire.lowest or 0) < 0,
+        bits=8 * frame_field.wire.size,
+        signed=(frame_field.wire.min_code or 0) < 0,
         scale=scale,
         low=low / scale,
         high=high / scale,
-        unit=plain_unit(declared.unit),
-        doc=declared.doc,
+        unit=quantity_unit(frame_field.unit),
+        doc=frame_field.doc,
         values=values,
-        not_available=None if absent is None else int(absent),
+        not_available=None if code is None else int(code),
     )
 
 
-def _span_of_values(declared: Field) -> tuple[float, float]:
-    assert declared.values is not None
-    return min(declared.values.names), max(declared.values.names)
+def _code_range(frame_field: Field) -> tuple[float, float]:
+    assert frame_field.values is not None
+    return min(frame_field.values.names), max(frame_field.values.names)
 
 
 def _comments(node_id: int) -> Iterator[str]:
@@ -141,8 +141,8 @@ def _start_values(node_id: int) -> Iterator[str]:
     for frame in FRAMES:
         for signal in _signals(frame):
             if signal.not_available is not None:
-                place = f"{frame.base_id + node_id} {signal.name}"
-                yield f'BA_ "GenSigStartValue" SG_ {place} {signal.not_available};\n'
+                signal_id = f"{frame.base_id + node_id} {signal.name}"
+                yield f'BA_ "GenSigStartValue" SG_ {signal_id} {signal.not_available};\n'
 
 
 def _value_tables(node_id: int) -> Iterator[str]:

@@ -1,41 +1,49 @@
-"""What each fault, status bit, refusal and state asks of people and programs, as a page."""
+"""Faults, status bits, reject reasons and states with their remedies as a page: docs/faults.md."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from registers.advice import FAULT_ADVICE, REFUSAL_WORDS, STATE_WORDS, STATUS_ADVICE
-from registers.codes import FAULTS, REFUSALS, STATES, STATUS
-from registers.field import Values
-from registers.views.markdown import table
+from pneuforce.registers.advice import (
+    FAULT_ADVICE,
+    REJECT_REASON_ADVICE,
+    STATE_DESCRIPTIONS,
+    STATUS_ADVICE,
+)
+from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATES, STATUS
+from pneuforce.registers.field import Enumeration
+from pneuforce.registers.views.markdown import table
 
 _INTRODUCTION = """\
-# Faults, and what to do
+# Faults and remedies
 
-Made from the words that the instrument itself uses: `pneuforce map --format faults`.
+Generated from the texts that the instrument itself uses: `pneuforce map --format faults`.
 
-**After a fault** the rig has vented and is *tripped*. Remove the cause, *clear* (register command 2, CAN mode
-2, the page's button), then vent (mode 0) and hold (mode 1). Clearing moves no valve. Step by step:
-[rules](rules.md#after-a-trip). Whether the balloon is empty, only you can see: where a line below says that
-it may be inflated, believe it rather than a pressure of zero.
+**After a fault** the rig has vented and is *tripped*. Remove the cause. Then *clear* (register command 2,
+CAN mode 2, or the button on the web page), vent (mode 0) and hold (mode 1). Clearing moves no valve. Step by
+step: [rules](rules.md#after-a-trip).
+
+No sensor shows whether the balloon is really empty: look at the balloon. If a line below says that the
+balloon may be inflated, do not rely on a pressure reading of zero.
 
 ## Faults
 
-Register 778 has the first fault that is latched; on CAN an Emergency carries FF00h + its code. Codes up to 15
-are found by the board, those from 32 on by the host. In files to import: the enumeration *fault* of the
-[map](registers.md#enumerations), `PF_FAULT_…` and `PNEUFORCE_FAULT_…` of the [PLC files](plc.md).
+Register 778 contains the first-out fault. On CAN, an Emergency frame contains FF00h + the code of the fault.
+The board detects the faults with codes up to 15, and the host process those from 32. The names for programs:
+the enumeration *fault* of the [map](registers.md#enumerations), and `PF_FAULT_…` and `PNEUFORCE_FAULT_…` in
+the [PLC files](plc.md).
 """
 _STATUS = """\
 ## Status bits
 
-Register 20, the Status frame, the discrete inputs 0–31. A bit that latches stays until it is cleared once its
-cause is gone; the others follow their cause.
+Register 20, the Status frame, and the discrete inputs 0–31. A bit that *latches* stays set after its cause is
+gone, until it is cleared by command. The other bits follow their cause.
 """
-_REFUSALS = """\
-## Refusals
+_REJECT_REASONS = """\
+## Reject reasons
 
-Register 27 after an exception 06; in the Answer frame 16 more. A refused request changes nothing; only a vent
-in it is carried out all the same.
+Register 27 after an exception 06. The result in the Answer frame is the code + 16. A rejected request changes
+nothing, but a vent in a rejected request is still carried out.
 """
 _STATES = """\
 ## States
@@ -45,31 +53,34 @@ Register 25, and the Status frame.
 
 
 def render() -> str:
-    """The page."""
+    """Return the page."""
     return "\n".join(
         (
             _INTRODUCTION,
-            table(("code", "fault", "what has happened", "what to do"), _faults()),
+            table(("code", "fault", "what has happened", "what to do"), _fault_rows()),
             _STATUS,
-            table(("bit", "name", "latches", "what it says", "what to do"), _bits()),
-            _REFUSALS,
-            table(("code", "refusal", "why, and what to do"), _words(REFUSALS, REFUSAL_WORDS)),
+            table(("bit", "name", "latches", "meaning", "what to do"), _status_rows()),
+            _REJECT_REASONS,
+            table(
+                ("code", "reject_reason", "cause, and what to do"),
+                _enumeration_rows(REJECT_REASONS, REJECT_REASON_ADVICE),
+            ),
             _STATES,
-            table(("code", "state", "what is so"), _words(STATES, STATE_WORDS)),
+            table(("code", "state", "meaning"), _enumeration_rows(STATES, STATE_DESCRIPTIONS)),
         )
     )
 
 
-def _faults() -> Iterator[Sequence[str]]:
+def _fault_rows() -> Iterator[Sequence[str]]:
     for code, name in FAULTS.names.items():
         if code:
             yield str(code), f"`{name}`", *FAULT_ADVICE[code]
 
 
-def _bits() -> Iterator[Sequence[str]]:
+def _status_rows() -> Iterator[Sequence[str]]:
     for bit in STATUS.bits:
         yield str(bit.number), f"`{bit.name}`", "latches" if bit.latches else "", *STATUS_ADVICE[bit.name]
 
 
-def _words(values: Values, words: Mapping[str, str]) -> Iterable[Sequence[str]]:
-    return ((str(code), f"`{name}`", words[name]) for code, name in values.names.items())
+def _enumeration_rows(values: Enumeration, texts: Mapping[str, str]) -> Iterable[Sequence[str]]:
+    return ((str(code), f"`{name}`", texts[name]) for code, name in values.names.items())

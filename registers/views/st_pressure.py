@@ -1,140 +1,144 @@
-"""The writing side of the Structured Text library: the pressure set, in the order that it takes."""
+"""Writing block of the Structured Text library: sets the pressure and runs commands."""
 
 from __future__ import annotations
 
 from string import Template
 
-from registers.codes import ANSWERS, MODES, STATES
-from registers.map import BY_NAME, COMMAND_KEY
-from registers.views.facts import number
+from pneuforce.registers.codes import ANSWERS, MODES, STATES
+from pneuforce.registers.document_text import format_number
+from pneuforce.registers.map import BY_NAME, COMMAND_KEY
 
 _TEXT = Template("""\
-(* Sets the pressure and runs commands, one register at a time: function 06 is all it needs of the master.
-   It asks for inflation once for each rising edge of Hold, renews the lease while the values are fresh, and
-   vents when Hold is FALSE, after a refusal, and when the hold has ended without being asked to. A write that
-   nobody answered is repeated where that is harmless; what inflates is never repeated.
-   One such block for each instrument, called in every cycle; its first act is a vent. *)
+(* Sets the pressure and runs commands. It writes one register at a time, so the Modbus master needs only
+   function 06. Use one instance for each instrument, and call the instance in every cycle.
+   - It requests inflation once for each rising edge of Hold. It renews the lease while the values are
+     fresh.
+   - It vents in the first cycle, when Hold is FALSE, after a rejected write, and when the hold ends by
+     itself.
+   - It repeats a write that was not answered if the repetition is harmless. It never repeats the request to
+     inflate. *)
 FUNCTION_BLOCK PF_Pressure
 VAR_INPUT
     Hold : BOOL;                    (* TRUE: inflate and hold; FALSE: vent *)
-    Setpoint_kPa : REAL := 8.0;     (* $setpoint_least to $setpoint_most; a new one is written at once *)
-    ForceLimit_N : REAL := 5.0;     (* $limit_least to $limit_most: the alarm of status bit 6 *)
-    Lease_ms : UINT := 2000;        (* $lease_least to $lease_most: silent for longer: vented *)
+    Setpoint_kPa : REAL := 8.0;     (* $setpoint_min to $setpoint_max; a new value is written at once *)
+    ForceLimit_N : REAL := 5.0;     (* $limit_min to $limit_max: limit for the alarm, status bit 6 *)
+    Lease_ms : UINT := 2000;        (* $lease_min to $lease_max: the instrument vents if it is not renewed *)
     RenewEvery : TIME := T#500ms;   (* less than half of the lease *)
-    Run : BOOL;                     (* rising edge while not holding: runs Command; TRUE to the end *)
-    Command : UINT := 2;            (* a PF_COMMAND_CODE: 2 clears the faults *)
-    Argument : WORD;
-    Fresh : BOOL;                   (* of PF_Reading *)
-    State : UINT;                   (* of PF_Reading.Values *)
-    Refusal : UINT;                 (* of PF_Reading.Values *)
-    AnswerSequence : WORD;          (* registers $answer_sequence to $answer_result, polled as well *)
+    Run : BOOL;                     (* rising edge while not holding: runs Command; keep TRUE to the end *)
+    Command : UINT := 2;            (* a PF_COMMAND_CODE constant; 2 clears the faults *)
+    Argument : WORD;                (* argument of the command *)
+    Fresh : BOOL;                   (* output of PF_Reading *)
+    State : UINT;                   (* from PF_Reading.Values *)
+    RejectReason : UINT;            (* from PF_Reading.Values *)
+    AnswerSequence : WORD;          (* registers $answer_sequence to $answer_result, to be polled as well *)
     AnswerState : WORD;
     AnswerResult : WORD;
-    Done : BOOL;                    (* of the master: the write was accepted *)
-    Error : BOOL;                   (* of the master: it was refused, or nobody answered *)
-    ExceptionCode : UINT;           (* of the master: why it was refused, 0 where nobody answered *)
+    Done : BOOL;                    (* from the master: the write was accepted *)
+    Error : BOOL;                   (* from the master: the write was rejected or not answered *)
+    ExceptionCode : UINT;           (* from the master: exception code, or 0 if there was no answer *)
 END_VAR
 VAR_OUTPUT
     Write : BOOL;                   (* to the master: write Value to Address; TRUE until Done or Error *)
     Address : UINT;
     Value : WORD;
-    Holding : BOOL;                 (* both valves locked at the setpoint *)
-    SpanError : BOOL;               (* setpoint, force limit or lease out of span: none of them is written *)
-    Ended : BOOL := TRUE;           (* refused, ended, or not possible when asked: Hold must go FALSE first *)
-    Refused : BOOL;
-    Reason : UINT;                  (* a PF_REFUSAL, 0 where the instrument gave none *)
+    Holding : BOOL;                 (* both valves are closed after the setpoint was reached *)
+    RangeError : BOOL;              (* setpoint, force limit or lease out of range: they are not written *)
+    Ended : BOOL := TRUE;           (* the hold ended or could not start: Hold must become FALSE first *)
+    Rejected : BOOL;                (* the instrument rejected a write *)
+    Reason : UINT;                  (* a PF_REJECT_REASON constant, or 0 if the instrument gave no reason *)
     CommandDone : BOOL;
     CommandFailed : BOOL;
 END_VAR
 VAR
     Stage : INT;
-    StageBefore : INT;
-    Answered : BOOL;
-    Begun : BOOL;
-    RunSeen : BOOL;
-    ForCommand : BOOL;
+    PreviousStage : INT;
+    Finished : BOOL;
+    Inflated : BOOL;
+    RunHandled : BOOL;
+    IsCommand : BOOL;
     Setpoint_Pa : WORD;
-    Limit_mN : WORD;
+    ForceLimit_mN : WORD;
     Lease : WORD;
     WrittenSetpoint_Pa : WORD;
-    WrittenLimit_mN : WORD;
+    WrittenForceLimit_mN : WORD;
     Sequence : WORD;
-    Stayed : TON;
-    Renewal : TON;
+    StageTimer : TON;
+    RenewTimer : TON;
 END_VAR
 VAR CONSTANT
     (* An accepted write leads from each stage to the next one. *)
-    VENTING : INT := 0;
-    RELEASING : INT := 1;
-    RESTING : INT := 2;
-    DISARMING : INT := 3;
-    LEASING : INT := 4;
-    SETTING : INT := 5;
-    LIMITING : INT := 6;
-    ASKING : INT := 7;
-    KEEPING : INT := 8;
-    KEYING : INT := 9;
-    NAMING : INT := 10;
-    ARGUING : INT := 11;
-    STARTING : INT := 12;
-    AWAITING : INT := 13;
-    HEARING : INT := 14;
+    VENT : INT := 0;
+    RELEASE_LEASE : INT := 1;
+    IDLE : INT := 2;
+    REARM : INT := 3;
+    TAKE_LEASE : INT := 4;
+    SET_PRESSURE : INT := 5;
+    SET_FORCE_LIMIT : INT := 6;
+    INFLATE : INT := 7;
+    KEEP_HOLDING : INT := 8;
+    SEND_KEY : INT := 9;
+    SEND_CODE : INT := 10;
+    SEND_ARGUMENT : INT := 11;
+    SEND_SEQUENCE : INT := 12;
+    WAIT_FOR_ANSWER : INT := 13;
+    WAIT_FOR_REASON : INT := 14;
 END_VAR
-    (* Comparisons with a broken number are FALSE. *)
-    SpanError := NOT (Setpoint_kPa >= $setpoint_least AND Setpoint_kPa <= $setpoint_most
-        AND ForceLimit_N >= $limit_least AND ForceLimit_N <= $limit_most
-        AND Lease_ms >= $lease_least AND Lease_ms <= $lease_most);
-    IF NOT SpanError THEN
+    (* Comparisons with NaN are FALSE. *)
+    RangeError := NOT (Setpoint_kPa >= $setpoint_min AND Setpoint_kPa <= $setpoint_max
+        AND ForceLimit_N >= $limit_min AND ForceLimit_N <= $limit_max
+        AND Lease_ms >= $lease_min AND Lease_ms <= $lease_max);
+    IF NOT RangeError THEN
         Setpoint_Pa := INT_TO_WORD(REAL_TO_INT(Setpoint_kPa * 1000.0));
-        Limit_mN := INT_TO_WORD(REAL_TO_INT(ForceLimit_N * 1000.0));
+        ForceLimit_mN := INT_TO_WORD(REAL_TO_INT(ForceLimit_N * 1000.0));
         Lease := UINT_TO_WORD(Lease_ms);
     END_IF;
 
-    Answered := Write AND (Done OR Error);
-    IF Answered THEN
+    Finished := Write AND (Done OR Error);
+    IF Finished THEN
         Write := FALSE;
         IF NOT Error THEN
             IF Address = $setpoint THEN
                 WrittenSetpoint_Pa := Value;
             ELSIF Address = $limit THEN
-                WrittenLimit_mN := Value;
+                WrittenForceLimit_mN := Value;
             END_IF;
-            IF Stage <> KEEPING THEN
+            IF Stage <> KEEP_HOLDING THEN
                 Stage := Stage + 1;
             END_IF;
-        ELSIF ExceptionCode <> 0 AND Stage = RELEASING THEN
-            Stage := RESTING;   (* the lease is another's *)
-        ELSIF ExceptionCode <> 0 AND Stage > RESTING THEN
-            Refused := TRUE;
-            Stage := HEARING;
-        ELSIF Stage >= DISARMING AND Stage <= ASKING THEN
+        ELSIF ExceptionCode <> 0 AND Stage = RELEASE_LEASE THEN
+            Stage := IDLE;   (* another peer holds the lease *)
+        ELSIF ExceptionCode <> 0 AND Stage > IDLE THEN
+            Rejected := TRUE;
+            Stage := WAIT_FOR_REASON;
+        ELSIF Stage >= REARM AND Stage <= INFLATE THEN
             Ended := TRUE;
-            Stage := VENTING;
+            Stage := VENT;
         END_IF;
     END_IF;
-    Stayed(IN := (Stage = StageBefore), PT := T#3s);
-    StageBefore := Stage;
-    Renewal(IN := NOT Answered, PT := RenewEvery);
+    StageTimer(IN := (Stage = PreviousStage), PT := T#3s);
+    PreviousStage := Stage;
+    RenewTimer(IN := NOT Finished, PT := RenewEvery);
 
     IF NOT Hold THEN
         Ended := FALSE;
-    ELSIF Stage <= RESTING AND (SpanError OR NOT Fresh) THEN
-        Ended := TRUE;   (* a wish does not wait for better times *)
+    ELSIF Stage <= IDLE AND (RangeError OR NOT Fresh) THEN
+        Ended := TRUE;   (* a request to hold is not postponed *)
     END_IF;
     IF NOT Run THEN
-        RunSeen := FALSE;
+        RunHandled := FALSE;
     END_IF;
     IF NOT Write THEN
-        IF NOT Hold AND (Stage >= DISARMING AND Stage <= KEEPING OR Stage = HEARING AND NOT ForCommand) THEN
-            Stage := VENTING;
-        ELSIF NOT Run AND Stage >= KEYING AND Stage <= AWAITING THEN
-            Stage := RESTING;
+        IF NOT Hold AND Stage >= REARM AND Stage <= KEEP_HOLDING
+            OR NOT Hold AND Stage = WAIT_FOR_REASON AND NOT IsCommand THEN
+            Stage := VENT;
+        ELSIF NOT Run AND Stage >= SEND_KEY AND Stage <= WAIT_FOR_ANSWER THEN
+            Stage := IDLE;
         END_IF;
-        IF Stage = RESTING THEN
-            IF Run AND NOT RunSeen THEN
-                RunSeen := TRUE;
-                ForCommand := TRUE;
-                Refused := FALSE;
+        IF Stage = IDLE THEN
+            IF Run AND NOT RunHandled THEN
+                RunHandled := TRUE;
+                IsCommand := TRUE;
+                Rejected := FALSE;
                 Reason := 0;
                 CommandDone := FALSE;
                 CommandFailed := FALSE;
@@ -142,39 +146,39 @@ END_VAR
                 IF AnswerSequence <> WORD#16#FFFF THEN
                     Sequence := UINT_TO_WORD(WORD_TO_UINT(AnswerSequence) + 1);
                 END_IF;
-                Stage := KEYING;
+                Stage := SEND_KEY;
             ELSIF Hold AND NOT Ended THEN
-                ForCommand := FALSE;
-                Begun := FALSE;
-                Refused := FALSE;
+                IsCommand := FALSE;
+                Inflated := FALSE;
+                Rejected := FALSE;
                 Reason := 0;
-                Stage := DISARMING;
+                Stage := REARM;
             END_IF;
-        ELSIF Stage = KEEPING THEN
+        ELSIF Stage = KEEP_HOLDING THEN
             IF Fresh AND State >= $inflating AND State <= $holding THEN
-                Begun := TRUE;
-            ELSIF Fresh AND Begun OR Stayed.Q AND NOT Begun THEN
+                Inflated := TRUE;
+            ELSIF Fresh AND Inflated OR StageTimer.Q AND NOT Inflated THEN
                 Ended := TRUE;
-                Stage := VENTING;
+                Stage := VENT;
             END_IF;
-        ELSIF Stage = AWAITING THEN
+        ELSIF Stage = WAIT_FOR_ANSWER THEN
             IF AnswerSequence = Sequence AND AnswerState = WORD#$done THEN
                 CommandDone := TRUE;
-                Stage := RESTING;
-            ELSIF AnswerSequence = Sequence AND AnswerState = WORD#$failed OR Stayed.Q THEN
+                Stage := IDLE;
+            ELSIF AnswerSequence = Sequence AND AnswerState = WORD#$failed OR StageTimer.Q THEN
                 CommandFailed := TRUE;
                 Reason := WORD_TO_UINT(AnswerResult);
-                Stage := RESTING;
+                Stage := IDLE;
             END_IF;
-        ELSIF Stage = HEARING THEN
-            IF Fresh AND Refusal <> 0 OR Stayed.Q THEN
-                Reason := Refusal;
-                IF ForCommand THEN
+        ELSIF Stage = WAIT_FOR_REASON THEN
+            IF Fresh AND RejectReason <> 0 OR StageTimer.Q THEN
+                Reason := RejectReason;
+                IF IsCommand THEN
                     CommandFailed := TRUE;
-                    Stage := RESTING;
+                    Stage := IDLE;
                 ELSE
                     Ended := TRUE;
-                    Stage := VENTING;
+                    Stage := VENT;
                 END_IF;
             END_IF;
         END_IF;
@@ -182,71 +186,71 @@ END_VAR
 
     IF NOT Write AND NOT Done AND NOT Error THEN
         Write := TRUE;
-        IF Stage = VENTING OR Stage = DISARMING THEN
+        IF Stage = VENT OR Stage = REARM THEN
             Address := $mode;
             Value := WORD#$vent;
-        ELSIF Stage = RELEASING THEN
+        ELSIF Stage = RELEASE_LEASE THEN
             Address := $lease;
             Value := WORD#0;
-        ELSIF Stage = LEASING THEN
+        ELSIF Stage = TAKE_LEASE THEN
             Address := $lease;
             Value := Lease;
-        ELSIF Stage = SETTING THEN
+        ELSIF Stage = SET_PRESSURE THEN
             Address := $setpoint;
             Value := Setpoint_Pa;
-        ELSIF Stage = LIMITING THEN
+        ELSIF Stage = SET_FORCE_LIMIT THEN
             Address := $limit;
-            Value := Limit_mN;
-        ELSIF Stage = ASKING THEN
+            Value := ForceLimit_mN;
+        ELSIF Stage = INFLATE THEN
             Address := $mode;
             Value := WORD#$hold;
-        ELSIF Stage = KEEPING THEN
+        ELSIF Stage = KEEP_HOLDING THEN
             IF Fresh AND Setpoint_Pa <> WrittenSetpoint_Pa THEN
                 Address := $setpoint;
                 Value := Setpoint_Pa;
-            ELSIF Fresh AND Limit_mN <> WrittenLimit_mN THEN
+            ELSIF Fresh AND ForceLimit_mN <> WrittenForceLimit_mN THEN
                 Address := $limit;
-                Value := Limit_mN;
-            ELSIF Fresh AND Renewal.Q THEN
+                Value := ForceLimit_mN;
+            ELSIF Fresh AND RenewTimer.Q THEN
                 Address := $lease;
                 Value := Lease;
             ELSE
                 Write := FALSE;
             END_IF;
-        ELSIF Stage = KEYING THEN
+        ELSIF Stage = SEND_KEY THEN
             Address := $command_key;
             Value := WORD#16#$key;
-        ELSIF Stage = NAMING THEN
+        ELSIF Stage = SEND_CODE THEN
             Address := $command_code;
             Value := UINT_TO_WORD(Command);
-        ELSIF Stage = ARGUING THEN
+        ELSIF Stage = SEND_ARGUMENT THEN
             Address := $command_argument;
             Value := Argument;
-        ELSIF Stage = STARTING THEN
+        ELSIF Stage = SEND_SEQUENCE THEN
             Address := $command_sequence;
             Value := Sequence;
         ELSE
             Write := FALSE;
         END_IF;
     END_IF;
-    Holding := Stage = KEEPING AND Fresh AND State = $holding;
+    Holding := Stage = KEEP_HOLDING AND Fresh AND State = $holding;
 END_FUNCTION_BLOCK
 """)
-#: Written as whole numbers: no float has to be encoded, and no word order matters.
+#: The integer registers are written, so that neither a float nor a word order is needed.
 _SETPOINT, _LIMIT = "setpoint_requested_pa", "force_limit_mn"
 
 
 def pressure_block() -> str:
-    """The function block that sets the pressure."""
-    spans = {"setpoint": "setpoint_requested", "limit": "force_limit", "lease": "lease"}
-    words: dict[str, object] = {name: register.address for name, register in BY_NAME.items()}
-    words |= {f"{short}_least": _literal(name, "low") for short, name in spans.items()}
-    words |= {f"{short}_most": _literal(name, "high") for short, name in spans.items()}
-    words |= {"setpoint": BY_NAME[_SETPOINT].address, "limit": BY_NAME[_LIMIT].address}
-    words |= {**MODES.codes, **STATES.codes, **ANSWERS.codes, "key": f"{COMMAND_KEY:04X}"}
-    return _TEXT.substitute(words)
+    """Return the function block that sets the pressure."""
+    limits = {"setpoint": "setpoint_requested", "limit": "force_limit", "lease": "lease"}
+    values: dict[str, object] = {name: register.address for name, register in BY_NAME.items()}
+    values |= {f"{prefix}_min": _literal(name, BY_NAME[name].low) for prefix, name in limits.items()}
+    values |= {f"{prefix}_max": _literal(name, BY_NAME[name].high) for prefix, name in limits.items()}
+    values |= {"setpoint": BY_NAME[_SETPOINT].address, "limit": BY_NAME[_LIMIT].address}
+    values |= {**MODES.codes, **STATES.codes, **ANSWERS.codes, "key": f"{COMMAND_KEY:04X}"}
+    return _TEXT.substitute(values)
 
 
-def _literal(name: str, end: str) -> str:
-    value = getattr(BY_NAME[name], end)
-    return number(value) if BY_NAME[name].unit == "ms" else repr(float(value))
+def _literal(name: str, value: float | None) -> str:
+    assert value is not None
+    return format_number(value) if BY_NAME[name].unit == "ms" else repr(float(value))

@@ -1,32 +1,32 @@
-"""The reading side of the Structured Text library: value and valid of each measured quantity."""
+"""Reading blocks of the Structured Text library: value and validity of each measured quantity."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from registers.codes import STATUS
-from registers.field import Bit, Wire
-from registers.map import BY_NAME, REGISTERS, Register
-from registers.modbus.bank import Bank
-from registers.views.facts import MEASURED, TEST, ascii_text
+from pneuforce.registers.codes import STATUS
+from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK, ascii_text
+from pneuforce.registers.field import StatusBit, WireType
+from pneuforce.registers.map import BY_NAME, REGISTERS, Register
+from pneuforce.registers.modbus.register_bank import RegisterBank
 
-#: What a control loop acts on: without a value the greatest force is assumed, never none.
+#: Values that a control loop uses. If they are not valid, the upper limit is substituted, never 0.
 _FORCES = ("force", "force_uncompensated")
-_MEASURED = tuple(register for register in REGISTERS if register.address in MEASURED)
-_TYPES = {Wire.F32: "REAL", Wire.U32: "DWORD", Wire.U16: "UINT"}
+_MEASURED = tuple(register for register in REGISTERS if register.address in MEASURED_BLOCK)
+_TYPES = {WireType.F32: "REAL", WireType.U32: "DWORD", WireType.U16: "UINT"}
 
-_TYPES_TEXT = """\
-(* The words as a Modbus master delivers them. *)
+_TYPE_DECLARATIONS = """\
+(* Words as the Modbus master delivers them. *)
 TYPE PF_MEASURED_WORDS : ARRAY[0..{measured_last}] OF WORD; END_TYPE
 TYPE PF_TEST_WORDS : ARRAY[0..{test_last}] OF WORD; END_TYPE
 
-(* Measured values. Without a _Valid of its own a value is valid while PF_Reading.Fresh. *)
+(* Measured values. A value without its own _Valid is valid while PF_Reading.Fresh is TRUE. *)
 TYPE PF_VALUES :
 STRUCT
 {values}END_STRUCT;
 END_TYPE
 
-(* The status bits. *)
+(* Status bits. *)
 TYPE PF_STATUS :
 STRUCT
 {bits}END_STRUCT;
@@ -34,11 +34,11 @@ END_TYPE
 """
 
 _DECODE = """\
-(* Two words as 32 bits and as float32, computed from sign, exponent and fraction: right on every PLC.
-   Valid is FALSE for NaN and infinity, and Value is 0.0 then. *)
+(* Converts two words to 32 bits and to a REAL. The REAL is computed from sign, exponent and fraction, so the
+   result is the same on every PLC. For NaN and infinity, Valid is FALSE and Value is 0.0. *)
 FUNCTION_BLOCK PF_Decode
 VAR_INPUT
-    First : WORD;   (* at the lower address *)
+    First : WORD;   (* word at the lower address *)
     Second : WORD;
     LowWordFirst : BOOL;
 END_VAR
@@ -73,7 +73,7 @@ END_VAR
         END_IF;
         Value := DINT_TO_REAL(Fraction);
         Exponent := Exponent - 150;
-        (* Powers of two: every step is exact. *)
+        (* Every step is exact, because the factors are powers of two. *)
         WHILE Exponent <= -16 DO
             Value := Value / 65536.0;
             Exponent := Exponent + 16;
@@ -94,8 +94,8 @@ END_FUNCTION_BLOCK
 """
 
 _WORD_ORDER = """\
-(* The word order, from the test registers {test_first} to {test_end}. Read once after each connect. While
-   Known is FALSE the peer is no pneuforce instrument, or the master turns bytes round. *)
+(* Finds the word order from the test registers {test_first} to {test_end}. Read them once after each connect.
+   If Known is FALSE, the server is not a pneuforce instrument, or the master swaps the bytes of each word. *)
 FUNCTION_BLOCK PF_WordOrder
 VAR_INPUT
     Words : PF_TEST_WORDS;
@@ -114,16 +114,16 @@ END_FUNCTION_BLOCK
 """
 
 _READING = """\
-(* The block {first} to {last}, read with one request: value and valid of each quantity.
-   Fresh is FALSE until the sample counter has been seen to change, and when it has not changed for
-   FreshWithin: the image that a master keeps after its last read looks like a value. *)
+(* Decodes the registers {first} to {last}, read with one request: value and validity of each quantity.
+   Fresh is FALSE until the sample counter changes, and if it does not change for FreshWithin. The check is
+   necessary because a master keeps the words of its last read when the communication stops. *)
 FUNCTION_BLOCK PF_Reading
 VAR_INPUT
     Words : PF_MEASURED_WORDS;
-    CommunicationOk : BOOL;              (* the last read succeeded, and the word order is known *)
-    LowWordFirst : BOOL;                 (* of PF_WordOrder *)
+    CommunicationOk : BOOL;              (* TRUE: the last read succeeded, and the word order is known *)
+    LowWordFirst : BOOL;                 (* output of PF_WordOrder *)
     FreshWithin : TIME := T#500ms;       (* at least three polling intervals *)
-    ForceUpperLimit_N : REAL := 5.0;     (* what Force_N reads while it is not valid: back off, do not push *)
+    ForceUpperLimit_N : REAL := 5.0;     (* value of Force_N while it is not valid *)
 END_VAR
 VAR_OUTPUT
     Fresh : BOOL;
@@ -134,50 +134,50 @@ VAR
     Decode : PF_Decode;
     Unchanged : TON;
     LastCounter : DWORD;
-    CounterSeen : BOOL;
-    CounterMoved : BOOL;
+    CounterKnown : BOOL;
+    CounterChanged : BOOL;
     Same : BOOL;
 END_VAR
     Decode(First := Words[{counter}], Second := Words[{counter_end}], LowWordFirst := LowWordFirst);
-    Same := CounterSeen AND CommunicationOk AND Decode.Bits = LastCounter;
+    Same := CounterKnown AND CommunicationOk AND Decode.Bits = LastCounter;
     IF NOT CommunicationOk THEN
-        CounterMoved := FALSE;
-    ELSIF CounterSeen AND NOT Same THEN
-        CounterMoved := TRUE;
+        CounterChanged := FALSE;
+    ELSIF CounterKnown AND NOT Same THEN
+        CounterChanged := TRUE;
     END_IF;
-    CounterSeen := CommunicationOk;
+    CounterKnown := CommunicationOk;
     LastCounter := Decode.Bits;
     Unchanged(IN := Same, PT := FreshWithin);
     IF Unchanged.Q THEN
-        CounterMoved := FALSE;
+        CounterChanged := FALSE;
     END_IF;
-    Fresh := CommunicationOk AND CounterMoved;
+    Fresh := CommunicationOk AND CounterChanged;
 
 {body}END_FUNCTION_BLOCK
 """
 
 
 def reading_blocks() -> str:
-    """Types and function blocks that turn words into values."""
+    """Return the types and function blocks that convert words to values."""
     counter = BY_NAME["sample_counter"].address
     return "\n".join(
         (
-            _TYPES_TEXT.format(
-                measured_last=len(MEASURED) - 1,
-                test_last=len(TEST) - 1,
+            _TYPE_DECLARATIONS.format(
+                measured_last=len(MEASURED_BLOCK) - 1,
+                test_last=len(TEST_BLOCK) - 1,
                 values="".join(_members()),
                 bits="".join(map(_bit, STATUS.bits)),
             ),
             _DECODE,
             _WORD_ORDER.format(
-                test_first=TEST.start,
-                test_end=TEST.stop - 1,
-                high_first=_pattern(Bank()),
-                low_first=_pattern(Bank(word_swap=True)),
+                test_first=TEST_BLOCK.start,
+                test_end=TEST_BLOCK.stop - 1,
+                high_first=_pattern(RegisterBank()),
+                low_first=_pattern(RegisterBank(word_swap=True)),
             ),
             _READING.format(
-                first=MEASURED.start,
-                last=MEASURED.stop - 1,
+                first=MEASURED_BLOCK.start,
+                last=MEASURED_BLOCK.stop - 1,
                 counter=counter,
                 counter_end=counter + 1,
                 body="".join(f"    {line}\n" for line in _body()),
@@ -187,12 +187,12 @@ def reading_blocks() -> str:
 
 
 def pascal(name: str) -> str:
-    """A register's or bit's name as Structured Text writes it: force_limit becomes ForceLimit."""
+    """Return the name of a register or bit in Pascal case: force_limit becomes ForceLimit."""
     return "".join(word.capitalize() for word in name.split("_"))
 
 
 def member(register: Register) -> str:
-    """Name of a measured value, its unit behind it: BaselineDrift_kPa_per_s."""
+    """Return the name of a measured value with its unit, for example BaselineDrift_kPa_per_s."""
     unit = register.unit.replace("/", "_per_")
     return f"{pascal(register.name)}_{unit}" if unit else pascal(register.name)
 
@@ -205,14 +205,14 @@ def _members() -> Iterator[str]:
             yield f"    {member(register)}_Valid : BOOL;\n"
 
 
-def _bit(bit: Bit) -> str:
+def _bit(bit: StatusBit) -> str:
     return f"    {pascal(bit.name)} : BOOL;  (* {ascii_text(bit.doc)} *)\n"
 
 
-def _pattern(bank: Bank) -> str:
-    """The condition that the test words stand in the order of `bank`."""
-    registers = [register for register in REGISTERS if register.address in TEST]
-    data = b"".join(bank.words(register, register.constant or 0) for register in registers)
+def _pattern(bank: RegisterBank) -> str:
+    """Return the condition that the test words have the word order of `bank`."""
+    registers = [register for register in REGISTERS if register.address in TEST_BLOCK]
+    data = b"".join(bank.encode_words(register, register.constant or 0) for register in registers)
     words = [data[at : at + 2].hex().upper() for at in range(0, len(data), 2)]
     return "\n        AND ".join(f"Words[{at}] = WORD#16#{word}" for at, word in enumerate(words))
 
@@ -227,25 +227,27 @@ def _body() -> Iterator[str]:
                 for b in register.bits.bits
             )
         else:
-            yield from _assigned(register, f"Values.{member(register)}")
+            yield from _assignment(register, f"Values.{member(register)}")
 
 
-def _assigned(register: Register, value: str) -> Iterator[str]:
-    if register.wire is Wire.U32:
+def _assignment(register: Register, value: str) -> Iterator[str]:
+    if register.wire is WireType.U32:
         yield f"{value} := Decode.Bits;"
-    elif register.wire is Wire.U16:
+    elif register.wire is WireType.U16:
         yield f"{value} := WORD_TO_UINT(Words[{register.address}]);"
     else:
         yield f"{value} := Decode.Value;"
     if register.not_available is not None:
-        told = "Decode.Valid" if register.wire is Wire.F32 else f"Words[{register.address}] <> WORD#16#FFFF"
-        yield f"{value}_Valid := Fresh AND {told};"
+        valid = (
+            "Decode.Valid" if register.wire is WireType.F32 else f"Words[{register.address}] <> WORD#16#FFFF"
+        )
+        yield f"{value}_Valid := Fresh AND {valid};"
         yield f"IF NOT {value}_Valid THEN"
-        yield f"    {value} := {_without(register)};"
+        yield f"    {value} := {_substitute(register)};"
         yield "END_IF;"
 
 
-def _without(register: Register) -> str:
+def _substitute(register: Register) -> str:
     if register.name in _FORCES:
         return "ForceUpperLimit_N"
-    return "0.0" if register.wire is Wire.F32 else "0"
+    return "0.0" if register.wire is WireType.F32 else "0"

@@ -1,32 +1,34 @@
-"""A library in Structured Text (IEC 61131-3) for PLC programs: constants, types and function blocks.
+"""Structured Text library (IEC 61131-3) for PLC programs: constants, types and function blocks.
 
-It keeps to what CODESYS, TwinCAT, Siemens SCL and matiec have in common: no pragmas, no pointers, no unions,
-no methods, no enumeration types (Siemens has none, and a code that is new would have no name), and no
-conversion between REAL and DWORD, which copies the bits on one PLC and converts the number on another.
+The library uses only what CODESYS, TwinCAT, Siemens SCL and matiec have in common. It contains no pragmas,
+pointers, unions or methods. It contains no enumeration types, because Siemens has none, and a new code would
+have no name. It does not convert between REAL and DWORD: one PLC copies the bits, another converts the
+number.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from registers.codes import STATUS
-from registers.field import Wire
-from registers.map import COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
-from registers.views.facts import ENUMERATIONS, MEASURED, ascii_text, number
-from registers.views.st_pressure import pressure_block
-from registers.views.st_reading import reading_blocks
+from pneuforce.registers.codes import STATUS
+from pneuforce.registers.document_text import ENUMERATIONS, MEASURED_BLOCK, ascii_text, format_number
+from pneuforce.registers.field import WireType
+from pneuforce.registers.map import COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.views.st_pressure import pressure_block
+from pneuforce.registers.views.st_reading import reading_blocks
 
 _HEAD = f"""\
 (* pneuforce: library for PLC programs in Structured Text, IEC 61131-3.
    Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770).
-   Made from the register map: pneuforce map --format st. How to use it: docs/plc.md.
+   Generated from the register map: pneuforce map --format st. How to use it: docs/plc.md.
 
-   No block talks to the instrument itself: your PLC's Modbus master does, and hands over the words. *)
+   The function blocks do not communicate themselves. The Modbus master of the PLC reads and writes the
+   registers, and passes the words to the blocks. *)
 """
 
 
 def render() -> str:
-    """The library: constants, types, blocks, each declared before it is used."""
+    """Return the library: constants, types and blocks, each declared before it is used."""
     return "\n".join((_HEAD, _constants(), reading_blocks(), pressure_block()))
 
 
@@ -38,12 +40,13 @@ def _constants() -> str:
 def _declarations() -> Iterator[str]:
     yield f"PF_MAP_VERSION : UINT := {MAP_VERSION};"
     yield f"PF_MAP_HASH : DWORD := DWORD#16#{MAP_HASH:08X};"
-    yield f"PF_COUNT_MEASURED : UINT := {len(MEASURED)};  (* words from address 0: one read is one instant *)"
+    comment = "words from address 0; the values of one read belong to one instant"
+    yield f"PF_COUNT_MEASURED : UINT := {len(MEASURED_BLOCK)};  (* {comment} *)"
     yield f"PF_COMMAND_KEY : UINT := {COMMAND_KEY};"
     for register in REGISTERS:
         yield f"PF_ADDRESS_{register.name.upper()} : UINT := {register.address};{_comment(register)}"
     for register in REGISTERS:
-        yield from _span(register)
+        yield from _limits(register)
     for name, values in ENUMERATIONS.items():
         for code, value in values.names.items():
             yield f"PF_{name.replace(' ', '_').upper()}_{value.upper()} : UINT := {code};"
@@ -57,11 +60,11 @@ def _comment(register: Register) -> str:
     return f"  (* {ascii_text(register.doc + unit)} *)"
 
 
-def _span(register: Register) -> Iterator[str]:
-    """Least and greatest value that may be written."""
+def _limits(register: Register) -> Iterator[str]:
+    """Yield the constants for the smallest and largest value that may be written."""
     if not register.writable or not register.unit:
         return
-    real = register.wire is Wire.F32
-    for word, value in (("LEAST", register.low or 0), ("GREATEST", register.high or 0)):
-        text = f"REAL := {float(value)!r}" if real else f"UINT := {number(value)}"
-        yield f"PF_{word}_{register.name.upper()} : {text};  (* {ascii_text(register.unit)} *)"
+    real = register.wire is WireType.F32
+    for prefix, value in (("MIN", register.low or 0), ("MAX", register.high or 0)):
+        text = f"REAL := {float(value)!r}" if real else f"UINT := {format_number(value)}"
+        yield f"PF_{prefix}_{register.name.upper()} : {text};  (* {ascii_text(register.unit)} *)"

@@ -1,4 +1,4 @@
-"""The register map and the CAN frames as one table, for import into a PLC project or a spreadsheet."""
+"""Register map and CAN frames as a CSV table, for import into a PLC project or a spreadsheet."""
 
 from __future__ import annotations
 
@@ -6,21 +6,28 @@ import csv
 import io
 from collections.abc import Iterator
 
-from registers.can.frames import DEFAULT_NODE_ID, FRAMES, Frame
-from registers.field import Field
-from registers.map import REGISTERS
-from registers.views.facts import HOLDING_REGISTERS, INPUT_REGISTERS, TYPES, not_available_text, number
+from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FRAMES, FrameDefinition
+from pneuforce.registers.document_text import (
+    HOLDING_REGISTERS,
+    INPUT_REGISTERS,
+    TYPE_NAMES,
+    format_not_available,
+    format_number,
+)
+from pneuforce.registers.field import Field
+from pneuforce.registers.map import REGISTERS
 
-#: Modbus: address is 0-based, number counts from 1, and the same register is an input and a holding register.
-#: CAN: address is the first byte within the frame.
+#: Modbus: `address` starts at 0 and `number` at 1. A register is both an input and a holding register.
+#: CAN: `address` is the first byte within the frame.
 COLUMNS = (
     "bus", "frame", "can_id", "address", "address_hex", "number", "input_register", "holding_register",
-    "words", "name", "type", "unit", "low", "high", "also", "not_available", "values", "access", "meaning",
+    "words", "name", "type", "unit", "low", "high", "also_allowed", "not_available", "values", "access",
+    "meaning",
 )  # fmt: skip
 
 
 def render() -> str:
-    """The table: registers first, then each field of each frame at the default node id."""
+    """Return the table: one row for each register, then one for each frame field at the default node id."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
     writer.writeheader()
@@ -30,7 +37,7 @@ def render() -> str:
 
 def _rows() -> Iterator[dict[str, str]]:
     for register in REGISTERS:
-        yield _facts(register) | {
+        yield _field_columns(register) | {
             "bus": "modbus",
             "address": str(register.address),
             "address_hex": f"{register.address:04X}",
@@ -41,29 +48,29 @@ def _rows() -> Iterator[dict[str, str]]:
             "access": "RW" if register.writable else "R",
         }
     for frame in FRAMES:
-        for at, field in frame.placed:
-            yield _facts(field) | _place(frame, at)
+        for offset, field in frame.field_offsets:
+            yield _field_columns(field) | _frame_columns(frame, offset)
 
 
-def _place(frame: Frame, at: int) -> dict[str, str]:
+def _frame_columns(frame: FrameDefinition, offset: int) -> dict[str, str]:
     return {
         "bus": "can",
         "frame": frame.name,
         "can_id": f"{frame.base_id + DEFAULT_NODE_ID:03X}",
-        "address": str(at),
+        "address": str(offset),
         "access": "W" if frame.received else "R",
     }
 
 
-def _facts(field: Field) -> dict[str, str]:
+def _field_columns(field: Field) -> dict[str, str]:
     return {
         "name": field.name,
-        "type": TYPES[field.wire],
+        "type": TYPE_NAMES[field.wire],
         "unit": field.unit,
-        "low": "" if field.low is None else number(field.low),
-        "high": "" if field.high is None else number(field.high),
-        "also": " ".join(number(value) for value in field.also),
-        "not_available": not_available_text(field),
+        "low": "" if field.low is None else format_number(field.low),
+        "high": "" if field.high is None else format_number(field.high),
+        "also_allowed": " ".join(format_number(value) for value in field.also_allowed),
+        "not_available": format_not_available(field),
         "values": "; ".join(f"{code} {name}" for code, name in field.code_names.items()),
         "meaning": field.doc,
     }

@@ -1,19 +1,26 @@
-"""The register map and the CAN frames for programs."""
+"""Register map and CAN frames as JSON, for programs."""
 
 from __future__ import annotations
 
 import json
 from typing import Any
 
-from registers.can.frames import COMMAND_MODES, DEFAULT_NODE_ID, FRAMES, NODE_STATES, RESULTS, Frame
-from registers.codes import CONDENSED, STATUS
-from registers.field import Bits, Field
-from registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS
-from registers.views.facts import ENUMERATIONS, TYPES, not_available_text
+from pneuforce.registers.can.frames import (
+    COMMAND_MODES,
+    DEFAULT_NODE_ID,
+    FRAMES,
+    NODE_STATES,
+    RESULTS,
+    FrameDefinition,
+)
+from pneuforce.registers.codes import CONDENSED, STATUS
+from pneuforce.registers.document_text import ENUMERATIONS, TYPE_NAMES, format_not_available
+from pneuforce.registers.field import BitField, Field
+from pneuforce.registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS
 
 
 def render() -> str:
-    """The tree."""
+    """Return the JSON text."""
     tree = {
         "map_version": MAP_VERSION,
         "map_hash": MAP_HASH,
@@ -21,7 +28,7 @@ def render() -> str:
         "blocks": BLOCKS,
         "registers": [
             {"address": r.address, "number": r.address + 1, "words": r.wire.words, "writable": r.writable}
-            | _facts(r)
+            | _field(r)
             for r in REGISTERS
         ],
         "status_bits": _bits(STATUS),
@@ -39,28 +46,28 @@ def render() -> str:
     return json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _facts(field: Field) -> dict[str, Any]:
-    facts = {
+def _field(field: Field) -> dict[str, Any]:
+    entries = {
         "name": field.name,
-        "type": TYPES[field.wire],
+        "type": TYPE_NAMES[field.wire],
         "unit": field.unit or None,
         "low": field.low,
         "high": field.high,
-        "also": list(field.also) or None,
+        "also_allowed": list(field.also_allowed) or None,
         "constant": field.constant,
-        "not_available": not_available_text(field) or None,
+        "not_available": format_not_available(field) or None,
         "values": field.code_names or None,
         "bits": {bit.name: bit.number for bit in field.bits.bits} if field.bits else None,
         "meaning": field.doc,
     }
-    return {key: value for key, value in facts.items() if value is not None}
+    return {key: value for key, value in entries.items() if value is not None}
 
 
-def _bits(bits: Bits) -> list[dict[str, Any]]:
+def _bits(bits: BitField) -> list[dict[str, Any]]:
     return [{"bit": b.number, "name": b.name, "latches": b.latches, "meaning": b.doc} for b in bits.bits]
 
 
-def _frame(frame: Frame) -> dict[str, Any]:
+def _frame(frame: FrameDefinition) -> dict[str, Any]:
     return {
         "name": frame.name,
         "base_id": frame.base_id,
@@ -68,5 +75,5 @@ def _frame(frame: Frame) -> dict[str, Any]:
         "period_s": frame.period_s or None,
         "received": frame.received,
         "meaning": frame.doc,
-        "fields": [{"byte": at} | _facts(field) for at, field in frame.placed],
+        "fields": [{"byte": offset} | _field(field) for offset, field in frame.field_offsets],
     }

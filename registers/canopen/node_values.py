@@ -1,0 +1,90 @@
+"""Values of the entries that the node itself gives: device names, errors, channel status, last frames."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from pneuforce.registers.can.command import CommandResult
+from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, RESULTS, FrameDefinition
+from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
+from pneuforce.registers.canopen.communication import ERROR_FIELD, ERROR_HISTORY_LENGTH, RECORDS
+from pneuforce.registers.canopen.emergency import EmergencyProducer
+from pneuforce.registers.canopen.entry import EntryAddress, EntryValue
+from pneuforce.registers.canopen.object_dictionary import AI_STATUS
+
+#: Function that returns the value of an entry for a snapshot. Raises SdoAbort if there is no value.
+ValueReader = Callable[[Any], EntryValue]
+
+_NOT_VALID, _ABOVE_RANGE = 1, 2
+
+
+class CanopenIdentity(NamedTuple):
+    """Texts of 1008h, 1009h and 100Ah."""
+
+    device: str = "pneumatic force sensor"
+    hardware: str = "PF-1"
+    software: str = ""
+
+
+@dataclass(slots=True)
+class LastFrames:
+    """Values that the node last sent and received, as the records of its frames show them."""
+
+    counter: int = 0
+    answer: CommandResult = field(default_factory=lambda: CommandResult(0, "accepted"))
+    command: bytes = bytes(COMMAND.length)
+
+    def node_values(self, frame: FrameDefinition) -> dict[str, Any]:
+        """Return the values of the fields of a TPDO that do not come from the source."""
+        if frame is FORCE:
+            return {"counter": self.counter}
+        return self.answer._asdict() if frame is ANSWER else {}
+
+
+def value_readers(
+    identity: CanopenIdentity, last_frames: LastFrames, emergencies: Callable[[], EmergencyProducer]
+) -> Mapping[EntryAddress, ValueReader]:
+    """Return the reader of each entry whose value the node gives, by index and sub-index."""
+    return {
+        (0x1001, 0): lambda _: emergencies().error_register,
+        ERROR_FIELD: lambda _: len(emergencies().history),
+        **{
+            (ERROR_FIELD[0], subindex): _error_reader(emergencies, subindex)
+            for subindex in range(1, ERROR_HISTORY_LENGTH + 1)
+        },
+        (0x1008, 0): lambda _: identity.device,
+        (0x1009, 0): lambda _: identity.hardware,
+        (0x100A, 0): lambda _: identity.software,
+        field_address(FORCE, "counter"): lambda _: last_frames.counter,
+        field_address(ANSWER, "sequence"): lambda _: last_frames.answer.sequence,
+        field_address(ANSWER, "result"): lambda _: RESULTS.codes[last_frames.answer.result],
+        **{field_address(COMMAND, f.name): _command_reader(last_frames, f.name) for f in COMMAND.fields},
+        (AI_STATUS, 1): lambda s: _channel_status("force_valid" in s.status, "force_high_alarm" in s.status),
+        (AI_STATUS, 2): lambda s: _channel_status(math.isfinite(s.pressure_kpa), "overpressure" in s.status),
+    }
+
+
+def field_address(frame: FrameDefinition, name: str) -> EntryAddress:
+    """Return the index and sub-index of a field in the record of its frame."""
+    return RECORDS[frame.name], 1 + [field.name for field in frame.fields].index(name)
+
+
+def _error_reader(emergencies: Callable[[], EmergencyProducer], subindex: int) -> ValueReader:
+    def read(_: Any) -> EntryValue:
+        history = emergencies().history
+        if subindex > len(history):
+            raise SdoAbort(AbortCode.NO_DATA)
+        return history[subindex - 1]
+
+    return read
+
+
+def _command_reader(last_frames: LastFrames, name: str) -> ValueReader:
+    return lambda _: COMMAND.codes(last_frames.command)[name]
+
+
+def _channel_status(valid: bool, above_range: bool) -> int:
+    return (0 if valid else _NOT_VALID) | (_ABOVE_RANGE if above_range else 0)

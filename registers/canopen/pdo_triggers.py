@@ -1,0 +1,47 @@
+"""Events that trigger each TPDO; they are the same as in raw mode."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any
+
+from pneuforce.registers.can.force_decimator import ForceDecimator
+from pneuforce.registers.can.frames import FORCE, STATE, STATUS_FRAME
+from pneuforce.registers.can.node import STALE_FORCE_PERIOD_S, TransmitTimer
+
+
+class PdoTriggers:
+    """Detector for the events of the TPDOs between two calls. The results are sets of frame names."""
+
+    def __init__(self, force_rate_hz: int) -> None:
+        self._decimator = ForceDecimator(force_rate_hz)
+        self._stale_force_timer = TransmitTimer(STALE_FORCE_PERIOD_S)
+        self._last_content: dict[str, Hashable] = {}
+
+    def at_sample(self, snapshot: Any) -> set[str]:
+        """Return the events at a new sample: Force at its rate or with an alarm, and what has changed."""
+        selected = self._decimator.selects(alarm="force_high_alarm" in snapshot.status)
+        return self._changed(snapshot) | ({FORCE.name} if selected else set())
+
+    def at_tick(self, snapshot: Any, now_s: float) -> set[str]:
+        """Return the events by time: Force at once when samples stop and then at 10 Hz, and what has changed.
+
+        The first sample after that triggers Force at once.
+        """
+        events = self._changed(snapshot)
+        if "stale" in snapshot.status:
+            self._decimator.restart()
+            events |= {FORCE.name} if self._stale_force_timer.due(now_s) else set()
+        return events
+
+    def _changed(self, snapshot: Any) -> set[str]:
+        finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
+        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)  # codes compare equal, but NaN does not
+        content: dict[str, Hashable] = {
+            STATE.name: (setpoint, finished_contacts),
+            STATUS_FRAME.name: (snapshot.status, snapshot.state, snapshot.reject_reason),
+        }
+        last = self._last_content
+        changed = {name for name, value in content.items() if value != last.get(name, value)}
+        self._last_content = content
+        return changed

@@ -1,0 +1,95 @@
+"""Text for the fields of the register map: type names, ranges and numbers as the documents show them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from pneuforce.registers.codes import (
+    ANSWERS,
+    COMMANDS,
+    FAULTS,
+    HOLDERS,
+    METHODS,
+    MODES,
+    REJECT_REASONS,
+    STATES,
+)
+from pneuforce.registers.field import Enumeration, Field, WireType
+from pneuforce.registers.map import BY_NAME
+
+TYPE_NAMES: Mapping[WireType, str] = {
+    WireType.F32: "float32",
+    WireType.U32: "uint32",
+    WireType.I16: "int16",
+    WireType.U16: "uint16",
+    WireType.U8: "uint8",
+}
+
+#: Enumerations of the register map, by their names in the documents.
+ENUMERATIONS: Mapping[str, Enumeration] = {
+    "state": STATES,
+    "reject_reason": REJECT_REASONS,
+    "mode": MODES,
+    "lease holder": HOLDERS,
+    "command code": COMMANDS,
+    "answer state": ANSWERS,
+    "method": METHODS,
+    "fault": FAULTS,
+}
+
+
+#: Offsets of tools that add the register kind to the number: their first registers are 30001 and 40001.
+INPUT_REGISTERS, HOLDING_REGISTERS = 30_000, 40_000
+
+#: Addresses of the measured values. All values of one read belong to the same instant.
+MEASURED_BLOCK = range(BY_NAME["baseline_age"].end)
+#: Addresses of the test pattern, which shows the word order.
+TEST_BLOCK = range(BY_NAME["test_float"].address, BY_NAME["test_int"].end)
+
+_ASCII = str.maketrans({"Δ": "D", "µ": "u", "–": "-", "−": "-", "…": "...", "²": "2", "×": "x", '"': "'"})
+
+
+def ascii_text(text: str) -> str:
+    """Return `text` in ASCII, for tools that do not read UTF-8."""
+    return text.translate(_ASCII)
+
+
+def value_range(field: Field) -> tuple[float, float] | None:
+    """Return the smallest and largest value in the field's unit, without the not-available code.
+
+    If no range is declared, the limits are those of the wire type. Returns None for bit fields, enumerations,
+    constants and float32 values without a declared range.
+    """
+    if field.bits or field.values or field.constant is not None:
+        return None
+    if field.low is not None and field.high is not None:
+        return min((field.low, *field.also_allowed)), field.high
+    if field.wire.min_code is None:
+        return None
+    return field.wire.min_code, field.max_value_code
+
+
+def format_range(field: Field) -> str:
+    """Return the declared range as "2 … 12" or "0 or 200 … 60000", or the constant, or an empty string."""
+    if field.constant is not None:
+        return format_number(field.constant)
+    if field.low is None or field.high is None:
+        return ""
+    also = "".join(f"{format_number(value)} or " for value in field.also_allowed)
+    if field.low == field.high:
+        return also + format_number(field.low)
+    return f"{also}{format_number(field.low)} … {format_number(field.high)}"
+
+
+def format_not_available(field: Field) -> str:
+    """Return the not-available code as "NaN" or "7FFFh"; empty if the field has none."""
+    code = field.not_available
+    if code is None:
+        return ""
+    return "NaN" if math.isnan(code) else f"{int(code):X}h"
+
+
+def format_number(value: float) -> str:
+    """Return a number without trailing zeros, with at most nine significant digits."""
+    return str(int(value)) if value == int(value) else f"{value:.9g}"

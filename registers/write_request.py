@@ -1,0 +1,65 @@
+"""Parser for write requests that name registers instead of addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pneuforce.registers.field import WireType
+from pneuforce.registers.map import BY_NAME, Register
+
+#: Larger than the range of every register. The comparison with this limit also excludes NaN.
+_MAX_MAGNITUDE = 1e30
+
+
+class MalformedWriteRequest(ValueError):
+    """Write request that is rejected before it reaches the instrument. The message is a sentence."""
+
+
+def parse_write_request(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the quantities and their new values for a request that maps register names to values.
+
+    Each value is a number in the register's unit, or the name of a code. Raises MalformedWriteRequest in
+    the cases in which a Modbus client receives exception 02 or 03: the register is unknown or read-only, or
+    the value is not a number, not finite, out of range or not a code of the enumeration. An empty request is
+    also malformed.
+    """
+    if not values:
+        raise MalformedWriteRequest("the request contains no values")
+    return dict(_parse_value(name, value) for name, value in values.items())
+
+
+def _parse_value(name: str, value: Any) -> tuple[str, Any]:
+    register = BY_NAME.get(name)
+    if register is None:
+        raise MalformedWriteRequest(f"{name}: unknown register")
+    if not register.writable:
+        raise MalformedWriteRequest(f"{name}: the register is read-only")
+    code = _code(register, value)
+    if not register.accepts(code):
+        raise MalformedWriteRequest(f"{name} = {value}: {_allowed_values(register)}")
+    return register.quantity, register.decode(code)
+
+
+def _code(register: Register, value: Any) -> float:
+    if isinstance(value, str) and register.values and value in register.values.codes:
+        return register.values.codes[value]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _MAX_MAGNITUDE:
+        raise MalformedWriteRequest(f"{register.name} = {value!r}: {_allowed_values(register)}")
+    if register.wire is WireType.F32:
+        return float(value)
+    integer = int(value)
+    assert register.wire.min_code is not None
+    assert register.wire.max_code is not None
+    if integer != value or not register.wire.min_code <= integer <= register.wire.max_code:
+        raise MalformedWriteRequest(f"{register.name} = {value}: {_allowed_values(register)}")
+    return integer
+
+
+def _allowed_values(register: Register) -> str:
+    if register.values:
+        return "must be one of " + ", ".join(register.values.codes)
+    if register.low is None:
+        return f"must be an integer from {register.wire.min_code} to {register.wire.max_code}"
+    also = "".join(f", or {value:g}" for value in register.also_allowed)
+    return f"must be from {register.low:g} to {register.high:g} {register.unit}".rstrip() + also
