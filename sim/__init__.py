@@ -1,1 +1,1 @@
-"""The simulated world: balloon, pneumatics, sensor and board at the far end of a serial cable."""
+"""Simulated rig: balloon, pneumatic circuit, sensor and board, connected to the host by a serial line."""

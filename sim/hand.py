@@ -1,123 +1,133 @@
-"""The simulated hand: plays the contacts of a scenario while the balloon is held, or what it is ordered."""
+"""Simulated hand: plays the contacts of a scenario while the balloon is held, or contacts on request."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 
-from sim.contacts.contact import Contact, Phase
-from sim.contacts.course import Course, stay, stroke
-from sim.contacts.push import Push
+from pneuforce.sim.contacts.contact import Contact, Phase
+from pneuforce.sim.contacts.push import Push
+from pneuforce.sim.contacts.trajectory import Trajectory, constant, smooth_change
 
-#: The hand waits until the balloon has been held for this long at the phase's setpoint.
+#: Time for which the balloon must be held at the setpoint of the phase before the hand starts a contact.
 READY_S = 1.0
-#: How much longer, while nobody has yet commanded the setpoint of the next phase.
+#: Additional waiting time after a change of the setpoint, until the host has commanded the new setpoint.
 UNCOMMANDED_S = 1.0
-REST = Contact(Course.of(stay(0.0, 1e-3)))
+REST = Contact(Trajectory.of(constant(0.0, 1e-3)))
 
 
 class Hand:
-    """Plays phases in order, again and again or once. A contact that is broken off comes again."""
+    """Hand that plays the contacts of all phases in order, once or repeatedly.
 
-    def __init__(self, works: bool, phases: Sequence[Phase] | None = None, again: bool = True) -> None:
-        """Without phases it plays those of the scenario `demo`."""
-        self.works = works  #: whether it goes through its phases
+    A contact that was interrupted is played again.
+    """
+
+    def __init__(
+        self, plays_phases: bool, phases: Sequence[Phase] | None = None, repeat: bool = True
+    ) -> None:
+        """Without `phases`, the hand plays the phases of the scenario `demo`."""
+        self.plays_phases = plays_phases  #: if False, the hand plays requested contacts only
         self.push: Push
         self._contact: Contact
-        self._since_s: float
+        self._elapsed_s: float
         self._pusher: Callable[[float], Push]
         self._value: float  # force [N] or travel [mm]
-        self._turns = [
+        self._queue = [
             (phase.setpoint_kpa, contact) for phase in _or_demo(phases) for contact in phase.contacts
         ]
-        self._turn = 0
-        self._again = again
-        self._plays = False  # a contact of the phases, not an ordered one
-        self._stays = False  # until released
-        self._orders: deque[Contact] = deque()
+        self._position = 0  # in the queue
+        self._repeat = repeat
+        self._in_phase_contact = False  # False during a requested contact
+        self._keeps_pressing = False  # until released
+        self._requested: deque[Contact] = deque()
         self._held_s = 0.0
-        self._begin(REST)
+        self._start(REST)
 
     @property
     def setpoint_kpa(self) -> float:
-        """What the scenario wants the balloon to be held at now."""
-        return self._turns[min(self._turn, len(self._turns) - 1)][0]
+        """Return the setpoint at which the scenario requires the balloon to be held now [kPa]."""
+        return self._queue[min(self._position, len(self._queue) - 1)][0]
 
     @property
     def finished(self) -> bool:
-        """Whether all phases have been played, once."""
-        return self._turn == len(self._turns)
+        """Return True if all phases have been played. A hand that repeats its phases never finishes."""
+        return self._position == len(self._queue)
 
     def press(self, force_n: float) -> None:
-        """Press with `force_n` and stay there until released."""
-        now_n = self.push.last_n
-        self._order([])
-        self._stays = True
-        self._begin(Contact(Course.of(stroke(now_n, force_n))))
+        """Press with `force_n` until the hand is released."""
+        start_n = self.push.last_n
+        self._request([])
+        self._keeps_pressing = True
+        self._start(Contact(Trajectory.of(smooth_change(start_n, force_n))))
 
     def release(self) -> None:
-        """Let go, and then go on with the phases if the hand works."""
-        self._order([])
+        """End the contact. A hand that plays phases continues with them."""
+        self._request([])
 
     def play(self, contacts: Iterable[Contact]) -> None:
-        """Let go, play these once, and then go on with the phases if the hand works."""
-        self._order(contacts)
+        """End the present contact and play `contacts` once. A hand that plays phases then continues."""
+        self._request(contacts)
 
     def step(self, held: bool, dt_s: float) -> Push:
-        """The push `dt_s` later; `held` says whether the board holds the balloon now."""
+        """Return the push after another `dt_s`. `held`: the board holds the balloon now."""
         self._held_s = self._held_s + dt_s if held else 0.0
-        self._since_s += dt_s
-        if self._plays and not self._ready and self._since_s < self._contact.course.lasts_s:
-            self._let_go()
-        elif self._since_s >= self._contact.lasts_s:
-            self._go_on()
-        self._value = self._contact.course.at(self._since_s)
+        self._elapsed_s += dt_s
+        if (
+            self._in_phase_contact
+            and not self._ready
+            and self._elapsed_s < self._contact.trajectory.duration_s
+        ):
+            self._retract()
+        elif self._elapsed_s >= self._contact.duration_s:
+            self._start_next()
+        self._value = self._contact.trajectory.at(self._elapsed_s)
         self.push = self._pusher(self._value)
         return self.push
 
     @property
     def _ready(self) -> bool:
-        return self.works and self._held_s > READY_S
+        return self.plays_phases and self._held_s > READY_S
 
-    def _go_on(self) -> None:
-        if self._plays:
-            self._plays = False
-            self._next_turn()
-        if self._orders:
-            self._begin(self._orders.popleft())
-        elif self._ready and not self._stays and not self.finished:
-            self._plays = True
-            self._begin(self._turns[self._turn][1])
+    def _start_next(self) -> None:
+        if self._in_phase_contact:
+            self._in_phase_contact = False
+            self._advance()
+        if self._requested:
+            self._start(self._requested.popleft())
+        elif self._ready and not self._keeps_pressing and not self.finished:
+            self._in_phase_contact = True
+            self._start(self._queue[self._position][1])
 
-    def _next_turn(self) -> None:
-        """Another setpoint takes its time: whoever commands the board has to follow."""
+    def _advance(self) -> None:
+        """Advance to the next contact. After a change of the setpoint, wait for the host to command it."""
         before_kpa = self.setpoint_kpa
-        self._turn += 1
-        if self._again and self.finished:
-            self._turn = 0
+        self._position += 1
+        if self._repeat and self.finished:
+            self._position = 0
         if self.setpoint_kpa != before_kpa:
             self._held_s = -UNCOMMANDED_S
 
-    def _order(self, contacts: Iterable[Contact]) -> None:
-        self._orders = deque(contacts)
-        self._stays = False
-        self._let_go()
+    def _request(self, contacts: Iterable[Contact]) -> None:
+        self._requested = deque(contacts)
+        self._keeps_pressing = False
+        self._retract()
 
-    def _let_go(self) -> None:
-        self._plays = False
-        self._contact = self._contact._replace(course=Course.of(stroke(self._value, 0.0)), pause_s=0.0)
-        self._since_s = 0.0
+    def _retract(self) -> None:
+        self._in_phase_contact = False
+        to_zero = Trajectory.of(smooth_change(self._value, 0.0))
+        self._contact = self._contact._replace(trajectory=to_zero, pause_s=0.0)
+        self._elapsed_s = 0.0
 
-    def _begin(self, contact: Contact) -> None:
-        self._contact, self._since_s = contact, 0.0
+    def _start(self, contact: Contact) -> None:
+        self._contact, self._elapsed_s = contact, 0.0
         self._pusher = contact.pusher()
-        self._value = contact.course.at(0.0)
+        self._value = contact.trajectory.at(0.0)
         self.push = self._pusher(self._value)
 
 
 def _or_demo(phases: Sequence[Phase] | None) -> Sequence[Phase]:
     if phases is not None:
         return phases
-    from sim.scenario import load
+    from pneuforce.sim.scenario import load
 
     return load("demo").phases

@@ -1,116 +1,116 @@
-"""A scenario played in virtual time by the least host that a board needs: no port, no process, no waiting."""
+"""Playback of a scenario in virtual time by a minimal host: no port, no process, no waiting."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     SAMPLES_PER_S,
     BoardState,
     Command,
     CommandFlag,
-    Decoder,
+    FrameDecoder,
     Identify,
     Mode,
     Sample,
     encode,
 )
-from instrument.rig.limits import nominal_pressure_kpa
-from sim.contacts.contact import Phase
-from sim.hand import READY_S
-from sim.membrane.family import Progress
-from sim.rig import STEP_S, Truth
-from sim.scenario import Scenario
-from sim.staging import world_of
+from pneuforce.protocol.limits import nominal_pressure_kpa
+from pneuforce.sim.contacts.contact import Phase
+from pneuforce.sim.factory import build_world
+from pneuforce.sim.hand import READY_S
+from pneuforce.sim.plants.membrane.family import ProgressCallback
+from pneuforce.sim.rig import STEP_S, Truth
+from pneuforce.sim.scenario import Scenario
 
-COMMAND_STEPS = SAMPLES_PER_S // 20  #: a command each 50 ms
-ZERO_SAMPLES = SAMPLES_PER_S  #: the mean of one second is the sensor's zero
-#: What a phase takes beside its contacts: filling, settling, and the hand's own waiting.
+COMMAND_STEPS = SAMPLES_PER_S // 20  #: the host sends a command every 50 ms
+ZERO_SAMPLES = SAMPLES_PER_S  #: the zero of the sensor is the mean of one second
+#: Time of a phase in addition to its contacts: start, filling, settling. The waiting of the hand is added.
 START_S, FILL_KPA_PER_S, SETTLE_S = 2.0, 4.5, 1.2
-TRIPPED_S = 1.0  #: a board that has tripped is watched for this long
-#: A scenario whose board never holds, or that nobody hears, is given up when this much more has passed.
-PATIENCE_S = 60.0
+TRIPPED_S = 1.0  #: the playback continues for this time after the board has tripped
+#: The playback ends this long after twice the expected time, for example if the board never holds.
+MAX_DELAY_S = 60.0
 
 
 class Playback:
-    """Iterates over the bytes that come from the board, 2 ms each.
+    """Iterator over the bytes that the board sends, 2 ms for each item.
 
-    It ends when all phases are `finished`, when the board has `tripped`, or when neither will come.
+    The playback ends when all phases are `finished`, when the board has `tripped`, or when it takes too long.
     """
 
-    def __init__(self, scenario: Scenario, progress: Progress = lambda _done, _total: None) -> None:
-        """`progress(done, total)` hears how the table of a new membrane grows."""
-        self.expected_s = _expected_s(scenario.phases)  #: about how long it will take, in virtual time
-        self.tripped = False  #: whether the board did
-        self._world = world_of(scenario, again=False, progress=progress)
+    def __init__(self, scenario: Scenario, progress: ProgressCallback = lambda _done, _total: None) -> None:
+        """`progress(done, total)` is called while the table of a new membrane balloon is computed."""
+        self.expected_s = _expected_s(scenario.phases)  #: approximate duration in virtual time
+        self.tripped = False  #: True if the board has tripped
+        self._world = build_world(scenario, repeat=False, progress=progress)
         self._steps = 0
-        self._decoder = Decoder.of_board()
+        self._decoder = FrameDecoder.for_board_frames()
         self._sequence = 0
-        self._heard = False  # whether a sample has come
+        self._received_sample = False
         self._zero: list[float] = []  # pressures [kPa] that the vented sensor reads
-        self._trips_left_s = TRIPPED_S
+        self._tripped_remaining_s = TRIPPED_S
 
     @property
     def now_s(self) -> float:
-        """Virtual time since the board was switched on [s]."""
+        """Return the virtual time since the board was switched on [s]."""
         return self._steps * STEP_S
 
     @property
     def finished(self) -> bool:
-        """Whether all phases have been played."""
+        """Return True if all phases have been played."""
         return self._world.rig.hand.finished
 
     @property
     def truth(self) -> Truth:
-        """The truth behind the bytes that came last."""
+        """Return the true state of the rig at the time of the last returned bytes."""
         return self._world.rig.truth
 
     def __iter__(self) -> Iterator[bytes]:
         while not self._ended:
-            sent = self._world.step(self._told())
+            from_board = self._world.step(self._from_host())
             self._steps += 1
-            self._hear(sent)
-            yield sent
+            self._receive(from_board)
+            yield from_board
 
     @property
     def _ended(self) -> bool:
-        late = self.now_s > 2 * self.expected_s + PATIENCE_S
-        return self.finished or self._trips_left_s <= 0 or late
+        late = self.now_s > 2 * self.expected_s + MAX_DELAY_S
+        return self.finished or self._tripped_remaining_s <= 0 or late
 
-    def _told(self) -> bytes:
-        """What the host sends: greetings until it is heard, then what it wants, again and again."""
+    def _from_host(self) -> bytes:
+        """Return the bytes of the host: Identify until the first sample arrives, then commands."""
         if self._steps % COMMAND_STEPS:
             return b""
         self._sequence += 1
-        return encode(self._wanted() if self._heard else Identify(), self._sequence)
+        return encode(self._command() if self._received_sample else Identify(), self._sequence)
 
-    def _wanted(self) -> Command:
+    def _command(self) -> Command:
         if len(self._zero) < ZERO_SAMPLES or self.tripped:
             return Command(Mode.VENT)
         setpoint_pa = round(self._world.rig.hand.setpoint_kpa * 1e3)
         zero_pa = round(math.fsum(self._zero) / len(self._zero) * 1e3)
         return Command(Mode.HOLD, CommandFlag.ZEROED, setpoint_pa, zero_pa)
 
-    def _hear(self, sent: bytes) -> None:
-        for frame in self._decoder.feed(sent):
+    def _receive(self, from_board: bytes) -> None:
+        for frame in self._decoder.feed(from_board):
             if isinstance(frame.message, Sample):
-                self._follow(frame.message)
+                self._process(frame.message)
 
-    def _follow(self, sample: Sample) -> None:
-        self._heard = True
+    def _process(self, sample: Sample) -> None:
+        self._received_sample = True
         if sample.state == BoardState.VENTED and len(self._zero) < ZERO_SAMPLES:
             self._zero.append(nominal_pressure_kpa(sample.adc_sum))
         if sample.state == BoardState.TRIPPED:
             self.tripped = True
-            self._trips_left_s -= STEP_S
+            self._tripped_remaining_s -= STEP_S
 
 
 def _expected_s(phases: tuple[Phase, ...]) -> float:
     expected_s, before_kpa = START_S, 0.0
     for phase in phases:
-        way_kpa = abs(phase.setpoint_kpa - before_kpa)
+        change_kpa = abs(phase.setpoint_kpa - before_kpa)
         before_kpa = phase.setpoint_kpa
-        expected_s += way_kpa / FILL_KPA_PER_S + SETTLE_S + READY_S
-        expected_s += sum(contact.lasts_s for contact in phase.contacts)
+        expected_s += change_kpa / FILL_KPA_PER_S + SETTLE_S + READY_S
+        expected_s += sum(contact.duration_s for contact in phase.contacts)
     return expected_s

@@ -1,58 +1,59 @@
-"""The whole rig in virtual time: plant, pneumatics, sensor, board and hand, one sample per step."""
+"""Simulated rig in virtual time: balloon, pneumatics, sensor, board and hand, with one sample per step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from instrument.rig.frames import SAMPLES_PER_S
-from sim.board import Board
-from sim.hand import Hand
-from sim.plant import Plant, amount_kpa_mm3
-from sim.pneumatics import Pneumatics, PneumaticSettings
-from sim.sensor import Sensor, SensorSettings
+from pneuforce.protocol.frames import SAMPLES_PER_S
+from pneuforce.sim.board import SimulatedBoard
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.plant import Plant, amount_kpa_mm3
+from pneuforce.sim.pneumatics import Pneumatics, PneumaticSettings
+from pneuforce.sim.sensor import Sensor, SensorSettings
 
 STEP_US = 1_000_000 // SAMPLES_PER_S
 STEP_S = STEP_US * 1e-6
 
 
 class Truth(NamedTuple):
-    """What the instrument can only estimate, at one sample."""
+    """True state of the rig at one sample. The instrument can only estimate these values."""
 
-    sample: int  #: samples sent since boot; its low 16 bits are the frame's sequence
+    sample: int  #: number of samples sent since boot; the low 16 bits are the sequence number of the frame
     t_s: float  #: time since the board booted
-    force_n: float  #: that the balloon carries, along its axis
-    applied_n: float  #: all of it, oblique parts included
-    initial_kpa: float  #: pressure that the same gas would have without contact
-    radius_mm: float  #: radius that the same gas would give without contact
+    force_n: float  #: force on the balloon along the axis of the balloon
+    applied_n: float  #: total force, including the oblique component
+    baseline_kpa: float  #: pressure of the same gas without contact
+    radius_mm: float  #: radius of the balloon with the same gas without contact
     indentation_mm: float
     contact_radius_mm: float
     volume_mm3: float
-    balloon_kpa: float  #: above the pressure around the balloon
+    balloon_kpa: float  #: relative to the pressure around the balloon
 
 
-class AnyBoard(Protocol):
-    """What the rig asks of a board, be it Python, the firmware compiled for this machine, or emulated."""
+class BoardProtocol(Protocol):
+    """Interface of all boards: in Python, firmware compiled for this computer, or emulated firmware."""
 
-    samples: int  #: sent since boot
-    version: int  #: of the protocol that it speaks
+    samples: int  #: number of samples sent since boot
+    version: int  #: version of the rig link protocol
 
     @property
     def valves(self) -> int:
-        """`Valve` mask that the board drives now."""
+        """Return the `Valve` mask of the valves that the board powers now."""
 
     @property
-    def holds(self) -> bool:
-        """Whether the balloon is locked at its setpoint."""
+    def is_holding(self) -> bool:
+        """Return True if the balloon is locked at its setpoint."""
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
-        """Bytes sent until `board_time_us` since boot, after bytes received and one sample taken."""
+        """Process received bytes and one sample. Return the bytes sent until `board_time_us` since boot."""
 
 
 class Rig:
-    """A rig that has just been switched on. The same seed and the same bytes give the same bytes.
+    """Simulated rig that has just been switched on.
 
-    What a fault changes is a plain attribute of the rig, its pneumatics or its sensor.
+    The same seed and the same received bytes give the same sent bytes. Faults write public attributes of the
+    rig, of its pneumatics and of its sensor.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class Rig:
         seed: int = 1,
         pneumatics: PneumaticSettings | None = None,
         sensor: SensorSettings | None = None,
-        new_board: Callable[[], AnyBoard] = Board,
+        new_board: Callable[[], BoardProtocol] = SimulatedBoard,
     ) -> None:
         self.hand = hand
         settings = pneumatics or PneumaticSettings()
@@ -70,9 +71,9 @@ class Rig:
         gas_kpa_mm3 = amount_kpa_mm3(plant, 0.0, settings.tubes_mm3, outside_kpa)
         self.pneumatics = Pneumatics(settings, gas_kpa_mm3)
         self.sensor = Sensor(sensor or SensorSettings(), seed)
-        self.supply_mv = 5000  #: of sensor and ADC
-        self.clock_rate = 1.0  #: of the board's crystal, as a multiple of what it should be
-        self.frozen_board = False  #: its clock stands
+        self.supply_mv = 5000  #: supply of sensor and ADC
+        self.clock_rate = 1.0  #: frequency of the board's crystal relative to the nominal frequency
+        self.frozen_board = False  #: if True, the clock of the board stands still
         self._plant = plant
         self._new_board = new_board
         self._force_n = 0.0
@@ -80,16 +81,16 @@ class Rig:
         self.reset_board()
 
     def reset_board(self) -> None:
-        """The board boots; the valves fall back to where they are without current."""
+        """Boot the board. The valves return to their positions without current."""
         self.board = self._new_board()
         self._steps = 0
         self._board_us = 0.0
 
     def step(self, received: bytes = b"") -> bytes:
-        """What the board sends 2 ms later, having received these bytes."""
+        """Step by 2 ms. Return the bytes that the board sends after it has received `received`."""
         self._steps += 1
         settle, gas = self._plant.settle, self.pneumatics.gas
-        push = self.hand.step(self.board.holds, STEP_S)
+        push = self.hand.step(self.board.is_holding, STEP_S)
         self._force_n = push.force_n(lambda force_n: settle(gas, force_n).indentation_mm)
         self._balloon = settle(gas, self._force_n)
         self.pneumatics.step(self._balloon, self.board.valves, STEP_S)
@@ -101,17 +102,17 @@ class Rig:
 
     @property
     def truth(self) -> Truth:
-        """The truth behind the last sample."""
+        """Return the true state at the last sample."""
         balloon = self._balloon
         growth = 1 + self.pneumatics.creep.growth
-        initial_kpa = self._plant.settle(self.pneumatics.gas, 0.0).pressure_kpa
+        baseline_kpa = self._plant.settle(self.pneumatics.gas, 0.0).pressure_kpa
         return Truth(
             self.board.samples,
             self._steps * STEP_S,
             self._force_n,
             self._force_n / self.hand.push.cosine,
-            initial_kpa,
-            self._plant.radius_mm(initial_kpa) * growth ** (1 / 3),
+            baseline_kpa,
+            self._plant.radius_mm(baseline_kpa) * growth ** (1 / 3),
             balloon.indentation_mm,
             balloon.contact_radius_mm,
             balloon.volume_mm3 * growth,

@@ -1,10 +1,9 @@
-"""Scenarios: a TOML file that says what a simulated rig is like and what happens to it. A library of them."""
+"""Scenarios: TOML files with the properties of a simulated rig, its contacts and its faults."""
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
@@ -21,26 +20,27 @@ from pydantic import (
     model_validator,
 )
 
-from instrument.rig.limits import SETPOINT_PA
-from sim.contacts.contact import Contact, Phase
-from sim.contacts.kinds import KINDS, Kind
-from sim.contacts.laws import Hertz, Linear
-from sim.contacts.table import Spread, Table, is_number, sentences, shown
-from sim.faults.injection import checked
-from sim.pneumatics import PneumaticSettings
-from sim.sensor import SensorSettings
+from pneuforce.protocol.limits import SETPOINT_PA
+from pneuforce.sim.contacts.contact import Contact, Phase
+from pneuforce.sim.contacts.kinds import ContactTable
+from pneuforce.sim.contacts.scenario_table import NumberList, ScenarioTable, format_location, is_number
+from pneuforce.sim.faults.injection import validate_arguments
+from pneuforce.sim.pneumatics import PneumaticSettings
+from pneuforce.sim.sensor import SensorSettings
+from pneuforce.support.validation_errors import format_errors, format_input
 
-TOO_LONG = "a whole number has at most 64 bits"
+TOO_LARGE = "a whole number may have at most 64 bits"
+#: Folder of the scenarios that are installed with the program.
 LIBRARY = Path(__file__).with_name("scenarios")
 Setpoint = Annotated[float, Field(ge=SETPOINT_PA[0] * 1e-3, le=SETPOINT_PA[1] * 1e-3)]
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be played, in sentences with file, key and allowed span."""
+    """Invalid scenario. The message names the file, the key and the allowed range."""
 
 
-class PlantTable(Table):
-    """The balloon; `low` is the published one's, material and sides are the membrane's."""
+class PlantTable(ScenarioTable):
+    """Simulated balloon. `low` applies to `published`, `material` and `sides` apply to `membrane`."""
 
     kind: Literal["published", "membrane"] = "published"
     low: Literal["line", "smooth"] = "line"
@@ -48,51 +48,51 @@ class PlantTable(Table):
     sides: Literal[1, 2] = 1
 
 
-class FaultTable(Table):
-    """A fault of the catalogue at its time; its arguments are the keys that are not named here."""
+class FaultTable(ScenarioTable):
+    """Fault of the catalogue, injected at a given time. All other keys are arguments of the fault."""
 
     model_config = ConfigDict(extra="allow")
 
     name: str
-    at_s: float = Field(ge=0, le=1e6)  # since the board booted
+    at_s: float = Field(ge=0, le=1e6)  # since the start of the simulator
     for_s: float = Field(math.inf, ge=0, le=1e6)
 
     @model_validator(mode="after")
-    def _in_the_catalogue(self) -> FaultTable:
-        checked(self.name, self.model_extra or {})
+    def _valid_arguments(self) -> FaultTable:
+        validate_arguments(self.name, self.model_extra or {})
         return self
 
 
-class PhaseTable(Table):
-    """Contacts at one setpoint, or the same at each of several."""
+class PhaseTable(ScenarioTable):
+    """Contacts that are played at each of the setpoints."""
 
-    setpoint_kpa: Annotated[tuple[Setpoint, ...], Spread, Field(min_length=1)]
+    setpoint_kpa: Annotated[tuple[Setpoint, ...], NumberList, Field(min_length=1)]
     repeat: int = Field(1, ge=1, le=1000)
-    contact: list[Kind] = Field(min_length=1)
+    contact: list[ContactTable] = Field(min_length=1)
 
 
-def _settings(kind: type) -> BeforeValidator:
-    """Makes a settings dataclass of a table with some of its fields."""
+def _settings(settings_type: type) -> BeforeValidator:
+    """Return a validator that converts a table to a settings dataclass. Missing keys get their defaults."""
 
-    def made(table: Any) -> Any:
-        known = {field.name: field for field in fields(kind)}
+    def converted(table: Any) -> Any:
+        known = {field.name: field for field in fields(settings_type)}
         if not isinstance(table, dict):
             raise ValueError("must be a table")
         for name, value in table.items():
             if name not in known:
                 raise ValueError(f"{name}: unknown key; known here: {', '.join(known)}")
             if not is_number(value):
-                raise ValueError(f"{name} = {shown(value)}: a number is expected")
-        return kind(**{name: float(value) for name, value in table.items()})
+                raise ValueError(f"{name} = {format_input(value)}: a number is expected")
+        return settings_type(**{name: float(value) for name, value in table.items()})
 
-    return BeforeValidator(made)
+    return BeforeValidator(converted)
 
 
 _ANY_TABLE = WithJsonSchema({"type": "object"})
 
 
-class Scenario(Table):
-    """A whole scenario."""
+class Scenario(ScenarioTable):
+    """Content of a scenario file."""
 
     doc: str = Field(min_length=1, max_length=200)
     seed: int = Field(1, ge=0, le=0xFFFF_FFFF)
@@ -106,38 +106,29 @@ class Scenario(Table):
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The phases in the order in which they are played."""
+        """Return the phases in the order in which they are played."""
         return tuple(
             Phase(setpoint_kpa, table.repeat * contacts)
             for table in self.phase
-            for contacts in [tuple(contact for kind in table.contact for contact in kind.contacts())]
+            for contacts in [tuple(contact for row in table.contact for contact in row.contacts())]
             for setpoint_kpa in table.setpoint_kpa
         )
 
 
-TABLES: Mapping[str, type[Table]] = {
-    "": Scenario,
-    "plant": PlantTable,
-    "fault": FaultTable,
-    "phase": PhaseTable,
-    "hertz": Hertz,
-    "linear": Linear,
-    **KINDS,
-}
-
-
 def library() -> dict[str, str]:
-    """What each scenario of the library is, by name."""
+    """Return the description of each scenario of the library, by name."""
     files = sorted(LIBRARY.glob("*.toml"))
     return {file.stem: tomllib.loads(file.read_text(encoding="utf-8"))["doc"] for file in files}
 
 
 def load(name: str) -> Scenario:
-    """The scenario of the library, or in a file. Raises ScenarioError."""
+    """Return a scenario of the library, or of a TOML file if `name` is a path. Raises ScenarioError."""
     if "/" in name or name.endswith(".toml"):
         return _read(Path(name))
     if not (LIBRARY / f"{name}.toml").is_file():
-        raise ScenarioError(f"there is no scenario {name!r}, only {', '.join(library())}, or a file .toml")
+        raise ScenarioError(
+            f"{name!r} is an unknown scenario; use one of {', '.join(library())}, or the path of a TOML file"
+        )
     return _read(LIBRARY / f"{name}.toml")
 
 
@@ -146,7 +137,8 @@ def _read(path: Path) -> Scenario:
     try:
         return Scenario.model_validate(tables, context={"folder": path.parent})
     except ValidationError as error:
-        raise ScenarioError("\n".join(f"{path}: {told}" for told in sentences(error, TABLES))) from None
+        lines = [f"{path}: {sentence}" for sentence in format_errors(error, Scenario, format_location)]
+        raise ScenarioError("\n".join(lines)) from None
 
 
 def _tables(path: Path) -> dict[str, Any]:
@@ -161,16 +153,16 @@ def _tables(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}") from None
     except RecursionError:
-        raise ScenarioError(f"{path}: not TOML: brackets within brackets, too deep") from None
-    except ValueError:  # Python reads no number of more than 4300 digits
-        raise ScenarioError(f"{path}: not TOML: {TOO_LONG}") from None
+        raise ScenarioError(f"{path}: not TOML: brackets are nested too deeply") from None
+    except ValueError:  # Python converts no integer of more than 4300 digits
+        raise ScenarioError(f"{path}: not TOML: {TOO_LARGE}") from None
     if not _fits(tables):
-        raise ScenarioError(f"{path}: not TOML: {TOO_LONG}")
+        raise ScenarioError(f"{path}: not TOML: {TOO_LARGE}")
     return tables
 
 
 def _fits(value: Any) -> bool:
-    """Whether TOML allows every whole number in a value."""
+    """Return True if every integer in a value has at most 64 bits, the limit of TOML."""
     if isinstance(value, dict):
         return all(map(_fits, value.values()))
     if isinstance(value, list):
@@ -178,12 +170,12 @@ def _fits(value: Any) -> bool:
     return not isinstance(value, int) or -(2**63) <= value < 2**63
 
 
-_KIND: TypeAdapter[Any] = TypeAdapter(Kind)
+_CONTACT_TABLE: TypeAdapter[Any] = TypeAdapter(ContactTable)
 
 
 def contacts_of(table: Any) -> tuple[Contact, ...]:
-    """The contacts that a table like those of a scenario asks for. Raises ScenarioError."""
+    """Return the contacts of a table with the keys of a contact in a scenario. Raises ScenarioError."""
     try:
-        return tuple(_KIND.validate_python(table).contacts())
+        return tuple(_CONTACT_TABLE.validate_python(table).contacts())
     except ValidationError as error:
-        raise ScenarioError("; ".join(sentences(error, TABLES))) from None
+        raise ScenarioError("; ".join(format_errors(error, ContactTable, format_location))) from None

@@ -1,1 +1,1 @@
-"""The binary that is flashed, run by an emulated ATmega328P as a board of the simulator."""
+"""Firmware binary on an emulated ATmega328P, as a board of the simulator."""

@@ -1,4 +1,4 @@
-"""An emulated ATmega328P: its program, its pins and its serial line, at exact cycles."""
+"""Cycle-accurate emulation of an ATmega328P: program, pins and serial line."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 from weakref import finalize
 
-from sim.avr.toolchain import harness
+from pneuforce.sim.avr.toolchain import harness
 
 CYCLES_PER_US = 16
 READ_BYTES = 4096
 PORTS = "BCD"
 
 _CHIP, _BYTES, _SIZE = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
-_FUNCTIONS: dict[str, tuple[Any, ...]] = {  # what it returns, what it takes after the chip
+_FUNCTIONS: dict[str, tuple[Any, ...]] = {  # return type, types of the arguments after the chip
     "chip_free": (None,),
     "chip_run": (ctypes.c_int, ctypes.c_uint64),
-    "chip_convert": (None, ctypes.c_uint16, ctypes.c_uint32),
+    "chip_set_inputs": (None, ctypes.c_uint16, ctypes.c_uint32),
     "chip_receive": (None, _BYTES, _SIZE),
     "chip_sent": (ctypes.c_int, _BYTES, _SIZE),
     "chip_high": (ctypes.c_uint8, ctypes.c_int),
@@ -33,12 +33,12 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {  # what it returns, what it takes aft
 }
 
 
-class Crashed(RuntimeError):
-    """The program ran into what is no program, or switched itself off."""
+class FirmwareCrashed(RuntimeError):
+    """The program executed an invalid instruction or stopped the processor for good."""
 
 
-class Reset(IntFlag):
-    """Why the chip has reset, as MCUSR tells it."""
+class ResetFlag(IntFlag):
+    """Cause of a reset, as a flag of the register MCUSR."""
 
     POWER_ON = 1
     EXTERNAL = 2
@@ -50,52 +50,56 @@ class Reset(IntFlag):
 def _library() -> Any:
     library = ctypes.CDLL(str(harness()))
     library.chip_new.restype, library.chip_new.argtypes = _CHIP, (_BYTES, _BYTES, ctypes.c_uint32)
-    for name, (result, *taken) in _FUNCTIONS.items():
+    for name, (result, *arguments) in _FUNCTIONS.items():
         function = getattr(library, name)
-        function.restype, function.argtypes = result, (_CHIP, *taken)
+        function.restype, function.argtypes = result, (_CHIP, *arguments)
     return library
 
 
 class Emulator:
-    """A chip that was just switched on. The same calls give the same bytes."""
+    """Chip that was just switched on. The same calls always give the same bytes."""
 
     def __init__(self, program: Path, eeprom: bytes = b"") -> None:
-        """Load an ELF or a .hex; the EEPROM begins with these bytes and is erased (FFh) beyond.
+        """Load an ELF or .hex file. The EEPROM starts with these bytes; the other cells are erased (FFh).
 
-        Raises ToolMissing, or ValueError where the file holds no program.
+        Raises ToolchainError if the emulator cannot be compiled, or ValueError if the file contains no
+        program.
         """
         self._library = _library()
         self._chip = self._library.chip_new(str(program).encode(), eeprom, len(eeprom))
         if not self._chip:
-            raise ValueError(f"{program} is no program for an ATmega328P")
+            raise ValueError(f"{program} contains no program for an ATmega328P: name an ELF or .hex file")
         finalize(self, self._library.chip_free, self._chip)
         self._buffer = ctypes.create_string_buffer(READ_BYTES)
 
     def run(self, cycle: int) -> None:
-        """Run to a cycle since it was switched on; one that has passed does nothing. Raises Crashed."""
-        if self._library.chip_run(self._chip, cycle):
-            raise Crashed(f"the program crashed after {self.cycle / CYCLES_PER_US / 1e6:.6f} s")
+        """Run to a cycle, counted from power-on.
 
-    def convert(self, adc_sum: int, supply_mv: int) -> None:
-        """What the sensor gives in the next sum of 16 conversions, and the supply."""
-        self._library.chip_convert(self._chip, adc_sum, supply_mv)
+        Do nothing if the cycle has passed. Raises FirmwareCrashed.
+        """
+        if self._library.chip_run(self._chip, cycle):
+            raise FirmwareCrashed(f"the firmware crashed after {self.cycle / CYCLES_PER_US / 1e6:.6f} s")
+
+    def set_inputs(self, adc_sum: int, supply_mv: int) -> None:
+        """Set the result of the next sum of 16 sensor conversions, and the supply voltage."""
+        self._library.chip_set_inputs(self._chip, adc_sum, supply_mv)
 
     def receive(self, data: bytes) -> None:
-        """Send it bytes, at the pace of the line."""
+        """Send bytes to the chip at the bit rate of the line."""
         self._library.chip_receive(self._chip, data, len(data))
 
     def sent(self) -> bytes:
-        """What it has sent since this was last asked."""
+        """Return the bytes that the chip has sent since the last call."""
         size = self._library.chip_sent(self._chip, self._buffer, READ_BYTES)
         return self._buffer.raw[:size]
 
     def high(self, port: str) -> int:
-        """Mask of the pins of a port (B, C, D) that are driven high."""
+        """Return the mask of the pins of a port (B, C, D) that are driven high."""
         mask: int = self._library.chip_high(self._chip, PORTS.index(port))
         return mask
 
-    def reset(self, cause: Reset) -> None:
-        """Reset it now."""
+    def reset(self, cause: ResetFlag) -> None:
+        """Reset the chip now."""
         self._library.chip_reset(self._chip, cause)
 
     def _count(self, name: str) -> int:
@@ -104,25 +108,25 @@ class Emulator:
 
     @property
     def cycle(self) -> int:
-        """Cycles since it was switched on."""
+        """Return the number of cycles since power-on."""
         return self._count("chip_cycle")
 
     @property
     def sums(self) -> int:
-        """Sums of 16 conversions that have ended since the last reset."""
+        """Return the number of complete sums of 16 conversions since the last reset."""
         return self._count("chip_sums")
 
     @property
     def longest_cycles(self) -> int:
-        """Longest time from a complete sum to the kick of the watchdog."""
+        """Return the longest time from a complete sum to the reset of the watchdog timer [cycles]."""
         return self._count("chip_longest")
 
     @property
     def overruns(self) -> int:
-        """Received bytes that a real UART would have lost."""
+        """Return the number of received bytes that a real UART would have lost."""
         return self._count("chip_overruns")
 
     @property
     def resets(self) -> int:
-        """How often it was reset since it was switched on."""
+        """Return the number of resets since power-on."""
         return self._count("chip_resets")

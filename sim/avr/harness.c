@@ -1,7 +1,7 @@
-/* An ATmega328P in simavr, run to exact cycles.
+/* ATmega328P in simavr, run to exact cycles.
  *
- * emulator.py builds this once and calls the functions whose names begin with chip_. Time is the chip's own:
- * nothing here waits. */
+ * emulator.py compiles this file once and calls the functions whose names start with chip_. All times are times of the
+ * chip: no function waits in real time. */
 #include <stdlib.h>
 
 #include <simavr/sim_elf.h>
@@ -14,19 +14,19 @@
 #define CLOCK_HZ 16000000
 enum { MCUSR = 0x54, PORTB = 0x25, PORT_REGISTERS = 3 };
 
-/* A timer that does nothing ends the run there. */
-static avr_cycle_count_t arrive(avr_t *avr, avr_cycle_count_t when, void *param)
+/* Callback that does nothing. A cycle timer with this callback ends the run at its cycle. */
+static avr_cycle_count_t stop_here(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     return 0;
 }
 
-static void sleep_in_no_time(avr_t *avr, avr_cycle_count_t cycles) {}
+static void skip_sleep(avr_t *avr, avr_cycle_count_t cycles) {}
 
-static void say_nothing(avr_t *avr, const int level, const char *format, va_list arguments)
+static void discard_log(avr_t *avr, const int level, const char *format, va_list arguments)
 {
 }
 
-/* A reset of any kind: simavr has forgotten all timers, and what was on the line is lost. */
+/* Called after any reset: simavr has removed all cycle timers, and the bytes on the line are lost. */
 static void on_reset(avr_io_t *io)
 {
     struct chip *c = (struct chip *)io;
@@ -35,7 +35,7 @@ static void on_reset(avr_io_t *io)
     c->sum_done = 0;
     c->resets++;
     if (c->target > c->avr->cycle)
-        avr_cycle_timer_register(c->avr, c->target - c->avr->cycle, arrive, c);
+        avr_cycle_timer_register(c->avr, c->target - c->avr->cycle, stop_here, c);
 }
 
 static int on_ioctl(avr_io_t *io, uint32_t request, void *param)
@@ -46,10 +46,10 @@ static int on_ioctl(avr_io_t *io, uint32_t request, void *param)
         c->longest = took > c->longest ? took : c->longest;
         c->sum_done = 0;
     }
-    return -1; /* the watchdog hears it too */
+    return -1; /* so that simavr passes the request on to the watchdog */
 }
 
-/* What a compiler made, or what is flashed: 0, or -1 where the file holds no program. */
+/* Read an ELF or .hex file. Return 0, or -1 if the file contains no program. */
 static int read_program(const char *path, elf_firmware_t *firmware)
 {
     const char *suffix = strrchr(path, '.');
@@ -59,11 +59,11 @@ static int read_program(const char *path, elf_firmware_t *firmware)
     return firmware->flash ? 0 : -1;
 }
 
-/* A chip that is switched on, or NULL where the file holds no program for it. */
+/* Return a chip that was just switched on, or NULL if the file contains no program. */
 struct chip *chip_new(const char *program, uint8_t *eeprom, uint32_t size)
 {
     elf_firmware_t firmware = {0};
-    avr_global_logger_set(say_nothing);
+    avr_global_logger_set(discard_log);
     struct chip *c = calloc(1, sizeof *c);
     if (!c || !(c->avr = avr_make_mcu_by_name("atmega328p")) || read_program(program, &firmware)) {
         free(c);
@@ -74,21 +74,21 @@ struct chip *chip_new(const char *program, uint8_t *eeprom, uint32_t size)
     firmware.frequency = CLOCK_HZ;
     avr_load_firmware(c->avr, &firmware);
     free(firmware.flash);
-    c->avr->sleep = sleep_in_no_time;
+    c->avr->sleep = skip_sleep;
     avr_eeprom_desc_t preset = {.ee = eeprom, .offset = 0, .size = size};
     avr_ioctl(c->avr, AVR_IOCTL_EEPROM_SET, &preset);
     c->io = (avr_io_t){.kind = "harness", .reset = on_reset, .ioctl = on_ioctl};
     avr_register_io(c->avr, &c->io);
-    wire(c);
+    connect_wiring(c);
     return c;
 }
 
-/* Run to a cycle since it was switched on; 0, or -1 where the program has crashed. */
+/* Run to a cycle, counted from power-on. Return 0, or -1 if the program has crashed. */
 int chip_run(struct chip *c, uint64_t cycle)
 {
     c->target = cycle;
     if (cycle > c->avr->cycle)
-        avr_cycle_timer_register(c->avr, cycle - c->avr->cycle, arrive, c);
+        avr_cycle_timer_register(c->avr, cycle - c->avr->cycle, stop_here, c);
     while (c->avr->cycle < cycle) {
         int state = avr_run(c->avr);
         if (state == cpu_Done || state == cpu_Crashed)
@@ -97,39 +97,40 @@ int chip_run(struct chip *c, uint64_t cycle)
     return 0;
 }
 
-/* What the next sum of 16 conversions and the next of the bandgap give. */
-void chip_convert(struct chip *c, uint16_t sum, uint32_t supply_mv)
+/* Set the result of the next sum of 16 sensor conversions, and the supply voltage. */
+void chip_set_inputs(struct chip *c, uint16_t sum, uint32_t supply_mv)
 {
-    c->given_sum = sum;
+    c->next_sum = sum;
     c->supply_mv = supply_mv;
 }
 
-/* Send bytes to the chip, one each byte time. */
+/* Send bytes to the chip at the bit rate of the line. */
 void chip_receive(struct chip *c, const uint8_t *bytes, int size)
 {
     for (int n = 0; n < size; n++)
-        put(&c->received, bytes[n]);
-    if (size && !avr_cycle_timer_status(c->avr, feed, c))
-        avr_cycle_timer_register(c->avr, BYTE_CYCLES, feed, c);
+        queue_push(&c->received, bytes[n]);
+    if (size && !avr_cycle_timer_status(c->avr, send_next_byte, c))
+        avr_cycle_timer_register(c->avr, BYTE_CYCLES, send_next_byte, c);
 }
 
-/* Take what the chip has sent; the number of bytes. */
-int chip_sent(struct chip *c, uint8_t *bytes, int room)
+/* Read the bytes that the chip has sent. Return their number. */
+int chip_sent(struct chip *c, uint8_t *bytes, int size)
 {
     int n = 0;
-    while (n < room && c->sent.in != c->sent.out)
+    while (n < size && c->sent.in != c->sent.out)
         bytes[n++] = c->sent.bytes[c->sent.out++ % QUEUE];
     return n;
 }
 
-/* Pins of port 0 (B) to 2 (D) that are driven high: bits of PORT, before which DDR lies. */
+/* Return the mask of the pins of port 0 (B) to 2 (D) that are driven high: set in PORT and in DDR, the register before
+ * PORT. */
 uint8_t chip_high(const struct chip *c, int port)
 {
     const uint8_t *port_register = c->avr->data + PORTB + PORT_REGISTERS * port;
     return port_register[0] & port_register[-1];
 }
 
-/* Reset now, with these flags in MCUSR. */
+/* Reset the chip now, with these flags in MCUSR. */
 void chip_reset(struct chip *c, uint8_t flags)
 {
     avr_reset(c->avr);

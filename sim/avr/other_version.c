@@ -1,4 +1,4 @@
-/* The firmware as another release has it: it speaks OTHER_VERSION of the rig link. */
+/* Firmware with the protocol version OTHER_VERSION, as another release would have it. */
 #include "../../firmware/pneuforce/numbers.h"
 
 #undef PROTOCOL_VERSION

@@ -1,4 +1,4 @@
-/* What is wired to the chip: the sensor at A0, the supply, and the serial line. */
+/* Wiring of the chip: sensor at A0, supply and serial line. */
 #ifndef WIRING_H
 #define WIRING_H
 
@@ -14,7 +14,7 @@
 #define LEVELS 1024
 #define BANDGAP_MV 1100
 #define BYTE_CYCLES 320 /* 8N1 at 500 kBd */
-#define UART_HOLDS 2 /* bytes unread */
+#define UART_BUFFER_BYTES 2 /* receive buffer of a real UART */
 #define QUEUE 8192
 
 enum { ADCL = 0x78, ADCH = 0x79, UCSR0A = 0xC0, U2X = 2, UBRR0 = 0xC4 };
@@ -25,52 +25,52 @@ struct queue {
 };
 
 struct chip {
-    avr_io_t io; /* first: simavr hands this back at a reset and at each kick of the watchdog */
+    avr_io_t io; /* must be first: simavr passes a pointer to this member to the callbacks */
     avr_t *avr;
     avr_irq_t *to_uart;
     avr_uart_t *uart;
     struct queue received, sent;
-    uint64_t target;          /* cycle to run to */
-    uint16_t given_sum, sum;  /* what the sensor gives; what it gave when the sum in progress began */
+    uint64_t target;                      /* cycle to run to */
+    uint16_t next_sum, sum;               /* result of the next sum; result of the sum in progress */
     uint32_t supply_mv;
-    uint16_t result, coming;  /* of the conversion before the one started last, and of that one */
-    uint64_t ready;           /* cycle at which `coming` is the result */
+    uint16_t result, next_result;         /* previous conversion; conversion that was started last */
+    uint64_t ready;                       /* cycle at which `next_result` becomes the result */
     uint32_t sensor_count, bandgap_count; /* conversions since reset */
-    uint64_t sum_done;        /* cycle at which the last sum was complete; 0 once it was worked on */
-    uint32_t longest;         /* cycles from a complete sum to the kick of the watchdog */
-    uint32_t overruns;        /* bytes that a real UART would have lost */
+    uint64_t sum_done;                    /* cycle at which the last sum was complete; 0 after the firmware used it */
+    uint32_t longest;                     /* longest time from a complete sum to the watchdog reset [cycles] */
+    uint32_t overruns;                    /* bytes that a real UART would have lost */
     uint32_t resets;
 };
 
-/* What does not fit is lost. */
-static void put(struct queue *q, uint8_t byte)
+/* Add a byte. A byte that does not fit is lost. */
+static void queue_push(struct queue *q, uint8_t byte)
 {
     if (q->in - q->out < QUEUE)
         q->bytes[q->in++ % QUEUE] = byte;
 }
 
-/* Part `n` of a whole that is shared out evenly: parts differ by one at most and add up. */
-static uint32_t share(uint64_t whole, uint32_t parts, uint64_t n)
+/* Return part `n` of a total that is split evenly. The parts differ by at most one, and their sum is the total. */
+static uint32_t split(uint64_t total, uint32_t parts, uint64_t n)
 {
-    return (n + 1) * whole / parts - n * whole / parts;
+    return (n + 1) * total / parts - n * total / parts;
 }
 
 static uint32_t sensor_counts(struct chip *c)
 {
     uint32_t n = c->sensor_count++ % CONVERSIONS;
     if (n == 0)
-        c->sum = c->given_sum;
+        c->sum = c->next_sum;
     if (n == CONVERSIONS - 1)
         c->sum_done = c->avr->cycle + CONVERSION_CYCLES;
-    return share(c->sum, CONVERSIONS, n);
+    return split(c->sum, CONVERSIONS, n);
 }
 
-/* The true ratio less half a count on average, as noise and truncation make it: one count alone is 22 mV. */
+/* Return the true ratio minus half a count on average, as noise and truncation do. A single count is 22 mV. */
 static uint32_t bandgap_counts(struct chip *c)
 {
     if (c->supply_mv <= BANDGAP_MV)
         return LEVELS - 1;
-    return share(2 * BANDGAP_MV * LEVELS - c->supply_mv, 2 * c->supply_mv, c->bandgap_count++);
+    return split(2 * BANDGAP_MV * LEVELS - c->supply_mv, 2 * c->supply_mv, c->bandgap_count++);
 }
 
 static void on_conversion(avr_irq_t *irq, uint32_t value, void *param)
@@ -78,26 +78,28 @@ static void on_conversion(avr_irq_t *irq, uint32_t value, void *param)
     struct chip *c = param;
     avr_adc_mux_t mux;
     memcpy(&mux, &value, sizeof value);
-    c->result = c->coming;
-    c->coming = 0;
+    c->result = c->next_result;
+    c->next_result = 0;
     c->ready = c->avr->cycle + CONVERSION_CYCLES;
     if (mux.kind == ADC_MUX_SINGLE && mux.src == 0)
-        c->coming = sensor_counts(c);
+        c->next_result = sensor_counts(c);
     else if (mux.kind == ADC_MUX_REF && mux.src == BANDGAP_MV)
-        c->coming = bandgap_counts(c);
+        c->next_result = bandgap_counts(c);
 }
 
-/* simavr converts when the result is read, by the channel of that moment; a chip keeps that of the start. */
+/* simavr converts when the result is read, on the channel selected then. A real chip uses the channel selected at the
+ * start of the conversion. */
 static uint8_t read_result(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct chip *c = param;
-    uint16_t result = avr->cycle < c->ready ? c->result : c->coming;
+    uint16_t result = avr->cycle < c->ready ? c->result : c->next_result;
     return address == ADCL ? result & 0xFF : result >> 8;
 }
 
-/* Whether the chip's line is as fast as the host's: else neither understands the other. simavr takes the pace from
- * what the registers hold when the last of them is written, and adds a parity bit. */
-static int in_pace(struct chip *c)
+/* Set the byte time of the UART from its registers. Return true if the bit rate of the chip is that of the host;
+ * otherwise no byte is transferred. simavr itself takes the byte time when the last register is written, and adds a
+ * parity bit. */
+static int bit_rate_matches(struct chip *c)
 {
     const uint8_t *data = c->avr->data;
     int bit_cycles = (data[UCSR0A] & U2X ? 8 : 16) * (1 + data[UBRR0] + 256 * data[UBRR0 + 1]);
@@ -108,22 +110,22 @@ static int in_pace(struct chip *c)
 static void on_byte(avr_irq_t *irq, uint32_t value, void *param)
 {
     struct chip *c = param;
-    if (in_pace(c))
-        put(&c->sent, (uint8_t)value);
+    if (bit_rate_matches(c))
+        queue_push(&c->sent, (uint8_t)value);
 }
 
-static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t send_next_byte(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct chip *c = param;
     uint8_t byte = c->received.bytes[c->received.out++ % QUEUE];
-    if (in_pace(c))
+    if (bit_rate_matches(c))
         avr_raise_irq(c->to_uart, byte);
     uint32_t unread = (c->uart->input.write - c->uart->input.read) & (uart_fifo_fifo_size - 1);
-    c->overruns += unread > UART_HOLDS;
+    c->overruns += unread > UART_BUFFER_BYTES;
     return c->received.in == c->received.out ? 0 : when + BYTE_CYCLES;
 }
 
-static void wire(struct chip *c)
+static void connect_wiring(struct chip *c)
 {
     avr_t *avr = c->avr;
     for (avr_io_t *io = avr->io_port; io; io = io->next)

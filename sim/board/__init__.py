@@ -1,8 +1,8 @@
-"""The board in Python: the pressure state machine, its limits, and the bytes it speaks.
+"""Python implementation of the board: pressure state machine, limits and rig link.
 
-The firmware follows the same rules and is held to them by the same contract tests.
+The firmware follows the same rules. The same contract tests run on both.
 """
 
-from sim.board.board import Board
+from pneuforce.sim.board.board import SimulatedBoard
 
-__all__ = ["Board"]
+__all__ = ["SimulatedBoard"]

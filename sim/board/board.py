@@ -1,17 +1,17 @@
-"""The board's end of the rig link: bytes in, bytes out, once per sample."""
+"""Board side of the rig link: receives bytes and returns bytes once per sample."""
 
 from __future__ import annotations
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     PROTOCOL_VERSION,
     SAMPLES_PER_S,
     BoardKind,
     BoardState,
     Command,
-    Decoder,
     Event,
     Fault,
     Frame,
+    FrameDecoder,
     Hello,
     Identify,
     Message,
@@ -20,84 +20,87 @@ from instrument.rig.frames import (
     Vent,
     encode,
 )
-from instrument.rig.limits import HOST_SILENCE_S
-from sim.board.pressure import Pressure
-from sim.board.states import UNASKED, ResetCause
+from pneuforce.protocol.limits import HOST_SILENCE_S
+from pneuforce.sim.board.pressure_control import PressureController
+from pneuforce.sim.board.states import UNEXPECTED_RESETS, ResetCause
 
-FIRMWARE = 0x0100
-HELLO_EVERY_US = 200_000
+FIRMWARE_REVISION = 0x0100
+HELLO_INTERVAL_US = 200_000
 SAMPLE_S = 1 / SAMPLES_PER_S
 
 
-class Board:
-    """A board that has just booted. It streams to a host of its own version only."""
+class SimulatedBoard:
+    """Board that has just booted. It sends samples only to a host of the same protocol version."""
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         self.serial = serial
         self.reset_cause = reset_cause
-        self.version = PROTOCOL_VERSION  #: of the frames that it sends, and of the hosts that it listens to
-        self.samples = 0  #: sent since boot; a sample's sequence is its low 16 bits
-        self._pressure = Pressure()
-        self._decoder = Decoder.of_host()
+        self.version = PROTOCOL_VERSION  #: version of the sent frames, required of the host too
+        self.samples = 0  #: samples sent since boot; the low 16 bits are the sequence number of the frame
+        self._pressure = PressureController()
+        self._decoder = FrameDecoder.for_host_frames()
         self._identified = False
-        self._obeyed = 0
-        self._others = 0  # frames sent that are no samples
+        self._last_command = 0  # low byte of its sequence number
+        self._other_frames = 0  # frames sent that are not samples
         self._time_us = 0
-        self._greeted_us: int | None = None
-        if reset_cause in UNASKED:
-            self._pressure.restarted()
+        self._last_hello_us: int | None = None
+        if reset_cause in UNEXPECTED_RESETS:
+            self._pressure.latch_unexpected_reset()
 
     @property
     def valves(self) -> int:
-        """`Valve` mask that the board drives now."""
-        return self._pressure.now.valves
+        """Return the `Valve` mask that the board drives now."""
+        return self._pressure.status.valves
 
     @property
-    def holds(self) -> bool:
-        """Whether the balloon is locked at its setpoint."""
-        return self._pressure.now.state is BoardState.HOLDING
+    def is_holding(self) -> bool:
+        """Return True if the balloon is held at its setpoint."""
+        return self._pressure.status.state is BoardState.HOLDING
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
-        """Bytes to send at `board_time_us` since boot, after bytes received and one sample taken."""
+        """Process the received bytes and one sample at `board_time_us` since boot.
+
+        Return the bytes to send.
+        """
         self._time_us = board_time_us
         answers = (
             b"".join([self._handle(frame) for frame in self._decoder.feed(received)]) if received else b""
         )
         self._pressure.step(adc_sum, supply_mv, SAMPLE_S)
-        return answers + self._greeting() + self._events() + self._sample(adc_sum)
+        return answers + self._periodic_hello() + self._events() + self._sample(adc_sum)
 
     def _handle(self, frame: Frame) -> bytes:
-        """Answer a greeting, obey the rest. Before its greeting a host may only vent."""
+        """Answer an Identify or apply a command. Before its Identify, a host may only vent."""
         message = frame.message
         if isinstance(message, Identify):
             if frame.version == self.version:
                 self._identified = True
-                self._pressure.greet()
+                self._pressure.host_identified()
             return self._hello()
         if isinstance(message, Vent):
             self._pressure.vent()
         elif isinstance(message, Command) and self._identified and message.mode in tuple(Mode):
-            self._obeyed = frame.sequence & 0xFF
-            self._pressure.obey(message)
+            self._last_command = frame.sequence & 0xFF
+            self._pressure.apply(message)
         return b""
 
-    def _greeting(self) -> bytes:
-        """Hello until a host has greeted."""
+    def _periodic_hello(self) -> bytes:
+        """Return a Hello five times a second until a host has sent Identify."""
         if self._identified:
             return b""
-        waited = self._greeted_us is None or self._time_us - self._greeted_us >= HELLO_EVERY_US
-        return self._hello() if waited else b""
+        due = self._last_hello_us is None or self._time_us - self._last_hello_us >= HELLO_INTERVAL_US
+        return self._hello() if due else b""
 
     def _hello(self) -> bytes:
-        self._greeted_us = self._time_us
-        return self._other(
+        self._last_hello_us = self._time_us
+        return self._encode_other(
             Hello(
                 board=BoardKind.SIMULATED,
-                firmware=FIRMWARE,
+                firmware=FIRMWARE_REVISION,
                 uptime_ms=self._time_us // 1000 & 0xFFFF_FFFF,
                 serial=self.serial,
                 host_silence_ms=round(HOST_SILENCE_S * 1e3),
-                vent_after_ms=round(self._pressure.now.vent_after_s * 1e3),
+                host_timeout_ms=round(self._pressure.status.host_timeout_s * 1e3),
             )
         )
 
@@ -108,28 +111,29 @@ class Board:
         if not self._identified:
             return b""
         time_us = self._time_us & 0xFFFF_FFFF
-        return b"".join(self._other(Event(time_us, c.state, c.was, c.fault)) for c in changes)
+        return b"".join(self._encode_other(Event(time_us, *change)) for change in changes)
 
-    def _other(self, message: Message) -> bytes:
-        self._others += 1
-        return encode(message, self._others, self.version)
+    def _encode_other(self, message: Message) -> bytes:
+        """Return the frame of a message that is not a sample."""
+        self._other_frames += 1
+        return encode(message, self._other_frames, self.version)
 
     def _sample(self, adc_sum: int) -> bytes:
         if not self._identified:
             return b""
         self.samples += 1
-        now = self._pressure.now
+        status = self._pressure.status
         return encode(
             Sample(
                 board_time_us=self._time_us & 0xFFFF_FFFF,
                 adc_sum=adc_sum,
-                supply_mv=now.supply.mean_mv,
-                valves=now.valves,
-                state=now.state,
-                fault=now.latched[0] if now.latched else Fault.NONE,
-                faults=sum([1 << fault for fault in now.latched]),
-                command=self._obeyed,
-                setpoint_pa=round(now.setpoint_kpa * 1e3),
+                supply_mv=status.supply.mean_mv,
+                valves=status.valves,
+                state=status.state,
+                fault=status.latched_faults[0] if status.latched_faults else Fault.NONE,
+                faults=sum([1 << fault for fault in status.latched_faults]),
+                command=self._last_command,
+                setpoint_pa=round(status.setpoint_kpa * 1e3),
             ),
             self.samples,
             self.version,

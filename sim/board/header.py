@@ -1,4 +1,7 @@
-"""The board's numbers and tables as a C header: `python -m sim.board.header` writes the firmware's."""
+"""Generator of the C header that shares the numbers and tables of the Python board with the firmware.
+
+`python -m pneuforce.sim.board.header` writes firmware/pneuforce/numbers.h.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +13,39 @@ from pathlib import Path
 from textwrap import wrap
 from types import ModuleType
 
-from instrument.rig import frames
-from instrument.rig import limits as promised
-from instrument.rig.frames import KINDS, BoardKind, BoardState, CommandFlag, Fault, Message, Mode, Valve
-from instrument.rig.limits import PRESSURISED
-from sim.board import board, filling, limits, pressure, reading, situation, states, supply, watches
-from sim.board.limits import GONE, LIMITS
-from sim.board.states import FILLING, TRANSITIONS, Happening
+from pneuforce.protocol import frames
+from pneuforce.protocol import limits as protocol_limits
+from pneuforce.protocol.frames import KINDS, BoardKind, BoardState, CommandFlag, Fault, Message, Mode, Valve
+from pneuforce.protocol.limits import PRESSURISED
+from pneuforce.sim.board import (
+    board,
+    board_status,
+    filling,
+    limits,
+    monitors,
+    pressure_control,
+    reading,
+    states,
+    supply,
+)
+from pneuforce.sim.board.limits import CLEAR_CONDITIONS, LIMITS
+from pneuforce.sim.board.states import FILLING, TRANSITIONS, Trigger
 
 HEADER = Path("firmware/pneuforce/numbers.h")
-#: Every number that these name in capitals becomes a macro of the same name; seconds become milliseconds.
-MODULES = (frames, promised, states, reading, supply, filling, watches, situation, limits, pressure, board)
+#: Every numeric constant of these modules becomes a macro of the same name. Seconds become milliseconds.
+MODULES = (
+    frames,
+    protocol_limits,
+    states,
+    reading,
+    supply,
+    filling,
+    monitors,
+    board_status,
+    limits,
+    pressure_control,
+    board,
+)
 ENUMS: dict[str, type[IntEnum] | type[IntFlag]] = {
     "BOARD": BoardKind,
     "STATE": BoardState,
@@ -29,15 +54,19 @@ ENUMS: dict[str, type[IntEnum] | type[IntFlag]] = {
     "VALVE": Valve,
     "FLAG": CommandFlag,
 }
+NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"
 C_TYPES = {"B": "uint8_t", "H": "uint16_t", "h": "int16_t", "I": "uint32_t"}
 
 
 def literal(name: str, value: float) -> tuple[str, str]:
-    """Name and value in C: times in milliseconds, so that they add up without rounding."""
+    """Return name and value of a macro. Times are whole milliseconds, so that their sums are exact.
+
+    Raises ValueError if a time is not a whole number of milliseconds.
+    """
     if name.endswith("_S") and not name.endswith("_PER_S"):
         milliseconds = round(value * 1e3)
         if not math.isclose(milliseconds, value * 1e3):
-            raise ValueError(f"{name} is {value:g} s, and must be whole milliseconds")
+            raise ValueError(f"{name} is {value:g} s, which is not a whole number of milliseconds: round it")
         return f"{name[:-2]}_MS", f"{milliseconds}u"
     return name, f"{value}u" if isinstance(value, int) else f"{value!r}f"
 
@@ -50,37 +79,41 @@ def _numbers_of(module: ModuleType) -> Iterator[tuple[str, str]]:
             yield literal(name, value)
         elif isinstance(value, tuple) and len(value) == 2 and {type(v) for v in value} <= {int, float}:
             low, high = (math.ceil(value[0]), math.floor(value[1])) if name.endswith("_SUM") else value
-            yield literal(f"{name}_LEAST", low)
-            yield literal(f"{name}_MOST", high)
+            yield literal(f"MIN_{name}", low)
+            yield literal(f"MAX_{name}", high)
 
 
 def _numbers() -> Iterator[str]:
-    told: dict[str, str] = {}
+    written: dict[str, str] = {}
     for module in MODULES:
-        new = {name: value for name, value in _numbers_of(module) if told.get(name) != value}
-        if again := new.keys() & told.keys():
-            raise ValueError(f"{module.__name__} gives another value to {', '.join(again)}")
-        told |= new
+        new = {name: value for name, value in _numbers_of(module) if written.get(name) != value}
+        if conflicts := new.keys() & written.keys():
+            raise ValueError(
+                f"{module.__name__} redefines {', '.join(conflicts)} with another value: rename it"
+            )
+        written |= new
         if new:
             yield f"\n/* {module.__name__} */"
             yield from (f"#define {name} {value}" for name, value in new.items())
 
 
 def _enums() -> Iterator[str]:
-    yield "\n/* What the bytes of the frames mean. */"
+    yield "\n/* Values of the bytes in the frames, and triggers of state transitions. */"
     for prefix, members in ENUMS.items():
         yield from _enum(f"{prefix}_{m.name} = {m.value}" for m in members if m.name)
-    yield from _enum([*(f"HAPPENS_{h.name}" for h in Happening), "HAPPENINGS", "NOTHING_HAPPENS"])
+    yield from _enum([*(f"TRIGGER_{trigger.name}" for trigger in Trigger), "TRIGGER_COUNT", "NO_TRIGGER"])
 
 
 def _enum(members: Iterable[str]) -> Iterator[str]:
     yield "enum {"
-    yield from wrap(", ".join(members), 110, initial_indent="    ", subsequent_indent="    ")
+    unbroken = ", ".join(member.replace(" ", NO_BREAK_SPACE) for member in members)
+    for line in wrap(unbroken, 110, initial_indent="    ", subsequent_indent="    "):
+        yield line.replace(NO_BREAK_SPACE, " ")
     yield "};"
 
 
 def _message(message: type[Message]) -> Iterator[str]:
-    """Payloads are packed and little-endian, as the AVR's own numbers are."""
+    """Yield the payload of a message as a packed struct. Payloads and AVR integers are both little-endian."""
     name = message.__name__.lower()
     yield f"#define KIND_{name.upper()} 0x{message.kind:02X}u"
     if not message.__slots__:
@@ -91,8 +124,8 @@ def _message(message: type[Message]) -> Iterator[str]:
     yield "} __attribute__((packed));"
 
 
-def _mask(of: Iterable[IntEnum]) -> str:
-    return f"0x{sum(1 << member for member in of):02X}u"
+def _mask(members: Iterable[IntEnum]) -> str:
+    return f"0x{sum(1 << member for member in members):02X}u"
 
 
 def _rows(name: str, rows: Iterable[str]) -> Iterator[str]:
@@ -101,31 +134,34 @@ def _rows(name: str, rows: Iterable[str]) -> Iterator[str]:
 
 
 def _tables() -> Iterator[str]:
-    yield "\n/* sim.board.states: what follows on each happening (columns) in each state (rows). */"
-    yield f"#define STATES {len(BoardState)}"
+    yield "\n/* pneuforce.sim.board.states: next state for each state (rows) and trigger (columns). */"
+    yield f"#define STATE_COUNT {len(BoardState)}"
     yield "#define STAYS 0xFFu"
-    follow = {s: [TRANSITIONS[s].get(h) for h in Happening] for s in BoardState}
-    names = {s: ", ".join("STAYS" if f is None else f"STATE_{f.name}" for f in follow[s]) for s in follow}
+    next_states = [[TRANSITIONS[state].get(trigger) for trigger in Trigger] for state in BoardState]
+    rows = [", ".join("STAYS" if s is None else f"STATE_{s.name}" for s in row) for row in next_states]
     yield "#define TRANSITION_ROWS { \\"
-    yield ", \\\n".join(f"    {{ {row} }}" for row in names.values()) + " }"
+    yield ", \\\n".join(f"    {{ {row} }}" for row in rows) + " }"
     yield f"#define FILLING_STATES {_mask(FILLING)}"
     yield f"#define PRESSURISED_STATES {_mask(PRESSURISED)}"
-    yield "\n/* sim.board.limits: fault, mask of states, samples in a row, what is allowed. */"
+    yield "\n/* pneuforce.sim.board.limits: fault, mask of states, samples in a row, condition. */"
     yield f"#define LIMIT_COUNT {len(LIMITS)}"
     limits_in_c = (
-        f"FAULT_{limit.fault.name}, {_mask(limit.states)}, {limit.samples}, {limit.allowed.__name__}"
+        f"FAULT_{limit.fault.name}, {_mask(limit.states)}, {limit.samples}, {limit.condition.__name__}"
         for limit in LIMITS
     )
     yield from _rows("LIMIT_ROWS", limits_in_c)
-    yield "\n/* When a latched fault may be cleared. */"
-    yield from _rows("GONE_ROWS", (f"FAULT_{fault.name}, {gone.__name__}" for fault, gone in GONE.items()))
+    yield "\n/* Condition under which a latched fault may be cleared. */"
+    yield from _rows(
+        "CLEAR_CONDITION_ROWS",
+        (f"FAULT_{fault.name}, {condition.__name__}" for fault, condition in CLEAR_CONDITIONS.items()),
+    )
 
 
 def render() -> str:
-    """The header."""
+    """Return the text of the header."""
     lines = [
-        "/* The numbers and tables that the boards in C and in Python share.",
-        " * Made from sim/board and instrument/rig by `make docs`: do not edit. */",
+        "/* Numbers and tables that the firmware and the Python board share.",
+        " * Generated from sim/board and protocol by `make docs`: do not edit. */",
         "#ifndef NUMBERS_H",
         "#define NUMBERS_H",
         "",
@@ -133,7 +169,7 @@ def render() -> str:
         *_numbers(),
         *(f"#define SYNC_{n} 0x{byte:02X}u" for n, byte in enumerate(frames.SYNC)),
         *_enums(),
-        "\n/* instrument.rig.frames: payloads. */",
+        "\n/* pneuforce.protocol.frames: payloads. */",
         *(line for message in KINDS.values() for line in _message(message)),
         *_tables(),
         "\n#endif",

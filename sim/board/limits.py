@@ -1,169 +1,188 @@
-"""The limits: what is allowed in which state. What is not allowed trips the board."""
+"""Limits of the board: a condition that must hold in certain states. A violated condition trips the board."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Set
 from typing import NamedTuple
 
-from instrument.rig.frames import BoardState, Fault
-from instrument.rig.limits import FILL_KPA_PER_S, HARD_LIMIT_KPA, OCCLUDED_SHARE, PRESSURISED, SUPPLY_MV
-from sim.board.situation import Situation
-from sim.board.states import EMPTYING, EVERY, FILL, FILLING, SAFE
-from sim.board.supply import SUPPLY_SAMPLES
-from sim.board.watches import vented_kpa
+from pneuforce.protocol.frames import BoardState, Fault
+from pneuforce.protocol.limits import (
+    FILL_KPA_PER_S,
+    HARD_LIMIT_KPA,
+    OCCLUDED_TIME_RATIO,
+    PRESSURISED,
+    SUPPLY_MV,
+)
+from pneuforce.sim.board.board_status import BoardStatus
+from pneuforce.sim.board.monitors import vented_kpa
+from pneuforce.sim.board.states import ALL_STATES, EMPTYING, FILL, FILLING, SAFE
+from pneuforce.sim.board.supply import SUPPLY_SAMPLES
 
 OVERSHOOT_KPA = 0.5
 FILLING_LIMIT_KPA = 12.5
-STUCK_S = 0.2
+FROZEN_S = 0.2
 LIMIT_POINT_KPA = 0.1
-#: A release ends at the setpoint; a burst goes on.
+#: After a release the pressure stops at the setpoint. After a burst it falls below the setpoint by more than
+#: this.
 BURST_BELOW_KPA = 0.5
 VENT_SHUT_S = 3.0
 INLET_LEAK_KPA = 0.3
-TIMEOUT_S = 15.0
-MOST_ACTIONS = 20
-MOST_TOP_UPS = 3
+SETPOINT_TIMEOUT_S = 15.0
+MAX_VALVE_ACTIONS = 20
+MAX_TOP_UPS = 3
 
-Allowed = Callable[[Situation], bool]
+Condition = Callable[[BoardStatus], bool]
 
 
 class Limit(NamedTuple):
-    """What must hold in `states`; broken on `samples` in a row, `fault` is latched."""
+    """Condition that must hold in `states`. `samples` violations in a row latch `fault`."""
 
     fault: Fault
     states: Set[BoardState]
     samples: int
-    allowed: Allowed
+    condition: Condition
 
 
-def alive(s: Situation) -> bool:
-    """The sensor is neither open nor short."""
-    return s.reading.alive
+def sensor_ok(status: BoardStatus) -> bool:
+    """Return True if the sensor is neither open nor short."""
+    return status.reading.sensor_ok
 
 
-def supplied(s: Situation) -> bool:
-    """The mean supply of sensor and valves is in its span."""
-    return SUPPLY_MV[0] <= s.supply.mean_mv <= SUPPLY_MV[1]
+def supply_ok(status: BoardStatus) -> bool:
+    """Return True if the mean supply voltage of sensor and valves is within 4.75–5.25 V."""
+    return SUPPLY_MV[0] <= status.supply.mean_mv <= SUPPLY_MV[1]
 
 
-def below_hard_limit(s: Situation) -> bool:
-    """No host can raise this one."""
-    return s.reading.pressure_kpa <= HARD_LIMIT_KPA
+def below_hard_limit(status: BoardStatus) -> bool:
+    """Return True if the pressure is within the hard limit, which no host can raise."""
+    return status.reading.pressure_kpa <= HARD_LIMIT_KPA
 
 
-def below_filling_limit(s: Situation) -> bool:
-    """On the way down to a lower setpoint the limit comes down with the pressure."""
-    highest_kpa = max(s.setpoint_kpa, s.filling.lowest_kpa) + OVERSHOOT_KPA
-    return s.reading.pressure_kpa <= min(highest_kpa, FILLING_LIMIT_KPA)
+def below_filling_limit(status: BoardStatus) -> bool:
+    """Return True if the pressure is at most 0.5 kPa above the setpoint and at most 12.5 kPa.
+
+    On the way down to a lower setpoint, the limit falls with the pressure.
+    """
+    highest_kpa = max(status.setpoint_kpa, status.filling.lowest_kpa) + OVERSHOOT_KPA
+    return status.reading.pressure_kpa <= min(highest_kpa, FILLING_LIMIT_KPA)
 
 
-def below_contact_limit(s: Situation) -> bool:
-    """The locked balloon is pressed no harder than the host allows."""
-    return s.reading.pressure_kpa <= s.contact_limit_kpa
+def below_contact_limit(status: BoardStatus) -> bool:
+    """Return True if the held balloon is pressed no harder than the host allows."""
+    return status.reading.pressure_kpa <= status.contact_limit_kpa
 
 
-def intact(s: Situation) -> bool:
-    """The locked pressure did not fall by half in 100 ms, or only back from a contact."""
-    now = s.reading.pressure_kpa
-    return now >= 0.5 * s.reading.before_kpa or now >= s.setpoint_kpa - BURST_BELOW_KPA
+def balloon_intact(status: BoardStatus) -> bool:
+    """Return True unless the pressure fell by half in 100 ms. A fall back to the setpoint is a release."""
+    now_kpa = status.reading.pressure_kpa
+    return now_kpa >= 0.5 * status.reading.past_kpa or now_kpa >= status.setpoint_kpa - BURST_BELOW_KPA
 
 
-def moving(s: Situation) -> bool:
-    """The ADC sum moves while a valve is open and the pressure must."""
-    emptying = s.valves == SAFE and s.reading.pressure_kpa > vented_kpa(s.reading)
-    must_move = emptying or s.valves == FILL
-    return not must_move or s.reading.unmoved_s < STUCK_S
+def sensor_moves(status: BoardStatus) -> bool:
+    """Return True unless the ADC sum stands still while an open valve must change the pressure."""
+    emptying = status.valves == SAFE and status.reading.pressure_kpa > vented_kpa(status.reading)
+    must_move = emptying or status.valves == FILL
+    return not must_move or status.reading.unchanged_s < FROZEN_S
 
 
-def inlet_shut(s: Situation) -> bool:
-    """A vented rig stays vented."""
-    return s.reading.pressure_kpa <= vented_kpa(s.reading) + INLET_LEAK_KPA
+def stays_vented(status: BoardStatus) -> bool:
+    """Return True if the pressure of the vented rig stays low."""
+    return status.reading.pressure_kpa <= vented_kpa(status.reading) + INLET_LEAK_KPA
 
 
-def in_time(s: Situation) -> bool:
-    """The setpoint is reached in time and without endless clicking."""
-    return s.filling.elapsed_s <= TIMEOUT_S and s.filling.actions <= MOST_ACTIONS
+def setpoint_in_time(status: BoardStatus) -> bool:
+    """Return True if the time and the valve actions since the new setpoint are within their limits."""
+    return (
+        status.filling.elapsed_s <= SETPOINT_TIMEOUT_S and status.filling.valve_actions <= MAX_VALVE_ACTIONS
+    )
 
 
-def fills_slowly(s: Situation) -> bool:
-    """The pressure rises as fast as where tubes and balloon are filled, not the tubes alone."""
-    return s.inlet.rise_kpa_per_s <= FILL_KPA_PER_S / OCCLUDED_SHARE
+def fill_rate_plausible(status: BoardStatus) -> bool:
+    """Return True if the pressure rises no faster than the filling of tubes and balloon allows.
+
+    If the tube is occluded, the gas fills the tubes alone, and the pressure rises faster.
+    """
+    return status.inlet.rise_kpa_per_s <= FILL_KPA_PER_S / OCCLUDED_TIME_RATIO
 
 
-def empties_slowly(s: Situation) -> bool:
-    """The pressure falls as fast as where tubes and balloon are emptied, not the tubes alone."""
-    return s.emptying.halved_share >= OCCLUDED_SHARE
+def vent_rate_plausible(status: BoardStatus) -> bool:
+    """Return True if the pressure falls no faster than the emptying of tubes and balloon allows.
+
+    If the tube is occluded, the vent empties the tubes alone, and the pressure falls faster.
+    """
+    return status.emptying.halving_time_ratio >= OCCLUDED_TIME_RATIO
 
 
-def keeps_rising(s: Situation) -> bool:
-    """With the inlet open the pressure does not fall: past the limit point it would."""
-    return s.inlet.fallen_kpa <= LIMIT_POINT_KPA
+def not_past_limit_point(status: BoardStatus) -> bool:
+    """Return True unless the pressure falls with the inlet open, as it does past the limit point."""
+    return status.inlet.fallen_kpa <= LIMIT_POINT_KPA
 
 
-def rises(s: Situation) -> bool:
-    """The open inlet brings gas."""
-    return not s.inlet.stalled
+def pressure_rises(status: BoardStatus) -> bool:
+    """Return True unless the pressure does not rise although the inlet is open."""
+    return not status.inlet.stalled
 
 
-def empties(s: Situation) -> bool:
-    """With the vent open the pressure falls until the rig is empty."""
-    return s.vent.unmoved_s <= VENT_SHUT_S
+def pressure_falls(status: BoardStatus) -> bool:
+    """Return True unless the pressure does not fall although the vent is open and the rig is not empty."""
+    return status.vent.no_fall_s <= VENT_SHUT_S
 
 
-def keeps_gas(s: Situation) -> bool:
-    """What leaks out of the band is topped up a few times only."""
-    return not s.top_ups.due or s.top_ups.recent < MOST_TOP_UPS
+def few_top_ups(status: BoardStatus) -> bool:
+    """Return True unless a top-up is due after the largest allowed number of top-ups in ten minutes."""
+    return not status.top_ups.due or status.top_ups.recent_count < MAX_TOP_UPS
 
 
-def host_speaks(s: Situation) -> bool:
-    """The host was heard within the time that it asked for itself."""
-    return s.silent_s <= s.vent_after_s
+def host_in_time(status: BoardStatus) -> bool:
+    """Return True if the last command is not older than the timeout that the host requested."""
+    return status.since_command_s <= status.host_timeout_s
 
 
-def overpressure_gone(s: Situation) -> bool:
-    """The pressure is one that an inflation may have."""
-    return s.reading.pressure_kpa <= FILLING_LIMIT_KPA
+def overpressure_gone(status: BoardStatus) -> bool:
+    """Return True if the pressure is within the limit of an inflation."""
+    return status.reading.pressure_kpa <= FILLING_LIMIT_KPA
 
 
-def empty(s: Situation) -> bool:
-    """The rig is vented, and verified so."""
-    return s.vent.verified
+def vent_verified(status: BoardStatus) -> bool:
+    """Return True if the rig is empty, and the pressure has confirmed it."""
+    return status.vent.verified
 
 
-def heard(s: Situation) -> bool:
-    """The host has spoken lately."""
-    return s.heard
+def host_reconnected(status: BoardStatus) -> bool:
+    """Return True if the host is active again."""
+    return status.host_active
 
 
 HOLDING, VENTED = frozenset({BoardState.HOLDING}), frozenset({BoardState.VENTED})
 VENTING = frozenset({BoardState.VENTING})
 
 LIMITS: tuple[Limit, ...] = (
-    Limit(Fault.SENSOR, EVERY, 5, alive),
-    Limit(Fault.SUPPLY_VOLTAGE, EVERY, SUPPLY_SAMPLES, supplied),
-    Limit(Fault.OVERPRESSURE, EVERY, 1, below_hard_limit),
+    Limit(Fault.SENSOR, ALL_STATES, 5, sensor_ok),
+    Limit(Fault.SUPPLY_VOLTAGE, ALL_STATES, SUPPLY_SAMPLES, supply_ok),
+    Limit(Fault.OVERPRESSURE, ALL_STATES, 1, below_hard_limit),
     Limit(Fault.OVERPRESSURE, FILLING, 3, below_filling_limit),
     Limit(Fault.OVERPRESSURE, HOLDING, 3, below_contact_limit),
-    Limit(Fault.BURST, HOLDING, 3, intact),
-    Limit(Fault.LIMIT_POINT, FILLING, 1, keeps_rising),
-    Limit(Fault.STUCK, EVERY, 1, moving),
-    Limit(Fault.NO_RISE, FILLING, 1, rises),
-    Limit(Fault.INLET_OPEN, VENTED, 50, inlet_shut),
-    Limit(Fault.VENT_SHUT, EMPTYING, 1, empties),
-    Limit(Fault.OCCLUSION, FILLING, 10, fills_slowly),
-    Limit(Fault.OCCLUSION, VENTING, 1, empties_slowly),
-    Limit(Fault.LEAK, HOLDING, 1, keeps_gas),
-    Limit(Fault.TIMEOUT, FILLING, 1, in_time),
-    Limit(Fault.HOST_SILENT, PRESSURISED, 1, host_speaks),
+    Limit(Fault.BURST, HOLDING, 3, balloon_intact),
+    Limit(Fault.LIMIT_POINT, FILLING, 1, not_past_limit_point),
+    Limit(Fault.SENSOR_FROZEN, ALL_STATES, 1, sensor_moves),
+    Limit(Fault.NO_RISE, FILLING, 1, pressure_rises),
+    Limit(Fault.INLET_OPEN, VENTED, 50, stays_vented),
+    Limit(Fault.VENT_SHUT, EMPTYING, 1, pressure_falls),
+    Limit(Fault.OCCLUSION, FILLING, 10, fill_rate_plausible),
+    Limit(Fault.OCCLUSION, VENTING, 1, vent_rate_plausible),
+    Limit(Fault.LEAK, HOLDING, 1, few_top_ups),
+    Limit(Fault.SETPOINT_TIMEOUT, FILLING, 1, setpoint_in_time),
+    Limit(Fault.HOST_SILENT, PRESSURISED, 1, host_in_time),
 )
 
-#: When a latched fault may be cleared. What is not named here cannot be seen any more once the rig is SAFE.
-GONE: Mapping[Fault, Allowed] = {
-    Fault.SENSOR: alive,
-    Fault.SUPPLY_VOLTAGE: supplied,
+#: Condition under which a latched fault may be cleared. The cause of any other fault is not visible once the
+#: rig is SAFE, so these faults may always be cleared.
+CLEAR_CONDITIONS: Mapping[Fault, Condition] = {
+    Fault.SENSOR: sensor_ok,
+    Fault.SUPPLY_VOLTAGE: supply_ok,
     Fault.OVERPRESSURE: overpressure_gone,
-    Fault.STUCK: moving,
-    Fault.INLET_OPEN: empty,
-    Fault.VENT_SHUT: empty,
-    Fault.HOST_SILENT: heard,
+    Fault.SENSOR_FROZEN: sensor_moves,
+    Fault.INLET_OPEN: vent_verified,
+    Fault.VENT_SHUT: vent_verified,
+    Fault.HOST_SILENT: host_reconnected,
 }

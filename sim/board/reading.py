@@ -1,62 +1,66 @@
-"""From ADC sums to a pressure, its smooth course and its rate."""
+"""Conversion of ADC sums to a pressure, a filtered pressure and a rate of change."""
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
 
-from instrument.rig.frames import SAMPLES_PER_S
-from instrument.rig.limits import ZERO_SPAN_KPA, alive, nominal_pressure_kpa
+from pneuforce.protocol.frames import SAMPLES_PER_S
+from pneuforce.protocol.limits import ZERO_SPAN_KPA, adc_sum_is_valid, nominal_pressure_kpa
 
-#: Gains of the tracking filter: noise is damped threefold, a ramp is followed without lag.
+#: Gains of the tracking filter (alpha-beta filter). The filter reduces noise threefold and follows a ramp
+#: without lag.
 POSITION_GAIN = 0.2
 RATE_GAIN = 0.022
-PAST_S = 0.1
+HISTORY_S = 0.1
 
 
 @dataclass(slots=True)
-class Reading:
-    """What the board knows of the pressure. Where the sensor is not alive it keeps its last value."""
+class PressureReading:
+    """Pressure as the board measures it. While the sensor is invalid, the last valid values remain."""
 
-    alive: bool = False
-    pressure_kpa: float = 0.0  #: as sampled, less the zero
-    smooth_kpa: float = 0.0
+    sensor_ok: bool = False  #: the sensor is neither open nor short
+    pressure_kpa: float = 0.0  #: last sample minus the zero
+    filtered_kpa: float = 0.0
     rate_kpa_per_s: float = 0.0
-    unmoved_s: float = 0.0  #: for how long the ADC sum has been the same
+    unchanged_s: float = 0.0  #: time for which the ADC sum has been the same
     zero_kpa: float = 0.0
-    zeroed: bool = False
+    zeroed: bool = False  #: `zero_kpa` is a valid zero from the host
     _adc_sum: int = -1
-    _past: deque[float] = field(default_factory=lambda: deque(maxlen=round(PAST_S * SAMPLES_PER_S)))
+    _history_kpa: deque[float] = field(default_factory=lambda: deque(maxlen=round(HISTORY_S * SAMPLES_PER_S)))
 
     @property
-    def before_kpa(self) -> float:
-        """Pressure 100 ms ago [kPa]."""
-        return self._past[0] if self._past else self.pressure_kpa
+    def past_kpa(self) -> float:
+        """Return the pressure 100 ms ago [kPa]."""
+        return self._history_kpa[0] if self._history_kpa else self.pressure_kpa
 
     def step(self, adc_sum: int, dt_s: float) -> None:
-        """One sample later."""
-        self.unmoved_s = self.unmoved_s + dt_s if adc_sum == self._adc_sum else 0.0
+        """Add one sample."""
+        self.unchanged_s = self.unchanged_s + dt_s if adc_sum == self._adc_sum else 0.0
         self._adc_sum = adc_sum
-        self.alive = alive(adc_sum)
-        if self.alive:
-            self._follow(nominal_pressure_kpa(adc_sum) - self.zero_kpa, dt_s)
+        self.sensor_ok = adc_sum_is_valid(adc_sum)
+        if self.sensor_ok:
+            self._update_filter(nominal_pressure_kpa(adc_sum) - self.zero_kpa, dt_s)
 
-    def _follow(self, pressure_kpa: float, dt_s: float) -> None:
-        if not self._past:
-            self.smooth_kpa = pressure_kpa
+    def _update_filter(self, pressure_kpa: float, dt_s: float) -> None:
+        if not self._history_kpa:
+            self.filtered_kpa = pressure_kpa
         self.pressure_kpa = pressure_kpa
-        self._past.append(pressure_kpa)
-        expected_kpa = self.smooth_kpa + self.rate_kpa_per_s * dt_s
-        surprise_kpa = pressure_kpa - expected_kpa
-        self.smooth_kpa = expected_kpa + POSITION_GAIN * surprise_kpa
-        self.rate_kpa_per_s += RATE_GAIN * surprise_kpa / dt_s
+        self._history_kpa.append(pressure_kpa)
+        predicted_kpa = self.filtered_kpa + self.rate_kpa_per_s * dt_s
+        residual_kpa = pressure_kpa - predicted_kpa
+        self.filtered_kpa = predicted_kpa + POSITION_GAIN * residual_kpa
+        self.rate_kpa_per_s += RATE_GAIN * residual_kpa / dt_s
 
     def set_zero(self, zero_kpa: float, zeroed: bool) -> None:
-        """Take over the host's zero; one beyond the data sheet's span is none."""
+        """Apply the zero of the host.
+
+        A zero beyond the span of the data sheet is invalid and counts as missing.
+        """
         zeroed = zeroed and -ZERO_SPAN_KPA <= zero_kpa <= ZERO_SPAN_KPA
         zero_kpa = zero_kpa if zeroed else 0.0
         self.pressure_kpa += self.zero_kpa - zero_kpa
-        self.smooth_kpa += self.zero_kpa - zero_kpa
+        self.filtered_kpa += self.zero_kpa - zero_kpa
         if zero_kpa != self.zero_kpa:
-            self._past.clear()
+            self._history_kpa.clear()
         self.zero_kpa, self.zeroed = zero_kpa, zeroed

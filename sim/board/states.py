@@ -1,68 +1,69 @@
-"""The pressure state machine as a table. What a state's row does not name changes nothing."""
+"""Transition table of the pressure state machine. Triggers that a state does not list change nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum, auto
 
-from instrument.rig.frames import BoardState, Valve
+from pneuforce.protocol.frames import BoardState, Valve
 
 
-class Happening(Enum):
-    """What moves the board from one state to another."""
+class Trigger(Enum):
+    """Trigger of a state transition."""
 
-    VENT_ASKED = auto()
-    HOLD_ASKED = auto()  #: by a host that has asked for VENT since boot, trip or greeting
-    EMPTY = auto()  #: vented, and verified so
-    NEAR = auto()  #: the inlet was closed early, the rest of the way is lag
-    FAR = auto()  #: too far below the setpoint for short pulses
+    VENT_REQUESTED = auto()
+    HOLD_REQUESTED = auto()  #: by a host that has requested VENT since boot, trip or Identify
+    VENT_VERIFIED = auto()  #: the rig is empty, and the pressure has confirmed it
+    NEAR_SETPOINT = auto()  #: the inlet was closed early, because lag brings the rest of the pressure
+    FAR_BELOW_SETPOINT = auto()  #: too far below the setpoint for short pulses
     SETTLED = auto()
-    RETARGETED = auto()  #: another setpoint, or a top-up
-    GREETED = auto()  #: another host may have come
+    RETARGETED = auto()  #: the setpoint has changed, or a top-up is due
+    IDENTIFIED = auto()  #: a host has sent Identify and may be a new host
     TRIPPED = auto()
-    CLEARED = auto()  #: no latched fault is left
+    CLEARED = auto()  #: the last latched fault was cleared
 
 
 class ResetCause(Enum):
-    """Why the board has booted."""
+    """Reason for a boot of the board."""
 
     POWER_ON = auto()
-    EXTERNAL = auto()  #: the button, or a host that opens the port
+    EXTERNAL = auto()  #: the reset button, or a host that opens the port
     BROWN_OUT = auto()
     WATCHDOG = auto()
 
 
-B, H = BoardState, Happening
+B, T = BoardState, Trigger
 
-TRANSITIONS: Mapping[BoardState, Mapping[Happening, BoardState]] = {
-    B.BOOT: {H.EMPTY: B.VENTED, H.TRIPPED: B.TRIPPED},
-    B.VENTED: {H.HOLD_ASKED: B.INFLATING, H.TRIPPED: B.TRIPPED},
+TRANSITIONS: Mapping[BoardState, Mapping[Trigger, BoardState]] = {
+    B.BOOT: {T.VENT_VERIFIED: B.VENTED, T.TRIPPED: B.TRIPPED},
+    B.VENTED: {T.HOLD_REQUESTED: B.INFLATING, T.TRIPPED: B.TRIPPED},
     B.INFLATING: {
-        H.NEAR: B.SETTLING,
-        H.VENT_ASKED: B.VENTING,
-        H.GREETED: B.VENTING,
-        H.TRIPPED: B.TRIPPED,
+        T.NEAR_SETPOINT: B.SETTLING,
+        T.VENT_REQUESTED: B.VENTING,
+        T.IDENTIFIED: B.VENTING,
+        T.TRIPPED: B.TRIPPED,
     },
     B.SETTLING: {
-        H.FAR: B.INFLATING,
-        H.SETTLED: B.HOLDING,
-        H.VENT_ASKED: B.VENTING,
-        H.GREETED: B.VENTING,
-        H.TRIPPED: B.TRIPPED,
+        T.FAR_BELOW_SETPOINT: B.INFLATING,
+        T.SETTLED: B.HOLDING,
+        T.VENT_REQUESTED: B.VENTING,
+        T.IDENTIFIED: B.VENTING,
+        T.TRIPPED: B.TRIPPED,
     },
-    B.HOLDING: {H.RETARGETED: B.SETTLING, H.VENT_ASKED: B.VENTING, H.TRIPPED: B.TRIPPED},
-    B.VENTING: {H.EMPTY: B.VENTED, H.TRIPPED: B.TRIPPED},
-    B.TRIPPED: {H.CLEARED: B.VENTING},
+    B.HOLDING: {T.RETARGETED: B.SETTLING, T.VENT_REQUESTED: B.VENTING, T.TRIPPED: B.TRIPPED},
+    B.VENTING: {T.VENT_VERIFIED: B.VENTED, T.TRIPPED: B.TRIPPED},
+    B.TRIPPED: {T.CLEARED: B.VENTING},
 }
 
-#: `Valve` masks as plain integers: those of the enum take a microsecond for each `&`.
+#: `Valve` masks as plain integers, because `&` of an IntFlag takes a microsecond.
 SAFE = int(Valve.NONE)
 LOCKED = int(Valve.VENT_CLOSED)
 FILL = int(Valve.VENT_CLOSED | Valve.INLET_OPEN)
 
-#: States with a setpoint in effect. In every other one the valves are SAFE.
+#: States in which the valves move the pressure towards a setpoint. HOLDING keeps the valves LOCKED; in all
+#: other states the valves are SAFE.
 FILLING = frozenset({B.INFLATING, B.SETTLING})
-EVERY = frozenset(BoardState)
+ALL_STATES = frozenset(BoardState)
 EMPTYING = frozenset({B.BOOT, B.VENTING, B.TRIPPED})
-#: Resets that nobody asked for: `Fault.WATCHDOG` is latched.
-UNASKED = frozenset({ResetCause.BROWN_OUT, ResetCause.WATCHDOG})
+#: Resets that neither the operator nor the host caused. They latch `Fault.WATCHDOG`.
+UNEXPECTED_RESETS = frozenset({ResetCause.BROWN_OUT, ResetCause.WATCHDOG})

@@ -1,1 +1,1 @@
-"""What touches the balloon: courses of force or travel, tissue between, and the kinds in a scenario."""
+"""Simulated contacts: trajectories of force or travel, tissue, and the kinds of contact of a scenario."""

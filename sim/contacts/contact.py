@@ -1,4 +1,4 @@
-"""Contacts, and the phases that they are played in."""
+"""Contacts, and the phases in which contacts are played."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from sim.contacts.course import Course
-from sim.contacts.push import ForcePush, Push, TravelPush
-from sim.contacts.tissue import Tissue
+from pneuforce.sim.contacts.push import ForcePush, Push, TravelPush
+from pneuforce.sim.contacts.tissue import Tissue
+from pneuforce.sim.contacts.trajectory import Trajectory
 
 
 class Contact(NamedTuple):
-    """One contact: its course, and what it drives."""
+    """One contact of the simulated hand with the balloon."""
 
-    course: Course  #: of the travel [mm] where there is `tissue`, else of the force [N]
-    angle_deg: float = 0.0  #: between the force and the balloon's axis
+    trajectory: Trajectory  #: travel [mm] if there is `tissue`, otherwise force [N]
+    angle_deg: float = 0.0  #: between the force and the axis of the balloon
     tissue: Tissue | None = None
-    pause_s: float = 0.0  #: without contact, after it
+    pause_s: float = 0.0  #: time without contact after the trajectory
 
     @property
-    def lasts_s(self) -> float:
-        """How long it lasts [s], the pause after it included."""
-        return self.course.lasts_s + self.pause_s
+    def duration_s(self) -> float:
+        """Return the duration [s], including the pause after the contact."""
+        return self.trajectory.duration_s + self.pause_s
 
     def pusher(self) -> Callable[[float], Push]:
-        """What makes the push of a force [N] or a travel [mm]."""
+        """Return a function from the value of the trajectory, a force [N] or a travel [mm], to a push."""
         if self.tissue is None:
             cosine = math.cos(math.radians(self.angle_deg))
             return lambda applied_n: ForcePush(applied_n, cosine)

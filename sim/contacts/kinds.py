@@ -1,4 +1,4 @@
-"""The kinds of contact as tables of a scenario file: keys, defaults and spans; each makes contacts."""
+"""Kinds of contact as tables of a scenario file: keys, defaults, ranges, and the contacts of each table."""
 
 from __future__ import annotations
 
@@ -16,73 +16,73 @@ from pydantic import (
     model_validator,
 )
 
-from sim.contacts.contact import Contact
-from sim.contacts.course import (
-    STEEPEST_PER_S,
-    Course,
-    Piece,
-    Recorded,
-    Straight,
-    Wave,
-    stay,
-    stroke,
+from pneuforce.sim.contacts.contact import Contact
+from pneuforce.sim.contacts.recorded_force import read_recorded_force
+from pneuforce.sim.contacts.scenario_table import NumberList, ScenarioTable
+from pneuforce.sim.contacts.tissue import Rigid
+from pneuforce.sim.contacts.tissue_tables import HertzTable, SpringTable
+from pneuforce.sim.contacts.trajectory import (
+    MAX_RATE_PER_S,
+    LinearChange,
+    Oscillation,
+    Polyline,
+    Segment,
+    Trajectory,
+    constant,
+    smooth_change,
 )
-from sim.contacts.laws import Hertz, Linear
-from sim.contacts.recorded import recorded
-from sim.contacts.table import Spread, Table
-from sim.contacts.tissue import Rigid
-from sim.plant import HARDEST_N
+from pneuforce.sim.plants.plant import MAX_PUSH_N
 
-Force = Annotated[float, Field(ge=0, le=HARDEST_N)]
+Force = Annotated[float, Field(ge=0, le=MAX_PUSH_N)]
 Travel = Annotated[float, Field(ge=0, le=50)]
-Forces = Annotated[tuple[Force, ...], Spread, Field(min_length=1)]
-Travels = Annotated[tuple[Travel, ...], Spread, Field(min_length=1)]
+Forces = Annotated[tuple[Force, ...], NumberList, Field(min_length=1)]
+Travels = Annotated[tuple[Travel, ...], NumberList, Field(min_length=1)]
 Time = Annotated[float, Field(ge=0, le=3600)]
-Rise = Annotated[float, Field(ge=0.01, le=3600)]
+RiseTime = Annotated[float, Field(ge=0.01, le=3600)]
 Frequency = Annotated[float, Field(ge=0.01, le=50)]
-Ease = Annotated[float, Field(ge=0, le=0.95)]
+EasedFraction = Annotated[float, Field(ge=0, le=0.95)]
 
 
-class _Kind(Table, ABC):
-    pause_s: Time = 1.0  # without contact, after it
+class _ContactTable(ScenarioTable, ABC):
+    pause_s: Time = 1.0  # without contact, after each contact
     angle_deg: float = Field(0.0, ge=0, le=80)
 
     @abstractmethod
-    def courses(self) -> Iterator[tuple[Piece, ...]]:
-        """The pieces of each contact, in order."""
+    def trajectories(self) -> Iterator[tuple[Segment, ...]]:
+        """Yield the segments of each contact, in order."""
 
     def contacts(self) -> Iterator[Contact]:
-        """The contacts of this table, in order."""
-        for pieces in self.courses():
-            yield Contact(Course.of(*pieces), self.angle_deg, pause_s=self.pause_s)
+        """Yield the contacts of this table, in order."""
+        for segments in self.trajectories():
+            yield Contact(Trajectory.of(*segments), self.angle_deg, pause_s=self.pause_s)
 
 
-class _Stay(_Kind):
-    """Driven by force, or by a travel against tissue; a travel without tissue meets a rigid wall."""
+class _PlateauTable(_ContactTable):
+    """Plateau of force, or of travel against tissue. Without tissue, a travel presses a rigid wall."""
 
     force_n: Forces | None = None
     travel_mm: Travels | None = None
-    tissue: Annotated[Hertz | Linear, Field(discriminator="law")] | None = None
-    rise_s: Rise | None = None
+    tissue: Annotated[HertzTable | SpringTable, Field(discriminator="law")] | None = None
+    rise_s: RiseTime | None = None
     hold_s: Time
 
     @model_validator(mode="after")
-    def _one_drive(self) -> _Stay:
+    def _force_or_travel(self) -> _PlateauTable:
         if (self.force_n is None) == (self.travel_mm is None):
-            raise ValueError("either force_n or travel_mm is expected")
+            raise ValueError("either force_n or travel_mm is required, not both")
         if self.travel_mm is None and self.tissue is not None:
-            raise ValueError("tissue goes with travel_mm; a force is the same on any tissue")
+            raise ValueError("tissue requires travel_mm: a given force does not depend on the tissue")
         if self.travel_mm is not None and self.angle_deg:
-            raise ValueError("angle_deg goes with force_n; a travel is along the axis")
+            raise ValueError("angle_deg requires force_n: a travel is always along the axis")
         return self
 
-    def courses(self) -> Iterator[tuple[Piece, ...]]:
+    def trajectories(self) -> Iterator[tuple[Segment, ...]]:
         for peak in self.force_n or self.travel_mm or ():
-            rise, fall = stroke(0.0, peak, self.rise_s), stroke(peak, 0.0, self.rise_s)
-            yield rise, stay(peak, self.hold_s), fall
+            rise, fall = smooth_change(0.0, peak, self.rise_s), smooth_change(peak, 0.0, self.rise_s)
+            yield rise, constant(peak, self.hold_s), fall
 
     def contacts(self) -> Iterator[Contact]:
-        """The contacts of this table, in order."""
+        """Yield the contacts of this table, in order."""
         if self.travel_mm is None:
             yield from super().contacts()
             return
@@ -91,73 +91,80 @@ class _Stay(_Kind):
             yield contact._replace(tissue=tissue)
 
 
-class Press(_Stay):
-    """Rises, stays for a while, is released as fast as it rose."""
+class PressTable(_PlateauTable):
+    """Press: rise, plateau, and a fall as fast as the rise."""
 
     kind: Literal["press"]
     hold_s: Time = 1.5
 
 
-class Hold(_Stay):
-    """A press that stays long."""
+class HoldTable(_PlateauTable):
+    """Press with a long plateau."""
 
     kind: Literal["hold"]
     hold_s: Time = 10.0
 
 
-class Tap(_Stay):
-    """A press that hardly stays."""
+class TapTable(_PlateauTable):
+    """Press with a very short plateau."""
 
     kind: Literal["tap"]
     hold_s: Time = 0.05
 
 
-class Fast(_Kind):
-    """Presses that overlap: each begins when the one before has eased to `eased` of its force."""
+class FastTable(_ContactTable):
+    """Overlapping presses: each starts when the force before has fallen to the fraction `eased`."""
 
     kind: Literal["fast"]
     force_n: Forces
-    eased: Ease = 0.1
-    rise_s: Rise | None = None
+    eased: EasedFraction = 0.1
+    rise_s: RiseTime | None = None
     hold_s: Time = 0.1
 
-    def courses(self) -> Iterator[tuple[Piece, ...]]:
-        """One contact without a pause within."""
-        pieces: list[Piece] = []
+    def trajectories(self) -> Iterator[tuple[Segment, ...]]:
+        """Yield one contact, with no pause between its presses."""
+        segments: list[Segment] = []
         low_n = 0.0
         for force_n in self.force_n:
-            pieces += stroke(low_n, force_n, self.rise_s), stay(force_n, self.hold_s)
+            segments += smooth_change(low_n, force_n, self.rise_s), constant(force_n, self.hold_s)
             low_n = self.eased * force_n
-            pieces.append(stroke(force_n, low_n, self.rise_s))
-        yield *pieces, stroke(low_n, 0.0)
+            segments.append(smooth_change(force_n, low_n, self.rise_s))
+        yield *segments, smooth_change(low_n, 0.0)
 
 
-class _Swaying(_Kind):
-    """A force that sways around its mean; it never pulls."""
+class _OscillationTable(_ContactTable):
+    """Force that oscillates around its mean and never pulls."""
 
     force_n: Forces
     amplitude_n: Force
-    rise_s: Rise | None = None
+    rise_s: RiseTime | None = None
     lasts_s: Annotated[float, Field(ge=0.1, le=3600)] = 10.0
 
     @model_validator(mode="after")
-    def _pushes(self) -> _Swaying:
+    def _never_pulls(self) -> _OscillationTable:
         if self.amplitude_n > min(self.force_n):
-            raise ValueError(f"amplitude_n = {self.amplitude_n:g} would pull: at most force_n is possible")
+            raise ValueError(
+                f"amplitude_n = {self.amplitude_n:g} exceeds force_n, and the balloon cannot be pulled: "
+                "use an amplitude of at most force_n"
+            )
         return self
 
     @abstractmethod
     def _band_hz(self) -> tuple[float, float]:
-        """Frequencies at its begin and its end."""
+        """Return the frequencies at the start and at the end."""
 
-    def courses(self) -> Iterator[tuple[Piece, ...]]:
+    def trajectories(self) -> Iterator[tuple[Segment, ...]]:
         for mean_n in self.force_n:
-            wave = Wave(mean_n, self.amplitude_n, *self._band_hz(), self.lasts_s)
-            yield stroke(0.0, mean_n, self.rise_s), wave, stroke(mean_n, 0.0, self.rise_s)
+            oscillation = Oscillation(mean_n, self.amplitude_n, *self._band_hz(), self.lasts_s)
+            yield (
+                smooth_change(0.0, mean_n, self.rise_s),
+                oscillation,
+                smooth_change(mean_n, 0.0, self.rise_s),
+            )
 
 
-class Tremor(_Swaying):
-    """A hold by a hand that trembles."""
+class TremorTable(_OscillationTable):
+    """Contact held by a trembling hand."""
 
     kind: Literal["tremor"]
     amplitude_n: Force = 0.1
@@ -167,8 +174,8 @@ class Tremor(_Swaying):
         return self.frequency_hz, self.frequency_hz
 
 
-class Sine(_Swaying):
-    """A force that sways at one frequency."""
+class SineTable(_OscillationTable):
+    """Force that oscillates at one frequency."""
 
     kind: Literal["sine"]
     frequency_hz: Frequency
@@ -177,8 +184,8 @@ class Sine(_Swaying):
         return self.frequency_hz, self.frequency_hz
 
 
-class Chirp(_Swaying):
-    """A force that sways at a frequency that goes evenly from one to another."""
+class ChirpTable(_OscillationTable):
+    """Force that oscillates at a linearly changing frequency."""
 
     kind: Literal["chirp"]
     from_hz: Frequency
@@ -188,55 +195,64 @@ class Chirp(_Swaying):
         return self.from_hz, self.to_hz
 
 
-class Ramp(_Kind):
-    """Rises and falls at a constant rate."""
+class RampTable(_ContactTable):
+    """Rise and fall at a constant rate."""
 
     kind: Literal["ramp"]
     force_n: Forces
-    rate_n_per_s: float = Field(STEEPEST_PER_S, ge=0.001, le=1000)
+    rate_n_per_s: float = Field(MAX_RATE_PER_S, ge=0.001, le=1000)
     hold_s: Time = 1.5
 
-    def courses(self) -> Iterator[tuple[Piece, ...]]:
-        """One for each force."""
+    def trajectories(self) -> Iterator[tuple[Segment, ...]]:
+        """Yield one contact for each force."""
         for force_n in self.force_n:
-            lasts_s = max(force_n / self.rate_n_per_s, 1e-3)
-            rise, fall = Straight(0.0, force_n, lasts_s), Straight(force_n, 0.0, lasts_s)
-            yield rise, stay(force_n, self.hold_s), fall
+            rise_s = max(force_n / self.rate_n_per_s, 1e-3)
+            rise, fall = LinearChange(0.0, force_n, rise_s), LinearChange(force_n, 0.0, rise_s)
+            yield rise, constant(force_n, self.hold_s), fall
 
 
-def _read(name: object, info: ValidationInfo) -> Recorded:
+def _read(name: object, info: ValidationInfo) -> Polyline:
     folder: Path | None = (info.context or {}).get("folder")
     if not isinstance(name, str):
         raise ValueError("the name of a CSV file is expected")
     if folder is None:
-        raise ValueError("a recorded course belongs into a scenario file")
-    return recorded(folder / name)
+        raise ValueError("a recorded force is possible in a scenario file only")
+    return read_recorded_force(folder / name)
 
 
-class Profile(_Kind):
-    """A force that was recorded: a CSV with t_s and force_n, beside the scenario file."""
+class ProfileTable(_ContactTable):
+    """Recorded force: a CSV file with t_s and force_n in the folder of the scenario file."""
 
     kind: Literal["profile"]
-    file: Annotated[InstanceOf[Recorded], BeforeValidator(_read), WithJsonSchema({"type": "string"})]
+    file: Annotated[InstanceOf[Polyline], BeforeValidator(_read), WithJsonSchema({"type": "string"})]
 
-    def courses(self) -> Iterator[tuple[Piece, ...]]:
-        """From nothing to the first force, and from the last to nothing."""
+    def trajectories(self) -> Iterator[tuple[Segment, ...]]:
+        """Yield one contact: from 0 N to the first force, all forces, from the last force to 0 N."""
         first_n, last_n = self.file.values[0], self.file.values[-1]
-        yield stroke(0.0, first_n), self.file, stroke(last_n, 0.0)
+        yield smooth_change(0.0, first_n), self.file, smooth_change(last_n, 0.0)
 
 
-Kind = Annotated[
-    Press | Hold | Tap | Fast | Tremor | Sine | Chirp | Ramp | Profile, Field(discriminator="kind")
+ContactTable = Annotated[
+    PressTable
+    | HoldTable
+    | TapTable
+    | FastTable
+    | TremorTable
+    | SineTable
+    | ChirpTable
+    | RampTable
+    | ProfileTable,
+    Field(discriminator="kind"),
 ]
-#: By the names that a scenario file uses.
-KINDS: dict[str, type[Any]] = {
-    "press": Press,
-    "hold": Hold,
-    "tap": Tap,
-    "fast": Fast,
-    "tremor": Tremor,
-    "sine": Sine,
-    "chirp": Chirp,
-    "ramp": Ramp,
-    "profile": Profile,
+#: Table of each kind, by the name in a scenario file.
+CONTACT_TABLES: dict[str, type[Any]] = {
+    "press": PressTable,
+    "hold": HoldTable,
+    "tap": TapTable,
+    "fast": FastTable,
+    "tremor": TremorTable,
+    "sine": SineTable,
+    "chirp": ChirpTable,
+    "ramp": RampTable,
+    "profile": ProfileTable,
 }

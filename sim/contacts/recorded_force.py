@@ -1,4 +1,4 @@
-"""Recorded courses of force: a CSV with the columns t_s and force_n."""
+"""Recorded forces: a CSV file with the columns t_s and force_n."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from sim.contacts.course import Recorded
-from sim.contacts.table import shown
-from sim.plant import HARDEST_N
+from pneuforce.sim.contacts.trajectory import Polyline
+from pneuforce.sim.plants.plant import MAX_PUSH_N
+from pneuforce.support.validation_errors import format_input
 
 HEADER = ["t_s", "force_n"]
 
 
-def recorded(path: Path) -> Recorded:
-    """The course in a file, its time counted from the first row.
+def read_recorded_force(path: Path) -> Polyline:
+    """Return the forces of a file over the time since the first row.
 
-    Raises ValueError with the file and the row where a number is missing, time does not go on, or a force
-    is outside 0 to 20 N.
+    Raises ValueError with the file and the row if a number is missing, if the time does not increase, or if a
+    force is outside 0 to 20 N.
     """
     try:
         if path.exists() and not path.is_file():
@@ -28,9 +28,9 @@ def recorded(path: Path) -> Recorded:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{path}: cannot be read: {error}") from None
     if len(points) < 2:
-        raise ValueError(f"{path}: two rows at least make a course")
-    begin_s = points[0][0]
-    return Recorded(tuple(t_s - begin_s for t_s, _ in points), tuple(force_n for _, force_n in points))
+        raise ValueError(f"{path}: at least two rows are required")
+    start_s = points[0][0]
+    return Polyline(tuple(t_s - start_s for t_s, _ in points), tuple(force_n for _, force_n in points))
 
 
 def _points(path: Path, file: Iterator[str]) -> Iterator[tuple[float, float]]:
@@ -42,7 +42,9 @@ def _points(path: Path, file: Iterator[str]) -> Iterator[tuple[float, float]]:
         if row:
             t_s, force_n = _point(f"{path}, row {number}", row)
             if not t_s > before_s:
-                raise ValueError(f"{path}, row {number}: time must rise, from {before_s:g} s to {t_s:g} s")
+                raise ValueError(
+                    f"{path}, row {number}: the time must increase, but {t_s:g} s follows {before_s:g} s"
+                )
             before_s = t_s
             yield t_s, force_n
 
@@ -51,9 +53,9 @@ def _point(place: str, row: list[str]) -> tuple[float, float]:
     try:
         t_s, force_n = (float(cell) for cell in row)
     except ValueError:
-        raise ValueError(f"{place}: two numbers are expected, not {shown(','.join(row))}") from None
+        raise ValueError(f"{place}: two numbers are expected, not {format_input(','.join(row))}") from None
     if not math.isfinite(t_s):
-        raise ValueError(f"{place}: {t_s} is not a time")
-    if not 0 <= force_n <= HARDEST_N:
-        raise ValueError(f"{place}: {force_n:g} N is outside 0 to {HARDEST_N:g} N")
+        raise ValueError(f"{place}: {t_s} is not a valid time")
+    if not 0 <= force_n <= MAX_PUSH_N:
+        raise ValueError(f"{place}: {force_n:g} N is outside 0 to {MAX_PUSH_N:g} N")
     return t_s, force_n

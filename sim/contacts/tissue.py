@@ -1,4 +1,4 @@
-"""Soft tissue between balloon and ground: how far it gives way, and the force of a travel through both."""
+"""Tissue behind the balloon: its indentation under a force, and the force at a given travel of the tool."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from sim.plant import HARDEST_N
+from pneuforce.sim.plants.plant import MAX_PUSH_N
 
-FINEST_MM = 1e-6
-FINEST_N = 1e-14  # a Hertz body is infinitely soft at first: nanonewtons are micrometres
-MOST_STEPS = 100
-#: A first guess of how much force a millimetre more costs [N/mm]; the root does not depend on it.
-USUAL_N_PER_MM = 0.5
+TOLERANCE_MM = 1e-6
+#: A Hertz body is infinitely soft at zero force, where nanonewtons cause micrometres.
+TOLERANCE_N = 1e-14
+MAX_ITERATIONS = 100
+#: First guess of the stiffness [N/mm]. The result does not depend on it.
+TYPICAL_N_PER_MM = 0.5
 
 
 class Tissue(Protocol):
-    """What gives way to the balloon."""
+    """Body that is indented by the balloon."""
 
     def indentation_mm(self, force_n: float) -> float:
-        """How deep it is pressed in [mm] by a force [N]."""
+        """Return the indentation of the tissue [mm] under a force [N]."""
         ...
 
 
 class Rigid(NamedTuple):
-    """A flat wall."""
+    """Flat rigid wall."""
 
     def indentation_mm(self, force_n: float) -> float:  # noqa: ARG002
-        """Nothing."""
+        """Return 0 mm."""
         return 0.0
 
 
@@ -37,21 +38,22 @@ class Spring(NamedTuple):
     stiffness_n_per_mm: float
 
     def indentation_mm(self, force_n: float) -> float:
-        """Depth [mm]."""
+        """Return the indentation [mm]."""
         return force_n / self.stiffness_n_per_mm
 
 
 class HalfSpace(NamedTuple):
-    """A deep, incompressible, elastic body under a hard sphere, by Hertz: F = 4/3 E/(1 − ν²) √R δ^1.5.
+    """Elastic, incompressible half-space under a rigid sphere (Hertz): F = 4/3 E/(1 − ν²) √R δ^1.5.
 
-    K. L. Johnson, *Contact Mechanics*, eq. (4.23). The balloon counts as the sphere, though it is not hard.
+    Source: K. L. Johnson, *Contact Mechanics*, eq. (4.23). The balloon is treated as a rigid sphere, although
+    it is soft.
     """
 
     modulus_kpa: float  #: Young's modulus
-    radius_mm: float  #: of the sphere
+    radius_mm: float  #: radius of the sphere
 
     def indentation_mm(self, force_n: float) -> float:
-        """Depth [mm]. kPa·mm² is mN."""
+        """Return the indentation [mm]. The factor 1e-3 converts kPa·mm² (mN) to N."""
         n_per_mm_power = 4 / 3 * self.modulus_kpa / (1 - 0.5**2) * math.sqrt(self.radius_mm) * 1e-3
         return math.pow(force_n / n_per_mm_power, 2 / 3)
 
@@ -59,28 +61,30 @@ class HalfSpace(NamedTuple):
 def force_at_travel(
     travel_mm: float, tissue: Tissue, balloon_mm: Callable[[float], float], near_n: float = 0.0
 ) -> float:
-    """Force [N] at which balloon and tissue together give way by `travel_mm`, at most 20 N.
+    """Return the force [N] at which the indentations of balloon and tissue add up to `travel_mm`.
 
-    `balloon_mm` is the balloon's indentation [mm] under a force [N]; both must rise with it. A secant, kept
-    inside a bracket, that begins at `near_n`.
+    The force is limited to 20 N. `balloon_mm` returns the indentation of the balloon [mm] under a force [N].
+    Both indentations must increase with the force. The root is found by a bracketed secant method that starts
+    at `near_n`.
     """
     if not travel_mm > 0:
         return 0.0
-    low_n, high_n = 0.0, HARDEST_N
+    low_n, high_n = 0.0, MAX_PUSH_N
     force_n = min(max(near_n, 0.0), high_n)
     before: tuple[float, float] | None = None
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         excess_mm = balloon_mm(force_n) + tissue.indentation_mm(force_n) - travel_mm
         low_n, high_n = (force_n, high_n) if excess_mm < 0 else (low_n, force_n)
-        if abs(excess_mm) < FINEST_MM or high_n - low_n < FINEST_N:
+        if abs(excess_mm) < TOLERANCE_MM or high_n - low_n < TOLERANCE_N:
             break
-        next_n = force_n - excess_mm * _n_per_mm(force_n, excess_mm, before)
+        next_n = force_n - excess_mm * _stiffness_n_per_mm(force_n, excess_mm, before)
         before = force_n, excess_mm
         force_n = next_n if low_n < next_n < high_n else (low_n + high_n) / 2
     return force_n
 
 
-def _n_per_mm(force_n: float, excess_mm: float, before: tuple[float, float] | None) -> float:
+def _stiffness_n_per_mm(force_n: float, excess_mm: float, before: tuple[float, float] | None) -> float:
+    """Return the slope of the secant through this point and the point before."""
     if before is None or excess_mm == before[1]:
-        return USUAL_N_PER_MM
+        return TYPICAL_N_PER_MM
     return (force_n - before[0]) / (excess_mm - before[1])

@@ -1,7 +1,7 @@
-"""Faults of the simulated rig: a catalogue, put in at any time or on a schedule, and taken out again."""
+"""Faults of the simulated rig: catalogue, injection and removal at any time, and schedules."""
 
-from sim.faults.catalogue import CATALOGUE
-from sim.faults.injection import Faults, Refused
-from sim.faults.schedule import Planned, Schedule
+from pneuforce.sim.faults.catalogue import CATALOGUE
+from pneuforce.sim.faults.injection import FaultInjector, SimulatorRequestError
+from pneuforce.sim.faults.schedule import FaultSchedule, ScheduledFault
 
-__all__ = ["CATALOGUE", "Faults", "Planned", "Refused", "Schedule"]
+__all__ = ["CATALOGUE", "FaultInjector", "FaultSchedule", "ScheduledFault", "SimulatorRequestError"]

@@ -1,9 +1,9 @@
-"""Faults of the balloon, and what its surroundings do to it."""
+"""Faults of the balloon and of its surroundings."""
 
 from __future__ import annotations
 
-from instrument.rig.frames import Fault
-from sim.faults.kind import Argument, FaultKind, Given
+from pneuforce.protocol.frames import Fault
+from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 
 DRIFT = "A slow change of the pressure is drift, not contact."
 
@@ -11,56 +11,56 @@ BALLOON = (
     FaultKind(
         "leak",
         "The balloon or a joint leaks.",
-        "The fourth top-up within 10 minutes trips.",
-        {"rig.pneumatics.leak_kpa_per_s": Given("kpa_per_s")},
-        arguments=(Argument("kpa_per_s", "kPa/s at 8 kPa", 0.05, 0.0, 5.0),),
-        board=Fault.LEAK,
+        "The board trips when it needs a fourth top-up within 10 minutes.",
+        {"rig.pneumatics.leak_kpa_per_s": FromArgument("kpa_per_s")},
+        arguments=(FaultArgument("kpa_per_s", "kPa/s at 8 kPa", 0.05, 0.0, 5.0),),
+        board_fault=Fault.LEAK,
     ),
     FaultKind(
         "burst",
         "The balloon tears.",
-        "A locked pressure that falls by half within 100 ms trips.",
+        "The board trips if the held pressure falls by half within 100 ms.",
         {"rig.pneumatics.burst": True},
-        board=Fault.BURST,
+        board_fault=Fault.BURST,
     ),
     FaultKind(
         "balloon_warming",
-        "The gas in the balloon is warmed by the tissue.",
+        "The tissue warms the gas in the balloon.",
         DRIFT,
-        {"rig.pneumatics.balloon_warmth.target_k": Given("k")},
-        arguments=(Argument("k", "K", 15.0, -20.0, 20.0),),
-        shows="drift",
+        {"rig.pneumatics.balloon_temperature.target_k": FromArgument("k")},
+        arguments=(FaultArgument("k", "K", 15.0, -20.0, 20.0),),
+        effect="drift",
     ),
     FaultKind(
         "creep",
-        "The latex gives way: the balloon goes on growing at the same pressure.",
+        "The latex creeps: the balloon grows at constant pressure.",
         DRIFT,
-        {"rig.pneumatics.creep.amplitude": Given("share")},
-        arguments=(Argument("share", "of the volume, in the end", 0.05, 0.0, 1.0),),
-        shows="drift",
+        {"rig.pneumatics.creep.amplitude": FromArgument("share")},
+        arguments=(FaultArgument("share", "of the volume, final value", 0.05, 0.0, 1.0),),
+        effect="drift",
     ),
     FaultKind(
         "ambient_drift",
-        "The barometer moves.",
+        "The ambient pressure changes slowly.",
         DRIFT,
-        {"rig.pneumatics.ambient.drift_kpa_per_s": Given("kpa_per_s")},
-        arguments=(Argument("kpa_per_s", "kPa/s", -0.005, -1.0, 1.0),),
-        shows="drift",
+        {"rig.pneumatics.ambient.drift_kpa_per_s": FromArgument("kpa_per_s")},
+        arguments=(FaultArgument("kpa_per_s", "kPa/s", -0.005, -1.0, 1.0),),
+        effect="drift",
     ),
     FaultKind(
         "insufflation",
         "The body cavity is insufflated while the balloon is held.",
-        "It reads as a press: insufflate while the balloon is vented, and write register 518.",
-        {"rig.pneumatics.reference_kpa": Given("kpa")},
-        arguments=(Argument("kpa", "kPa", 1.5, 0.0, 5.0),),
+        "The change looks like a contact. Insufflate while the balloon is vented, and write register 518.",
+        {"rig.pneumatics.reference_kpa": FromArgument("kpa")},
+        arguments=(FaultArgument("kpa", "kPa", 1.5, 0.0, 5.0),),
     ),
     FaultKind(
         "squeeze",
-        "Somebody squeezes the balloon far too hard.",
-        "A locked pressure above the contact limit trips.",
-        does="rig.hand.press",
-        undoes="rig.hand.release",
-        arguments=(Argument("n", "N", 20.0, 0.0, 20.0),),
-        board=Fault.OVERPRESSURE,
+        "The balloon is squeezed much too hard.",
+        "The board trips if the held pressure exceeds the contact limit.",
+        call="rig.hand.press",
+        undo_call="rig.hand.release",
+        arguments=(FaultArgument("n", "N", 20.0, 0.0, 20.0),),
+        board_fault=Fault.OVERPRESSURE,
     ),
 )

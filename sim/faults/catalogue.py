@@ -1,14 +1,15 @@
-"""The catalogue of faults, in the order of the way from the supply to the host."""
+"""Catalogue of faults, ordered along the signal path from the gas supply to the host."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from sim.faults.balloon import BALLOON
-from sim.faults.board import BOARD
-from sim.faults.gas import GAS
-from sim.faults.kind import FaultKind
-from sim.faults.line import LINE
-from sim.faults.sensor import SENSOR
+from pneuforce.sim.faults.balloon import BALLOON
+from pneuforce.sim.faults.board import BOARD
+from pneuforce.sim.faults.gas import GAS
+from pneuforce.sim.faults.kind import FaultKind
+from pneuforce.sim.faults.line import LINE
+from pneuforce.sim.faults.sensor import SENSOR
 
+#: Faults by name.
 CATALOGUE: Mapping[str, FaultKind] = {kind.name: kind for kind in (*GAS, *BALLOON, *SENSOR, *BOARD, *LINE)}

@@ -1,74 +1,77 @@
-"""Faults of supply, valves and tubes."""
+"""Faults of gas supply, valves and tubes."""
 
 from __future__ import annotations
 
-from instrument.rig.frames import Fault
-from sim.faults.kind import Argument, FaultKind, Given
+from pneuforce.protocol.frames import Fault
+from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 
-NO_RISE = "With the inlet open, no rise of 0.2 kPa in 300 ms shuts it and trips."
+NO_RISE = (
+    "If the open inlet raises the pressure by less than 0.2 kPa in 300 ms, the board closes it and trips."
+)
 
 GAS = (
     FaultKind(
         "no_supply",
-        "The gas supply is shut.",
+        "The gas supply is shut off.",
         NO_RISE,
         {"rig.pneumatics.supply.shut": True},
-        board=Fault.NO_RISE,
-        where="vented",
+        board_fault=Fault.NO_RISE,
+        phase="vented",
     ),
     FaultKind(
         "regulator_high",
-        "The regulator lets too much pressure through: the balloon fills far too fast.",
-        "A pressure that rises far faster than at commissioning trips; so does 0.5 kPa above the setpoint.",
-        {"rig.pneumatics.supply.regulator_kpa": Given("kpa")},
-        arguments=(Argument("kpa", "kPa", 400.0, 0.0, 1000.0),),
-        board=Fault.OCCLUSION,
-        where="vented",
+        "The outlet pressure of the regulator is too high: the balloon fills much too fast.",
+        "The board trips if the pressure rises much faster than at commissioning. It also trips 0.5 kPa "
+        "above the setpoint.",
+        {"rig.pneumatics.supply.regulator_kpa": FromArgument("kpa")},
+        arguments=(FaultArgument("kpa", "kPa", 400.0, 0.0, 1000.0),),
+        board_fault=Fault.OCCLUSION,
+        phase="vented",
     ),
     FaultKind(
         "inlet_open",
-        "The inlet valve is stuck open: gas keeps coming in.",
-        "A locked pressure that rises looks like a press until it passes the pressure limit, which trips.",
+        "The inlet valve is stuck open: gas flows in continuously.",
+        "The rise looks like a contact. The board trips when the pressure exceeds the contact limit.",
         {"rig.pneumatics.inlet.stuck": True},
-        board=Fault.OVERPRESSURE,
+        board_fault=Fault.OVERPRESSURE,
     ),
     FaultKind(
         "inlet_shut",
         "The inlet valve is stuck shut.",
         NO_RISE,
         {"rig.pneumatics.inlet.stuck": False},
-        board=Fault.NO_RISE,
-        where="vented",
+        board_fault=Fault.NO_RISE,
+        phase="vented",
     ),
     FaultKind(
         "vent_shut",
         "The vent valve is stuck shut: the balloon cannot be emptied.",
-        "A pressure that does not fall though the vent is open trips.",
+        "The board trips if the pressure does not fall although the vent is open.",
         {"rig.pneumatics.vent.stuck": False},
-        board=Fault.VENT_SHUT,
-        where="venting",
+        board_fault=Fault.VENT_SHUT,
+        phase="venting",
     ),
     FaultKind(
         "vent_open",
         "The vent valve is stuck open: the balloon empties.",
-        "A locked pressure that falls by half within 100 ms trips: it reads as a burst.",
+        "The board trips if the held pressure falls by half within 100 ms. It reports a burst.",
         {"rig.pneumatics.vent.stuck": True},
-        board=Fault.BURST,
+        board_fault=Fault.BURST,
     ),
     FaultKind(
         "occluded",
-        "The tube to the balloon is kinked: the balloon keeps its gas, and the sensor sees the tubes only.",
-        "A pressure that falls far faster than at commissioning trips: the balloon may be inflated.",
+        "The tube to the balloon is kinked: the balloon keeps its gas, the sensor measures the tubes only.",
+        "The board trips if the pressure falls much faster than at commissioning. The balloon may be full.",
         {"rig.pneumatics.occluded": True},
-        board=Fault.OCCLUSION,
-        where="venting",
+        board_fault=Fault.OCCLUSION,
+        phase="venting",
     ),
     FaultKind(
         "circuit_warming",
-        "The gas in the circuit is warmed.",
+        "The gas in the circuit warms up.",
         "A slow rise of the pressure is drift, not contact.",
-        {"rig.pneumatics.circuit_warmth.target_k": Given("k")},
-        arguments=(Argument("k", "K", 2.0, -20.0, 20.0),),
-        shows="drift",
+        {"rig.pneumatics.circuit_temperature.target_k": FromArgument("k")},
+        arguments=(FaultArgument("k", "K", 2.0, -20.0, 20.0),),
+        effect="drift",
     ),
 )

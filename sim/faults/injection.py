@@ -1,4 +1,4 @@
-"""Puts faults into a running rig, and takes them out again."""
+"""Injection of faults into a running rig, and their removal."""
 
 from __future__ import annotations
 
@@ -7,92 +7,110 @@ from difflib import get_close_matches
 from functools import reduce
 from typing import Any
 
-from sim.faults.catalogue import CATALOGUE
-from sim.faults.kind import FaultKind, Given
+from pneuforce.sim.faults.catalogue import CATALOGUE
+from pneuforce.sim.faults.kind import FaultKind, FromArgument
 
 
-class Refused(ValueError):
-    """A fault that does not exist, or with arguments that it does not take."""
+class SimulatorRequestError(ValueError):
+    """Invalid request to the simulator, for example an unknown fault or an argument out of range."""
 
 
-class Faults:
-    """The faults of one rig. What they change is changed back to what it was when this was made."""
+class FaultInjector:
+    """Injector for the faults of one rig.
+
+    Removal of a fault restores the values that its attributes had when the injector was created.
+    """
 
     def __init__(self, world: object) -> None:
-        """`world` has the attributes `rig` and `line`, at which the paths of the catalogue begin."""
+        """Read the healthy values.
+
+        `world` has the attributes `rig` and `line`, where the attribute paths start.
+        """
         self._world = world
-        self._healthy = {path: _read(world, path) for kind in CATALOGUE.values() for path in kind.sets}
-        self._present: dict[str, Mapping[str, float]] = {}
+        self._healthy = {path: _read(world, path) for kind in CATALOGUE.values() for path in kind.attributes}
+        self._active: dict[str, Mapping[str, float]] = {}
 
     @property
-    def present(self) -> Mapping[str, Mapping[str, float]]:
-        """The faults that are in now, with their arguments."""
-        return self._present
+    def active(self) -> Mapping[str, Mapping[str, float]]:
+        """Return the active faults by name, with their arguments."""
+        return self._active
 
-    def put_in(self, name: str, arguments: Mapping[str, Any] | None = None) -> None:
-        """Put a fault in, instead of any that is in and changes the same.
+    def inject(self, name: str, arguments: Mapping[str, Any] | None = None) -> None:
+        """Inject a fault. An active fault of the same attribute or call is removed first.
 
-        Raises Refused, before anything is changed.
+        Raises SimulatorRequestError, before anything is changed, if the name or an argument is invalid.
         """
-        values = checked(name, arguments or {})
+        values = validate_arguments(name, arguments or {})
         kind = CATALOGUE[name]
-        for other in [other for other in self._present if _same(kind, CATALOGUE[other])]:
-            self.take_out(other)
-        for path, value in kind.sets.items():
-            _set(self._world, path, values[value.argument] if isinstance(value, Given) else value)
-        if kind.does:
-            _read(self._world, kind.does)(*values.values())
-        if kind.lasts:
-            self._present[name] = values
+        for other in [other for other in self._active if _exclude_each_other(kind, CATALOGUE[other])]:
+            self.remove(other)
+        for path, value in kind.attributes.items():
+            _write(self._world, path, values[value.argument] if isinstance(value, FromArgument) else value)
+        if kind.call:
+            _read(self._world, kind.call)(*values.values())
+        if kind.is_persistent:
+            self._active[name] = values
 
-    def take_out(self, name: str) -> None:
-        """Take a fault out; nothing happens where it is not in. Raises Refused where there is none such."""
-        kind = kind_of(name)
-        if self._present.pop(name, None) is None:
+    def remove(self, name: str) -> None:
+        """Remove a fault. Do nothing if the fault is not active.
+
+        Raises SimulatorRequestError if the name is unknown.
+        """
+        kind = fault_kind(name)
+        if self._active.pop(name, None) is None:
             return
-        for path in kind.sets:
-            _set(self._world, path, self._healthy[path])
-        if kind.undoes:
-            _read(self._world, kind.undoes)()
+        for path in kind.attributes:
+            _write(self._world, path, self._healthy[path])
+        if kind.undo_call:
+            _read(self._world, kind.undo_call)()
 
 
-def kind_of(name: str) -> FaultKind:
-    """The fault of this name. Raises Refused."""
+def fault_kind(name: str) -> FaultKind:
+    """Return the fault of this name. Raises SimulatorRequestError if the name is unknown."""
     if name not in CATALOGUE:
-        near = f" (near: {', '.join(found)})" if (found := get_close_matches(name, CATALOGUE)) else ""
-        raise Refused(f"there is no fault {name!r}{near}; pneuforce fault --list shows all")
+        near = f" (similar: {', '.join(found)})" if (found := get_close_matches(name, CATALOGUE)) else ""
+        raise SimulatorRequestError(
+            f"there is no fault {name!r}{near}: pneuforce sim fault --list shows all faults"
+        )
     return CATALOGUE[name]
 
 
-def checked(name: str, arguments: Mapping[str, Any]) -> dict[str, float]:
-    """The arguments of a fault, with the usual value of each that is not given. Raises Refused."""
-    declared = {argument.name: argument for argument in kind_of(name).arguments}
+def validate_arguments(name: str, arguments: Mapping[str, Any]) -> dict[str, float]:
+    """Return the arguments of a fault, with the default of each missing argument.
+
+    Raises SimulatorRequestError if the fault is unknown, or if an argument is unknown or out of range.
+    """
+    declared = {argument.name: argument for argument in fault_kind(name).arguments}
     unknown = [given for given in arguments if given not in declared]
     if unknown:
-        raise Refused(f"{name} takes {', '.join(declared) or 'no arguments'}, not {unknown[0]!r}")
-    values = {argument.name: argument.usual for argument in declared.values()} | dict(arguments)
+        raise SimulatorRequestError(
+            f"{name} takes {', '.join(declared) or 'no arguments'}, not {unknown[0]!r}"
+        )
+    values = {argument.name: argument.default for argument in declared.values()} | dict(arguments)
     for argument in declared.values():
-        if not _within(values[argument.name], argument.low, argument.high):
-            span = f"{argument.low:g} to {argument.high:g} {argument.unit}"
-            raise Refused(f"{argument.name} of {name} is a number from {span}")
-        if argument.whole:
+        if not _in_range(values[argument.name], argument.minimum, argument.maximum):
+            span = f"{argument.minimum:g} to {argument.maximum:g} {argument.unit}"
+            raise SimulatorRequestError(f"{argument.name} of {name} must be a number from {span}")
+        if argument.integer:
             values[argument.name] = round(values[argument.name])
     return values
 
 
-def _within(value: object, low: float, high: float) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
+def _in_range(value: object, minimum: float, maximum: float) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and minimum <= value <= maximum
 
 
-def _same(kind: FaultKind, other: FaultKind) -> bool:
-    """Whether two faults change the same thing."""
-    return bool(kind.sets.keys() & other.sets.keys()) or (bool(kind.does) and kind.does == other.does)
+def _exclude_each_other(kind: FaultKind, other: FaultKind) -> bool:
+    """Return True if two faults change the same attribute or use the same call."""
+    return bool(kind.attributes.keys() & other.attributes.keys()) or (
+        bool(kind.call) and kind.call == other.call
+    )
 
 
 def _read(world: object, path: str) -> Any:
     return reduce(getattr, path.split("."), world)
 
 
-def _set(world: object, path: str, value: Any) -> None:
-    owner, _, name = path.rpartition(".")
-    setattr(_read(world, owner), name, value)
+def _write(world: object, path: str, value: Any) -> None:
+    parent, _, name = path.rpartition(".")
+    setattr(_read(world, parent), name, value)

@@ -1,4 +1,4 @@
-"""What a fault is: what happens, how it is put in, and who must see it."""
+"""Definition of a fault: effect on the rig, method of injection, and expected response."""
 
 from __future__ import annotations
 
@@ -6,47 +6,49 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from instrument.rig.frames import Fault
+from pneuforce.protocol.frames import Fault
 
 
-class Argument(NamedTuple):
-    """How much of a fault; the name ends in the unit."""
+class FaultArgument(NamedTuple):
+    """Size of a fault. The name ends with the unit."""
 
     name: str
     unit: str
-    usual: float
-    low: float
-    high: float
-    whole: bool = False  #: only whole numbers, others are rounded
+    default: float
+    minimum: float
+    maximum: float
+    integer: bool = False  #: values are rounded to integers
 
 
-class Given(NamedTuple):
-    """Stands in `FaultKind.sets` for the value of an argument."""
+class FromArgument(NamedTuple):
+    """Placeholder in `FaultKind.attributes` for the value of an argument."""
 
     argument: str
 
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """A fault that can be put in.
+    """Fault that can be injected into the rig.
 
-    `sets` names attributes of the rig, as paths, and the value that each has while the fault is in; taken
-    out, they have the values that they had in the healthy rig. `does` and `undoes` name a call instead; one
-    that is done and not undone is over at once.
+    `attributes` maps paths of attributes of the rig to the values that they have during the fault. Removal of
+    the fault restores the values of the healthy rig. A fault with `call` calls a method instead. If it has no
+    `undo_call`, it happens once and does not persist.
     """
 
     name: str
-    what: str  #: what it is physically
-    rule: str  #: what the instrument promises
-    sets: Mapping[str, Any] = field(default_factory=dict)
-    does: str = ""
-    undoes: str = ""
-    arguments: tuple[Argument, ...] = ()
-    board: Fault | None = None  #: what the board must latch
-    shows: str = ""  #: where the board sees nothing: the status bit of the instrument, "drift" or "losses"
-    where: str = "holding"  #: when it is put in so that it shows: vented, inflating, holding, venting
+    description: str  #: what happens physically
+    expected: str  #: how the instrument must respond
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    call: str = ""
+    undo_call: str = ""
+    arguments: tuple[FaultArgument, ...] = ()
+    board_fault: Fault | None = None  #: fault that the board must latch, None if the board cannot detect it
+    effect: str = (
+        ""  #: if the board latches no fault: a status bit of the instrument, "drift", "losses" or ""
+    )
+    phase: str = "holding"  #: phase in which the fault has an effect: vented, inflating, holding or venting
 
     @property
-    def lasts(self) -> bool:
-        """Whether it is in until it is taken out."""
-        return bool(self.sets or self.undoes)
+    def is_persistent(self) -> bool:
+        """Return True if the fault stays until it is removed."""
+        return bool(self.attributes or self.undo_call)

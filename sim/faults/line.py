@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from sim.faults.kind import Argument, FaultKind, Given
+from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 
-COUNTED = "No wrong frame is accepted, a disturbance costs one further frame at most, losses are counted."
-LOST = "After 250 ms the host says so and trips, and the board shuts its inlet; 2 s later it vents."
+COUNTED = (
+    "No damaged frame is accepted. A disturbance costs at most one additional frame. Lost frames are counted."
+)
+LOST = "After 250 ms the host reports the loss and trips, and the board closes the inlet. It vents after 2 s."
 RATE = ("of all bytes", 0.001, 0.0, 1.0)
 
 LINE = (
@@ -13,82 +15,82 @@ LINE = (
         "flipped_bits",
         "Single bits arrive inverted.",
         COUNTED,
-        {"line.noise.flipped_bits": Given("share")},
-        arguments=(Argument("share", "of all bits", 0.0003, 0.0, 1.0),),
-        shows="losses",
+        {"line.noise.flipped_bits": FromArgument("share")},
+        arguments=(FaultArgument("share", "of all bits", 0.0003, 0.0, 1.0),),
+        effect="losses",
     ),
     FaultKind(
         "bursts",
-        "Up to 16 bits in a row are disturbed.",
+        "Up to 16 consecutive bits are disturbed.",
         COUNTED,
-        {"line.noise.bursts": Given("share")},
-        arguments=(Argument("share", *RATE),),
-        shows="losses",
+        {"line.noise.bursts": FromArgument("share")},
+        arguments=(FaultArgument("share", *RATE),),
+        effect="losses",
     ),
     FaultKind(
         "dropped_bytes",
-        "Bytes do not arrive.",
+        "Bytes are lost.",
         COUNTED,
-        {"line.noise.dropped": Given("share")},
-        arguments=(Argument("share", *RATE),),
-        shows="losses",
+        {"line.noise.dropped": FromArgument("share")},
+        arguments=(FaultArgument("share", *RATE),),
+        effect="losses",
     ),
     FaultKind(
         "doubled_bytes",
         "Bytes arrive twice.",
         COUNTED,
-        {"line.noise.doubled": Given("share")},
-        arguments=(Argument("share", *RATE),),
-        shows="losses",
+        {"line.noise.doubled": FromArgument("share")},
+        arguments=(FaultArgument("share", *RATE),),
+        effect="losses",
     ),
     FaultKind(
         "inserted_bytes",
-        "Bytes arrive that nobody sent.",
+        "Additional random bytes arrive.",
         COUNTED,
-        {"line.noise.inserted": Given("share")},
-        arguments=(Argument("share", *RATE),),
-        shows="losses",
+        {"line.noise.inserted": FromArgument("share")},
+        arguments=(FaultArgument("share", *RATE),),
+        effect="losses",
     ),
     FaultKind(
         "delay",
-        "Bytes are under way for a while, both ways.",
-        "Nothing trips while commands come every 250 ms.",
-        {"line.noise.delay_s": Given("s")},
-        arguments=(Argument("s", "s", 0.05, 0.0, 10.0),),
+        "All bytes are delayed in both directions.",
+        "Nothing trips if a command arrives every 250 ms.",
+        {"line.noise.delay_s": FromArgument("s")},
+        arguments=(FaultArgument("s", "s", 0.05, 0.0, 10.0),),
     ),
     FaultKind(
         "stall",
-        "Nothing arrives; all of it comes late once the fault is taken out.",
+        "No bytes arrive. All bytes arrive late, after the fault is removed.",
         LOST,
         {"line.noise.stalled": True},
-        shows="link_lost",
+        effect="link_lost",
     ),
     FaultKind(
         "line_cut",
-        "Nothing arrives, and it is lost; the port stays.",
+        "No bytes arrive, and the bytes are lost. The port remains.",
         LOST,
         {"line.noise.cut": True},
-        shows="link_lost",
+        effect="link_lost",
     ),
     FaultKind(
         "cable_pulled",
-        "The cable is pulled: the port and its link vanish, and come back under another name.",
+        "The cable is unplugged: the port and its symlink disappear. The port comes back under another name.",
         LOST,
-        {"line.pulled": True},
-        shows="link_lost",
+        {"line.unplugged": True},
+        effect="link_lost",
     ),
     FaultKind(
         "other_device",
-        "Another device has taken the port's name: a satellite receiver talks.",
-        "Its bytes are skipped; a port on which no board answers is refused in a sentence.",
+        "Another device, a satellite receiver, has taken the name of the port and sends its own data.",
+        "Its bytes are skipped. A port without a board is rejected with an error message.",
         {"line.other_device": True},
-        shows="link_lost",
+        effect="link_lost",
     ),
     FaultKind(
         "banner",
         "A boot loader prints its name, and half a frame follows.",
-        "What is no frame is skipped and counted.",
-        does="line.print_banner",
-        shows="losses",
+        "Bytes that are not part of a frame are skipped and counted.",
+        call="line.print_banner",
+        effect="losses",
     ),
 )

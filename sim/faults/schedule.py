@@ -1,4 +1,4 @@
-"""Faults on a schedule: each comes at its time and goes after its time."""
+"""Schedule that injects each fault at its time and removes it after its duration."""
 
 from __future__ import annotations
 
@@ -6,44 +6,48 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from sim.faults.injection import Faults, checked
+from pneuforce.sim.faults.injection import FaultInjector, validate_arguments
 
 
-class Planned(NamedTuple):
-    """One fault to come."""
+class ScheduledFault(NamedTuple):
+    """Fault with start time and duration."""
 
-    at_s: float
-    for_s: float  #: math.inf where it stays
+    start_s: float
+    duration_s: float  #: math.inf if the fault stays
     name: str
     arguments: Mapping[str, float]
 
 
-#: What happens at one time, in this order: what ends makes room for what begins, and nothing ends before
-#: it has begun.
-_GOES, _COMES, _GOES_AT_ONCE = range(3)
+#: Order of the actions at one time. A fault that ends is removed before another fault is injected, and no
+#: fault is removed before it was injected.
+_REMOVE, _INJECT, _REMOVE_AT_ONCE = range(3)
 
 
-class Schedule:
-    """A plan that is carried out as time passes. Of two faults of one name the later one counts."""
+class FaultSchedule:
+    """Schedule of faults.
 
-    def __init__(self, plan: Iterable[Planned]) -> None:
-        """Raises Refused where a fault of the plan cannot be put in."""
-        planned = [p._replace(arguments=checked(p.name, p.arguments)) for p in plan]
-        comings = [(p.at_s, _COMES, p) for p in planned]
-        goings = [(p.at_s + p.for_s, _goes(p), p) for p in planned if p.for_s < math.inf]
-        self._due = sorted(comings + goings, key=lambda happening: happening[:2])
-        self._latest: dict[str, Planned] = {}
+    If two scheduled faults have the same name, the later fault replaces the earlier fault.
+    """
 
-    def step(self, faults: Faults, now_s: float) -> None:
-        """Put in and take out what is due at `now_s`."""
+    def __init__(self, faults: Iterable[ScheduledFault]) -> None:
+        """Validate and sort the faults. Raises SimulatorRequestError if a fault is invalid."""
+        valid = [f._replace(arguments=validate_arguments(f.name, f.arguments)) for f in faults]
+        injections = [(f.start_s, _INJECT, f) for f in valid]
+        removals = [(f.start_s + f.duration_s, _removal(f), f) for f in valid if f.duration_s < math.inf]
+        self._due = sorted(injections + removals, key=lambda action: action[:2])
+        self._latest: dict[str, ScheduledFault] = {}
+
+    def step(self, injector: FaultInjector, now_s: float) -> None:
+        """Inject and remove the faults that are due at `now_s`."""
         while self._due and self._due[0][0] <= now_s:
-            _, happens, planned = self._due.pop(0)
-            if happens == _COMES:
-                self._latest[planned.name] = planned
-                faults.put_in(planned.name, planned.arguments)
-            elif self._latest[planned.name] is planned:
-                faults.take_out(planned.name)
+            _, action, fault = self._due.pop(0)
+            if action == _INJECT:
+                self._latest[fault.name] = fault
+                injector.inject(fault.name, fault.arguments)
+            elif self._latest[fault.name] is fault:
+                injector.remove(fault.name)
 
 
-def _goes(planned: Planned) -> int:
-    return _GOES if planned.at_s + planned.for_s > planned.at_s else _GOES_AT_ONCE
+def _removal(fault: ScheduledFault) -> int:
+    """Return the kind of removal: a duration that rounds to zero ends at the time of the injection."""
+    return _REMOVE if fault.start_s + fault.duration_s > fault.start_s else _REMOVE_AT_ONCE

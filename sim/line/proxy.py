@@ -1,6 +1,6 @@
-"""Proxies that put a bad line in front of a good one: of a TCP server, or of a serial port.
+"""Proxies that add line noise in front of a TCP server or of a serial port.
 
-Each works in a thread of its own, from `with` to its end. Its `noise` may be changed at any time.
+Each proxy runs in its own thread while its context manager is active. Its `noise` may be changed at any time.
 """
 
 from __future__ import annotations
@@ -12,72 +12,77 @@ import time
 from contextlib import suppress
 from typing import Protocol, Self
 
-from instrument.rig.port import SerialPort
-from sim.cable import Cable
-from sim.line_noise import Noise, NoisyLine
+from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
+from pneuforce.sim.line.pty_link import PtyLink
+from pneuforce.support.serial_port import SerialPort
 
 READ_BYTES = 4096
-#: How often a line is looked at that has bytes under way.
+#: Polling interval while bytes are in transit.
 TICK_S = 0.002
-#: How long an idle proxy takes to notice that it is to end.
+#: Polling interval of an idle proxy, so also the time until it ends.
 IDLE_S = 0.05
-#: How often a port that has gone is looked for.
+#: Interval of the attempts to reopen a port.
 REOPEN_S = 0.1
-GONE = -1
-#: Whoever takes no bytes for longer is given up.
-WRITE_S = 1.0
+NO_DESCRIPTOR = -1
+#: Time after which a peer that accepts no bytes is disconnected.
+WRITE_TIMEOUT_S = 1.0
 
 
-class End(Protocol):
-    """One end of a connection."""
+class Endpoint(Protocol):
+    """Endpoint of a proxied connection."""
 
     def fileno(self) -> int:
-        """Descriptor that becomes readable when bytes have come; `GONE` where there is none for now."""
+        """Return the descriptor that becomes readable when bytes have arrived, or `NO_DESCRIPTOR`."""
         ...
 
     def read(self) -> bytes:
-        """Bytes that have come, perhaps none. Raises OSError where the far side is gone."""
+        """Return the received bytes, perhaps none. Raises OSError if the peer is gone."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send. Raises OSError where the far side is gone."""
+        """Send bytes. Raises OSError if the peer is gone."""
         ...
 
     def close(self) -> None:
-        """Give it back."""
+        """Close the endpoint."""
         ...
 
 
-class Connection:
-    """Two ends and a noisy line each way. It ends with either of its ends, once what was sent has arrived."""
+class ProxyConnection:
+    """Two endpoints with a noisy line in each direction.
 
-    def __init__(self, near: End, far: End, noise: Noise, seed: int) -> None:
-        self._ways = (near, far, NoisyLine(noise, seed)), (far, near, NoisyLine(noise, seed + 1))
-        self._ends = near, far
+    When one endpoint ends, the connection ends after all bytes in transit have arrived.
+    """
+
+    def __init__(self, near: Endpoint, far: Endpoint, noise: LineNoise, seed: int) -> None:
+        self._directions = (near, far, NoisyLine(noise, seed)), (far, near, NoisyLine(noise, seed + 1))
+        self._endpoints = near, far
         self._ending = False
 
     def filenos(self) -> list[int]:
-        """Descriptors that are read."""
-        numbers = [] if self._ending else [end.fileno() for end in self._ends]
-        return [number for number in numbers if number != GONE]
+        """Return the descriptors to read from."""
+        numbers = [] if self._ending else [endpoint.fileno() for endpoint in self._endpoints]
+        return [number for number in numbers if number != NO_DESCRIPTOR]
 
     @property
     def busy(self) -> bool:
-        """Whether bytes are under way."""
-        return any(line.under_way for _, _, line in self._ways)
+        """Return True if bytes are in transit."""
+        return any(line.in_transit for _, _, line in self._directions)
 
-    def take(self, fileno: int, now_s: float) -> None:
-        """Read what has come at one end."""
-        source, line = next((source, line) for source, _, line in self._ways if source.fileno() == fileno)
+    def receive(self, fileno: int, now_s: float) -> None:
+        """Read the bytes of one endpoint and send them over its line."""
+        source, line = next(
+            (source, line) for source, _, line in self._directions if source.fileno() == fileno
+        )
         try:
             line.send(source.read(), now_s)
         except OSError:
             self._ending = True
 
     def deliver(self, now_s: float) -> bool:
-        """Write what is due; False where the connection has ended."""
-        for _, sink, line in self._ways:
-            if data := line.due(now_s):
+        """Write the bytes that have arrived. Return False if the connection has ended."""
+        for _, sink, line in self._directions:
+            if data := line.receive(now_s):
                 try:
                     sink.write(data)
                 except OSError:
@@ -85,18 +90,18 @@ class Connection:
         return self.busy or not self._ending
 
     def close(self) -> None:
-        """Close both ends."""
-        for end in self._ends:
-            end.close()
+        """Close both endpoints."""
+        for endpoint in self._endpoints:
+            endpoint.close()
 
 
 class _Proxy:
-    """The thread that carries the bytes."""
+    """Base class with the thread that transfers the bytes."""
 
-    def __init__(self, noise: Noise | None, seed: int) -> None:
-        self.noise = noise or Noise()
+    def __init__(self, noise: LineNoise | None, seed: int) -> None:
+        self.noise = noise or LineNoise()
         self._seed = seed
-        self._connections: list[Connection] = []
+        self._connections: list[ProxyConnection] = []
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="proxy", daemon=True)
 
@@ -110,23 +115,23 @@ class _Proxy:
         for connection in self._connections:
             connection.close()
 
-    def _connect(self, near: End, far: End) -> None:
-        self._connections.append(Connection(near, far, self.noise, self._seed))
+    def _connect(self, near: Endpoint, far: Endpoint) -> None:
+        self._connections.append(ProxyConnection(near, far, self.noise, self._seed))
         self._seed += 2
 
     def _run(self) -> None:
         while not self._ended.is_set():
             sources = {fileno: c for c in self._connections for fileno in c.filenos()}
             wait_s = TICK_S if any(c.busy for c in self._connections) else IDLE_S
-            readable, _, _ = select.select([*sources, *self._doors()], [], [], wait_s)
+            readable, _, _ = select.select([*sources, *self._listening_filenos()], [], [], wait_s)
             now_s = time.monotonic()
             for fileno in readable:
                 if fileno in sources:
-                    sources[fileno].take(fileno, now_s)
+                    sources[fileno].receive(fileno, now_s)
                 else:
-                    self._admit()
+                    self._accept()
             self._deliver(now_s)
-            self._mend(now_s)
+            self._reopen(now_s)
 
     def _deliver(self, now_s: float) -> None:
         ended = [c for c in self._connections if not c.deliver(now_s)]
@@ -134,21 +139,21 @@ class _Proxy:
             connection.close()
             self._connections.remove(connection)
 
-    def _doors(self) -> list[int]:
-        """Descriptors that become readable when somebody new has come."""
+    def _listening_filenos(self) -> list[int]:
+        """Return the descriptors that become readable when a new client connects."""
         return []
 
-    def _admit(self) -> None:
-        """Let in who has come."""
+    def _accept(self) -> None:
+        """Accept a new client."""
 
-    def _mend(self, now_s: float) -> None:
-        """Look after what has gone."""
+    def _reopen(self, now_s: float) -> None:
+        """Reopen ports that are gone."""
 
 
 class TcpProxy(_Proxy):
-    """A TCP port in front of a server. Clients connect to `port` on the loopback."""
+    """TCP port in front of a server. Clients connect to `port` on the loopback interface."""
 
-    def __init__(self, target: tuple[str, int], noise: Noise | None = None, seed: int = 1) -> None:
+    def __init__(self, target: tuple[str, int], noise: LineNoise | None = None, seed: int = 1) -> None:
         """Listen on a free port for the server at `target` (host, port)."""
         super().__init__(noise, seed)
         self._target = target
@@ -159,24 +164,24 @@ class TcpProxy(_Proxy):
         super().__exit__()
         self._listener.close()
 
-    def _doors(self) -> list[int]:
+    def _listening_filenos(self) -> list[int]:
         return [self._listener.fileno()]
 
-    def _admit(self) -> None:
+    def _accept(self) -> None:
         client, _ = self._listener.accept()
         try:
-            server = socket.create_connection(self._target, WRITE_S)
+            server = socket.create_connection(self._target, WRITE_TIMEOUT_S)
         except OSError:
             client.close()
             return
-        self._connect(_Stream(client), _Stream(server))
+        self._connect(_TcpEndpoint(client), _TcpEndpoint(server))
 
 
-class _Stream:
-    """A TCP socket as an end; pieces go out as they are."""
+class _TcpEndpoint:
+    """TCP socket as an endpoint. Nagle's algorithm is off, so that pieces are sent as they arrive."""
 
     def __init__(self, stream: socket.socket) -> None:
-        stream.settimeout(WRITE_S)
+        stream.settimeout(WRITE_TIMEOUT_S)
         stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._stream = stream
         self.fileno = stream.fileno
@@ -190,17 +195,20 @@ class _Stream:
         return data
 
 
-class _Line:
-    """A serial port as an end: what it does not take is lost, as on a wire. One that has gone comes back."""
+class _SerialEndpoint:
+    """Serial port as an endpoint.
+
+    Bytes that it cannot send are lost, as on a wire. A lost port is reopened.
+    """
 
     def __init__(self, url: str) -> None:
-        """Raises PortBusy or PortUnavailable."""
+        """Open the port. Raises PortBusy or PortUnavailable."""
         self._url = url
         self._port: SerialPort | None = SerialPort(url)
-        self._try_again_s = 0.0
+        self._next_attempt_s = 0.0
 
     def fileno(self) -> int:
-        return self._port.fileno() if self._port else GONE
+        return self._port.fileno() if self._port else NO_DESCRIPTOR
 
     def read(self) -> bytes:
         try:
@@ -219,27 +227,28 @@ class _Line:
         if port:
             port.close()
 
-    def mend(self, now_s: float) -> None:
-        """Open the port where it has gone; its name may lead to another device now."""
-        if self._port or now_s < self._try_again_s:
+    def reopen(self, now_s: float) -> None:
+        """Reopen the port if it is gone. Its name may refer to another device by now."""
+        if self._port or now_s < self._next_attempt_s:
             return
-        self._try_again_s = now_s + REOPEN_S
+        self._next_attempt_s = now_s + REOPEN_S
         with suppress(OSError):
             self._port = SerialPort(self._url)
 
 
 class SerialProxy(_Proxy):
-    """A serial port (a pty) in front of another. The host opens `port`.
+    """Pseudo-terminal in front of a serial port. The host opens `port`.
 
-    It stays when the one behind it goes, silent until that is back under the same name.
+    If the serial port disappears, the pseudo-terminal remains and is silent until the serial port is back
+    under the same name.
     """
 
-    def __init__(self, port: str, noise: Noise | None = None, seed: int = 1) -> None:
-        """Open the port in front of which this one stands. Raises PortBusy or PortUnavailable."""
+    def __init__(self, port: str, noise: LineNoise | None = None, seed: int = 1) -> None:
+        """Open the serial port behind the proxy. Raises PortBusy or PortUnavailable."""
         super().__init__(noise, seed)
-        self._line, near = _Line(port), Cable()
+        self._serial, near = _SerialEndpoint(port), PtyLink()
         self.port = near.port
-        self._connect(near, self._line)
+        self._connect(near, self._serial)
 
-    def _mend(self, now_s: float) -> None:
-        self._line.mend(now_s)
+    def _reopen(self, now_s: float) -> None:
+        self._serial.reopen(now_s)

@@ -1,6 +1,6 @@
-"""The gas on its way: supply, valves, tubes and leaks, its warmth, and the latex that gives way to it."""
+"""Simulated pneumatic circuit: supply, valves, tubes, leaks, gas temperature and latex creep."""
 
-from sim.pneumatics.circuit import Pneumatics
-from sim.pneumatics.settings import PneumaticSettings
+from pneuforce.sim.pneumatics.circuit import Pneumatics
+from pneuforce.sim.pneumatics.settings import PneumaticSettings
 
 __all__ = ["PneumaticSettings", "Pneumatics"]

@@ -1,4 +1,4 @@
-"""The barometer: it drifts and swings."""
+"""Ambient pressure with drift and swing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(slots=True)
 class Ambient:
-    """Absolute pressure of the room. Drift and swing are rates, so that switching them makes no step."""
+    """Absolute pressure of the room.
+
+    Drift and swing are added as rates, so that a change of their parameters causes no step of the pressure.
+    """
 
     kpa: float
     drift_kpa_per_s: float
@@ -17,9 +20,9 @@ class Ambient:
     _t_s: float = 0.0
 
     def step(self, dt_s: float) -> None:
-        """Let `dt_s` pass."""
+        """Advance the time by `dt_s`."""
         self._t_s += dt_s
         if self.drift_kpa_per_s or self.swing_kpa:
-            turns_per_s = 2 * math.pi / self.swing_s
-            swinging = self.swing_kpa * turns_per_s * math.cos(turns_per_s * self._t_s)
-            self.kpa += (self.drift_kpa_per_s + swinging) * dt_s
+            radians_per_s = 2 * math.pi / self.swing_s
+            swing_kpa_per_s = self.swing_kpa * radians_per_s * math.cos(radians_per_s * self._t_s)
+            self.kpa += (self.drift_kpa_per_s + swing_kpa_per_s) * dt_s

@@ -1,24 +1,24 @@
-"""The circuit in time: how much gas is where, how warm it is, and the pressure that reaches the sensor."""
+"""Pneumatic circuit over time: amount and temperature of the gas, and the pressure at the sensor."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-from instrument.rig.frames import Valve
-from sim.plant import BalloonState, Gas
-from sim.pneumatics.ambient import Ambient
-from sim.pneumatics.creep import Creep
-from sim.pneumatics.flow import Orifice
-from sim.pneumatics.settings import PneumaticSettings
-from sim.pneumatics.supply import Supply
-from sim.pneumatics.valve import SolenoidValve
-from sim.pneumatics.warmth import Compression, Warmth
+from pneuforce.protocol.frames import Valve
+from pneuforce.sim.plants.plant import BalloonState, Gas
+from pneuforce.sim.pneumatics.ambient import Ambient
+from pneuforce.sim.pneumatics.creep import Creep
+from pneuforce.sim.pneumatics.flow import Orifice
+from pneuforce.sim.pneumatics.settings import PneumaticSettings
+from pneuforce.sim.pneumatics.supply import Supply
+from pneuforce.sim.pneumatics.temperature import CompressionHeat, GasTemperature
+from pneuforce.sim.pneumatics.valve import SolenoidValve
 
-#: Gas [kPa·mm³] that raises the paper's free balloon and tubes by 1 kPa at 8 kPa.
+#: Gas [kPa·mm³] that raises the pressure in the paper's free balloon and tubes by 1 kPa at 8 kPa.
 CAPACITY_MM3 = 28_000.0
 LEAK_REFERENCE_KPA = 8.0
-#: A burst balloon: twenty vents. Turbulent wherever that matters.
+#: Hole of a burst balloon, 20 times the vent. The flow is turbulent at all relevant pressures.
 HOLE = Orifice(880.0, 0.5, laminar_ratio=0.99)
 
 _INLET_OPEN, _VENT_CLOSED = int(Valve.INLET_OPEN), int(Valve.VENT_CLOSED)
@@ -26,97 +26,105 @@ _INLET_OPEN, _VENT_CLOSED = int(Valve.INLET_OPEN), int(Valve.VENT_CLOSED)
 
 @dataclass(slots=True)
 class Pneumatics:
-    """The gas in the circuit, counted at 20 °C. What a fault changes is a plain attribute."""
+    """Gas in the circuit, converted to 20 °C. Faults write public attributes of the circuit and its parts."""
 
     settings: PneumaticSettings
-    gas_kpa_mm3: float  #: p·V of tubes and balloon; of the tubes alone while the two are apart
-    sensor_kpa: float = 0.0  #: above that of the room
-    told: int = Valve.NONE  #: mask of the valves that are energised
+    gas_kpa_mm3: float  #: p·V of tubes and balloon; of the tubes alone while the balloon is occluded
+    sensor_kpa: float = 0.0  #: at the sensor, relative to the room
+    powered_valves: int = Valve.NONE  #: `Valve` mask of the valves that are energized at the start
     leak_kpa_per_s: float = field(init=False)  #: fall of the locked pressure at 8 kPa
-    reference_kpa: float = field(init=False)  #: pressure around the balloon, above that of the room
-    burst: bool = False  #: a wide hole in the balloon
-    occluded: bool = False  #: nothing passes between balloon and tubes
+    reference_kpa: float = field(init=False)  #: pressure around the balloon, relative to the room
+    burst: bool = False  #: if True, the balloon has a wide hole
+    occluded: bool = False  #: if True, no gas passes between balloon and tubes
     supply: Supply = field(init=False)
     inlet: SolenoidValve = field(init=False)
     vent: SolenoidValve = field(init=False)
-    compression: Compression = field(init=False)
-    balloon_warmth: Warmth = field(init=False)
-    circuit_warmth: Warmth = field(init=False)
+    compression: CompressionHeat = field(init=False)
+    balloon_temperature: GasTemperature = field(init=False)
+    circuit_temperature: GasTemperature = field(init=False)
     creep: Creep = field(init=False)
     ambient: Ambient = field(init=False)
-    _kept_kpa_mm3: float | None = None  # in the balloon while it is apart
+    _occluded_kpa_mm3: float | None = None  # gas in the occluded balloon
 
     def __post_init__(self) -> None:
-        """Build the parts as the settings say."""
-        own = self.settings
-        self.leak_kpa_per_s, self.reference_kpa = own.leak_kpa_per_s, own.reference_kpa
-        self.supply = Supply(own)
-        self.inlet = self._valve(own.inlet_mm3_per_s_kpa, bool(self.told & _INLET_OPEN))
-        self.vent = self._valve(own.vent_mm3_per_s_kpa, not self.told & _VENT_CLOSED)
-        self.compression = Compression(own.polytropic, own.relaxation_s)
-        self.balloon_warmth = Warmth(own.balloon_warming_s)
-        self.circuit_warmth = Warmth(own.circuit_warming_s)
-        self.creep = Creep(own.creep, own.creep_s)
+        """Create the parts of the circuit from the settings."""
+        settings = self.settings
+        self.leak_kpa_per_s, self.reference_kpa = settings.leak_kpa_per_s, settings.reference_kpa
+        self.supply = Supply(settings)
+        self.inlet = self._valve(settings.inlet_mm3_per_s_kpa, bool(self.powered_valves & _INLET_OPEN))
+        self.vent = self._valve(settings.vent_mm3_per_s_kpa, not self.powered_valves & _VENT_CLOSED)
+        self.compression = CompressionHeat(settings.polytropic, settings.relaxation_s)
+        self.balloon_temperature = GasTemperature(settings.balloon_warming_s)
+        self.circuit_temperature = GasTemperature(settings.circuit_warming_s)
+        self.creep = Creep(settings.creep, settings.creep_s)
         self.ambient = Ambient(
-            own.ambient_kpa, own.ambient_drift_kpa_per_s, own.ambient_swing_kpa, own.ambient_swing_s
+            settings.ambient_kpa,
+            settings.ambient_drift_kpa_per_s,
+            settings.ambient_swing_kpa,
+            settings.ambient_swing_s,
         )
 
     def _valve(self, conductance_mm3_per_s_kpa: float, is_open: bool) -> SolenoidValve:
-        own = self.settings
-        orifice = Orifice(conductance_mm3_per_s_kpa, own.critical_ratio)
-        return SolenoidValve(orifice, own.relay_s + own.opening_s, own.relay_s + own.closing_s, is_open)
+        settings = self.settings
+        orifice = Orifice(conductance_mm3_per_s_kpa, settings.critical_ratio)
+        opening_s, closing_s = settings.relay_s + settings.opening_s, settings.relay_s + settings.closing_s
+        return SolenoidValve(orifice, opening_s, closing_s, is_open)
 
     @property
     def outside_kpa(self) -> float:
-        """Absolute pressure around the balloon."""
+        """Return the absolute pressure around the balloon."""
         return self.ambient.kpa + self.reference_kpa
 
     @property
     def gas(self) -> Gas:
-        """The gas that the balloon shares. Creep divides it, and multiplies the volume that is found."""
-        balloon = self.balloon_warmth.ratio / (1 + self.creep.growth)
+        """Return the gas at the temperature of the balloon, for the equilibrium of the plant.
+
+        With creep, the balloon is 1 + growth times as large as the plant. Therefore gas and tube volume are
+        divided by this factor, and the volume from the plant is multiplied by the factor.
+        """
+        balloon = self.balloon_temperature.ratio / (1 + self.creep.growth)
         heat = self.compression.ratio
-        if self._kept_kpa_mm3 is not None:
-            return Gas(self._kept_kpa_mm3 * balloon * heat, 0.0, self.outside_kpa)
-        tubes_mm3 = self.settings.tubes_mm3 * balloon / self.circuit_warmth.ratio
+        if self._occluded_kpa_mm3 is not None:
+            return Gas(self._occluded_kpa_mm3 * balloon * heat, 0.0, self.outside_kpa)
+        tubes_mm3 = self.settings.tubes_mm3 * balloon / self.circuit_temperature.ratio
         return Gas(self.gas_kpa_mm3 * balloon * heat, tubes_mm3, self.outside_kpa)
 
-    def step(self, balloon: BalloonState, told: int, dt_s: float) -> None:
-        """Let gas flow for `dt_s`, the balloon being as it is and the valves told to be `told`."""
-        self.inlet.step(bool(told & _INLET_OPEN), dt_s)
-        self.vent.step(not told & _VENT_CLOSED, dt_s)
+    def step(self, balloon: BalloonState, powered_valves: int, dt_s: float) -> None:
+        """Advance the time by `dt_s`, with this state of the balloon and these energized valves."""
+        self.inlet.step(bool(powered_valves & _INLET_OPEN), dt_s)
+        self.vent.step(not powered_valves & _VENT_CLOSED, dt_s)
         balloon_kpa = balloon.pressure_kpa + self.outside_kpa
-        if self.occluded is (self._kept_kpa_mm3 is None):
-            self._part_or_join(balloon, balloon_kpa)
+        if self.occluded is (self._occluded_kpa_mm3 is None):
+            self._separate_or_join(balloon, balloon_kpa)
         tubes_kpa = self._tubes_kpa(balloon_kpa)
         self._flow(tubes_kpa, balloon_kpa, dt_s)
         self.compression.step(balloon_kpa, dt_s)
-        self.balloon_warmth.step(dt_s)
-        self.circuit_warmth.step(dt_s)
+        self.balloon_temperature.step(dt_s)
+        self.circuit_temperature.step(dt_s)
         self.creep.step(balloon.pressure_kpa, dt_s)
         self.ambient.step(dt_s)
-        lagging_kpa = tubes_kpa - self.ambient.kpa - self.sensor_kpa
-        self.sensor_kpa += lagging_kpa * -math.expm1(-dt_s / self.settings.tube_s)
+        lag_kpa = tubes_kpa - self.ambient.kpa - self.sensor_kpa
+        self.sensor_kpa += lag_kpa * -math.expm1(-dt_s / self.settings.tube_time_constant_s)
 
     def _tubes_kpa(self, balloon_kpa: float) -> float:
-        """Absolute pressure in the tubes."""
-        if self._kept_kpa_mm3 is None:
+        """Return the absolute pressure in the tubes."""
+        if self._occluded_kpa_mm3 is None:
             return balloon_kpa
-        warm = self.circuit_warmth.ratio * self.compression.ratio
-        return self.gas_kpa_mm3 * warm / self.settings.tubes_mm3
+        temperature_ratio = self.circuit_temperature.ratio * self.compression.ratio
+        return self.gas_kpa_mm3 * temperature_ratio / self.settings.tubes_mm3
 
-    def _part_or_join(self, balloon: BalloonState, balloon_kpa: float) -> None:
-        if self._kept_kpa_mm3 is None:
+    def _separate_or_join(self, balloon: BalloonState, balloon_kpa: float) -> None:
+        if self._occluded_kpa_mm3 is None:
             volume_mm3 = balloon.volume_mm3 * (1 + self.creep.growth)
-            warm = self.balloon_warmth.ratio * self.compression.ratio
-            self._kept_kpa_mm3 = balloon_kpa * volume_mm3 / warm
-            self.gas_kpa_mm3 -= self._kept_kpa_mm3
+            temperature_ratio = self.balloon_temperature.ratio * self.compression.ratio
+            self._occluded_kpa_mm3 = balloon_kpa * volume_mm3 / temperature_ratio
+            self.gas_kpa_mm3 -= self._occluded_kpa_mm3
         else:
-            self.gas_kpa_mm3 += self._kept_kpa_mm3
-            self._kept_kpa_mm3 = None
+            self.gas_kpa_mm3 += self._occluded_kpa_mm3
+            self._occluded_kpa_mm3 = None
 
     def _flow(self, tubes_kpa: float, balloon_kpa: float, dt_s: float) -> None:
-        """Gas through inlet, vent, leak and hole."""
+        """Move gas through inlet, vent, leak and hole."""
         room_kpa = self.ambient.kpa
         inflow = self._inflow(tubes_kpa, room_kpa)
         self.supply.step(inflow, dt_s)
@@ -126,13 +134,13 @@ class Pneumatics:
         self.gas_kpa_mm3 += (inflow - outflow) * dt_s
         if self.burst:
             lost_kpa_mm3 = HOLE.flow(balloon_kpa, self.outside_kpa) * dt_s
-            if self._kept_kpa_mm3 is None:
+            if self._occluded_kpa_mm3 is None:
                 self.gas_kpa_mm3 -= lost_kpa_mm3
             else:
-                self._kept_kpa_mm3 -= lost_kpa_mm3
+                self._occluded_kpa_mm3 -= lost_kpa_mm3
 
     def _inflow(self, tubes_kpa: float, room_kpa: float) -> float:
-        """Through the inlet; the regulator lets nothing back."""
+        """Return the flow through the inlet. No gas flows back through the regulator."""
         if not self.inlet.open or self.supply.shut:
             return 0.0
         upstream_kpa = self.supply.outlet_kpa + room_kpa

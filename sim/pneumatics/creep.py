@@ -1,4 +1,4 @@
-"""Creep: latex that is held at a pressure goes on growing."""
+"""Creep: slow growth of latex at a constant pressure."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ REFERENCE_KPA = 8.0
 
 @dataclass(slots=True)
 class Creep:
-    """A volume that grows by a share of itself, in proportion to the pressure, with one time constant."""
+    """Relative growth of the volume, proportional to the pressure, with one time constant."""
 
-    amplitude: float  #: the share in the end, at 8 kPa
+    amplitude: float  #: final growth at 8 kPa, as a fraction of the volume
     time_s: float
-    growth: float = 0.0  #: the share now
+    growth: float = 0.0  #: present growth, as a fraction of the volume
 
     def step(self, pressure_kpa: float, dt_s: float) -> None:
-        """Hold a pressure above that around the balloon for `dt_s`."""
+        """Advance the time by `dt_s` at a pressure relative to the surroundings of the balloon."""
         if self.amplitude or self.growth:
             target = self.amplitude * pressure_kpa / REFERENCE_KPA if pressure_kpa > 0 else 0.0
             self.growth += (target - self.growth) * -math.expm1(-dt_s / self.time_s)

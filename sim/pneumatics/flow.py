@@ -1,19 +1,20 @@
-"""Gas through an orifice, by ISO 6358-1: choked, subcritical, and straight near no drop at all."""
+"""Gas flow through an orifice by ISO 6358-1: choked, subsonic, and laminar at small pressure drops."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-#: Reference pressure of ISO 6358 (ISO 8778) [kPa]; its 20 °C are those at which gas is counted here.
+#: Reference pressure of ISO 6358 (ISO 8778) [kPa]. Gas is converted to 20 °C, its reference temperature.
 REFERENCE_KPA = 100.0
-#: Above this ratio the flow is laminar (ISO 6358-1 has 0.999); a root there would chatter.
+#: Above this pressure ratio, the flow is laminar (ISO 6358-1: 0.999). A square root would make the flow
+#: oscillate around equal pressures.
 LAMINAR_RATIO = 0.999
 
 
 @dataclass(frozen=True, slots=True)
 class Orifice:
-    """A restriction: sonic conductance C and critical pressure ratio b."""
+    """Flow restriction with sonic conductance C and critical pressure ratio b."""
 
     conductance_mm3_per_s_kpa: float
     critical_ratio: float
@@ -21,11 +22,14 @@ class Orifice:
     _laminar_share: float = field(init=False)
 
     def __post_init__(self) -> None:
-        """Where the straight line meets the ellipse."""
+        """Compute the flow at the laminar ratio, where the ellipse meets the straight line."""
         object.__setattr__(self, "_laminar_share", self._ellipse(self.laminar_ratio))
 
     def flow(self, upstream_kpa: float, downstream_kpa: float) -> float:
-        """Gas [kPa·mm³/s at 20 °C] from one absolute pressure to another; negative where it runs back."""
+        """Return the flow [kPa·mm³/s at 20 °C] between two absolute pressures.
+
+        The flow is negative if the downstream pressure is higher.
+        """
         if downstream_kpa > upstream_kpa:
             return -self.flow(downstream_kpa, upstream_kpa)
         ratio = downstream_kpa / upstream_kpa
@@ -38,5 +42,5 @@ class Orifice:
         return REFERENCE_KPA * self.conductance_mm3_per_s_kpa * upstream_kpa * share
 
     def _ellipse(self, ratio: float) -> float:
-        """Share of the choked flow, √(1 − ((r − b)/(1 − b))²)."""
+        """Return the fraction of the choked flow, √(1 − ((r − b)/(1 − b))²)."""
         return math.sqrt(1 - ((ratio - self.critical_ratio) / (1 - self.critical_ratio)) ** 2)

@@ -1,30 +1,32 @@
-"""What the parts of the circuit are like, and what is still a circuit."""
+"""Settings of the pneumatic circuit, with their allowed ranges."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sim.plant import AMBIENT_KPA, TUBES_MM3
+from pneuforce.sim.plants.plant import AMBIENT_KPA, TUBES_MM3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PneumaticSettings:
-    """What a circuit is built of. Raises ValueError where a value is outside its span in `SPANS`.
+    """Properties of the parts of the circuit. Raises ValueError if a value is outside its range in `RANGES`.
 
-    Conductances are those of ISO 6358 at 20 °C and 100 kPa. The inlet inflates at 4–6 kPa/s; the vent is four
-    times as wide, so that both open leave less than 5 kPa.
+    Conductances are those of ISO 6358 at 20 °C and 100 kPa. The inlet inflates at 4–6 kPa/s. The vent is four
+    times as wide: if both valves are open, the pressure stays below 5 kPa.
     """
 
     # supply
     tank_mm3: float = 3e6
-    tank_low_kpa: float = 400.0  #: the compressor starts
-    tank_high_kpa: float = 600.0  #: and stops
+    tank_low_kpa: float = 400.0  #: the compressor starts at this pressure
+    tank_high_kpa: float = 600.0  #: the compressor stops at this pressure
     compressor_kpa_mm3_per_s: float = 1.7e7  #: 10 L/min of free air
     tank_leak_kpa_per_s: float = 0.02
-    regulator_kpa: float = 50.0  #: without flow, the tank halfway between its limits
-    droop_kpa_s_per_kpa_mm3: float = 1e-5  #: fall of the regulated pressure by flow
-    supply_effect: float = 0.005  #: share of the tank's swing that comes through the regulator
+    regulator_kpa: float = (
+        50.0  #: outlet pressure without flow, with the tank pressure halfway between its limits
+    )
+    droop_kpa_s_per_kpa_mm3: float = 1e-5  #: decrease of the regulated pressure per flow
+    supply_effect: float = 0.005  #: decrease of the regulated pressure per increase of the tank pressure
     # valves
     inlet_mm3_per_s_kpa: float = 10.5
     vent_mm3_per_s_kpa: float = 44.0
@@ -34,26 +36,26 @@ class PneumaticSettings:
     closing_s: float = 0.007
     # tubes
     tubes_mm3: float = TUBES_MM3
-    tube_s: float = 0.06  #: first-order lag from balloon to sensor
+    tube_time_constant_s: float = 0.06  #: first-order lag from balloon to sensor
     leak_kpa_per_s: float = 0.0003  #: fall of the locked pressure at 8 kPa
     # gas
     polytropic: float = 1.0  #: 1 is isothermal, 1.4 adiabatic
-    relaxation_s: float = 0.3  #: in which the walls take a temperature back
-    balloon_warming_s: float = 20.0
-    circuit_warming_s: float = 600.0
+    relaxation_s: float = 0.3  #: time constant with which the walls absorb the heat of compression
+    balloon_warming_s: float = 20.0  #: time constant of the temperature in the balloon
+    circuit_warming_s: float = 600.0  #: time constant of the temperature in the tubes
     # latex
-    creep: float = 0.0  #: share by which the volume grows in the end, at 8 kPa
-    creep_s: float = 60.0
+    creep: float = 0.0  #: final growth of the volume at 8 kPa, as a fraction
+    creep_s: float = 60.0  #: time constant
     # surroundings
     ambient_kpa: float = AMBIENT_KPA
     ambient_drift_kpa_per_s: float = 0.0
     ambient_swing_kpa: float = 0.0
-    ambient_swing_s: float = 600.0  #: one swing there and back
-    reference_kpa: float = 0.0  #: of the body cavity, above the room: insufflation
+    ambient_swing_s: float = 600.0  #: period
+    reference_kpa: float = 0.0  #: pressure of the body cavity relative to the room: insufflation
 
     def __post_init__(self) -> None:
-        """Hold every value against its span."""
-        for name, (low, high) in SPANS.items():
+        """Check every value against its range."""
+        for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f"{name} is {value:g}, and must be from {low:g} to {high:g}")
@@ -61,10 +63,10 @@ class PneumaticSettings:
             raise ValueError("tank_low_kpa must be below tank_high_kpa")
 
 
-_SHARE = (0.0, 1.0)
+_FRACTION = (0.0, 1.0)
 _TIME_S = (0.001, 1e5)
-#: Spans of the settings, in their own units. Wide: what is outside is a slip of the pen.
-SPANS: Mapping[str, tuple[float, float]] = {
+#: Ranges of the settings, in the units of the settings. The ranges are wide, to find typing errors only.
+RANGES: Mapping[str, tuple[float, float]] = {
     "tank_mm3": (1e4, 1e9),
     "tank_low_kpa": (0.0, 1500.0),
     "tank_high_kpa": (0.0, 1500.0),
@@ -80,13 +82,13 @@ SPANS: Mapping[str, tuple[float, float]] = {
     "opening_s": (0.0, 1.0),
     "closing_s": (0.0, 1.0),
     "tubes_mm3": (1000.0, 1e6),
-    "tube_s": _TIME_S,
+    "tube_time_constant_s": _TIME_S,
     "leak_kpa_per_s": (0.0, 10.0),
     "polytropic": (1.0, 1.4),
     "relaxation_s": _TIME_S,
     "balloon_warming_s": _TIME_S,
     "circuit_warming_s": _TIME_S,
-    "creep": _SHARE,
+    "creep": _FRACTION,
     "creep_s": _TIME_S,
     "ambient_kpa": (50.0, 120.0),
     "ambient_drift_kpa_per_s": (-1.0, 1.0),

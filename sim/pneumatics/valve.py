@@ -1,42 +1,42 @@
-"""A solenoid valve behind its relay: it moves late, and it may be stuck."""
+"""Solenoid valve with its relay: it follows commands with a delay, and can be stuck."""
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
 
-from sim.pneumatics.flow import Orifice
+from pneuforce.sim.pneumatics.flow import Orifice
 
 _ROUNDING_S = 1e-9
 
 
 @dataclass(slots=True)
 class SolenoidValve:
-    """One of the two valves, in terms of what the gas sees: open or shut."""
+    """Solenoid valve that is either fully open or fully shut."""
 
     orifice: Orifice
-    opening_s: float  #: from the order to the open valve, relay included
-    closing_s: float
-    told_open: bool
-    stuck: bool | None = None  #: None works, True is stuck open, False stuck shut
+    opening_s: float  #: delay from the command to the open valve, including the relay
+    closing_s: float  #: delay from the command to the shut valve, including the relay
+    commanded_open: bool
+    stuck: bool | None = None  #: None: works; True: stuck open; False: stuck shut
     _open: bool = field(init=False)
-    _coming: deque[tuple[float, bool]] = field(default_factory=deque)  # (time left [s], open)
+    _pending: deque[tuple[float, bool]] = field(default_factory=deque)  # (time left [s], open)
 
     def __post_init__(self) -> None:
-        """It has been told long ago."""
-        self._open = self.told_open
+        """Start in the commanded position."""
+        self._open = self.commanded_open
 
     @property
     def open(self) -> bool:
-        """Whether gas can pass now."""
+        """Return True if gas can pass now."""
         return self._open if self.stuck is None else self.stuck
 
-    def step(self, told_open: bool, dt_s: float) -> None:
-        """Move for `dt_s`, being told to be open or shut. A pulse is delayed whole."""
-        if told_open != self.told_open:
-            self.told_open = told_open
-            self._coming.append((self.opening_s if told_open else self.closing_s, told_open))
-        if self._coming:
-            self._coming = deque((left_s - dt_s, state) for left_s, state in self._coming)
-            while self._coming and self._coming[0][0] <= _ROUNDING_S:
-                self._open = self._coming.popleft()[1]
+    def step(self, commanded_open: bool, dt_s: float) -> None:
+        """Advance the time by `dt_s` with a command. Short pulses are delayed, not shortened."""
+        if commanded_open != self.commanded_open:
+            self.commanded_open = commanded_open
+            self._pending.append((self.opening_s if commanded_open else self.closing_s, commanded_open))
+        if self._pending:
+            self._pending = deque((left_s - dt_s, state) for left_s, state in self._pending)
+            while self._pending and self._pending[0][0] <= _ROUNDING_S:
+                self._open = self._pending.popleft()[1]

@@ -1,4 +1,4 @@
-"""Tables kept on disk, because one takes seconds to build. What is not as it should be is built anew."""
+"""Cache of membrane tables on disk, because computing a table takes seconds. Invalid files are replaced."""
 
 from __future__ import annotations
 
@@ -9,13 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.kept import directory, whole
-from sim.membrane.family import Progress
-from sim.membrane.material import Rubber
-from sim.membrane.table import COLUMNS, LEAST_FREE_KPA, MOST_FREE_STRETCH, ROWS, Table, build
-from sim.plant import AMBIENT_KPA, HARDEST_N, TUBES_MM3
+from pneuforce.sim.plants.membrane.family import ProgressCallback
+from pneuforce.sim.plants.membrane.material import Rubber
+from pneuforce.sim.plants.membrane.table import (
+    COLUMNS,
+    MAX_FREE_STRETCH,
+    MIN_FREE_KPA,
+    ROWS,
+    MembraneTable,
+    compute_table,
+)
+from pneuforce.sim.plants.plant import AMBIENT_KPA, MAX_PUSH_N, TUBES_MM3
+from pneuforce.support.cache_dir import cache_directory, cached_file
 
-#: To be raised with every change of what a table holds or of how it is computed.
+#: Increment this number after each change of the content or the computation of a table.
 TABLE_VERSION = 1
 SHAPES = {
     "gas_kpa_mm3": (ROWS,),
@@ -25,38 +32,38 @@ SHAPES = {
 }
 
 
-def kept_table(rubber: Rubber, sides: int, progress: Progress) -> Table:
-    """The table from disk, or a new one, which is left there if the disk lets us."""
+def cached_table(rubber: Rubber, sides: int, progress: ProgressCallback) -> MembraneTable:
+    """Return the table from the cache. A missing table is computed, and written to the cache if possible."""
     key = _key(rubber, sides)
-    path = directory() / f"membrane-{key[:16]}.npz"
+    path = cache_directory() / f"membrane-{key[:16]}.npz"
     table = _read(path, key)
     if table is None:
-        table = build(rubber, sides, progress)
+        table = compute_table(rubber, sides, progress)
         with suppress(OSError):
             _write(path, key, table)
     return table
 
 
 def _key(rubber: Rubber, sides: int) -> str:
-    grid = (ROWS, COLUMNS, HARDEST_N, LEAST_FREE_KPA, MOST_FREE_STRETCH, TUBES_MM3, AMBIENT_KPA)
+    grid = (ROWS, COLUMNS, MAX_PUSH_N, MIN_FREE_KPA, MAX_FREE_STRETCH, TUBES_MM3, AMBIENT_KPA)
     return hashlib.sha256(repr((TABLE_VERSION, astuple(rubber), sides, grid)).encode()).hexdigest()
 
 
-def _read(path: Path, key: str) -> Table | None:
+def _read(path: Path, key: str) -> MembraneTable | None:
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             arrays = {name: file[name] for name in SHAPES}
-            sound = str(file["key"]) == key and all(
+            valid = str(file["key"]) == key and all(
                 arrays[name].shape == shape
                 and arrays[name].dtype == float
                 and np.isfinite(arrays[name]).all()
                 for name, shape in SHAPES.items()
             )
-    except Exception:  # numpy, zipfile and tokenize each have their own for a spoilt file
+    except Exception:  # numpy, zipfile and tokenize each raise their own exceptions for a damaged file
         return None
-    return Table(**arrays) if sound else None
+    return MembraneTable(**arrays) if valid else None
 
 
-def _write(path: Path, key: str, table: Table) -> None:
-    with whole(path) as part, part.open("wb") as file:
+def _write(path: Path, key: str, table: MembraneTable) -> None:
+    with cached_file(path) as temporary, temporary.open("wb") as file:
         np.savez(file, key=key, **{field.name: getattr(table, field.name) for field in fields(table)})

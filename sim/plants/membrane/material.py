@@ -1,4 +1,4 @@
-"""Rubber: the tensions of a thin incompressible sheet by its two principal stretches, and its free inflation.
+"""Rubber: tensions of a thin incompressible sheet at its principal stretches, and free inflation.
 
 Mooney–Rivlin: W = μ/2 [(λ1² + λ2² + λ3² − 3) + α (λ1⁻² + λ2⁻² + λ3⁻² − 3)], λ3 = 1/(λ1 λ2).
 Neo-Hookean: α = 0.
@@ -12,12 +12,12 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-#: A free sphere larger than this times its rest radius is not looked for.
-WIDEST_STRETCH = 4.0
+#: Largest tabulated radius of the free sphere, as a multiple of the radius at rest.
+MAX_STRETCH = 4.0
 
 
 class Tensions(NamedTuple):
-    """Tensions per deformed length [kPa·mm], along the meridian and around, and how the first one changes."""
+    """Tensions per deformed length [kPa·mm] along the meridian and around the axis, with derivatives."""
 
     along: Any
     around: Any
@@ -26,23 +26,23 @@ class Tensions(NamedTuple):
 
 
 class Material(Protocol):
-    """A closed skin that is a sphere of `radius_mm` at rest."""
+    """Elastic skin of a closed balloon that is a sphere of `radius_mm` at rest."""
 
     @property
     def radius_mm(self) -> float:
-        """Radius at rest [mm]."""
+        """Return the radius at rest [mm]."""
         ...
 
     def tensions(self, along: Any, around: Any) -> Tensions:
-        """Tensions at the stretches λ1 along the meridian and λ2 around the axis."""
+        """Return the tensions at the stretches λ1 along the meridian and λ2 around the axis."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rubber:
-    """A rubber skin.
+    """Rubber skin.
 
-    The default is the Mooney–Rivlin balloon whose free inflation is nearest to the paper's R_i(ΔP_i).
+    The defaults are the Mooney–Rivlin balloon whose free inflation fits R_i(ΔP_i) of the paper best.
     """
 
     mu_kpa: float = 263.022
@@ -51,7 +51,7 @@ class Rubber:
     thickness_mm: float = 0.2
 
     def tensions(self, along: Any, around: Any) -> Tensions:
-        """T1 = μh₀ (λ1/λ2 − (λ1λ2)⁻³)(1 + αλ2²), T2 likewise with 1 and 2 exchanged."""
+        """Return T1 = μh₀ (λ1/λ2 − (λ1λ2)⁻³)(1 + αλ2²), and T2 with exchanged indices 1 and 2."""
         stiffness = self.mu_kpa * self.thickness_mm
         thinning = 1 / (along * around)
         thinning = thinning * thinning * thinning
@@ -65,25 +65,25 @@ class Rubber:
         )
 
     def free_kpa(self, stretch: Any) -> Any:
-        """Pressure [kPa] of the free sphere at a stretch: ΔP = (2μh₀/R₀)(λ⁻¹ − λ⁻⁷)(1 + αλ²)."""
+        """Return the pressure [kPa] of the free sphere at a stretch: ΔP = (2μh₀/R₀)(λ⁻¹ − λ⁻⁷)(1 + αλ²)."""
         stiffness = 2 * self.mu_kpa * self.thickness_mm / self.radius_mm
         return stiffness * (1 / stretch - stretch**-7) * (1 + self.alpha * stretch * stretch)
 
     def free_slope_kpa(self, stretch: Any) -> Any:
-        """dΔP/dλ [kPa] of the free sphere; zero at the limit point, λ = 7^(1/6) where α = 0."""
+        """Return dΔP/dλ [kPa] of the free sphere. It is zero at the limit point, λ = 7^(1/6) if α = 0."""
         stiffness = 2 * self.mu_kpa * self.thickness_mm / self.radius_mm
         return stiffness * (7 * stretch**-8 - stretch**-2 + self.alpha * (1 + 5 * stretch**-6))
 
     def free_stretch(self, pressure_kpa: Any) -> Any:
-        """Stretch of the free sphere at a pressure, up to the limit point; 1 where there is no pressure."""
+        """Return the stretch of the free sphere at a pressure, up to the limit point; 1 without pressure."""
         stretches, pressures_kpa = _rising_branch(self)
         return np.interp(pressure_kpa, pressures_kpa, stretches)
 
 
 @cache
 def _rising_branch(rubber: Rubber) -> tuple[Any, Any]:
-    """Stretches and pressures [kPa] of the free sphere, up to its limit point."""
-    stretches = np.linspace(1.0, WIDEST_STRETCH, 30_001)
+    """Return stretches and pressures [kPa] of the free sphere, up to its limit point."""
+    stretches = np.linspace(1.0, MAX_STRETCH, 30_001)
     falling = np.flatnonzero(rubber.free_slope_kpa(stretches) < 0)
     stretches = stretches[: falling[0] if falling.size else None]
     return stretches, rubber.free_kpa(stretches)

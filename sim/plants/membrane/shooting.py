@@ -1,7 +1,9 @@
-"""The pressed shape, by shooting from the pole: flat on the plate, then free, upright at the equator.
+"""Shape of the pressed balloon by the shooting method, from the pole to the equator.
 
-Over the angle φ that a point of the half sphere had at rest: λ1 = ds/(R₀ dφ), λ2 = r/(R₀ sin φ), θ the slope.
-d(r T1)/ds = T2 cos θ everywhere, κ1 T1 + κ2 T2 = ΔP where free, θ = 0 on the plate, which does not rub.
+The meridian lies flat on the plate, is free beyond the edge of the plate, and is vertical at the equator.
+The independent variable is the angle φ of a point on the half sphere at rest: λ1 = ds/(R₀ dφ),
+λ2 = r/(R₀ sin φ), θ is the slope. Equilibrium requires d(r T1)/ds = T2 cos θ everywhere and
+κ1 T1 + κ2 T2 = ΔP on the free part. On the plate, which is frictionless, θ = 0.
 """
 
 from __future__ import annotations
@@ -13,19 +15,20 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sim.membrane.material import Material
+from pneuforce.sim.plants.membrane.material import Material
 
 Array = npt.NDArray[np.float64]
 
 FLAT_STEPS, FREE_STEPS = 24, 80
 EQUATOR = np.pi / 2
-#: A slope [rad] beyond which a shot has missed for good; it rests there, where its radius is still positive.
-MISSED = 2.2
-FINEST_SLOPE, MOST_SHOTS = 1e-9, 30
+#: A shot with a larger slope [rad] cannot become vertical at the equator. Its integration stops, because its
+#: radius would become negative.
+MAX_SLOPE = 2.2
+SLOPE_TOLERANCE, MAX_SHOTS = 1e-9, 30
 
 
 class _Point(NamedTuple):
-    """A point on each meridian: r [mm], λ1, θ."""
+    """One point on each meridian: r [mm], λ1, θ."""
 
     r_mm: Any
     along: Any
@@ -37,11 +40,11 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Shapes:
-    """Pressed half balloons in equilibrium, one per column; their nodes run from the pole to the equator."""
+    """Pressed half balloons in equilibrium, one for each column. Nodes run from the pole to the equator."""
 
     material: Material
     pressure_kpa: Array
-    contact_radius_mm: Array  #: a, where the plate ends
+    contact_radius_mm: Array  #: a, radius of the edge of the contact
     angle: Array  #: φ
     r_mm: Array
     along: Array  #: λ1
@@ -49,100 +52,103 @@ class Shapes:
 
     @property
     def force_n(self) -> Array:
-        """F = ΔP π a² [N]: no slope at the edge, so the plate carries the pressure and nothing else."""
+        """Return F = ΔP π a² [N]. The slope at the edge is zero, so the plate carries the pressure only."""
         force: Array = 1e-3 * np.pi * self.pressure_kpa * self.contact_radius_mm**2
         return force
 
     @property
     def around(self) -> Array:
-        """λ2 at the nodes; at the pole it is λ1."""
+        """Return λ2 at the nodes. At the pole, λ2 = λ1."""
         sine = self.material.radius_mm * np.sin(self.angle)
         return np.divide(self.r_mm, sine, out=self.along.copy(), where=sine > 0)
 
     @property
     def height_mm(self) -> Array:
-        """From the plate down to each node [mm]."""
-        return _integral(self.material.radius_mm * self.along * np.sin(self.slope), self.angle)
+        """Return the distance from the plate to each node [mm]."""
+        return _cumulative_integral(self.material.radius_mm * self.along * np.sin(self.slope), self.angle)
 
     @property
     def half_height_mm(self) -> Array:
-        """From the plate to the equator [mm]."""
+        """Return the distance from the plate to the equator [mm]."""
         height: Array = self.height_mm[-1]
         return height
 
     @property
     def half_volume_mm3(self) -> Array:
-        """Between the plate and the equator [mm³]."""
-        falling = self.material.radius_mm * self.along * np.sin(self.slope)
-        volume: Array = _integral(np.pi * self.r_mm**2 * falling, self.angle)[-1]
+        """Return the volume between the plate and the equator [mm³]."""
+        depth_rate = self.material.radius_mm * self.along * np.sin(self.slope)
+        volume: Array = _cumulative_integral(np.pi * self.r_mm**2 * depth_rate, self.angle)[-1]
         return volume
 
 
 def press(material: Material, pole_stretch: Array, contact_angle: Array) -> Shapes:
-    """The shapes with these stretches at the pole that lie on the plate up to these angles φ, 0 < φ < π/2.
+    """Return the shapes with these stretches at the pole and these contact angles φ, 0 < φ < π/2.
 
-    NaN where a shape does not exist, as where the skin would push at the plate's edge.
+    A shape that does not exist is NaN, for example if the skin would be compressed at the edge of the plate.
     """
     pole_stretch, contact_angle = np.broadcast_arrays(pole_stretch, contact_angle)
     with np.errstate(all="ignore"):
         flat_angles = contact_angle * np.linspace(0, 1, FLAT_STEPS + 1)[:, None]
         pole = _Point(0.0 * pole_stretch, pole_stretch + 0.0, 0.0 * pole_stretch)
-        flat = _march(material, flat_angles, pole, None)
-        # Beside a small contact the slope changes within a length a: the steps grow with φ.
+        flat = _integrate(material, flat_angles, pole, None)
+        # Near a small contact, the slope changes within the length a. Therefore the steps increase with φ.
         free_angles = contact_angle * (EQUATOR / contact_angle) ** np.linspace(0, 1, FREE_STEPS + 1)[:, None]
-        pressure = _aim(material, free_angles, flat[-1])
-        free = _march(material, free_angles, flat[-1], pressure)
+        pressure = _solve_pressure(material, free_angles, flat[-1])
+        free = _integrate(material, free_angles, flat[-1], pressure)
     r, along, slope = (np.stack(nodes) for nodes in zip(*flat, *free[1:], strict=True))
     angle = np.concatenate([flat_angles, free_angles[1:]])
     return Shapes(material, pressure, flat[-1].r_mm, angle, r, along, slope)
 
 
-def slack(material: Material, contact_angle: Array) -> tuple[Array, Array]:
-    """Stretch at the pole, and radius a [mm], where the skin does not pull along the meridian at the edge.
+def slack_limit(material: Material, contact_angle: Array) -> tuple[Array, Array]:
+    """Return the stretch at the pole and the radius a [mm] at which the tension at the edge is zero.
 
-    Below that stretch there is no shape. It is less than 1: a flat disc's rim is wider than on the sphere.
+    The tension along the meridian is meant. No shape exists below this stretch. The stretch is less than 1,
+    because the rim of a flat disc is wider than on the sphere.
     """
     poles = np.linspace(0.9, 1.02, 241)[:, None]
     angles = contact_angle * np.linspace(0, 1, FLAT_STEPS + 1)[:, None, None]
-    edge = _march(material, angles, _Point(0.0 * poles, poles, 0.0 * poles), None)[-1]
+    edge = _integrate(material, angles, _Point(0.0 * poles, poles, 0.0 * poles), None)[-1]
     tension = material.tensions(edge.along, edge.r_mm / (material.radius_mm * np.sin(contact_angle))).along
     found = np.array(
         [
-            [np.interp(0.0, pulls, poles[:, 0]), np.interp(0.0, pulls, radii)]
-            for pulls, radii in zip(tension.T, edge.r_mm.T, strict=True)
+            [np.interp(0.0, tensions, poles[:, 0]), np.interp(0.0, tensions, radii)]
+            for tensions, radii in zip(tension.T, edge.r_mm.T, strict=True)
         ]
     )
     return found[:, 0], found[:, 1]
 
 
-def _aim(material: Material, angles: Array, edge: _Point) -> Array:
-    """Pressures [kPa] at which the skin is upright at the equator, by a secant kept inside a bracket.
+def _solve_pressure(material: Material, angles: Array, edge: _Point) -> Array:
+    """Return the pressures [kPa] at which the skin is vertical at the equator, by a bracketed secant method.
 
-    The slope at the equator rises with the pressure, up to the first hit.
+    The slope at the equator increases with the pressure, up to the first solution.
     """
     tension = material.tensions(edge.along, edge.r_mm / (material.radius_mm * np.sin(angles[0]))).along
     left = 1 - angles[0] / EQUATOR
     pressure = np.where(tension > 0, tension * (1 + left) / (material.radius_mm * edge.along * left), np.nan)
     low, high = 0.0 * pressure, np.full_like(pressure, np.inf)
     before, miss_before, miss = low, low - EQUATOR, low + np.inf
-    for _ in range(MOST_SHOTS):
-        off = abs(miss) > FINEST_SLOPE
-        if not off.any():
+    for _ in range(MAX_SHOTS):
+        unsolved = abs(miss) > SLOPE_TOLERANCE
+        if not unsolved.any():
             break
-        aimed = _Point(*(values[off] for values in edge))
+        starts = _Point(*(values[unsolved] for values in edge))
         miss = miss.copy()
-        miss[off] = _march(material, angles[:, off], aimed, pressure[off])[-1].slope - EQUATOR
+        miss[unsolved] = (
+            _integrate(material, angles[:, unsolved], starts, pressure[unsolved])[-1].slope - EQUATOR
+        )
         low, high = np.where(miss < 0, pressure, low), np.where(miss < 0, high, pressure)
         secant = pressure - miss * (pressure - before) / (miss - miss_before)
         middle = np.where(np.isinf(high), 2 * pressure, (low + high) / 2)
         better = np.where((secant > low) & (secant < high), secant, middle)
         before, miss_before = pressure, miss
-        pressure = np.where(abs(miss) > FINEST_SLOPE, better, pressure)
-    return np.where(abs(miss) <= FINEST_SLOPE, pressure, np.nan)
+        pressure = np.where(abs(miss) > SLOPE_TOLERANCE, better, pressure)
+    return np.where(abs(miss) <= SLOPE_TOLERANCE, pressure, np.nan)
 
 
-def _march(material: Material, angles: Array, point: _Point, pressure_kpa: Array | None) -> list[_Point]:
-    """Points at all angles by the classical Runge–Kutta step; without a pressure: on the plate."""
+def _integrate(material: Material, angles: Array, point: _Point, pressure_kpa: Array | None) -> list[_Point]:
+    """Return the points at all angles (classical Runge–Kutta method). Without a pressure: on the plate."""
     points = [point]
     for start, end in pairwise(angles):
         step, middle = end - start, (start + end) / 2
@@ -150,15 +156,15 @@ def _march(material: Material, angles: Array, point: _Point, pressure_kpa: Array
         k2 = _rates(material, middle, point.moved(k1, step / 2), pressure_kpa)
         k3 = _rates(material, middle, point.moved(k2, step / 2), pressure_kpa)
         k4 = _rates(material, end, point.moved(k3, step), pressure_kpa)
-        going = step * (point.slope < MISSED) / 6
+        weight = step * (point.slope < MAX_SLOPE) / 6
         mean = _Point(*(a + 2 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)))
-        point = point.moved(mean, going)
+        point = point.moved(mean, weight)
         points.append(point)
     return points
 
 
 def _rates(material: Material, angle: Array, point: _Point, pressure_kpa: Array | None) -> _Point:
-    """d/dφ of a point."""
+    """Return the derivatives of a point with respect to φ."""
     r, along, slope = point
     arc = material.radius_mm * along
     sine = np.sin(angle)
@@ -169,16 +175,18 @@ def _rates(material: Material, angle: Array, point: _Point, pressure_kpa: Array 
     level = 1.0 if pressure_kpa is None else np.cos(slope)
     widening = (along * level - around * np.cos(angle)) / sine  # dλ2/dφ
     pull = (tensions.around - tensions.along) * level * arc / r  # dT1/dφ
-    turn = (
+    slope_rate = (
         0.0 * arc
         if pressure_kpa is None
         else arc * (pressure_kpa - np.sin(slope) / r * tensions.around) / tensions.along
     )
-    return _Point(arc * level, (pull - tensions.along_by_around * widening) / tensions.along_by_along, turn)
+    return _Point(
+        arc * level, (pull - tensions.along_by_around * widening) / tensions.along_by_along, slope_rate
+    )
 
 
-def _integral(rate: Array, angle: Array) -> Array:
-    """∫ rate dφ from the pole to each node, by parabolas on unequal steps."""
+def _cumulative_integral(rate: Array, angle: Array) -> Array:
+    """Return ∫ rate dφ from the pole to each node, by Simpson's rule for unequal steps."""
     from scipy.integrate import cumulative_simpson
 
     total: Array = cumulative_simpson(rate, x=angle, axis=0, initial=0)

@@ -1,7 +1,7 @@
-"""The table from which the plant is read: pressure and height by gas and force, in the reference circuit.
+"""Table of the membrane plant: pressure and height by gas and force, in the reference circuit.
 
-Rows are gas, evenly. Columns are √(force / the row's highest force), evenly: contact radius and √force begin
-together.
+The rows are equidistant in the amount of gas. The columns are equidistant in √(force / highest force of the
+row), because the contact radius is proportional to √force at small forces.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.membrane.family import Progress, columns, reference_gas, reference_volume
-from sim.membrane.material import Rubber
-from sim.membrane.shooting import EQUATOR, Array, slack
-from sim.plant import AMBIENT_KPA, HARDEST_N, TUBES_MM3
+from pneuforce.sim.plants.membrane.family import ProgressCallback, columns, reference_gas, reference_volume
+from pneuforce.sim.plants.membrane.material import Rubber
+from pneuforce.sim.plants.membrane.shooting import EQUATOR, Array, slack_limit
+from pneuforce.sim.plants.plant import AMBIENT_KPA, MAX_PUSH_N, TUBES_MM3
 
 ROWS, COLUMNS = 400, 160
-LEAST_FREE_KPA, MOST_FREE_STRETCH = 0.05, 1.85
-FINE = 20_001
+MIN_FREE_KPA, MAX_FREE_STRETCH = 0.05, 1.85
+FINE_POINTS = 20_001
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
-    """One balloon. In column 0 it is free; in the last one it lies flat, or is pressed with `HARDEST_N`."""
+class MembraneTable:
+    """Table of one balloon. Column 0: free. Last column: completely flat, or pressed with `MAX_PUSH_N`."""
 
     gas_kpa_mm3: Array  #: (rows,)
     highest_n: Array  #: (rows,)
@@ -32,75 +32,83 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class _Paths:
-    """How balloons go from free to flat, (rows, nodes); NaN beyond the family's reach."""
+    """Shapes from free to flat, arrays (rows, nodes); NaN outside the shape family."""
 
     pressure_kpa: Array
     half_height_mm: Array
     contact_radius_mm: Array
 
 
-def build(rubber: Rubber, sides: int, progress: Progress = lambda _done, _total: None) -> Table:
-    """The table of a balloon pressed on one or two `sides`; `progress(done, total)` hears how far it is.
+def compute_table(
+    rubber: Rubber, sides: int, progress: ProgressCallback = lambda _done, _total: None
+) -> MembraneTable:
+    """Return the table of a balloon that is pressed on one or two `sides`.
 
-    Raises ArithmeticError for a rubber too odd for the shots to find all its shapes.
+    `progress(done, total)` is called during the computation. Raises ArithmeticError if the shooting method
+    does not find all shapes of the rubber.
     """
-    stretch = np.linspace(1.0, MOST_FREE_STRETCH, FINE)
+    stretch = np.linspace(1.0, MAX_FREE_STRETCH, FINE_POINTS)
     free_kpa = rubber.free_kpa(stretch)
     free_gas = reference_gas(free_kpa, 4 / 3 * np.pi * (rubber.radius_mm * stretch) ** 3)
-    least = int(np.argmax(free_kpa > LEAST_FREE_KPA))
+    least = int(np.argmax(free_kpa > MIN_FREE_KPA))
     gas = np.linspace(free_gas[least], free_gas[-1], ROWS)
     stretch = np.interp(gas, free_gas, stretch)
     free = np.stack([rubber.free_kpa(stretch), rubber.radius_mm * stretch, 0.0 * gas])
     found = columns(rubber, sides, progress)
-    if any(column.gas_kpa_mm3[-1] < gas[-1] and column.highest_n < HARDEST_N for column in found):
-        raise ArithmeticError(f"some pressed shapes of {rubber} were not found")
+    if any(column.gas_kpa_mm3[-1] < gas[-1] and column.highest_n < MAX_PUSH_N for column in found):
+        raise ArithmeticError(
+            f"some pressed shapes of {rubber} were not found: use constants closer to the defaults"
+        )
     nodes = np.stack([free, *(column.at(gas) for column in found), _flat(rubber, sides, gas)], axis=2)
     first = int(np.searchsorted(gas, max(column.gas_kpa_mm3[0] for column in found)))
-    return _resampled(gas, _limp(_Paths(*nodes), gas, first))
+    return _resampled(gas, _extended(_Paths(*nodes), gas, first))
 
 
 def _flat(rubber: Rubber, sides: int, gas: Array) -> Array:
-    """Pressure, half height and contact radius (3, rows) where the pressed side holds nothing any more.
+    """Return pressure, half height and contact radius, shape (3, rows), of the completely flat side.
 
-    Its rim pulls no more, so its radius does not depend on the pressure.
+    The tension at its rim is zero, so its radius does not depend on the pressure.
     """
-    pressure = np.linspace(-1.0, 400.0, FINE)
+    pressure = np.linspace(-1.0, 400.0, FINE_POINTS)
     held = 2 / 3 * np.pi * (rubber.radius_mm * rubber.free_stretch(pressure)) ** 3 * (2 - sides)
     flat_kpa = np.interp(gas, reference_gas(pressure, held), pressure)
-    radius = slack(rubber, np.array([EQUATOR]))[1]
+    radius = slack_limit(rubber, np.array([EQUATOR]))[1]
     return np.stack([flat_kpa, 0.0 * gas, radius + 0.0 * gas])
 
 
-def _limp(paths: _Paths, gas: Array, first: int) -> _Paths:
-    """The rows below `first` too, where the skin would have to push: it wrinkles, and hardly stretches.
+def _extended(paths: _Paths, gas: Array, first: int) -> _Paths:
+    """Return the paths with the rows below `first`, in which the skin wrinkles and hardly stretches.
 
-    They take the shapes of row `first`, scaled to their own free radius; the gas law gives the pressure.
+    These rows use the shapes of row `first`, scaled to their own free radius. The gas law gives the pressure.
     """
     scale = (paths.half_height_mm[:first, 0] / paths.half_height_mm[first, 0])[:, None]
     volume = reference_volume(paths.pressure_kpa[first], gas[first]) * scale**3
-    limp = _Paths(
+    wrinkled = _Paths(
         gas[:first, None] / (volume + TUBES_MM3) - AMBIENT_KPA,
         paths.half_height_mm[first] * scale,
         paths.contact_radius_mm[first] * scale,
     )
     return _Paths(
-        np.concatenate([limp.pressure_kpa, paths.pressure_kpa[first:]]),
-        np.concatenate([limp.half_height_mm, paths.half_height_mm[first:]]),
-        np.concatenate([limp.contact_radius_mm, paths.contact_radius_mm[first:]]),
+        np.concatenate([wrinkled.pressure_kpa, paths.pressure_kpa[first:]]),
+        np.concatenate([wrinkled.half_height_mm, paths.half_height_mm[first:]]),
+        np.concatenate([wrinkled.contact_radius_mm, paths.contact_radius_mm[first:]]),
     )
 
 
-def _resampled(gas: Array, paths: _Paths) -> Table:
-    """The paths at even √force, as far as it rises: a flat disc is smaller than a nearly flat balloon."""
+def _resampled(gas: Array, paths: _Paths) -> MembraneTable:
+    """Return the paths at equidistant √force.
+
+    A path ends when the force stops increasing, because a flat disc is smaller than a nearly flat balloon.
+    """
     from scipy.interpolate import PchipInterpolator
 
     force = 1e-3 * np.pi * paths.pressure_kpa * paths.contact_radius_mm**2
     values = np.stack([paths.pressure_kpa, paths.half_height_mm], axis=2)
     highest, table = np.empty(ROWS), np.empty((ROWS, COLUMNS, 2))
     for row in range(ROWS):
-        ends = (force[row, 1:] >= HARDEST_N) | ~(np.diff(force[row, :], append=np.nan)[1:] > 0)
+        ends = (force[row, 1:] >= MAX_PUSH_N) | ~(np.diff(force[row, :], append=np.nan)[1:] > 0)
         nodes = int(np.argmax(ends)) + 2
-        highest[row] = min(force[row, nodes - 1], HARDEST_N)
+        highest[row] = min(force[row, nodes - 1], MAX_PUSH_N)
         root = np.sqrt(highest[row]) * np.linspace(0, 1, COLUMNS)
         table[row] = PchipInterpolator(np.sqrt(force[row, :nodes]), values[row, :nodes])(root)
-    return Table(gas, highest, table[..., 0], table[..., 1])
+    return MembraneTable(gas, highest, table[..., 0], table[..., 1])

@@ -1,0 +1,1 @@
+"""Serial lines of the simulated rig: pseudo-terminal, noise and proxies."""

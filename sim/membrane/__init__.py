@@ -1,4 +1,0 @@
-"""The `membrane` plant: a balloon of incompressible rubber, from finite elasticity and nothing else.
-
-It shares no equation with the law that the instrument believes in.
-"""

@@ -1,0 +1,1 @@
+"""Process that runs the simulated rig and its control port."""

@@ -1,0 +1,78 @@
+"""Requests of a control client: a table of keys, allowed values and actions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from pneuforce.sim.contacts.scenario_table import is_number
+from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.sim.plants.plant import MAX_PUSH_N
+from pneuforce.sim.scenario import ScenarioError, contacts_of
+from pneuforce.sim.world import World
+
+
+class ControlRequest(NamedTuple):
+    """One kind of request: the allowed values, and the action, which returns the answer or None."""
+
+    is_valid: Callable[[Any], bool]
+    expected: str  #: the allowed values in words, for the error message
+    execute: Callable[[World, Any], dict[str, Any] | None]
+
+
+def _is_fault(value: Any) -> bool:
+    return (
+        isinstance(value, dict)
+        and isinstance(value.get("name"), str)
+        and isinstance(value.get("on", True), bool)
+    )
+
+
+def _fault(world: World, value: Mapping[str, Any]) -> None:
+    arguments = {key: argument for key, argument in value.items() if key not in ("name", "on")}
+    if value.get("on", True):
+        world.faults.inject(value["name"], arguments)
+    else:
+        world.faults.remove(value["name"])
+
+
+def _faults(world: World, _: Any) -> dict[str, Any]:
+    return {"faults": [{"name": name, **values} for name, values in world.faults.active.items()]}
+
+
+def _play_phases(world: World, plays_phases: bool) -> None:
+    world.rig.hand.plays_phases = plays_phases
+
+
+REQUESTS: Mapping[str, ControlRequest] = {
+    "press": ControlRequest(
+        lambda v: is_number(v) and 0 <= v <= MAX_PUSH_N,
+        f"a force from 0 to {MAX_PUSH_N:g} N",
+        lambda world, force_n: world.rig.hand.press(float(force_n)),
+    ),
+    "release": ControlRequest(lambda v: v is True, "true", lambda world, _: world.rig.hand.release()),
+    "contact": ControlRequest(
+        lambda v: isinstance(v, dict),
+        "an object with the keys of a contact in a scenario",
+        lambda world, contact: world.rig.hand.play(contacts_of(contact)),
+    ),
+    "hand": ControlRequest(lambda v: isinstance(v, bool), "true or false", _play_phases),
+    "fault": ControlRequest(
+        _is_fault, 'an object with "name", and arguments, or "on": false to remove the fault', _fault
+    ),
+    "faults": ControlRequest(lambda v: v is True, "true", _faults),
+}
+
+
+def execute_request(world: World, key: str, value: Any) -> dict[str, Any] | None:
+    """Execute one request. Return its answer, or None.
+
+    Raises SimulatorRequestError if the value is invalid. The request then has no effect.
+    """
+    request = REQUESTS[key]
+    if not request.is_valid(value):
+        raise SimulatorRequestError(f"{key} expects {request.expected}")
+    try:
+        return request.execute(world, value)
+    except ScenarioError as error:
+        raise SimulatorRequestError(str(error)) from None
