@@ -1,4 +1,4 @@
-"""The file of the log: a SQLite table that only grows, written by one process at a time."""
+"""File of the event log: a SQLite table that only grows, written by one process at a time."""
 
 from __future__ import annotations
 
@@ -11,52 +11,55 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from instrument.errors import ConfigurationError
-from instrument.events.record import GENESIS, seal
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.audit.record import GENESIS, chain_digest
 
-APPLICATION = 0x504E4576  #: in the header of the file, so that it is known for what it is
+APPLICATION = 0x504E4576  #: application id in the header of the file, which identifies an event log
 VERSION = 1
 LOCK_WAIT_S = 1.0
-CLOSE_WAIT_MS = 200  #: for who reads meanwhile; the end of an instrument waits no longer
+CLOSE_WAIT_MS = 200  #: how long `close` waits for readers of the file
 
 _SCHEMA = f"""
     BEGIN IMMEDIATE;
     PRAGMA application_id = {APPLICATION};
     PRAGMA user_version = {VERSION};
-    CREATE TABLE records (number INTEGER PRIMARY KEY, body TEXT NOT NULL, seal BLOB NOT NULL);
+    CREATE TABLE records (number INTEGER PRIMARY KEY, body TEXT NOT NULL, digest BLOB NOT NULL);
     CREATE TRIGGER no_update BEFORE UPDATE ON records BEGIN SELECT RAISE(ABORT, 'append only'); END;
     CREATE TRIGGER no_delete BEFORE DELETE ON records BEGIN SELECT RAISE(ABORT, 'append only'); END;
     COMMIT;
 """
 
-_NO_DATABASE = {sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT}
+_DAMAGE_CODES = {sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT}
 
 
-class NotOurs(ConfigurationError):
-    """A file that is no event log of this version, or that another instrument writes."""
+class EventLogFileError(ConfigurationError):
+    """File that is not a valid event log of this version, or that another instrument writes."""
 
 
-class Store:
-    """The file, open for appending.
+class EventLogFile:
+    """Event log that is open for appending.
 
-    Everything raises OSError or sqlite3.Error where the disk does not let it; opening raises NotOurs.
+    All methods raise OSError or sqlite3.Error if the disk does not permit the operation. The constructor
+    raises EventLogFileError too.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._size = 0  #: as it was last seen
-        ahead = Path(f"{path}-wal")
-        _refuse_leftovers(path, ahead)
-        # A lock of its own, for SQLite's are not held between transactions. The descriptor must outlive
-        # SQLite's: closing any descriptor of a file drops all POSIX locks that the process has on it.
-        self._lock = _locked(path)
+        self._size = 0  # at the last check
+        wal = Path(f"{path}-wal")
+        _reject_orphaned_log(path, wal)
+        # SQLite holds its locks only during transactions, so the file has a separate lock. Its descriptor
+        # must outlive that of SQLite: closing any descriptor of a file drops all POSIX locks of the process.
+        self._lock = _open_locked(path)
         try:
             self._open()
-            self._ours = {file: _identity(file) for file in (ahead, Path(f"{path}-shm"))}
+            self._side_files = {file: _identity(file) for file in (wal, Path(f"{path}-shm"))}
         except sqlite3.DatabaseError as error:
             os.close(self._lock)
-            if getattr(error, "sqlite_errorcode", 0) & 0xFF in _NO_DATABASE:
-                raise NotOurs(f"{path} is no event log, or a damaged one: move it away ({error})") from None
+            if getattr(error, "sqlite_errorcode", 0) & 0xFF in _DAMAGE_CODES:
+                raise EventLogFileError(
+                    f"{path} is not an event log, or it is damaged ({error}): move the file away"
+                ) from None
             raise
         except BaseException:
             os.close(self._lock)
@@ -67,37 +70,40 @@ class Store:
             self._path, isolation_level=None, check_same_thread=False, timeout=LOCK_WAIT_S
         )
         try:
-            self._identify()
-            self._at = self._newest()
+            self._prepare()
+            self._last = self._read_last()
         except BaseException:
             self._db.close()
             raise
 
-    def _newest(self) -> tuple[int, bytes]:
-        newest = "SELECT number, seal FROM records ORDER BY number DESC LIMIT 1"
-        number, head = self._db.execute(newest).fetchone() or (0, GENESIS)
-        if not isinstance(head, bytes) or len(head) != len(GENESIS):
-            raise NotOurs(f"{self._path} is a damaged event log: move it away (record {number} has no seal)")
-        return number, head
+    def _read_last(self) -> tuple[int, bytes]:
+        """Return the number and the digest of the last record."""
+        query = "SELECT number, digest FROM records ORDER BY number DESC LIMIT 1"
+        number, digest = self._db.execute(query).fetchone() or (0, GENESIS)
+        if not isinstance(digest, bytes) or len(digest) != len(GENESIS):
+            raise EventLogFileError(
+                f"{self._path} is a damaged event log (record {number} has no digest): move the file away"
+            )
+        return number, digest
 
-    def _identify(self) -> None:
+    def _prepare(self) -> None:
         for pragma in ("journal_size_limit = 8000000", "synchronous = FULL"):
             self._db.execute(f"PRAGMA {pragma}")
-        own = check_identity(self._db, self._path)
+        exists = check_file_type(self._db, self._path)
         (mode,) = self._db.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":
             raise OSError(errno.ENOTSUP, "SQLite's write-ahead log does not work on this file system")
-        if not own:
+        if not exists:
             self._db.executescript(_SCHEMA)
 
     @property
     def head(self) -> bytes:
-        """Seal of the last record."""
-        return self._at[1]
+        """Return the digest of the last record."""
+        return self._last[1]
 
     def append(self, bodies: Sequence[bytes]) -> None:
-        """Append records, all or none; when this returns they are on the disk."""
-        rows = self.sealed(bodies)
+        """Append all records, or none. After the return they are on the disk."""
+        rows = self.rows_of(bodies)
         self._db.execute("BEGIN IMMEDIATE")
         try:
             self._db.executemany("INSERT INTO records VALUES (?, ?, ?)", rows)
@@ -106,30 +112,30 @@ class Store:
             with suppress(sqlite3.Error):
                 self._db.execute("ROLLBACK")
             raise
-        self._at = rows[-1][0], rows[-1][2]
+        self._last = rows[-1][0], rows[-1][2]
 
-    def sealed(self, bodies: Sequence[bytes]) -> list[tuple[int, str, bytes]]:
-        """The rows that these bodies become when they are appended."""
-        rows, (last, head) = [], self._at
+    def rows_of(self, bodies: Sequence[bytes]) -> list[tuple[int, str, bytes]]:
+        """Return the rows that `append` would write: number, body and digest."""
+        rows, (last, digest) = [], self._last
         for number, body in enumerate(bodies, last + 1):
-            head = seal(head, body)
-            rows.append((number, body.decode(), head))
+            digest = chain_digest(digest, body)
+            rows.append((number, body.decode(), digest))
         return rows
 
     def check_in_place(self) -> None:
-        """Raises OSError where an open file is not the one with that name any more, or was cut short."""
-        named = os.fstat(self._lock)
-        if named.st_size < self._size:
-            raise OSError(errno.ESTALE, f"{self._path.name} was cut short")
-        self._size = named.st_size
-        for file, ours in {self._path: (named.st_dev, named.st_ino), **self._ours}.items():
-            if _identity(file) != ours:
-                raise OSError(errno.ESTALE, f"{file.name} was taken away, or another put in its place")
+        """Raise OSError if the file or a file beside it was removed, replaced or truncated."""
+        opened = os.fstat(self._lock)
+        if opened.st_size < self._size:
+            raise OSError(errno.ESTALE, f"{self._path.name} was truncated")
+        self._size = opened.st_size
+        for file, identity in {self._path: (opened.st_dev, opened.st_ino), **self._side_files}.items():
+            if _identity(file) != identity:
+                raise OSError(errno.ESTALE, f"{file.name} was removed, moved or replaced")
 
     def close(self) -> None:
-        """Give the file back, complete: SQLite leaves a moved one without its write-ahead log.
+        """Close the file. A moved file is completed first, because SQLite does not find its write-ahead log.
 
-        That of a deleted one stays: it belongs to the copy, if it was copied and not just deleted.
+        The write-ahead log of a deleted file stays: it belongs to the copy if the file was copied first.
         """
         if os.fstat(self._lock).st_nlink:
             self._empty_write_ahead_log()
@@ -143,17 +149,17 @@ class Store:
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
-def _refuse_leftovers(path: Path, ahead: Path) -> None:
-    """SQLite throws away what lies beside an empty file, whoever opens that: none is begun there."""
-    if ahead.is_file() and ahead.stat().st_size and not (path.exists() and path.stat().st_size):
-        raise NotOurs(
-            f"{ahead} holds records of a log that was moved without it: move it to that log, "
-            "named as the log and -wal, or delete it"
+def _reject_orphaned_log(path: Path, wal: Path) -> None:
+    """Raise EventLogFileError if records lie beside an empty or missing file. SQLite would delete them."""
+    if wal.is_file() and wal.stat().st_size and not (path.exists() and path.stat().st_size):
+        raise EventLogFileError(
+            f"{wal} contains records of an event log that was moved without this file: move it to that log "
+            "and give it the name of that log with -wal appended, or delete it"
         )
 
 
 def _identity(file: Path) -> tuple[int, int] | None:
-    """What tells a file from another that has taken its name; None where there is none."""
+    """Return the device and inode numbers of a file, or None if there is no such file."""
     try:
         found = file.stat()
     except FileNotFoundError:
@@ -161,32 +167,38 @@ def _identity(file: Path) -> tuple[int, int] | None:
     return found.st_dev, found.st_ino
 
 
-def check_identity(db: sqlite3.Connection, path: Path) -> bool:
-    """Whether this is our event log; False where it is empty as yet. Raises NotOurs."""
+def check_file_type(db: sqlite3.Connection, path: Path) -> bool:
+    """Return True for an event log and False for an empty file. Raises EventLogFileError for other files."""
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     (tables,) = db.execute("SELECT count(*) FROM sqlite_master").fetchone()
     if (application, version, tables) == (0, 0, 0):
         return False
     if application != APPLICATION:
-        raise NotOurs(f"{path} is another program's database: name another file")
+        raise EventLogFileError(f"{path} is the database of another program: name another file")
     if version != VERSION:
-        raise NotOurs(f"{path} is an event log of version {version}, this is version {VERSION}: move it away")
+        raise EventLogFileError(
+            f"{path} is an event log of format version {version}, and this program uses version {VERSION}: "
+            "move the file away"
+        )
     return True
 
 
-def _locked(path: Path) -> int:
+def _open_locked(path: Path) -> int:
+    """Open the file and lock it. Return its descriptor."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o644)
     except IsADirectoryError:
-        raise NotOurs(f"{path} is a folder: name a file") from None
+        raise EventLogFileError(f"{path} is a folder: name a file") from None
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise NotOurs(f"{path} is not a regular file: name another")
+            raise EventLogFileError(f"{path} is not a regular file: name another file")
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(descriptor)
-        raise NotOurs(f"{path} is written by another instrument that runs: give each a file") from None
+        raise EventLogFileError(
+            f"{path} is written by another running instrument: give each instrument its own file"
+        ) from None
     except BaseException:
         os.close(descriptor)
         raise

@@ -1,1 +1,1 @@
-"""Calibrations: from recorded points to the numbers of one balloon and its circuit."""
+"""Calibration of one balloon and its pneumatic circuit from recorded points."""

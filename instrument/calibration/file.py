@@ -1,4 +1,4 @@
-"""The calibration file: what was measured of one balloon and its circuit, each part with date and origin."""
+"""Calibration file: the measured values of one balloon and its circuit, each part with date and source."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from instrument import whole_file
-from instrument.columns import MOST_ROWS
-from instrument.errors import ConfigurationError
-from instrument.model.law import Low, MethodName, Switch
-from instrument.tables import Section, checked, tables_in, text_of, toml_text
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.model.law import Low, MethodName, Switch
+from pneuforce.support import atomic_file
+from pneuforce.support.columns import MAX_ROWS
+from pneuforce.support.toml_sections import Section, format_section, parse_tables, read_text, validate_tables
 
-DIGITS = 9
-_END = re.compile(r"^\[end\]\s*^whole\s*=\s*(true|false)", re.MULTILINE)
+DIGITS = 9  #: significant digits of every number in the file
+_END_MARKER = re.compile(r"^\[end\]\s*^whole\s*=\s*(true|false)", re.MULTILINE)
 
 
 def rounded(value: float) -> float:
-    """A number as the file has it."""
+    """Return the number as the file stores it, with `DIGITS` significant digits."""
     return float(f"{value:.{DIGITS}g}")
 
 
@@ -29,21 +29,21 @@ Std = Annotated[float, Field(ge=0, le=1e6), Rounded]
 Coefficient = Annotated[float, Field(ge=-20, le=20), Rounded]
 Percent = Annotated[float, Field(ge=0, le=1e4), Rounded]
 Share = Annotated[float, Field(ge=-1, le=1), Rounded]
-#: Row by row; with the standard uncertainties it is the covariance, and has no unit.
+#: Correlation matrix, row by row. Correlation and standard uncertainties together give the covariance.
 Correlation = Annotated[list[list[Share]], Field(min_length=1, max_length=5)]
 Date = Annotated[date, Field(ge=date(2000, 1, 1), le=date(2999, 12, 31))]
 
 
-class Part(Section):
-    """One part: when it was made, of which file."""
+class CalibrationPart(Section):
+    """One part of a calibration: its date, and the file that the part was computed from."""
 
     date: Date
     source: str = Field(max_length=500)
     source_sha256: str = Field(pattern="^([0-9a-f]{64})?$")
-    points: int = Field(ge=1, le=MOST_ROWS)
+    points: int = Field(ge=1, le=MAX_ROWS)
 
 
-class RadiusPart(Part):
+class RadiusPart(CalibrationPart):
     """Radius of the free balloon: R_i = rest + linear ΔP + quadratic ΔP²."""
 
     rest_radius_mm: Annotated[float, Field(ge=1, le=30), Rounded]
@@ -57,12 +57,12 @@ class RadiusPart(Part):
     low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     shear_kpa_mm: Annotated[float, Field(ge=0, le=1e6), Rounded]  # μ h_0 of a neo-Hookean balloon
-    limit_kpa: Annotated[float, Field(ge=0, le=1e4), Rounded]  # its highest pressure
+    limit_kpa: Annotated[float, Field(ge=0, le=1e4), Rounded]  # limit pressure of a neo-Hookean balloon
     limit_std_kpa: Std
     rubber_residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
 
 
-class VolumePart(Part):
+class VolumePart(CalibrationPart):
     """Volume V_c of all pipes."""
 
     volume_mm3: Annotated[float, Field(ge=100, le=1e6), Rounded]
@@ -71,21 +71,21 @@ class VolumePart(Part):
     ambient_kpa: Annotated[float, Field(ge=60, le=110), Rounded]
 
 
-class LagPart(Part):
+class LagPart(CalibrationPart):
     """Lag of the tube between balloon and sensor."""
 
-    tube_s: Annotated[float, Field(ge=0.001, le=0.5), Rounded]
+    tube_time_constant_s: Annotated[float, Field(ge=0.001, le=0.5), Rounded]
     tube_std_s: Std
     step_kpa: Annotated[float, Field(ge=-50, le=50), Rounded]
     residual_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
 
 
-class MadeFor(Section):
-    """The law that the force calibration corrects, and the balloon and the circuit that it had."""
+class ForceConditions(Section):
+    """Force law, balloon and circuit for which the force calibration is valid."""
 
     method: MethodName
     switch: Switch
-    blend_kpa: Annotated[float, Field(ge=0, le=10), Rounded]  # to either side of the switch
+    blend_kpa: Annotated[float, Field(ge=0, le=10), Rounded]  # half width of the blend
     low: Low
     middle_kpa: Annotated[float, Field(ge=0, le=50), Rounded]  # ΔP_i at which p is 0
     young_kpa: Annotated[float, Field(ge=100, le=20_000), Rounded]
@@ -98,26 +98,26 @@ class MadeFor(Section):
 
 
 class Agreement(Section):
-    """Agreement with the force cell: mean error from 1 to 3.5 N, root mean square below 1 N."""
+    """Agreement with the reference sensor: mean error from 1 to 3.5 N, root mean square error below 1 N."""
 
     mean_error_percent: Percent | None = None
     below_1_n_rmse_n: Annotated[float, Field(ge=0, le=100), Rounded] | None = None
 
 
 class PressureBin(Section):
-    """Mean error of forces from 1 to 3.5 N in a part of the pressures."""
+    """Mean error of the forces from 1 to 3.5 N in one pressure bin, before and after the calibration."""
 
     low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
-    contacts: int = Field(ge=1, le=MOST_ROWS)
+    contacts: int = Field(ge=1, le=MAX_ROWS)
     before_percent: Percent
     after_percent: Percent
 
 
-class ForcePart(Part):
+class ForcePart(CalibrationPart):
     """Force = law · exp(constant + by_rise L + by_initial p + by_both L p + by_step w).
 
-    L = ln(rise / 1 kPa), p = ΔP_i − middle_kpa (of `made_for`), w: weight of stretching energy (4) in the
+    L = ln(rise / 1 kPa), p = ΔP_i − middle_kpa (of `made_for`), w = weight of stretching energy (4) in the
     law. Coefficients that were not fitted are 0.
     """
 
@@ -126,21 +126,23 @@ class ForcePart(Part):
     by_initial_per_kpa: Coefficient
     by_both_per_kpa: Coefficient
     by_step: Coefficient
-    stds: Annotated[list[Std], Field(min_length=1, max_length=5)]  # of those that were fitted, in this order
+    # Standard uncertainties of the fitted coefficients, in the order of the fields above.
+    stds: Annotated[list[Std], Field(min_length=1, max_length=5)]
     correlation: Correlation
     rise_low_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
     rise_high_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
     initial_low_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
     initial_high_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
-    residual_share: Annotated[float, Field(ge=0, le=1), Rounded]  # standard deviation, of unseen contacts
+    # Standard deviation of the error on held-out contacts: a share of the force, and newtons.
+    residual_share: Annotated[float, Field(ge=0, le=1), Rounded]
     residual_floor_n: Annotated[float, Field(ge=0, le=20), Rounded]
-    made_for: MadeFor
+    made_for: ForceConditions
     before: Agreement
-    after_unseen: Agreement  # each contact by a fit without it
+    after_unseen: Agreement  # leave-one-out: the force of each contact by a fit without this contact
     bin: list[PressureBin] = Field(max_length=10)
 
     @model_validator(mode="after")
-    def _spans_are_spans(self) -> ForcePart:
+    def _check_spans(self) -> ForcePart:
         if not self.rise_low_kpa <= self.rise_high_kpa:
             raise ValueError("rise_low_kpa is above rise_high_kpa")
         if not self.initial_low_kpa <= self.initial_high_kpa:
@@ -148,14 +150,14 @@ class ForcePart(Part):
         return self
 
 
-class End(Section):
-    """Nothing is missing: a file that was cut short has no end."""
+class EndMarker(Section):
+    """End of the file: without this section the file is incomplete."""
 
     whole: Literal[True] = True
 
 
 class Calibration(Section):
-    """A whole calibration file."""
+    """Content of a complete calibration file."""
 
     version: int = Field(ge=1, le=1)
     balloon_id: int = Field(ge=0, le=0xFFFF_FFFF)
@@ -163,38 +165,44 @@ class Calibration(Section):
     volume: VolumePart | None = None
     lag: LagPart | None = None
     force: ForcePart | None = None
-    end: End
+    end: EndMarker
 
     @property
-    def parts(self) -> list[Part]:
-        """The parts that were made."""
+    def parts(self) -> list[CalibrationPart]:
+        """Return the parts that the file has."""
         return [part for part in (self.radius, self.volume, self.lag, self.force) if part is not None]
 
     @property
     def date_code(self) -> int:
-        """Date of the newest part, yyyymmdd; 0 without one."""
+        """Return the date of the newest part as yyyymmdd, 0 if there are no parts."""
         return max((int(f"{part.date:%Y%m%d}") for part in self.parts), default=0)
 
 
 def empty(balloon_id: int) -> Calibration:
-    """A calibration of nothing."""
-    return Calibration(version=1, balloon_id=balloon_id, end=End())
+    """Return a calibration without any part."""
+    return Calibration(version=1, balloon_id=balloon_id, end=EndMarker())
 
 
 def load(path: Path) -> Calibration:
-    """The calibration of a file. Raises ConfigurationError with file, key and allowed span."""
-    text = text_of(path, f"pneuforce calibrate force contacts.csv --out {path} writes one")
-    if not _END.search(text):
+    """Return the calibration in a file.
+
+    Raises ConfigurationError with the file, and with key and allowed range if a value is invalid.
+    """
+    text = read_text(path, f"pneuforce calibrate force contacts.csv --out {path} writes one")
+    if not _END_MARKER.search(text):
         raise ConfigurationError(f"{path}: cut short: its last lines, [end] and whole = true, are missing")
-    return checked(Calibration, tables_in(text, str(path)), str(path))
+    return validate_tables(Calibration, parse_tables(text, str(path)), str(path))
 
 
-def text(calibration: Calibration) -> str:
-    """The file of a calibration."""
+def to_toml(calibration: Calibration) -> str:
+    """Return the text of the calibration file."""
     title = "# Written by pneuforce calibrate. Names end in their units; std is a standard uncertainty.\n"
-    return f"{title}{toml_text(calibration)}\n"
+    return f"{title}{format_section(calibration)}\n"
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write the file: the old one stays until the new one is whole. Raises ConfigurationError."""
-    whole_file.write(path, [text(calibration)])
+    """Write the file. An existing file is replaced only when the new file is complete.
+
+    Raises ConfigurationError if the file cannot be written.
+    """
+    atomic_file.write_lines(path, [to_toml(calibration)])

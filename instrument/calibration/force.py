@@ -1,7 +1,8 @@
-"""The force calibration: a `Correction` of least squares in the logarithm of the force, and which one.
+"""Fit of the force calibration: a `ForceCorrection` by least squares in the logarithm of the force.
 
-Candidates of growing size are held against contacts that they have not seen (each left out in turn). The
-smallest whose error is within one standard error of the least is taken; the bare law is a candidate too.
+Candidates of growing size are compared by leave-one-out cross-validation: each contact is predicted by a fit
+without this contact. The smallest candidate whose error is within one standard error of the lowest error is
+chosen. The uncalibrated law is a candidate too.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.calibration.contacts import TURN_N, Contacts
-from instrument.calibration.least_squares import Fit, fit
-from instrument.chain import ChainSettings
-from instrument.columns import Numbers
-from instrument.errors import ConfigurationError
-from instrument.model import estimate
-from instrument.model.correction import MIDDLE_KPA, Correction
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration.contacts import RELATIVE_ERROR_MIN_N, CalibrationContacts
+from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model import estimate
+from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA, ForceCorrection
+from pneuforce.support.columns import Numbers
 
-#: The terms of each candidate, names of fields of `Correction`.
+#: Terms of each candidate. The terms are names of fields of `ForceCorrection`.
 CANDIDATES: tuple[tuple[str, ...], ...] = (
     ("constant",),
     ("constant", "by_rise"),
@@ -28,7 +29,7 @@ CANDIDATES: tuple[tuple[str, ...], ...] = (
     ("constant", "by_rise", "by_initial", "by_both"),
     ("constant", "by_rise", "by_initial", "by_both", "by_step"),
 )
-#: What the coefficient of a term is multiplied by: L, p and w of `Correction`.
+#: Basis function of each term, from L, p and w of `ForceCorrection`.
 BASIS: Mapping[str, Callable[[Numbers, Numbers, Numbers], Numbers]] = {
     "constant": lambda L, p, w: np.ones_like(L),  # noqa: ARG005
     "by_rise": lambda L, p, w: L,  # noqa: ARG005
@@ -36,137 +37,157 @@ BASIS: Mapping[str, Callable[[Numbers, Numbers, Numbers], Numbers]] = {
     "by_both": lambda L, p, w: L * p,  # noqa: ARG005
     "by_step": lambda L, p, w: w,  # noqa: ARG005
 }
-POINTS_PER_TERM = 3
-LEAST_POINTS = 6
-#: A slope needs pressures and rises that differ; the step contacts on both sides of it.
-LEAST_INITIAL_SPAN_KPA, LEAST_RISE_RATIO = 1.5, 1.5
-#: A corrected law errs by about 3 % of the force, and 0.03 N below 1 N: against that the cell's error weighs.
-EXPECTED = 0.03
+MIN_POINTS_PER_TERM = 3
+MIN_CONTACTS = 6
+#: A slope can be fitted only if the pressures ΔP_i span this much and the rises differ by this ratio.
+MIN_BASELINE_SPAN_KPA, MIN_RISE_RATIO = 1.5, 1.5
+#: Typical error of a corrected law: 3 % of the force, and 0.03 N below 1 N. The uncertainty of the reference
+#: sensor is weighted against this error.
+EXPECTED_ERROR = 0.03
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
-    """One size of correction, and the forces that it gives for contacts that it has not seen."""
+class CorrectionCandidate:
+    """Set of terms, and the cross-validated forces of a correction with these terms."""
 
     terms: tuple[str, ...]
-    unseen_n: Numbers
-    errors: Numbers  #: of those: as a share of the force above 1 N, in N below it
+    held_out_n: Numbers  #: force of each contact by a fit without this contact
+    errors: Numbers  #: errors of `held_out_n`: a share of the force above 1 N, in N below
 
     @property
     def error(self) -> float:
-        """Mean size of the errors."""
+        """Return the mean absolute error."""
         return float(np.abs(self.errors).mean())
 
-    def worse_than(self, best: Candidate) -> bool:
-        """Whether it errs by more than one standard error more, on the same contacts."""
-        more = self.errors**2 - best.errors**2
-        return not more.mean() <= more.std(ddof=1) / math.sqrt(len(more))
+    def worse_than(self, best: CorrectionCandidate) -> bool:
+        """Return True if the mean square error is higher than that of `best` by more than one standard error.
+
+        The standard error is that of the difference, contact by contact.
+        """
+        difference = self.errors**2 - best.errors**2
+        return not difference.mean() <= difference.std(ddof=1) / math.sqrt(len(difference))
 
 
 @dataclass(frozen=True, slots=True)
 class ForceCalibration:
-    """The chosen correction and how it was chosen."""
+    """Chosen correction, and the candidates that it was chosen from."""
 
-    contacts: Contacts
-    correction: Correction
-    fit: Fit  #: coefficients in the order of `chosen.terms`
-    chosen: Candidate
-    candidates: tuple[Candidate, ...]  #: the bare law first
+    contacts: CalibrationContacts
+    correction: ForceCorrection
+    fit: LinearFit  #: coefficients in the order of `chosen.terms`
+    chosen: CorrectionCandidate
+    candidates: tuple[CorrectionCandidate, ...]  #: the uncalibrated law is the first
 
 
-def calibration_of(contacts: Contacts, own: ChainSettings) -> ForceCalibration:
-    """The correction that these contacts support, for the law of these settings.
+def fit_force(contacts: CalibrationContacts, settings: ChainSettings) -> ForceCalibration:
+    """Return the correction that the contacts support, for the force law of the settings.
 
-    Raises ConfigurationError where they support none.
+    Raises ConfigurationError if there are too few contacts, if no candidate is better than the uncalibrated
+    law, or if the corrected force would fall while the pressure rises.
     """
-    if len(contacts) < LEAST_POINTS:
-        raise ConfigurationError(f"{len(contacts)} contacts, and at least {LEAST_POINTS} are needed")
-    candidates = (_bare(contacts), *(_tried(terms, contacts, own) for terms in supported(contacts, own)))
+    if len(contacts) < MIN_CONTACTS:
+        raise ConfigurationError(f"{len(contacts)} contacts, and at least {MIN_CONTACTS} are needed")
+    corrected = (_cross_validate(terms, contacts, settings) for terms in supported_terms(contacts, settings))
+    candidates = (_uncalibrated(contacts), *corrected)
     best = min(candidates, key=lambda candidate: float((candidate.errors**2).mean()))
     chosen = next(candidate for candidate in candidates if not candidate.worse_than(best))
     if not chosen.terms:
         raise ConfigurationError(
-            f"no calibration: the bare law errs by {_percent(chosen.error)} on these contacts, the best "
-            f"correction by {_percent(best.error)} on those that it has not seen, which is no better; "
+            f"no calibration: the uncalibrated law errs by {_percent(chosen.error)} on these contacts, the "
+            f"best correction by {_percent(best.error)} on held-out contacts, which is no better; "
             "nothing was written"
         )
-    fitted = _fit(chosen.terms, contacts)
-    correction = _correction(chosen.terms, fitted.coefficients, contacts, own)
-    _check_growth(correction, own)
-    return ForceCalibration(contacts, correction, fitted, chosen, candidates)
+    fit = _fit(chosen.terms, contacts)
+    correction = _correction(chosen.terms, fit.coefficients, contacts, settings)
+    _check_growth(correction, settings)
+    return ForceCalibration(contacts, correction, fit, chosen, candidates)
 
 
-def supported(contacts: Contacts, own: ChainSettings) -> Iterator[tuple[str, ...]]:
-    """The candidates that the contacts are enough for, in number and in spread."""
-    told = {"constant"}
-    if contacts.rise_kpa.max() >= LEAST_RISE_RATIO * contacts.rise_kpa.min():
-        told |= {"by_rise"}
-    if np.ptp(contacts.initial_kpa) >= LEAST_INITIAL_SPAN_KPA:
-        told |= {"by_initial", "by_both"}
-        above = int((contacts.small_strain > 0.5).sum())
-        if own.law.method == "energetic" and POINTS_PER_TERM <= above <= len(contacts) - POINTS_PER_TERM:
-            told |= {"by_step"}
+def supported_terms(contacts: CalibrationContacts, settings: ChainSettings) -> Iterator[tuple[str, ...]]:
+    """Yield the candidates for which the contacts are numerous enough and different enough."""
+    usable = {"constant"}
+    if contacts.rise_kpa.max() >= MIN_RISE_RATIO * contacts.rise_kpa.min():
+        usable |= {"by_rise"}
+    if np.ptp(contacts.baseline_kpa) >= MIN_BASELINE_SPAN_KPA:
+        usable |= {"by_initial", "by_both"}
+        above_step = int((contacts.small_strain_weight > 0.5).sum())
+        below_step = len(contacts) - above_step
+        if settings.law.method == "energetic" and min(above_step, below_step) >= MIN_POINTS_PER_TERM:
+            usable |= {"by_step"}
     for terms in CANDIDATES:
-        if told.issuperset(terms) and len(contacts) >= POINTS_PER_TERM * len(terms):
+        if usable.issuperset(terms) and len(contacts) >= MIN_POINTS_PER_TERM * len(terms):
             yield terms
 
 
-def error_of(force_n: Numbers, contacts: Contacts) -> Numbers:
-    """Errors of forces: a share of the cell's above 1 N, newtons below it."""
-    return (force_n - contacts.force_n) / np.maximum(contacts.force_n, TURN_N)
+def scaled_errors(force_n: Numbers, contacts: CalibrationContacts) -> Numbers:
+    """Return the errors of the forces: as a share of the reference force above 1 N, in newtons below."""
+    return (force_n - contacts.force_n) / np.maximum(contacts.force_n, RELATIVE_ERROR_MIN_N)
 
 
-def _bare(contacts: Contacts) -> Candidate:
-    return Candidate((), contacts.law_n, error_of(contacts.law_n, contacts))
+def _uncalibrated(contacts: CalibrationContacts) -> CorrectionCandidate:
+    return CorrectionCandidate((), contacts.law_n, scaled_errors(contacts.law_n, contacts))
 
 
-def _tried(terms: tuple[str, ...], contacts: Contacts, own: ChainSettings) -> Candidate:
-    unseen = np.array([_left_out(terms, contacts, own, n) for n in range(len(contacts))])
-    return Candidate(terms, unseen, error_of(unseen, contacts))
+def _cross_validate(
+    terms: tuple[str, ...], contacts: CalibrationContacts, settings: ChainSettings
+) -> CorrectionCandidate:
+    held_out_n = np.array([_held_out_force_n(terms, contacts, settings, n) for n in range(len(contacts))])
+    return CorrectionCandidate(terms, held_out_n, scaled_errors(held_out_n, contacts))
 
 
-def _left_out(terms: tuple[str, ...], contacts: Contacts, own: ChainSettings, n: int) -> float:
-    """The force of contact `n` by what the others teach; infinite where they teach nothing."""
-    seen = contacts.only(np.arange(len(contacts)) != n)
+def _held_out_force_n(
+    terms: tuple[str, ...], contacts: CalibrationContacts, settings: ChainSettings, held_out: int
+) -> float:
+    """Return the force of the contact `held_out` by a fit of the other contacts.
+
+    The force is infinite if the other contacts do not determine the coefficients.
+    """
+    others = contacts.select(np.arange(len(contacts)) != held_out)
     try:
-        correction = _correction(terms, _fit(terms, seen).coefficients, seen, own)
+        correction = _correction(terms, _fit(terms, others).coefficients, others, settings)
     except np.linalg.LinAlgError:
         return math.inf
-    return float(contacts.law_n[n] * correction.factor(contacts.rise_kpa[n], contacts.initial_kpa[n]))
+    factor = correction.factor(contacts.rise_kpa[held_out], contacts.baseline_kpa[held_out])
+    return float(contacts.law_n[held_out] * factor)
 
 
-def _fit(terms: tuple[str, ...], contacts: Contacts) -> Fit:
-    L, p = np.log(contacts.rise_kpa), contacts.initial_kpa - MIDDLE_KPA
-    basis = np.stack([BASIS[term](L, p, contacts.small_strain) for term in terms], axis=1)
-    weights = contacts.force_n / np.hypot(EXPECTED * np.maximum(contacts.force_n, TURN_N), contacts.std_n)
-    return fit(basis, np.log(contacts.force_n / contacts.law_n), weights)
+def _fit(terms: tuple[str, ...], contacts: CalibrationContacts) -> LinearFit:
+    L, p = np.log(contacts.rise_kpa), contacts.baseline_kpa - REFERENCE_BASELINE_KPA
+    basis = np.stack([BASIS[term](L, p, contacts.small_strain_weight) for term in terms], axis=1)
+    expected_n = EXPECTED_ERROR * np.maximum(contacts.force_n, RELATIVE_ERROR_MIN_N)
+    weights = contacts.force_n / np.hypot(expected_n, contacts.std_n)
+    return fit_linear(basis, np.log(contacts.force_n / contacts.law_n), weights)
 
 
 def _correction(
-    terms: tuple[str, ...], coefficients: Numbers, contacts: Contacts, own: ChainSettings
-) -> Correction:
+    terms: tuple[str, ...], coefficients: Numbers, contacts: CalibrationContacts, settings: ChainSettings
+) -> ForceCorrection:
     values = dict.fromkeys(CANDIDATES[-1], 0.0) | dict(zip(terms, coefficients.tolist(), strict=True))
-    return Correction(
+    return ForceCorrection(
         rise_span_kpa=_span(contacts.rise_kpa),
-        initial_span_kpa=_span(contacts.initial_kpa),
-        law=own.law,
-        balloon=own.balloon,
+        baseline_span_kpa=_span(contacts.baseline_kpa),
+        law=settings.law,
+        balloon=settings.balloon,
         **values,
     )
 
 
-def _check_growth(correction: Correction, own: ChainSettings) -> None:
-    """A harder press must never show a smaller force."""
-    initial, rise = np.meshgrid(
-        np.linspace(*correction.initial_span_kpa, 25), np.linspace(*correction.rise_span_kpa, 60)
+def _check_growth(correction: ForceCorrection, settings: ChainSettings) -> None:
+    """Raise ConfigurationError if the corrected force falls while the pressure rises.
+
+    Such a correction would show a smaller force for a harder press.
+    """
+    baseline, rise = np.meshgrid(
+        np.linspace(*correction.baseline_span_kpa, 25), np.linspace(*correction.rise_span_kpa, 60)
     )
-    law_n = estimate(initial, initial + rise, own.balloon, own.circuit, own.law).force_n
-    falls = np.diff(law_n * correction.factor(rise, initial), axis=0) <= 0
+    law_n = estimate(baseline, baseline + rise, settings.balloon, settings.circuit, settings.law).force_n
+    falls = np.diff(law_n * correction.factor(rise, baseline), axis=0) <= 0
     if falls.any():
         row, column = np.argwhere(falls)[0]
         raise ConfigurationError(
             f"no calibration: the corrected force would fall as the pressure rises, at ΔP_i = "
-            f"{initial[row, column]:.2f} kPa and a rise of {rise[row, column]:.2f} kPa; are all forces right?"
+            f"{baseline[row, column]:.2f} kPa and a rise of {rise[row, column]:.2f} kPa; check the reference "
+            "forces"
         )
 
 

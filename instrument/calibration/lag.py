@@ -1,135 +1,174 @@
-"""The lag of the tube between balloon and sensor, from a recorded step of the pressure."""
+"""Fit of the lag of the tube between balloon and sensor, from a recorded pressure step."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from instrument.columns import Numbers, Points
+from pneuforce.support.columns import Numbers, Points
 
 COLUMNS = (("t_s", "pressure_kpa"),)
-LEAST_POINTS = 30
-LEAST_STEP_KPA = 0.5
-MOST_KPA = 50.0  #: the sensor's full scale
-LAGS_S = (0.002, 0.5)
-#: What a first-order lag may leave over, as a share of the step, and as a multiple of the noise at rest.
-MOST_REST, MOST_NOISES = 0.01, 2.0
+MIN_POINTS = 30
+MIN_STEP_KPA = 0.5
+MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
+LAG_RANGE_S = (0.002, 0.5)
+MAX_SAMPLE_INTERVAL_S = 0.05
+MIN_MOVING_SAMPLES = 5
+#: Largest accepted residual of a first-order lag: a share of the step, or a multiple of the noise at rest.
+MAX_RESIDUAL_STEP_RATIO, MAX_RESIDUAL_NOISE_RATIO = 0.01, 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Lag:
-    """The first-order lag of the tube."""
+class LagFit:
+    """Fitted first-order lag of the tube."""
 
-    tube_s: float
+    tube_time_constant_s: float
     std_s: float
     step_kpa: float
     residual_kpa: float
 
 
-def lag_of(points: Points, filter_s: float = 0.0) -> Lag:
-    """The lag, where the recorded pressure went through a first-order filter of `filter_s`, or none.
+class _Step(NamedTuple):
+    """Parameters of a step through a first-order lag, in the order in which the fit varies them."""
 
-    Raises ConfigurationError where there is no step, or none of first order.
+    start_s: float
+    tube_time_constant_s: float
+    before_kpa: float
+    after_kpa: float
+
+
+def fit_lag(points: Points, filter_time_constant_s: float = 0.0) -> LagFit:
+    """Return the lag of the tube.
+
+    `filter_time_constant_s` belongs to a first-order filter that the recorded pressure went through. 0 means
+    that there was no filter. Raises ConfigurationError if the recording has no step, or if the step is not
+    that of a first-order lag.
     """
-    points.at_least(LEAST_POINTS)
+    points.require_rows(MIN_POINTS)
     times, pressures = points["t_s"] - points["t_s"][0], points["pressure_kpa"]
     _check_times(points, times)
-    if not np.abs(pressures).max() <= MOST_KPA:
-        raise points.refusal(f"pressure_kpa beyond {MOST_KPA:g} kPa: is that hPa or Pa?")
-    start = _guess(points, times, pressures)
-    found, covariance = _fitted(points, times, pressures, start, filter_s)
-    residuals = pressures - _curve(times, *found, filter_s)
-    begin_s, tube_s, before, after = found
-    lag = Lag(tube_s, _std_s(covariance, times, filter_s), after - before, float(residuals.std()))
-    noise_kpa = float(pressures[: _resting(times)].std())
-    _check_order(points, lag, residuals[(times >= begin_s) & (times < begin_s + 5 * tube_s)], noise_kpa)
+    if not np.abs(pressures).max() <= MAX_PRESSURE_KPA:
+        raise points.error(
+            f"pressure_kpa is beyond the {MAX_PRESSURE_KPA:g} kPa of the sensor: is the unit hPa or Pa?"
+        )
+    guess = _guess(points, times, pressures)
+    step, covariance = _fit_step(points, times, pressures, guess, filter_time_constant_s)
+    residuals = pressures - _curve(times, *step, filter_time_constant_s)
+    lag = LagFit(
+        step.tube_time_constant_s,
+        _std_s(covariance, times, filter_time_constant_s),
+        step.after_kpa - step.before_kpa,
+        float(residuals.std()),
+    )
+    noise_kpa = float(pressures[: _resting_samples(times)].std())
+    moving = (times >= step.start_s) & (times < step.start_s + 5 * step.tube_time_constant_s)
+    _check_first_order(points, lag, residuals[moving], noise_kpa)
     return lag
 
 
 def _curve(
-    t_s: Numbers, begin_s: float, tube_s: float, before: float, after: float, filter_s: float
+    t_s: Numbers,
+    start_s: float,
+    tube_time_constant_s: float,
+    before_kpa: float,
+    after_kpa: float,
+    filter_time_constant_s: float,
 ) -> Numbers:
-    since = np.maximum(t_s - begin_s, 0.0)
-    left = np.exp(-since / tube_s)
-    if filter_s > 0:
-        if abs(filter_s - tube_s) < 1e-6:
-            left = left * (1 + since / tube_s)
+    """Return the pressure of a step through the tube and the filter, at each time."""
+    elapsed_s = np.maximum(t_s - start_s, 0.0)
+    remaining = np.exp(-elapsed_s / tube_time_constant_s)
+    if filter_time_constant_s > 0:
+        difference_s = tube_time_constant_s - filter_time_constant_s
+        if abs(difference_s) < 1e-6:  # the general formula would divide by zero
+            remaining = remaining * (1 + elapsed_s / tube_time_constant_s)
         else:
-            left = (tube_s * left - filter_s * np.exp(-since / filter_s)) / (tube_s - filter_s)
-    curve: Numbers = after + (before - after) * left
+            by_filter = np.exp(-elapsed_s / filter_time_constant_s)
+            remaining = tube_time_constant_s * remaining - filter_time_constant_s * by_filter
+            remaining = remaining / difference_s
+    curve: Numbers = after_kpa + (before_kpa - after_kpa) * remaining
     return curve
 
 
 def _check_times(points: Points, times_s: Numbers) -> None:
-    steps = np.diff(times_s)
-    if not (steps > 0).all():
-        raise points.refusal("t_s does not grow", int((steps <= 0).argmax()) + 1)
-    if np.median(steps) > 0.05:
-        raise points.refusal(
-            f"samples {np.median(steps):g} s apart do not show a lag below {LAGS_S[1]:g} s; "
+    intervals = np.diff(times_s)
+    if not (intervals > 0).all():
+        raise points.error("t_s does not grow", int((intervals <= 0).argmax()) + 1)
+    if np.median(intervals) > MAX_SAMPLE_INTERVAL_S:
+        raise points.error(
+            f"samples {np.median(intervals):g} s apart do not show a lag below {LAG_RANGE_S[1]:g} s; "
             "is t_s in milliseconds?"
         )
 
 
-def _resting(times_s: Numbers) -> int:
-    """So many samples of the beginning, and of the end, are at rest."""
+def _resting_samples(times_s: Numbers) -> int:
+    """Return how many samples count as at rest, at the beginning and at the end of the recording."""
     return max(len(times_s) // 20, 5)
 
 
-def _guess(points: Points, times_s: Numbers, pressure_kpa: Numbers) -> tuple[float, float, float, float]:
-    part = _resting(times_s)
-    before, after = float(np.median(pressure_kpa[:part])), float(np.median(pressure_kpa[-part:]))
-    noise = float(pressure_kpa[:part].std())
-    if abs(after - before) < max(LEAST_STEP_KPA, 10 * noise):
-        raise points.refusal(
-            f"no step: {before:.3f} kPa in the beginning, {after:.3f} kPa in the end, "
-            f"and a step of at least {max(LEAST_STEP_KPA, 10 * noise):.2f} kPa is needed"
+def _guess(points: Points, times_s: Numbers, pressure_kpa: Numbers) -> _Step:
+    """Return start values for the fit. Raise ConfigurationError if the recording has no step."""
+    resting = _resting_samples(times_s)
+    before, after = float(np.median(pressure_kpa[:resting])), float(np.median(pressure_kpa[-resting:]))
+    min_step_kpa = max(MIN_STEP_KPA, 10 * float(pressure_kpa[:resting].std()))
+    if abs(after - before) < min_step_kpa:
+        raise points.error(
+            f"no step: {before:.3f} kPa at the beginning, {after:.3f} kPa at the end, "
+            f"and a step of at least {min_step_kpa:.2f} kPa is needed"
         )
-    share = (pressure_kpa - before) / (after - before)
-    begin_s = float(times_s[int((share > 0.1).argmax())])
-    most_s = float(times_s[int((share > 0.63).argmax())])
-    return begin_s, float(np.clip(most_s - begin_s, 2 * LAGS_S[0], LAGS_S[1] / 2)), before, after
+    progress = (pressure_kpa - before) / (after - before)
+    start_s = float(times_s[int((progress > 0.1).argmax())])
+    lag_s = float(times_s[int((progress > 0.63).argmax())]) - start_s
+    return _Step(start_s, float(np.clip(lag_s, 2 * LAG_RANGE_S[0], LAG_RANGE_S[1] / 2)), before, after)
 
 
-def _fitted(
-    points: Points,
-    times_s: Numbers,
-    pressure_kpa: Numbers,
-    start: tuple[float, float, float, float],
-    filter_s: float,
-) -> tuple[tuple[float, float, float, float], Numbers]:
+def _fit_step(
+    points: Points, times_s: Numbers, pressure_kpa: Numbers, guess: _Step, filter_time_constant_s: float
+) -> tuple[_Step, Numbers]:
+    """Return the best step and the covariance of its parameters."""
     from scipy.optimize import curve_fit
 
     low, high = float(pressure_kpa.min()) - 1, float(pressure_kpa.max()) + 1
-    bounds = ([0.0, LAGS_S[0], low, low], [float(times_s[-1]), LAGS_S[1], high, high])
+    bounds = ([0.0, LAG_RANGE_S[0], low, low], [float(times_s[-1]), LAG_RANGE_S[1], high, high])
+    curve = partial(_curve, filter_time_constant_s=filter_time_constant_s)
     try:
-        found, covariance = curve_fit(
-            partial(_curve, filter_s=filter_s), times_s, pressure_kpa, start, bounds=bounds
-        )
+        parameters, covariance = curve_fit(curve, times_s, pressure_kpa, guess, bounds=bounds)
     except RuntimeError:
-        raise points.refusal("no first-order lag can be fitted to this recording") from None
-    begin_s, tube_s, before, after = (float(value) for value in found)
-    return (begin_s, tube_s, before, after), covariance
+        raise points.error("no first-order lag can be fitted to this recording") from None
+    return _Step(*(float(value) for value in parameters)), covariance
 
 
-def _std_s(covariance: Numbers, times_s: Numbers, filter_s: float) -> float:
-    """A filter makes neighbours alike: as many fewer points as it correlates them."""
-    alike = math.exp(-float(np.median(np.diff(times_s))) / filter_s) if filter_s > 0 else 0.0
-    return math.sqrt(covariance[1, 1] * (1 + alike) / (1 - alike))
+def _std_s(covariance: Numbers, times_s: Numbers, filter_time_constant_s: float) -> float:
+    """Return the standard uncertainty of the lag [s].
+
+    A filter correlates successive samples, so that the samples count as fewer independent points.
+    """
+    correlation = 0.0
+    if filter_time_constant_s > 0:
+        correlation = math.exp(-float(np.median(np.diff(times_s))) / filter_time_constant_s)
+    return math.sqrt(covariance[1, 1] * (1 + correlation) / (1 - correlation))
 
 
-def _check_order(points: Points, lag: Lag, moving_kpa: Numbers, noise_kpa: float) -> None:
-    if len(moving_kpa) < 5:
-        raise points.refusal("the step is shown by fewer than 5 samples")
-    left_kpa = float(np.sqrt((moving_kpa**2).mean()))
-    if left_kpa > max(MOST_NOISES * noise_kpa, MOST_REST * abs(lag.step_kpa)):
-        raise points.refusal(
-            f"not a step through a first-order lag: the best one ({lag.tube_s:.3f} s) leaves "
-            f"{left_kpa:.3f} kPa of a step of {abs(lag.step_kpa):.2f} kPa, "
-            f"noise at rest {noise_kpa:.3f} kPa; a slower step, a leak, or a filter (--filter-s)?"
+def _check_first_order(points: Points, lag: LagFit, moving_kpa: Numbers, noise_kpa: float) -> None:
+    """Raise ConfigurationError if a first-order lag does not describe the step.
+
+    `moving_kpa` are the residuals while the pressure moves, `noise_kpa` is the noise at rest.
+    """
+    if len(moving_kpa) < MIN_MOVING_SAMPLES:
+        raise points.error(f"fewer than {MIN_MOVING_SAMPLES} samples show the step")
+    residual_kpa = float(np.sqrt((moving_kpa**2).mean()))
+    step_kpa = abs(lag.step_kpa)
+    if residual_kpa > max(MAX_RESIDUAL_NOISE_RATIO * noise_kpa, MAX_RESIDUAL_STEP_RATIO * step_kpa):
+        raise points.error(
+            f"not a step through a first-order lag: the best fit ({lag.tube_time_constant_s:.3f} s) leaves "
+            f"{residual_kpa:.3f} kPa of a step of {step_kpa:.2f} kPa, noise at rest {noise_kpa:.3f} kPa; "
+            "a slower step, a leak, or a filter (--filter-time-constant-s)?"
         )
-    if not LAGS_S[0] * 1.01 < lag.tube_s < LAGS_S[1] * 0.99:
-        raise points.refusal(f"a lag of {lag.tube_s:.3f} s is no tube's ({LAGS_S[0]:g} to {LAGS_S[1]:g} s)")
+    low_s, high_s = LAG_RANGE_S
+    if not low_s * 1.01 < lag.tube_time_constant_s < high_s * 0.99:
+        raise points.error(
+            f"a lag of {lag.tube_time_constant_s:.3f} s is not that of a tube ({low_s:g} to {high_s:g} s)"
+        )

@@ -1,4 +1,4 @@
-"""Fits become parts of the calibration file."""
+"""Conversion of fits to the parts of a calibration file."""
 
 from __future__ import annotations
 
@@ -6,95 +6,113 @@ import math
 from datetime import date
 from typing import Any
 
-from instrument.calibration.applied import made_for
-from instrument.calibration.file import Agreement, ForcePart, LagPart, PressureBin, RadiusPart, VolumePart
-from instrument.calibration.force import CANDIDATES, ForceCalibration
-from instrument.calibration.lag import Lag
-from instrument.calibration.radius import Radius
-from instrument.calibration.residuals import Bin, Residual, residual_of, share_and_floor
-from instrument.calibration.volume import Volume
-from instrument.chain import ChainSettings
-from instrument.columns import Points
+from pneuforce.instrument.calibration.apply import force_conditions
+from pneuforce.instrument.calibration.file import (
+    Agreement,
+    ForcePart,
+    LagPart,
+    PressureBin,
+    RadiusPart,
+    VolumePart,
+)
+from pneuforce.instrument.calibration.force import CANDIDATES, ForceCalibration
+from pneuforce.instrument.calibration.lag import LagFit
+from pneuforce.instrument.calibration.radius import RadiusFit
+from pneuforce.instrument.calibration.residuals import (
+    BinErrors,
+    ForceResidual,
+    force_residual,
+    share_and_floor,
+)
+from pneuforce.instrument.calibration.volume import VolumeFit
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.support.columns import Points
 
-#: What the file adds to the names of coefficients.
-_UNITS = {"by_initial": "_per_kpa", "by_both": "_per_kpa"}
+#: Unit that the file appends to the name of a coefficient.
+_UNIT_SUFFIXES = {"by_initial": "_per_kpa", "by_both": "_per_kpa"}
 
 
-def radius_part(found: Radius, points: Points, today: date) -> RadiusPart:
-    """The part of a radius."""
+def radius_part(fit: RadiusFit, points: Points, today: date) -> RadiusPart:
+    """Return the part of the file for a radius fit."""
     (rest, linear, square), (rest_std, linear_std, square_std) = (
-        values.tolist() for values in (found.quadratic.coefficients, found.quadratic.stds)
+        values.tolist() for values in (fit.quadratic.coefficients, fit.quadratic.stds)
     )
     return RadiusPart(
-        **_origin(points, today),
+        **_source(points, today),
         rest_radius_mm=rest,
         rest_radius_std_mm=rest_std,
         radius_linear_mm_per_kpa=linear,
         radius_linear_std_mm_per_kpa=linear_std,
         radius_quadratic_mm_per_kpa2=square,
         radius_quadratic_std_mm_per_kpa2=square_std,
-        correlation=found.quadratic.correlation.clip(-1, 1).tolist(),
-        residual_mm=found.quadratic.std,
+        correlation=fit.quadratic.correlation.clip(-1, 1).tolist(),
+        residual_mm=fit.quadratic.std,
         low_kpa=float(points["pressure_kpa"].min()),
         high_kpa=float(points["pressure_kpa"].max()),
-        shear_kpa_mm=found.rubber.shear_kpa_mm,
-        limit_kpa=found.rubber.limit_kpa,
-        limit_std_kpa=found.rubber.limit_std_kpa,
-        rubber_residual_mm=found.rubber.residual_mm,
+        shear_kpa_mm=fit.rubber.shear_kpa_mm,
+        limit_kpa=fit.rubber.limit_kpa,
+        limit_std_kpa=fit.rubber.limit_std_kpa,
+        rubber_residual_mm=fit.rubber.residual_mm,
     )
 
 
-def volume_part(found: Volume, points: Points, ambient_kpa: float, today: date) -> VolumePart:
-    """The part of a volume."""
+def volume_part(fit: VolumeFit, points: Points, ambient_kpa: float, today: date) -> VolumePart:
+    """Return the part of the file for a volume fit."""
     return VolumePart(
-        **_origin(points, today),
-        volume_mm3=found.volume_mm3,
-        volume_std_mm3=found.std_mm3,
-        residual_kpa=found.residual_kpa,
+        **_source(points, today),
+        volume_mm3=fit.volume_mm3,
+        volume_std_mm3=fit.std_mm3,
+        residual_kpa=fit.residual_kpa,
         ambient_kpa=ambient_kpa,
     )
 
 
-def lag_part(found: Lag, points: Points, today: date) -> LagPart:
-    """The part of a lag."""
+def lag_part(fit: LagFit, points: Points, today: date) -> LagPart:
+    """Return the part of the file for a lag fit."""
     return LagPart(
-        **_origin(points, today),
-        tube_s=found.tube_s,
-        tube_std_s=found.std_s,
-        step_kpa=found.step_kpa,
-        residual_kpa=found.residual_kpa,
+        **_source(points, today),
+        tube_time_constant_s=fit.tube_time_constant_s,
+        tube_std_s=fit.std_s,
+        step_kpa=fit.step_kpa,
+        residual_kpa=fit.residual_kpa,
     )
 
 
 def force_part(
-    found: ForceCalibration, by_pressure: list[Bin], points: Points, own: ChainSettings, today: date
+    calibration: ForceCalibration,
+    by_pressure: list[BinErrors],
+    points: Points,
+    settings: ChainSettings,
+    today: date,
 ) -> ForcePart:
-    """The part of a force calibration of these settings."""
-    correction, unseen_n = found.correction, found.chosen.unseen_n
-    share, floor_n = share_and_floor(unseen_n, found.contacts)
-    (rise_low, rise_high), (low, high) = correction.rise_span_kpa, correction.initial_span_kpa
+    """Return the part of the file for a force calibration that was made with these settings."""
+    contacts, correction = calibration.contacts, calibration.correction
+    held_out_n = calibration.chosen.held_out_n
+    share, floor_n = share_and_floor(held_out_n, contacts)
+    (rise_low, rise_high), (low, high) = correction.rise_span_kpa, correction.baseline_span_kpa
     coefficients: dict[str, Any] = {
-        f"{term}{_UNITS.get(term, '')}": getattr(correction, term) for term in CANDIDATES[-1]
+        f"{term}{_UNIT_SUFFIXES.get(term, '')}": getattr(correction, term) for term in CANDIDATES[-1]
     }
     return ForcePart(
-        **_origin(points, today),
+        **_source(points, today),
         **coefficients,
-        stds=found.fit.stds.tolist(),
-        correlation=found.fit.correlation.clip(-1, 1).tolist(),
+        stds=calibration.fit.stds.tolist(),
+        correlation=calibration.fit.correlation.clip(-1, 1).tolist(),
         rise_low_kpa=rise_low,
         rise_high_kpa=rise_high,
         initial_low_kpa=low,
         initial_high_kpa=high,
         residual_share=share,
         residual_floor_n=floor_n,
-        made_for=made_for(own),
-        before=_agreement(residual_of(found.contacts.law_n, found.contacts)),
-        after_unseen=_agreement(residual_of(unseen_n, found.contacts)),
-        bin=[PressureBin(**b._asdict()) for b in by_pressure],
+        made_for=force_conditions(settings),
+        before=_agreement(force_residual(contacts.law_n, contacts)),
+        after_unseen=_agreement(force_residual(held_out_n, contacts)),
+        bin=[PressureBin(**errors._asdict()) for errors in by_pressure],
     )
 
 
-def _origin(points: Points, today: date) -> dict[str, Any]:
+def _source(points: Points, today: date) -> dict[str, Any]:
+    """Return the fields of `CalibrationPart`: the date, and the file that the part was computed from."""
     return {
         "date": today,
         "source": points.name,
@@ -103,9 +121,12 @@ def _origin(points: Points, today: date) -> dict[str, Any]:
     }
 
 
-def _agreement(of: Residual) -> Agreement:
-    return Agreement(mean_error_percent=_known(of.mean_error_percent), below_1_n_rmse_n=_known(of.rmse_n))
+def _agreement(residual: ForceResidual) -> Agreement:
+    return Agreement(
+        mean_error_percent=_finite_or_none(residual.mean_error_percent),
+        below_1_n_rmse_n=_finite_or_none(residual.rmse_n),
+    )
 
 
-def _known(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None

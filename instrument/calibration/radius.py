@@ -1,4 +1,4 @@
-"""The radius of the free balloon over its pressure, from a caliper: R_i = R_0 + linear ΔP + quadratic ΔP²."""
+"""Fit of the free radius over pressure, from caliper readings: R_i = R_0 + linear ΔP + quadratic ΔP²."""
 
 from __future__ import annotations
 
@@ -7,59 +7,74 @@ from statistics import median
 
 import numpy as np
 
-from instrument.calibration.least_squares import Fit, fit
-from instrument.calibration.rubber import Rubber, rubber_of
-from instrument.columns import Numbers, Points
-from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
+from pneuforce.instrument.calibration.rubber import NeoHookeanFit, fit_neo_hookean
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.support.columns import Numbers, Points
 
 COLUMNS = (("pressure_kpa", "diameter_mm"), ("pressure_kpa", "radius_mm"))
-LEAST_POINTS = 6
-LEAST_SPAN_KPA = 3.0
-#: A radius this far below one at a lower pressure is no scatter of a caliper (0.03 mm), but another balloon.
-FALL_MM = 0.15
-#: How well the fit must tell the radius at rest and at both ends of the validated range [mm].
-MOST_STD_MM = 0.2
-LEAST_SLOPE_MM_PER_KPA = 0.001
-RADII_MM = (1.5, 30.0)
+MIN_POINTS = 6
+MIN_SPAN_KPA = 3.0
+#: Largest accepted fall of the radius as the pressure grows. The scatter of a caliper is 0.03 mm, so that
+#: a larger fall means a slipped caliper, another balloon, or a balloon beyond its limit point.
+MAX_FALL_MM = 0.15
+#: Highest accepted standard uncertainty of the radius, at rest and at both ends of the validated range.
+MAX_STD_MM = 0.2
+MIN_SLOPE_MM_PER_KPA = 0.001
+RADIUS_RANGE_MM = (1.5, 30.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Radius:
-    """The quadratic, and the rubber that comes nearest."""
+class RadiusFit:
+    """Quadratic fit of the radius, and a neo-Hookean fit of the same points."""
 
-    quadratic: Fit  #: of R_0 [mm], linear [mm/kPa], quadratic [mm/kPa²]
-    rubber: Rubber
+    quadratic: LinearFit  #: of R_0 [mm], linear [mm/kPa], quadratic [mm/kPa²]
+    rubber: NeoHookeanFit
 
     def radius_mm(self, pressure_kpa: float) -> float:
-        """R_i [mm] at ΔP_i."""
+        """Return R_i [mm] at ΔP_i."""
         return float(_basis(np.array([pressure_kpa]))[0] @ self.quadratic.coefficients)
 
     def std_mm(self, pressure_kpa: float) -> float:
-        """Standard uncertainty of R_i [mm] at ΔP_i."""
+        """Return the standard uncertainty of R_i [mm] at ΔP_i."""
         x = _basis(np.array([pressure_kpa]))[0]
         return float(np.sqrt(x @ self.quadratic.covariance @ x))
 
 
-def radius_of(points: Points) -> Radius:
-    """The fit. Raises ConfigurationError, with the line, where the points cannot be a balloon's."""
-    points.at_least(LEAST_POINTS)
+def fit_radius(points: Points) -> RadiusFit:
+    """Return the fit of the radius.
+
+    Raises ConfigurationError, with the line if possible, if the points cannot come from a balloon, or if they
+    do not determine the radius well enough.
+    """
+    points.require_rows(MIN_POINTS)
     pressure, radius = points["pressure_kpa"], radii_mm(points)
     _check_units(points, pressure, radius)
     _check_growth(points, pressure, radius)
-    if np.ptp(pressure) < LEAST_SPAN_KPA or len(set(pressure.round(1))) < LEAST_POINTS // 2:
-        raise points.refusal(
-            f"the pressures span {np.ptp(pressure):.2f} kPa: at least {LEAST_SPAN_KPA:g} kPa, and "
-            f"{LEAST_POINTS // 2} of them, are needed to tell a curve"
+    if np.ptp(pressure) < MIN_SPAN_KPA or len(set(pressure.round(1))) < MIN_POINTS // 2:
+        raise points.error(
+            f"the pressures span {np.ptp(pressure):.2f} kPa: at least {MIN_SPAN_KPA:g} kPa, and "
+            f"{MIN_POINTS // 2} different pressures, are needed to fit a curve"
         )
-    quadratic = fit(_basis(pressure), radius)
-    found = Radius(quadratic, rubber_of(pressure, radius, quadratic.coefficients[0]))
-    _check_reach(points, found)
-    return found
+    quadratic = fit_linear(_basis(pressure), radius)
+    fit = RadiusFit(quadratic, fit_neo_hookean(pressure, radius, quadratic.coefficients[0]))
+    _check_validated_range(points, fit)
+    return fit
 
 
 def radii_mm(points: Points) -> Numbers:
-    """The radii, halves of the diameters where those were measured."""
+    """Return the radii [mm]. Measured diameters are halved."""
     return points["radius_mm"] if "radius_mm" in points.columns else points["diameter_mm"] / 2
+
+
+def suspected_pressure_unit(pressure_kpa: Numbers) -> str:
+    """Return the unit that the highest pressure suggests, empty if the unit may be kPa."""
+    highest = float(pressure_kpa.max())
+    if highest > 1000.0:
+        return "Pa"
+    if highest > 50.0:
+        return "hPa"
+    return "bar or MPa" if highest < 0.5 else ""
 
 
 def _basis(pressure_kpa: Numbers) -> Numbers:
@@ -67,54 +82,56 @@ def _basis(pressure_kpa: Numbers) -> Numbers:
 
 
 def _check_units(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> None:
-    pressure_unit = unit_of_pressures(pressure_kpa)
+    pressure_unit = suspected_pressure_unit(pressure_kpa)
     if pressure_unit:
-        raise points.refusal(
+        raise points.error(
             f"pressures up to {pressure_kpa.max():g} look like {pressure_unit}; they must be in kPa (gauge)"
         )
     if (pressure_kpa < 0).any():
-        raise points.refusal("pressure_kpa is below 0", int(pressure_kpa.argmin()))
-    middle_mm = median(radius_mm.tolist())
-    if not RADII_MM[0] <= middle_mm <= RADII_MM[1]:
-        unit = (
-            "m" if middle_mm < 0.1 else "cm" if middle_mm < RADII_MM[0] else "µm" if middle_mm > 1e3 else ""
-        )
-        looks = f"looks like {unit}: it must be in mm" if unit else "is no balloon's"
-        raise points.refusal(f"a radius of {middle_mm:g} {looks} ({RADII_MM[0]:g} to {RADII_MM[1]:g} mm)")
+        raise points.error("pressure_kpa is below 0", int(pressure_kpa.argmin()))
+    median_mm, (low_mm, high_mm) = median(radius_mm.tolist()), RADIUS_RANGE_MM
+    if not low_mm <= median_mm <= high_mm:
+        unit = _suspected_length_unit(median_mm)
+        reason = f"looks like {unit}: it must be in mm" if unit else "is not the radius of a balloon"
+        raise points.error(f"a radius of {median_mm:g} {reason} ({low_mm:g} to {high_mm:g} mm)")
 
 
-def unit_of_pressures(pressure_kpa: Numbers) -> str:
-    """The unit that the highest of these pressures suggests, empty where it may be kPa."""
-    highest = float(pressure_kpa.max())
-    return next((unit for limit, unit in ((1000.0, "Pa"), (50.0, "hPa")) if highest > limit), "") or (
-        "bar or MPa" if highest < 0.5 else ""
-    )
+def _suspected_length_unit(radius_mm: float) -> str:
+    """Return the unit that a radius outside `RADIUS_RANGE_MM` suggests, empty if there is no likely unit."""
+    if radius_mm < 0.1:
+        return "m"
+    if radius_mm < RADIUS_RANGE_MM[0]:
+        return "cm"
+    return "µm" if radius_mm > 1e3 else ""
 
 
 def _check_growth(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> None:
+    """Raise ConfigurationError if a radius is clearly smaller than a radius at a lower pressure."""
     order = np.argsort(pressure_kpa, kind="stable")
     highest = np.maximum.accumulate(radius_mm[order])
-    falls = np.flatnonzero(radius_mm[order] < highest - FALL_MM)
+    falls = np.flatnonzero(radius_mm[order] < highest - MAX_FALL_MM)
     if len(falls):
         row = int(order[falls[0]])
-        raise points.refusal(
+        raise points.error(
             f"the radius {radius_mm[row]:.3f} mm at {pressure_kpa[row]:g} kPa is smaller than "
             f"{highest[falls[0]]:.3f} mm at a lower pressure: a slip, or a balloon past its limit point",
             row,
         )
 
 
-def _check_reach(points: Points, found: Radius) -> None:
+def _check_validated_range(points: Points, fit: RadiusFit) -> None:
+    """Raise ConfigurationError if the fit is too uncertain, or does not grow, in the validated range."""
     for pressure_kpa in (0.0, VALID_LOW_KPA, VALID_HIGH_KPA):
-        std_mm = found.std_mm(pressure_kpa)
-        if not std_mm <= MOST_STD_MM:
-            raise points.refusal(
-                f"these points tell the radius at {pressure_kpa:g} kPa only to ±{std_mm:.2f} mm "
-                f"({MOST_STD_MM:g} mm at most): measure over a wider span of pressures"
+        std_mm = fit.std_mm(pressure_kpa)
+        if not std_mm <= MAX_STD_MM:
+            raise points.error(
+                f"these points determine the radius at {pressure_kpa:g} kPa only to ±{std_mm:.2f} mm "
+                f"({MAX_STD_MM:g} mm at most): measure over a wider span of pressures"
             )
-    _, linear, quadratic = found.quadratic.coefficients
-    if (
-        not min(linear + 2 * quadratic * kpa for kpa in (VALID_LOW_KPA, VALID_HIGH_KPA))
-        > LEAST_SLOPE_MM_PER_KPA
-    ):
-        raise points.refusal("the fitted radius does not grow with the pressure from 4.95 to 11.45 kPa")
+    _, linear, quadratic = fit.quadratic.coefficients
+    lowest_slope = min(linear + 2 * quadratic * kpa for kpa in (VALID_LOW_KPA, VALID_HIGH_KPA))
+    if not lowest_slope > MIN_SLOPE_MM_PER_KPA:
+        raise points.error(
+            f"the fitted radius does not grow with the pressure from {VALID_LOW_KPA:g} to "
+            f"{VALID_HIGH_KPA:g} kPa"
+        )

@@ -1,4 +1,4 @@
-"""What a calibration leaves over, on contacts that it has not seen: the figures that a user asks for."""
+"""Errors of a force calibration on held-out contacts: the figures that the user sees."""
 
 from __future__ import annotations
 
@@ -9,72 +9,80 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from instrument.calibration.contacts import TURN_N, Contacts
-from instrument.columns import Numbers
-from instrument.fifths import EDGES_KPA, fifths_of
+from pneuforce.instrument.calibration.contacts import RELATIVE_ERROR_MIN_N, CalibrationContacts
+from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA, pressure_bin_indices
+from pneuforce.support.columns import Numbers
 
-MOST_N = 3.5  #: the paper's highest force
-
-
-class Residual(NamedTuple):
-    """How well forces agree with those of the cell; NaN where there are no such contacts."""
-
-    rmse_n: float  #: of forces below 1 N
-    mean_error_percent: float  #: of forces from 1 to 3.5 N
+RELATIVE_ERROR_MAX_N = 3.5  #: highest force in the paper
 
 
-class Bin(NamedTuple):
-    """The contacts from 1 to 3.5 N in a fifth of the pressures."""
+class ForceResidual(NamedTuple):
+    """Agreement of forces with the reference sensor. A value without contacts is NaN."""
+
+    rmse_n: float  #: root mean square error of the forces below 1 N
+    mean_error_percent: float  #: mean absolute error of the forces from 1 to 3.5 N
+
+
+class BinErrors(NamedTuple):
+    """Errors of the contacts from 1 to 3.5 N in one pressure bin."""
 
     low_kpa: float
     high_kpa: float
     contacts: int
-    before_percent: float  #: mean error of the bare law
-    after_percent: float  #: of the calibration, contact by contact left out
+    before_percent: float  #: mean absolute error of the uncalibrated law
+    after_percent: float  #: mean absolute error of the calibration, each contact held out in turn
 
 
-def residual_of(force_n: Numbers, contacts: Contacts) -> Residual:
-    """What some forces are off by."""
-    truth = contacts.force_n
-    error = force_n - truth
-    rmse_n = math.sqrt(_mean(error[truth < TURN_N] ** 2))
-    return Residual(rmse_n, 100 * _mean(np.abs(error / truth)[large(contacts)]))
+def force_residual(force_n: Numbers, contacts: CalibrationContacts) -> ForceResidual:
+    """Return the errors of the forces, one force per contact."""
+    reference_n = contacts.force_n
+    error_n = force_n - reference_n
+    rmse_n = math.sqrt(_mean(error_n[reference_n < RELATIVE_ERROR_MIN_N] ** 2))
+    relative = np.abs(error_n / reference_n)[in_relative_range(contacts)]
+    return ForceResidual(rmse_n, 100 * _mean(relative))
 
 
-def large(contacts: Contacts) -> NDArray[np.bool_]:
-    """Which contacts are of 1 to 3.5 N, where errors are told as a share."""
-    return (contacts.force_n >= TURN_N) & (contacts.force_n <= MOST_N)
+def in_relative_range(contacts: CalibrationContacts) -> NDArray[np.bool_]:
+    """Return a mask of the contacts from 1 to 3.5 N, whose errors are stated in percent."""
+    return (contacts.force_n >= RELATIVE_ERROR_MIN_N) & (contacts.force_n <= RELATIVE_ERROR_MAX_N)
 
 
-def bins(unseen_n: Numbers, contacts: Contacts) -> list[Bin]:
-    """Mean errors before and after, in those fifths of the validated pressures that have contacts."""
-    fifths, found = fifths_of(contacts.initial_kpa), []
-    for n, (low, high) in enumerate(pairwise(EDGES_KPA)):
-        inside = (fifths == n) & large(contacts)
+def errors_by_pressure(held_out_n: Numbers, contacts: CalibrationContacts) -> list[BinErrors]:
+    """Return the mean errors before and after the calibration, in each pressure bin that has contacts."""
+    bins, errors = pressure_bin_indices(contacts.baseline_kpa), []
+    for index, (low_kpa, high_kpa) in enumerate(pairwise(BIN_EDGES_KPA)):
+        inside = (bins == index) & in_relative_range(contacts)
         if not inside.any():
             continue
-        part = contacts.only(inside)
-        before, after = (residual_of(force_n[inside], part) for force_n in (contacts.law_n, unseen_n))
-        found.append(Bin(low, high, len(part), before.mean_error_percent, after.mean_error_percent))
-    return found
+        chosen = contacts.select(inside)
+        before, after = (
+            force_residual(force_n[inside], chosen).mean_error_percent
+            for force_n in (contacts.law_n, held_out_n)
+        )
+        errors.append(BinErrors(low_kpa, high_kpa, len(chosen), before, after))
+    return errors
 
 
-def share_and_floor(unseen_n: Numbers, contacts: Contacts) -> tuple[float, float]:
-    """The most likely errors of a calibrated force: a share of it, and newtons, as standard deviations."""
+def share_and_floor(held_out_n: Numbers, contacts: CalibrationContacts) -> tuple[float, float]:
+    """Return the standard deviation of the error in two parts: a share of the force, and a floor [N].
+
+    Both parts are maximum likelihood estimates from the errors on held-out contacts.
+    """
     from scipy.optimize import minimize
 
-    squares = (unseen_n - contacts.force_n) ** 2
+    squares = (held_out_n - contacts.force_n) ** 2
     forces = contacts.force_n
 
-    def unlikely(logs: Numbers) -> float:
+    def negative_log_likelihood(logs: Numbers) -> float:
         share, floor_n = np.exp(logs)
         variances = (share * forces) ** 2 + floor_n**2
         return float((np.log(variances) + squares / variances).sum())
 
-    typical = math.sqrt(squares.mean())
-    start = np.log([typical / forces.mean(), typical / 2])
-    found = minimize(unlikely, start, bounds=[(math.log(1e-4), 0.0), (math.log(1e-4), math.log(5.0))])
-    share, floor_n = np.exp(found.x).tolist()
+    rms_n = math.sqrt(squares.mean())
+    start = np.log([rms_n / forces.mean(), rms_n / 2])
+    bounds = [(math.log(1e-4), 0.0), (math.log(1e-4), math.log(5.0))]
+    solution = minimize(negative_log_likelihood, start, bounds=bounds)
+    share, floor_n = np.exp(solution.x).tolist()
     return share, floor_n
 
 

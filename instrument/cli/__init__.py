@@ -1,4 +1,4 @@
-"""The command `pneuforce`: the one place where instrument, registers and simulator meet."""
+"""Command line interface `pneuforce`. Only this package combines instrument, registers and simulator."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+#: Exit code after Ctrl-C, as a shell reports it.
 INTERRUPTED = 128 + signal.SIGINT
 
 
 def main() -> None:
-    """Run the command line; every expected failure is one sentence on stderr and exit code 2.
+    """Run the command line. An expected failure prints one sentence on stderr and exits with code 2.
 
-    Ctrl-C before a command has begun to listen to it ends with 130, as from a shell.
+    Ctrl-C exits with code 130 if the command has not installed its own signal handler yet.
     """
-    with _quiet_end():
-        from instrument.cli.app import app
-        from instrument.errors import PneuforceError
+    with _exit_at_once_on_interrupt():
+        from pneuforce.errors import PneuforceError
+        from pneuforce.instrument.cli.app import app
 
     try:
         try:
@@ -27,29 +28,29 @@ def main() -> None:
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
-        _end("", INTERRUPTED)
+        _exit("", INTERRUPTED)
     except PneuforceError as error:
-        _end(f"pneuforce: {error}", 2)
+        _exit(f"pneuforce: {error}", 2)
     except BrokenPipeError:
-        _end("", 0)
+        _exit("", 0)
     except OSError as error:
-        full = error.errno == errno.ENOSPC
-        _end(f"pneuforce: {'the output cannot be written: ' if full else ''}{error.strerror or error}", 2)
+        prefix = "the output cannot be written: " if error.errno == errno.ENOSPC else ""
+        _exit(f"pneuforce: {prefix}{error.strerror or error}", 2)
 
 
 @contextmanager
-def _quiet_end() -> Iterator[None]:
-    """End at Ctrl-C at once: a KeyboardInterrupt within an import may come out as any other exception."""
+def _exit_at_once_on_interrupt() -> Iterator[None]:
+    """Exit immediately on Ctrl-C, because an import can turn KeyboardInterrupt into another exception."""
     before = signal.getsignal(signal.SIGINT)
-    if before is not signal.SIG_IGN:  # nohup's wish
+    if before is not signal.SIG_IGN:  # nohup ignores the signal on purpose
         signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
     yield
     signal.signal(signal.SIGINT, before)
 
 
-def _end(sentence: str, code: int) -> None:
-    """Say a sentence and end, though stdout may take no more."""
-    if sentence:
-        print(sentence, file=sys.stderr)
+def _exit(message: str, code: int) -> None:
+    """Print a message on stderr and exit, even if stdout is full or closed."""
+    if message:
+        print(message, file=sys.stderr)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     sys.exit(code)

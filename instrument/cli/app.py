@@ -1,47 +1,48 @@
-"""The commands and their help. Each imports what it needs when it runs, so that none waits for another's."""
+"""The command `pneuforce` with its sub-commands. Each command imports its modules only when it runs."""
 
 from __future__ import annotations
 
-import errno
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from instrument.cli import (
+from pneuforce.instrument.cli import (
     calibrate_commands,
     can_commands,
-    event_commands,
     files,
-    force_commands,
+    log_commands,
+    model_commands,
+    recording_commands,
     rig_commands,
-    tape_commands,
+    sim_commands,
     watch_command,
 )
-from instrument.cli.options import Json, Seconds
+from pneuforce.instrument.cli.options import Json, Seconds
+from pneuforce.instrument.cli.sim_commands import BoardName, BoardOption, ScenarioName, Seed
 
 app = typer.Typer(
     name="pneuforce",
-    help="A pneumatic force sensor as a field instrument: force over Modbus and CAN, with its uncertainty.",
+    help="Pneumatic force sensor for surgical robots: measure a force with its uncertainty, serve it over "
+    "Modbus, CAN, CANopen and a web page.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-app.add_typer(force_commands.commands)
+app.add_typer(model_commands.commands)
 app.add_typer(rig_commands.commands)
 app.add_typer(watch_command.commands)
 app.add_typer(can_commands.commands)
-app.add_typer(tape_commands.commands)
+app.add_typer(recording_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
-app.add_typer(event_commands.commands, name="log")
+app.add_typer(log_commands.commands, name="log")
+app.add_typer(sim_commands.commands, name="sim")
 app.add_typer(files.commands)
 
-LINK = Path("/tmp/pneuforce-rig")
 
-
-def _say_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(requested: bool) -> None:
+    if requested:
         from importlib.metadata import version
 
         typer.echo(f"pneuforce {version('pneuforce')}")
@@ -52,14 +53,14 @@ def _say_version(wanted: bool) -> None:
 def _pneuforce(
     version: Annotated[
         bool,
-        typer.Option("--version", help="Say which version this is.", callback=_say_version, is_eager=True),
+        typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True),
     ] = False,
 ) -> None:
     pass
 
 
 class MapFormat(Enum):
-    """The documents made from the register map: pages, tables, and code for PLC and C programs."""
+    """Documents that are generated from the register map."""
 
     MD = "md"
     FAULTS = "faults"
@@ -72,22 +73,6 @@ class MapFormat(Enum):
     H = "h"
 
 
-class BoardName(Enum):
-    """The boards that a simulated rig can have."""
-
-    PYTHON = "python"
-    AVR = "avr"
-
-
-ScenarioName = Annotated[
-    str, typer.Option(help="What happens: a name of pneuforce sim --list, or a TOML file.")
-]
-Seed = Annotated[int | None, typer.Option(help="Seed of the noise, instead of the scenario's.", min=0)]
-BoardOption = Annotated[
-    BoardName, typer.Option("--board", help="The board in Python, or the firmware on an emulated ATmega328P.")
-]
-
-
 @app.command()
 def demo(
     seconds: Seconds = None,
@@ -96,142 +81,86 @@ def demo(
         int, typer.Option(help="TCP port of the CAN hub (socketcand protocol).", min=1, max=65535)
     ] = 29536,
     control_port: Annotated[
-        int, typer.Option(help="TCP port for truth, hand and faults; 0 takes a free one.", min=0, max=65535)
+        int,
+        typer.Option(
+            help="TCP port of the simulator's control server; 0 selects a free port.", min=0, max=65535
+        ),
     ] = 0,
-    page_port: Annotated[
-        int, typer.Option(help="TCP port of the page in the browser; 0 takes a free one.", min=0, max=65535)
+    web_port: Annotated[
+        int, typer.Option(help="TCP port of the web page; 0 selects a free port.", min=0, max=65535)
     ] = 8080,
     scenario: ScenarioName = "demo",
     seed: Seed = None,
     board: BoardOption = BoardName.PYTHON,
 ) -> None:
-    """The whole instrument on a simulated rig: contacts, live panel, page, Modbus and CAN to try out.
+    """Run the complete instrument on a simulated rig, with live panel, web page, Modbus and CAN.
 
-    Starts the rig simulator, a CAN hub and the instrument as processes of their own, inflates the balloon and
-    lets a simulated hand press it again and again. What the panel shows is read back over Modbus and CAN.
+    Starts the rig simulator, a CAN hub and the instrument as separate processes.
+    Inflates the balloon, and a simulated hand presses the balloon again and again.
+    The panel shows values that are read back over Modbus and CAN.
+
+    Example: pneuforce demo --seconds 60
     """
     from secrets import token_urlsafe
 
-    from instrument.cli.demo import refuse_taken, run_demo
-    from instrument.cli.panel import Ports
-    from instrument.cli.scenarios import checked
-    from teststand.stack import free_port
+    from pneuforce.instrument.cli.demo import check_ports_free, run_demo
+    from pneuforce.instrument.cli.panel import DemoPorts
+    from pneuforce.instrument.cli.scenarios import check_scenario
+    from pneuforce.teststand.stack import free_port
 
-    rig = ["--control-port", str(control_port), "--scenario", checked(scenario), "--board", board.value]
-    rig += [] if seed is None else ["--seed", str(seed)]
-    taken = {"modbus-port": modbus_port, "can-port": can_port, "control-port": control_port}
-    refuse_taken({**taken, "page-port": page_port})
-    ports = Ports(modbus_port, can_port, page_port or free_port(), token_urlsafe(12))
-    raise typer.Exit(run_demo(seconds, ports, rig))
+    simulator = ["--control-port", str(control_port), "--scenario", check_scenario(scenario)]
+    simulator += ["--board", board.value]
+    simulator += [] if seed is None else ["--seed", str(seed)]
+    ports = {"modbus-port": modbus_port, "can-port": can_port, "control-port": control_port}
+    check_ports_free({**ports, "web-port": web_port})
+    demo_ports = DemoPorts(modbus_port, can_port, web_port or free_port(), token_urlsafe(12))
+    raise typer.Exit(run_demo(seconds, demo_ports, simulator))
 
 
 @app.command()
 def run(
-    config: Annotated[Path, typer.Option("--config", help="The instrument.toml; see pneuforce config.")],
+    config: Annotated[
+        Path, typer.Option("--config", help="The instrument.toml; pneuforce config --example prints one.")
+    ],
     record: Annotated[
         Path | None, typer.Option(help="Record everything from the start into this new file.")
     ] = None,
 ) -> None:
-    """Run the instrument on a real port and real buses until Ctrl-C or SIGTERM; then vent and end."""
-    from instrument.cli.serve import Files, serve
-    from instrument.config import beside, load
-    from instrument.errors import ConfigurationError
+    """Run the instrument with a real rig and real buses until Ctrl-C or SIGTERM, then vent and exit.
+
+    Example: pneuforce run --config instrument.toml
+    """
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.instrument.config import load, resolve_path
+    from pneuforce.instrument.service.serve import ServiceFiles, serve
 
     configuration = load(config)
     if record and not configuration.local.socket:
-        raise ConfigurationError("--record goes through the local socket, and local.socket is empty")
+        raise ConfigurationError(
+            "--record needs the local socket, and local.socket is empty: set it in the configuration"
+        )
     serve(
         configuration,
-        Files(
-            events=beside(config, configuration.events.file),
-            socket=beside(config, configuration.local.socket),
+        ServiceFiles(
+            events=resolve_path(config, configuration.events.file),
+            socket=resolve_path(config, configuration.local.socket),
             recording=record,
         ),
     )
 
 
-@app.command()
-def sim(
-    link: Annotated[Path, typer.Option(help="Where to put a link to the serial port.")] = LINK,
-    control_port: Annotated[
-        int, typer.Option(help="TCP port for truth and the hand; 0 takes a free one.")
-    ] = 0,
-    scenario: ScenarioName = "demo",
-    hand: Annotated[bool, typer.Option(help="Let the simulated hand play the scenario.")] = True,
-    seed: Seed = None,
-    board: BoardOption = BoardName.PYTHON,
-    show: Annotated[bool, typer.Option("--list", help="Say which scenarios there are.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Run the rig simulator alone: a board on a serial port (a pty), its truth on a control port.
-
-    Prints one JSON line that names both; the control port also stands in the file LINK.control.
-    An instrument connects with port = the link, in the table rig of its configuration.
-    """
-    from instrument.cli.scenarios import checked, listed
-    from instrument.errors import RigError
-    from sim.avr.emulator import Crashed
-    from sim.server import Options, serve
-
-    if show:
-        typer.echo(listed(as_json))
-        return
-    try:
-        serve(
-            Options(
-                link=str(link),
-                control_port=control_port,
-                scenario=checked(scenario),
-                seed=seed,
-                hand=hand,
-                board=board.value,
-            )
-        )
-    except OSError as error:
-        busy = error.errno == errno.EADDRINUSE
-        why = f"--control-port {control_port} is in use by another program" if busy else error
-        raise RigError(f"the simulator cannot start: {why}") from None
-    except Crashed as error:
-        raise RigError(f"the emulated board has stopped: {error}") from None
-
-
-@app.command()
-def fault(
-    name: Annotated[str | None, typer.Argument(help="The fault; without one, those that are in.")] = None,
-    arguments: Annotated[
-        list[str] | None, typer.Argument(help="How much of it, as kpa_per_s=0.02.", metavar="ARGUMENT=NUMBER")
-    ] = None,
-    off: Annotated[bool, typer.Option("--off", help="Take the fault out.")] = False,
-    link: Annotated[Path, typer.Option(help="Which simulator: the link to its serial port.")] = LINK,
-    control: Annotated[
-        int | None, typer.Option(help="Which simulator: its control port, as printed.", min=1, max=65535)
-    ] = None,
-    show: Annotated[bool, typer.Option("--list", help="Say which faults there are.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Put a fault into a running simulator, or take it out.
-
-    Example: pneuforce fault leak kpa_per_s=0.05
-    """
-    from instrument.cli.fault import control_beside, inject, show_catalogue
-
-    if show:
-        show_catalogue(as_json)
-    else:
-        port = control or control_beside(link)
-        typer.echo(inject(port, name, arguments or [], off, as_json))
-
-
 @app.command("map")
 def map_(
     form: Annotated[MapFormat, typer.Option("--format", help="Document to print.")] = MapFormat.MD,
-    node_id: Annotated[int, typer.Option(help="DBC only: node id of the instrument.", min=1, max=127)] = 5,
+    node_id: Annotated[
+        int, typer.Option(help="For dbc only: CAN node id of the instrument.", min=1, max=127)
+    ] = 5,
 ) -> None:
-    """Print the register map and the CAN frames from their one declaration.
+    """Print the register map and the CAN frames, as a document or as code for PLC and C programs.
 
     Example: pneuforce map --format dbc > pneuforce.dbc
     """
-    from registers.views import VIEWS, dbc
+    from pneuforce.registers.views import VIEWS, dbc
 
     text = dbc.render(node_id) if form is MapFormat.DBC else VIEWS[form.value].render()
     typer.echo(text, nl=False)
@@ -240,23 +169,21 @@ def map_(
 @app.command()
 def config(
     example: Annotated[
-        bool, typer.Option("--example", help="Print every key with meaning and span.")
+        bool, typer.Option("--example", help="Print every key with its default, meaning and limits.")
     ] = False,
-    check: Annotated[
-        Path | None, typer.Option("--check", help="Say whether this file is acceptable.")
-    ] = None,
+    check: Annotated[Path | None, typer.Option("--check", help="Check this file.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Document or check an instrument.toml.
+    """Print an example configuration, or check an instrument.toml.
 
     Example: pneuforce config --example > instrument.toml
     """
-    from instrument.cli.config_check import check_config
-    from instrument.config import example as example_text
-    from instrument.errors import ConfigurationError
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.instrument.cli.config_check import check_config
+    from pneuforce.instrument.config import example as example_text
 
     if as_json and check is None:
-        raise ConfigurationError("--json is for --check: an example is TOML")
+        raise ConfigurationError("--json goes with --check: the example is printed as TOML only")
     if example or check is None:
         typer.echo(example_text(), nl=False)
     if check is not None:

@@ -1,4 +1,4 @@
-"""The command that keeps what is on a CAN bus."""
+"""The command `pneuforce canlog`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli.options import Seconds
+from pneuforce.instrument.cli.options import Seconds
 
 commands = typer.Typer()
 
 
 class LogFormat(Enum):
-    """What a recording is written as."""
+    """File formats of a CAN log."""
 
     CANDUMP = "candump"
     ASC = "asc"
@@ -24,26 +24,29 @@ class LogFormat(Enum):
 @commands.command()
 def canlog(
     form: Annotated[
-        LogFormat, typer.Option("--format", help="candump -l's, or Vector's ASC or BLF.")
+        LogFormat, typer.Option("--format", help="File format: that of candump -l, or Vector's ASC or BLF.")
     ] = LogFormat.CANDUMP,
     output: Annotated[
-        Path | None, typer.Option("--output", help="A new file; without it, stdout (not BLF).")
+        Path | None, typer.Option("--output", help="A new file; without it, stdout (not for BLF).")
     ] = None,
     seconds: Seconds = None,
     interface: Annotated[str, typer.Option(help="python-can interface.")] = "socketcand",
-    channel: Annotated[str, typer.Option(help="Its channel.")] = "can0",
-    host: Annotated[str, typer.Option(help="socketcand only: address of the hub.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="socketcand only: its TCP port.", min=1, max=65535)] = 29536,
+    channel: Annotated[str, typer.Option(help="Channel of the interface.")] = "can0",
+    host: Annotated[str, typer.Option(help="For socketcand only: address of the CAN hub.")] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(help="For socketcand only: TCP port of the CAN hub.", min=1, max=65535)
+    ] = 29536,
 ) -> None:
-    """Record every frame on the CAN bus, the instrument's and all others.
+    """Record every frame on a CAN bus: the frames of the instrument and of all other nodes.
 
-    A recording that is killed keeps all frames up to then, except that BLF wants an end by Ctrl-C or time.
-    python -m can.player sends a recording again.
+    If the command is killed, the file contains all frames up to then.
+    Only a BLF file must be closed by Ctrl-C or by --seconds.
+    To send the recorded frames again, use python -m can.player.
 
     Example: pneuforce canlog --seconds 10 --output press.log
     """
-    from instrument.cli.canlog import record
-    from registers.can.bus import BusAt
+    from pneuforce.instrument.cli.canlog import record
+    from pneuforce.registers.can.bus import CanAddress
 
-    at = BusAt(interface=interface, channel=channel, host=host, port=port)
-    record(at, form.value, output, seconds)
+    address = CanAddress(interface=interface, channel=channel, host=host, port=port)
+    record(address, form.value, output, seconds)

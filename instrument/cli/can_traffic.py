@@ -1,4 +1,4 @@
-"""What has come over CAN from the instrument: the latest of each frame, its age, and lost Force frames."""
+"""Frames that the instrument has sent over CAN: the latest of each kind, its age, and lost Force frames."""
 
 from __future__ import annotations
 
@@ -8,46 +8,47 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from instrument.cli.observe import Rate
-from instrument.cli.showing import with_unit
-from instrument.faults import name_of
-from registers.can.frames import EMERGENCY, FORCE, FRAMES, HEARTBEAT, RIG_ERROR, Frame
+from pneuforce.instrument.cli.observe import EventRate
+from pneuforce.instrument.cli.output import format_value
+from pneuforce.instrument.core.faults import name_of
+from pneuforce.registers.can.frames import EMERGENCY, FORCE, FRAMES, HEARTBEAT, RIG_ERROR, FrameDefinition
 
-PERIODS_LATE, LEAST_LATE_S = 3, 1.5  #: a Force rate of 1 Hz can be configured, and is not late
+#: A frame is late after 3 periods, but not before 1.5 s. A Force rate of 1 Hz is a valid setting.
+LATE_PERIODS, MIN_LATE_S = 3, 1.5
 _BY_NAME = {frame.name: frame for frame in FRAMES}
 _FIELDS = {frame.name: {field.name: field for field in frame.fields} for frame in FRAMES}
 
 
 @dataclass(slots=True)
-class Heard:
-    """One kind of frame: the latest, and how often it comes."""
+class FrameStatus:
+    """Latest values and rate of one kind of frame."""
 
-    frame: Frame
+    definition: FrameDefinition
     values: dict[str, Any] = field(default_factory=dict)
-    at_s: float = 0.0
-    rate: Rate = field(default_factory=Rate)
+    received_s: float = 0.0
+    rate: EventRate = field(default_factory=EventRate)
 
-    def late(self, now_s: float) -> bool:
-        """Whether the next one should have come long ago; what comes at events only is never late."""
-        wait_s = max(PERIODS_LATE * self.frame.period_s, LEAST_LATE_S)
-        return self.frame.period_s > 0 and now_s - self.at_s > wait_s
+    def is_late(self, now_s: float) -> bool:
+        """Return True if the next frame is overdue. A frame without a period is never late."""
+        limit_s = max(LATE_PERIODS * self.definition.period_s, MIN_LATE_S)
+        return self.definition.period_s > 0 and now_s - self.received_s > limit_s
 
 
 @dataclass(slots=True)
-class Traffic:
-    """All kinds of frames."""
+class CanTraffic:
+    """Status of all kinds of frames."""
 
-    kinds: dict[str, Heard] = field(default_factory=dict)
-    lost: int = 0  #: Force frames, by their counter
+    kinds: dict[str, FrameStatus] = field(default_factory=dict)
+    lost: int = 0  #: number of lost Force frames, by their counter
     _counter: int | None = None
 
-    def note(self, name: str, values: dict[str, Any], now_s: float) -> int:
-        """Take over a frame; the number of Force frames that were lost before it."""
-        heard = self.kinds.setdefault(name, Heard(_BY_NAME[name]))
-        heard.values, heard.at_s = values, now_s
-        heard.rate.note(now_s)
+    def add(self, name: str, values: dict[str, Any], now_s: float) -> int:
+        """Add a received frame. Return the number of Force frames that were lost before the frame."""
+        status = self.kinds.setdefault(name, FrameStatus(_BY_NAME[name]))
+        status.values, status.received_s = values, now_s
+        status.rate.add(now_s)
         if name == HEARTBEAT.name and values["node_state"] == "boot_up":
-            self._counter = None  # a new start counts anew
+            self._counter = None  # the counter of a restarted instrument starts again
         lost = self._gap(values["counter"]) if name == FORCE.name else 0
         self.lost += lost
         return lost
@@ -57,33 +58,36 @@ class Traffic:
         return 0 if before in (None, counter) else (counter - before - 1) & 0xFF
 
     def table(self, now_s: float) -> Table:
-        """All of it, with ages at `now_s`."""
+        """Return a table of all frames, with their ages at `now_s`."""
         table = Table("frame", "per s", "age", "lost", "signal", "value", box=SIMPLE_HEAD)
-        for name, heard in self.kinds.items():
-            age = f"{now_s - heard.at_s:.2f} s"
+        for name, status in self.kinds.items():
+            age = f"{now_s - status.received_s:.2f} s"
             heading = [
                 name,
-                str(heard.rate.per_s(now_s)),
-                f"[bold red]{age}[/]" if heard.late(now_s) else age,
+                str(status.rate.per_s(now_s)),
+                f"[bold red]{age}[/]" if status.is_late(now_s) else age,
                 str(self.lost) if name == FORCE.name else "",
             ]
-            for row in signals(name, heard.values):
+            for row in format_signals(name, status.values):
                 table.add_row(*heading, *row)
                 heading = [""] * len(heading)
         return table
 
 
-def signals(name: str, values: dict[str, Any]) -> list[tuple[str, str]]:
-    """Name and value of each signal of a frame, for people."""
-    return [(signal, _told(name, signal, value)) for signal, value in values.items()]
+def format_signals(name: str, values: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the name and the text of each signal of a frame."""
+    return [(signal, _format_signal(name, signal, value)) for signal, value in values.items()]
 
 
-def _told(name: str, signal: str, value: Any) -> str:
+def _format_signal(name: str, signal: str, value: Any) -> str:
     if name == EMERGENCY.name and signal == "error_code":
-        return _error(value)
-    return with_unit(_FIELDS[name][signal], value)
+        return _format_error(value)
+    return format_value(_FIELDS[name][signal], value)
 
 
-def _error(code: int) -> str:
-    """FF20h lease expired; what is not the rig's has a code of CiA 301 alone."""
+def _format_error(code: int) -> str:
+    """Return an error code with the name of its fault, for example "FF20h lease expired".
+
+    Codes that do not come from the rig are codes of CiA 301 and have no fault name.
+    """
     return f"{code:04X}h" + (f" {name_of(code - RIG_ERROR)}" if code > RIG_ERROR else "")

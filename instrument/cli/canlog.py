@@ -1,4 +1,4 @@
-"""`pneuforce canlog`: everything on the CAN bus, kept for other tools."""
+"""`pneuforce canlog`: record all frames on a CAN bus in a file format of other tools."""
 
 from __future__ import annotations
 
@@ -9,56 +9,60 @@ from pathlib import Path
 from threading import Event
 from typing import IO, Any
 
-from instrument.cli.showing import HINT, stop_after
-from instrument.errors import ConfigurationError, FaceError
-from registers.can.bus import Bus, BusAt
-from registers.can.recording import WRITERS, Recording
-from registers.can.wire import CanFrame
+from pneuforce.errors import ConfigurationError, ServerError
+from pneuforce.instrument.cli.output import CONNECTION_HINT, stop_after
+from pneuforce.registers.can.bus import CanAddress, CanBus
+from pneuforce.registers.can.log_writer import LOG_FORMATS, CanLogWriter
+from pneuforce.registers.can.wire import CanFrame
 
 
-def record(at: BusAt, form: str, output: Path | None, seconds: float | None) -> None:
-    """Write all frames to `output`, a new file, or to stdout, until `seconds` have passed or Ctrl-C.
+def record(address: CanAddress, log_format: str, output: Path | None, seconds: float | None) -> None:
+    """Write all frames to the new file `output`, or to stdout, until `seconds` have passed or Ctrl-C.
 
-    Raises ConfigurationError: no such file can be made; FaceError: no bus, or no room for more.
+    Raises ConfigurationError if the file cannot be created, ServerError if the bus is not available or the
+    file cannot be written.
     """
-    frames = _frames(at, stop_after(seconds))
+    frames = _frames(address, stop_after(seconds))
     next(frames)
-    recording = Recording(_opened(form, output), form, at.channel)
+    log = CanLogWriter(_open_output(log_format, output), log_format, address.channel)
     try:
-        with closing(recording):
+        with closing(log):
             for t_s, frame in filter(None, frames):
-                recording.note(t_s, frame)
-    except (FaceError, BrokenPipeError):
+                log.write(t_s, frame)
+    except (ServerError, BrokenPipeError):
         raise
     except OSError as error:
-        raise FaceError(
-            f"{output or 'stdout'} cannot be written: {error.strerror}; {recording.frames} frames are in it"
+        raise ServerError(
+            f"{output or 'stdout'} cannot be written: {error.strerror}; it contains {log.frame_count} frames"
         ) from None
-    print(f"pneuforce: {recording.frames} frames on {at}", file=sys.stderr)
+    print(f"pneuforce: {log.frame_count} frames on {address}", file=sys.stderr)
 
 
-def _frames(at: BusAt, stop: Event) -> Iterator[tuple[float, CanFrame] | None]:
-    """None once the bus is open, so that a file is made only then; and what comes, None for silence."""
+def _frames(address: CanAddress, stop: Event) -> Iterator[tuple[float, CanFrame] | None]:
+    """Yield None when the bus is open, so that the file is created only then. Then yield time and frame.
+
+    None is also yielded while no frame comes.
+    """
     try:
-        with closing(Bus(at)) as bus:
+        with closing(CanBus(address)) as bus:
             yield None
             while not stop.is_set():
                 yield bus.receive()
     except OSError as error:
-        raise FaceError(f"{error}; {HINT}") from None
+        raise ServerError(f"{error}; {CONNECTION_HINT}") from None
 
 
-def _opened(form: str, output: Path | None) -> IO[Any]:
-    """The file: never one that is there, because nobody makes a recording twice."""
-    text = WRITERS[form][1]
+def _open_output(log_format: str, output: Path | None) -> IO[Any]:
+    """Return the open output. An existing file is never overwritten, because it may hold a recording."""
+    text = LOG_FORMATS[log_format][1]
     if output is None and not text:
-        raise ConfigurationError(f"{form} needs a file: give it with --output")
-    where, mode = (output, "x") if output else (sys.stdout.fileno(), "w")
+        raise ConfigurationError(f"{log_format} cannot be written to stdout: name a file with --output")
+    target, mode = (output, "x") if output else (sys.stdout.fileno(), "w")
     try:
         if text:
-            return open(where, mode, buffering=1, encoding="ascii", closefd=output is not None)
-        return open(where, mode + "b")
+            return open(target, mode, buffering=1, encoding="ascii", closefd=output is not None)
+        return open(target, mode + "b")
     except FileExistsError:
-        raise ConfigurationError(f"{output} is there already: choose another name") from None
+        raise ConfigurationError(f"{output} already exists: choose another name") from None
     except OSError as error:
-        raise ConfigurationError(f"{output} cannot be made: {error.strerror}") from None
+        raise ConfigurationError(f"{output} cannot be created: {error.strerror}") from None

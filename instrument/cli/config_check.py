@@ -1,34 +1,36 @@
-"""`pneuforce config --check`: whether an instrument would start on a file."""
+"""`pneuforce config --check`: check that an instrument can start with a configuration file."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
-from instrument.cli.can_face import options_of
-from instrument.cli.rtu_face import check_ports
-from instrument.config import Configuration, load
-from instrument.errors import PneuforceError
+from pneuforce.errors import PneuforceError
+from pneuforce.instrument.config import Configuration, load
+from pneuforce.instrument.service.can_server import options_of
+from pneuforce.instrument.service.rtu_server import check_ports
 
 
 def check_config(path: Path, as_json: bool) -> int:
-    """Say that the file is good, and what is doubtful about it. Raises PneuforceError where it is not.
+    """Print that the file is good, with a warning if there is one, and return the exit code.
 
-    With `as_json` that is said, too, and the exit code is 2.
+    Raises PneuforceError if the file is invalid. With `as_json`, the error is printed instead, and the exit
+    code is 2.
     """
     try:
-        doubt = _checked(path).doubt
+        warning = _checked(path).warning
     except PneuforceError as error:
         if not as_json:
             raise
         print(json.dumps({"file": str(path), "good": False, "why": str(error)}))
         return 2
-    told = {"file": str(path), "good": True, "doubt": doubt or None}
-    print(json.dumps(told) if as_json else f"{path}: good" + (f", but {doubt}" if doubt else ""))
+    result = {"file": str(path), "good": True, "warning": warning or None}
+    print(json.dumps(result) if as_json else f"{path}: good" + (f", but {warning}" if warning else ""))
     return 0
 
 
 def _checked(path: Path) -> Configuration:
+    """Return the configuration after all checks of a start. Raises PneuforceError."""
     configuration = load(path)
     options_of(configuration.can)
     check_ports(configuration)

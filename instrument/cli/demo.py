@@ -1,4 +1,4 @@
-"""`pneuforce demo`: simulator, CAN hub and instrument as processes, watched as a PLC and a robot would."""
+"""`pneuforce demo`: simulator, CAN hub and instrument as processes, observed as a PLC and a robot do it."""
 
 from __future__ import annotations
 
@@ -17,120 +17,134 @@ from typing import Any
 
 from rich.live import Live
 
-from instrument.cli.observe import NodeAt, Observer, Seen, number
-from instrument.cli.panel import EVENTS, Ports, panel, plain_line
-from instrument.errors import FaceError
-from registers.can.bus import BusAt
-from registers.modbus.client import Plc, PlcError
-from teststand.children import ChildFailed, Stopped
-from teststand.stack import Stack, start
+from pneuforce.errors import ServerError
+from pneuforce.instrument.cli.observe import CanNodeAddress, ObservedValues, Observer, value_or_nan
+from pneuforce.instrument.cli.panel import MAX_EVENTS, DemoPorts, format_line, panel
+from pneuforce.registers.can.bus import CanAddress
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
+from pneuforce.teststand.child_process import ChildProcessFailed, StartCancelled
+from pneuforce.teststand.stack import Stack, start
 
 PANEL_HZ = 5
 
 
-def refuse_taken(ports: Mapping[str, int]) -> None:
-    """Raises FaceError, naming the option, where one of these TCP ports is another program's."""
+def check_ports_free(ports: Mapping[str, int]) -> None:
+    """Raise ServerError if a TCP port cannot be used. `ports` maps the names of the options to the ports."""
     for option, port in ports.items():
         try:
             socket.create_server(("127.0.0.1", port)).close()
         except OSError as error:
-            busy = error.errno == errno.EADDRINUSE
-            why = "is in use by another program" if busy else "may not be listened on by you"
-            raise FaceError(f"--{option} {port} {why}: choose another") from None
+            in_use = error.errno == errno.EADDRINUSE
+            why = "is in use by another program" if in_use else "needs privileges that you do not have"
+            raise ServerError(f"--{option} {port} {why}: choose another") from None
 
 
-def run_demo(seconds: float | None, ports: Ports, rig: Sequence[str]) -> int:
-    """Run the demo until `seconds` have passed, Ctrl-C or SIGTERM; returns the exit code.
+def run_demo(seconds: float | None, ports: DemoPorts, simulator_options: Sequence[str]) -> int:
+    """Run the demo until `seconds` have passed, Ctrl-C or SIGTERM. Return the exit code.
 
-    `rig` is what the simulator is started with.
+    `simulator_options` are additional arguments of `pneuforce sim run`.
 
-    Raises ChildFailed where a part cannot start or ends by itself.
+    Raises ChildProcessFailed if a process cannot start or ends by itself.
     """
     stop = Event()
-    for number_ in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number_, lambda *_: stop.set())
-    with ExitStack() as stack, suppress(Stopped):
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    with ExitStack() as stack, suppress(StartCancelled):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
         tables: dict[str, dict[str, Any]] = {
             "modbus": {"port": ports.modbus},
             "can": {"port": ports.can},
-            "page": {"enabled": True, "port": ports.page, "token": ports.token},
+            "web": {"enabled": True, "port": ports.web, "token": ports.token},
         }
-        parts = start(stack, folder / "rig", rig, tables, stop=stop)
-        plc = stack.enter_context(Plc.connect(port=ports.modbus))
-        observer = Observer(plc, NodeAt(BusAt(interface="socketcand", port=ports.can)), parts.control_port)
+        processes = start(stack, folder / "rig", simulator_options, tables, stop=stop)
+        plc = stack.enter_context(ModbusClient.connect(port=ports.modbus))
+        node = CanNodeAddress(CanAddress(interface="socketcand", port=ports.can))
+        observer = Observer(plc, node, processes.control_port)
         observer.start()
         stack.callback(observer.stop)
-        _show(observer, ports, seconds, stop, parts)
+        _show(observer, ports, seconds, stop, processes)
     return 0
 
 
-class Script:
-    """The demo's own commands: vent, setpoint, hold, then the scenario's setpoints; none after a client's."""
+class DemoSequence:
+    """Commands of the demo: vent, setpoint and hold, then the setpoints of the scenario.
+
+    The sequence ends as soon as another client has written a setpoint or taken the lease.
+    """
 
     def __init__(self, port: int) -> None:
         self._port = port
-        self._told_kpa = (math.nan, math.nan)  # the last two: what is seen may be older than what was told
+        #: The last two setpoints. An observed value can be older than the last command.
+        self._commanded_kpa = (math.nan, math.nan)
         self._done = False
 
-    def step(self, seen: dict[str, Any], wanted_kpa: float) -> None:
-        """Inflate as soon as the sensor has its zero; a refusal means that a client has taken over."""
+    def step(self, values: dict[str, Any], wanted_kpa: float) -> None:
+        """Command the setpoint `wanted_kpa` if the sensor has its zero. A rejection ends the sequence."""
         if (
             self._done
-            or "not_zeroed" in seen.get("status", {"not_zeroed"})
-            or wanted_kpa == self._told_kpa[0]
+            or "not_zeroed" in values.get("status", {"not_zeroed"})
+            or wanted_kpa == self._commanded_kpa[0]
         ):
             return
-        requested_kpa = number(seen, "setpoint_requested")
-        ours = any(math.isclose(requested_kpa, told_kpa, rel_tol=1e-6) for told_kpa in self._told_kpa)
-        first = math.isnan(requested_kpa) and math.isnan(self._told_kpa[0])
-        self._done = not (ours or first) or seen["lease_holder"] != "none"
+        requested_kpa = value_or_nan(values, "setpoint_requested")
+        own_setpoint = any(
+            math.isclose(requested_kpa, setpoint_kpa, rel_tol=1e-6) for setpoint_kpa in self._commanded_kpa
+        )
+        first = math.isnan(requested_kpa) and math.isnan(self._commanded_kpa[0])
+        self._done = not (own_setpoint or first) or values["lease_holder"] != "none"
         if math.isfinite(wanted_kpa) and not self._done:
-            self._done = not self._tell(wanted_kpa, first)
+            self._done = not self._command(wanted_kpa, first)
 
-    def _tell(self, wanted_kpa: float, first: bool) -> bool:
-        """Write what is wanted; whether it was accepted."""
-        self._told_kpa = (wanted_kpa, self._told_kpa[0])
+    def _command(self, setpoint_kpa: float, first: bool) -> bool:
+        """Write a setpoint. Return True if it was accepted."""
+        self._commanded_kpa = (setpoint_kpa, self._commanded_kpa[0])
         try:
-            with Plc.connect(port=self._port) as plc:
+            with ModbusClient.connect(port=self._port) as plc:
                 if first:
                     plc.write("mode", "vent")
-                plc.write("setpoint_requested", wanted_kpa)
+                plc.write("setpoint_requested", setpoint_kpa)
                 if first:
                     plc.write("mode", "hold")
-        except PlcError:
+        except ModbusClientError:
             return False
         return True
 
 
-def _show(observer: Observer, ports: Ports, seconds: float | None, stop: Event, parts: Stack) -> None:
-    begun_s = time.monotonic()
-    script = Script(ports.modbus)
-    with _display(observer.seen, ports, parts) as (update, period_s):
+def _show(observer: Observer, ports: DemoPorts, seconds: float | None, stop: Event, processes: Stack) -> None:
+    """Update the output and run the demo sequence until the end."""
+    started_s = time.monotonic()
+    sequence = DemoSequence(ports.modbus)
+    with _display(observer.values, ports, processes) as (update, period_s):
         while not stop.wait(period_s):
-            elapsed_s = time.monotonic() - begun_s
+            elapsed_s = time.monotonic() - started_s
             if seconds is not None and elapsed_s > seconds:
                 return
-            parts.check()
+            processes.check()
             if observer.failure is not None:
-                raise ChildFailed(str(observer.failure))
-            script.step(observer.seen.modbus, number(observer.seen.truth, "setpoint_kpa"))
+                raise ChildProcessFailed(str(observer.failure))
+            sequence.step(observer.values.modbus, value_or_nan(observer.values.truth, "setpoint_kpa"))
             update(elapsed_s)
 
 
 @contextmanager
-def _display(seen: Seen, ports: Ports, parts: Stack) -> Iterator[tuple[Callable[[float], None], float]]:
-    """What to call with the time that has passed, and how often: a panel, or one line a second."""
+def _display(
+    values: ObservedValues, ports: DemoPorts, processes: Stack
+) -> Iterator[tuple[Callable[[float], None], float]]:
+    """Yield the function that shows the state at an elapsed time [s], and its period [s].
+
+    The function draws a panel on a terminal. Otherwise it prints one line per second.
+    """
     if not sys.stdout.isatty():
         print(ports.url, flush=True)
-        yield lambda elapsed_s: print(plain_line(seen, elapsed_s, time.monotonic()), flush=True), 1.0
+        yield lambda elapsed_s: print(format_line(values, elapsed_s, time.monotonic()), flush=True), 1.0
         return
     with Live(auto_refresh=False) as live:
 
         def draw(elapsed_s: float) -> None:
-            events = list(parts.host.said)[-EVENTS:]
+            events = list(processes.host.stderr_lines)[-MAX_EVENTS:]
             live.update(
-                panel(seen, ports, parts.control_port, events, elapsed_s, time.monotonic()), refresh=True
+                panel(values, ports, processes.control_port, events, elapsed_s, time.monotonic()),
+                refresh=True,
             )
 
         yield draw, 1 / PANEL_HZ

@@ -1,4 +1,4 @@
-"""`pneuforce doctor`: examine a rig, and say what is good, doubtful or bad, and what to do."""
+"""`pneuforce doctor`: examine a rig, and print for each check pass, warning or fail, and what to do."""
 
 from __future__ import annotations
 
@@ -13,102 +13,106 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from instrument.core import Instrument
-from instrument.coupling import Coupling
-from instrument.doctor.check import AGAIN, Check, Verdict, unchecked
-from instrument.doctor.circuit import circuit_checks
-from instrument.doctor.examination import Examination, Stage
-from instrument.doctor.port import port_checks
-from instrument.doctor.signal import board_checks, signal_checks
-from instrument.errors import RigError
-from instrument.host import Host
-from instrument.settings import Settings
+from pneuforce.errors import RigError
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, unchecked
+from pneuforce.instrument.doctor.circuit import circuit_checks
+from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
+from pneuforce.instrument.doctor.port import port_checks
+from pneuforce.instrument.doctor.signal import board_checks, signal_checks
+from pneuforce.instrument.service.host import Host
 
-LOOK_S = 0.02
-ENDED_EARLY = "examination"
-COLOURS = {Verdict.GOOD: "green", Verdict.DOUBTFUL: "yellow", Verdict.BAD: "bold red"}
-SAID = {
-    Stage.LISTENING: "listening",
-    Stage.ZEROING: "waiting for the zero of the vented sensor",
-    Stage.FILLING: "inflating",
-    Stage.LEAKING: "holding, to see whether it leaks",
-    Stage.VENTING: "venting",
+POLL_PERIOD_S = 0.02
+INTERRUPTED = "examination"  #: name of the check that is added to an interrupted examination
+COLOURS = {CheckResult.PASS: "green", CheckResult.WARNING: "yellow", CheckResult.FAIL: "bold red"}
+STAGE_TEXTS = {
+    ExaminationStage.OBSERVING: "observing the samples",
+    ExaminationStage.ZEROING: "waiting for the zero of the vented sensor",
+    ExaminationStage.FILLING: "inflating",
+    ExaminationStage.LEAK_TEST: "holding, to measure the leak",
+    ExaminationStage.VENTING: "venting",
 }
 
 
 def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
-    """Examine the rig at `port` and print the checks; exit code 1 where one of them is bad."""
-    logging.getLogger("pneuforce").setLevel(logging.ERROR)  # what it would warn of stands in the table
+    """Examine the rig at `port` and print the checks. Return the exit code.
+
+    The exit code is 1 if a check has failed or the examination was interrupted.
+    """
+    logging.getLogger("pneuforce").setLevel(logging.ERROR)  # the table contains the warnings
     checks = port_checks(port)
-    if any(check.verdict is Verdict.BAD for check in checks):
+    if any(check.result is CheckResult.FAIL for check in checks):
         checks.append(unchecked("board", "see the checks above"))
     else:
-        checks += asyncio.run(_of_the_rig(port, inflate_kpa))
+        checks += asyncio.run(_examine_rig(port, inflate_kpa))
     if as_json:
         print(json.dumps([check._asdict() for check in checks], indent=2, ensure_ascii=False))
     else:
-        _show(checks)
+        _print_table(checks)
         print(_conclusion(checks))
-    return int(any(check.verdict is Verdict.BAD or check.name == ENDED_EARLY for check in checks))
+    return int(any(check.result is CheckResult.FAIL or check.name == INTERRUPTED for check in checks))
 
 
-async def _of_the_rig(port: str, inflate_kpa: float | None) -> list[Check]:
-    """The checks that need the board. However they end, the balloon is vented."""
+async def _examine_rig(port: str, inflate_kpa: float | None) -> list[Check]:
+    """Return the checks that need the board. The rig is vented in any case."""
     stop = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
-    host, opened_s = Host(Coupling(Instrument(Settings())), port), time.monotonic()
+    host, opened_s = Host(Session(Instrument(Settings())), port), time.monotonic()
     try:
         await host.connect(stop)
     except RigError as error:
-        return [Check("board", Verdict.BAD, str(error), "power, cable, port, firmware: pneuforce flash")]
+        advice = "check power, cable, port and firmware: pneuforce flash"
+        return [Check("board", CheckResult.FAIL, str(error), advice)]
     since_opened_s = time.monotonic() - opened_s
     examination = Examination(host.instrument, host.link, inflate_kpa)
-    host.faces.append(examination)
-    await _examine(host, examination, stop)
+    host.channels.append(examination)
+    await _run_examination(host, examination, stop)
     hello = host.link.hello
-    greeted = board_checks(hello, since_opened_s) if hello else []
-    return [*greeted, *signal_checks(examination), *circuit_checks(examination), *_end(examination)]
+    checks = board_checks(hello, since_opened_s) if hello else []
+    checks += [*signal_checks(examination), *circuit_checks(examination)]
+    if not examination.done:
+        checks.append(unchecked(INTERRUPTED, "interrupted; vented", RUN_AGAIN))
+    return checks
 
 
-def _end(examination: Examination) -> list[Check]:
-    """That it was interrupted, where it was."""
-    return [] if examination.done else [unchecked(ENDED_EARLY, "interrupted; vented", AGAIN)]
-
-
-async def _examine(host: Host, examination: Examination, stop: asyncio.Event) -> None:
-    working, told = asyncio.create_task(host.run(stop)), None
+async def _run_examination(host: Host, examination: Examination, stop: asyncio.Event) -> None:
+    """Run the host until the examination is done or `stop` is set, and print each stage on stderr."""
+    task, printed = asyncio.create_task(host.run(stop)), None
     try:
-        while not (examination.done or stop.is_set() or working.done()):
-            if examination.stage is not told:
-                told = examination.stage
-                print(SAID[told], file=sys.stderr, flush=True)
-            await asyncio.sleep(LOOK_S)
+        while not (examination.done or stop.is_set() or task.done()):
+            if examination.stage is not printed:
+                printed = examination.stage
+                print(STAGE_TEXTS[printed], file=sys.stderr, flush=True)
+            await asyncio.sleep(POLL_PERIOD_S)
     finally:
         stop.set()
-        await working
+        await task
 
 
-def _show(checks: list[Check]) -> None:
-    table = Table("check", "verdict", "found", box=SIMPLE_HEAD)
-    table.add_column("what to do", overflow="fold")  # paths are to be copied whole
-    for name, verdict, found, advice in checks:
-        table.add_row(name, f"[{COLOURS.get(verdict, 'dim')}]{verdict}[/]", _plain(found), _plain(advice))
+def _print_table(checks: list[Check]) -> None:
+    table = Table("check", "result", "finding", box=SIMPLE_HEAD)
+    table.add_column("what to do", overflow="fold")  # paths stay complete, so that they can be copied
+    for name, result, finding, advice in checks:
+        cell = f"[{COLOURS.get(result, 'dim')}]{result}[/]"
+        table.add_row(name, cell, _escape_markup(finding), _escape_markup(advice))
     Console(soft_wrap=not sys.stdout.isatty()).print(table)
 
 
 def _conclusion(checks: list[Check]) -> str:
-    bad, doubtful = (
-        ", ".join(check.name for check in checks if check.verdict is verdict)
-        for verdict in (Verdict.BAD, Verdict.DOUBTFUL)
+    failed, warnings = (
+        ", ".join(check.name for check in checks if check.result is result)
+        for result in (CheckResult.FAIL, CheckResult.WARNING)
     )
-    if bad:
-        return f"Not fit for use; bad: {bad}."
-    if any(check.name == ENDED_EARLY for check in checks):
-        return "Interrupted: whether it is fit for use is not known."
-    return f"Fit for use, with doubts about: {doubtful}." if doubtful else "Fit for use, in what was checked."
+    if failed:
+        return f"Not fit for use; failed: {failed}."
+    if any(check.name == INTERRUPTED for check in checks):
+        return "Interrupted: the result is incomplete."
+    return f"Fit for use, with warnings: {warnings}." if warnings else "Fit for use, as far as checked."
 
 
-def _plain(text: str) -> str:
-    """Text in which a bracket is one, not rich's markup."""
+def _escape_markup(text: str) -> str:
+    """Return a text whose brackets rich does not take for markup."""
     return text.replace("[", "\\[")

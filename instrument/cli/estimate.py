@@ -1,4 +1,4 @@
-"""`pneuforce estimate` and `pneuforce budget`: one contact, from two pressures."""
+"""`pneuforce estimate` and `pneuforce uncertainty`: the force of one contact from two pressures."""
 
 from __future__ import annotations
 
@@ -6,133 +6,140 @@ import json
 import math
 from typing import NamedTuple
 
-from instrument.errors import ConfigurationError
-from instrument.model import Balloon, Circuit, Estimate, Law, estimate
-from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.model.budget import Line, budget, total_n
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.model import Balloon, Circuit, ContactEstimate, ForceLaw, estimate
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
 
-MOST_KPA = 50.0  #: the sensor's full scale
+MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
 
 
-class Contact(NamedTuple):
-    """One contact, and why its force may not be trusted."""
+class EstimatedContact(NamedTuple):
+    """One contact with its force, its uncertainty budget and its limitations."""
 
-    initial_kpa: float
+    baseline_kpa: float
     final_kpa: float
-    law: Law
-    solved: Estimate
-    lines: tuple[Line, ...]  #: the uncertainty budget; empty without a force
+    law: ForceLaw
+    solution: ContactEstimate
+    budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
 
     @property
     def std_n(self) -> float:
-        """Standard uncertainty of the force [N], NaN without a force."""
-        return total_n(self.lines) if self.lines else math.nan
+        """Return the standard uncertainty of the force [N], NaN without a force."""
+        return combined_std_n(self.budget) if self.budget else math.nan
 
     @property
     def in_range(self) -> bool:
-        """Whether the paper validated this ΔP_i."""
-        return VALID_LOW_KPA <= self.initial_kpa <= VALID_HIGH_KPA
+        """Return True if ΔP_i is in the range that the paper validated."""
+        return VALID_LOW_KPA <= self.baseline_kpa <= VALID_HIGH_KPA
 
     @property
     def reasons(self) -> list[str]:
-        """What a user should know of this number."""
+        """Return the reasons why the force has limited validity; empty if there are none."""
         reasons = []
         if not self.in_range:
             reasons.append(
-                f"ΔP_i = {self.initial_kpa!r} kPa is outside the validated "
+                f"ΔP_i = {self.baseline_kpa!r} kPa is outside the validated "
                 f"{VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa"
             )
-        if not math.isfinite(self.solved.force_n):
+        if not math.isfinite(self.solution.force_n):
             reasons.append("the model has no physical solution for these pressures")
-        elif self.final_kpa - self.initial_kpa < LOWEST_RISE_KPA:
-            reasons.append(f"rise below {LOWEST_RISE_KPA} kPa: interpolated to zero force at no rise")
+        elif self.final_kpa - self.baseline_kpa < MIN_RISE_KPA:
+            reasons.append(f"rise below {MIN_RISE_KPA} kPa: interpolated to zero force at zero rise")
         return reasons
 
 
-def contact_of(initial_kpa: float, final_kpa: float, law: Law) -> Contact:
-    """The contact between two pressures. Raises ConfigurationError where they make none."""
-    _check(initial_kpa, final_kpa)
+def estimate_contact(baseline_kpa: float, final_kpa: float, law: ForceLaw) -> EstimatedContact:
+    """Return the contact between two gauge pressures. Raises ConfigurationError if they are no contact."""
+    _check(baseline_kpa, final_kpa)
     balloon, circuit = Balloon(), Circuit()
-    solved = estimate(initial_kpa, final_kpa, balloon, circuit, law)
-    known = math.isfinite(solved.force_n)
-    lines = budget(initial_kpa, final_kpa, balloon, circuit, law) if known else ()
-    return Contact(initial_kpa, final_kpa, law, solved, lines)
+    solution = estimate(baseline_kpa, final_kpa, balloon, circuit, law)
+    has_force = math.isfinite(solution.force_n)
+    budget = compute_budget(baseline_kpa, final_kpa, balloon, circuit, law) if has_force else ()
+    return EstimatedContact(baseline_kpa, final_kpa, law, solution, budget)
 
 
-def report(contact: Contact) -> str:
-    """The contact as text."""
-    solved, std_n = contact.solved, contact.std_n
-    force = f"{solved.force_n:.3f} ± {std_n:.3f} N (standard uncertainty; pneuforce budget explains it)"
-    lines = [f"force            {force if contact.lines else 'not available'}"]
+def format_estimate(contact: EstimatedContact) -> str:
+    """Return the contact as text."""
+    solution, std_n = contact.solution, contact.std_n
+    force = (
+        f"{solution.force_n:.3f} ± {std_n:.3f} N (standard uncertainty; pneuforce uncertainty explains it)"
+    )
+    lines = [f"force            {force if contact.budget else 'not available'}"]
     for name, value in (
-        ("indentation d", solved.indentation_mm),
-        ("contact radius a", solved.contact_radius_mm),
-        ("radius R_i", solved.radius_mm),
-        ("radius R_f", solved.radius_final_mm),
+        ("indentation d", solution.indentation_mm),
+        ("contact radius a", solution.contact_radius_mm),
+        ("radius R_i", solution.radius_mm),
+        ("radius R_f", solution.radius_final_mm),
     ):
         lines.append(f"{name:<16} {f'{value:.3f} mm' if math.isfinite(value) else 'not available'}")
     lines.append(f"method           {contact.law.method}")
     return "\n".join(lines + [f"note: {reason}" for reason in contact.reasons])
 
 
-def as_json(contact: Contact) -> str:
-    """The contact as JSON; null for what does not exist."""
-    return json.dumps(_answer(contact), indent=2, ensure_ascii=False)
+def estimate_json(contact: EstimatedContact) -> str:
+    """Return the contact as JSON, with null for values that do not exist."""
+    return json.dumps(_facts(contact), indent=2, ensure_ascii=False)
 
 
-def _answer(contact: Contact) -> dict[str, object]:
-    solved = contact.solved
+def _facts(contact: EstimatedContact) -> dict[str, object]:
+    solution = contact.solution
     return {
-        "force_n": _known(solved.force_n),
-        "force_std_n": _known(contact.std_n),
-        "indentation_mm": _known(solved.indentation_mm),
-        "contact_radius_mm": _known(solved.contact_radius_mm),
-        "radius_mm": _known(solved.radius_mm),
-        "radius_final_mm": _known(solved.radius_final_mm),
-        "initial_kpa": contact.initial_kpa,
+        "force_n": _finite_or_none(solution.force_n),
+        "force_std_n": _finite_or_none(contact.std_n),
+        "indentation_mm": _finite_or_none(solution.indentation_mm),
+        "contact_radius_mm": _finite_or_none(solution.contact_radius_mm),
+        "radius_mm": _finite_or_none(solution.radius_mm),
+        "radius_final_mm": _finite_or_none(solution.radius_final_mm),
+        "baseline_kpa": contact.baseline_kpa,
         "final_kpa": contact.final_kpa,
         "method": contact.law.method,
         "switch": contact.law.switch,
         "low": contact.law.low,
-        "valid": contact.in_range and bool(contact.lines),
+        "valid": contact.in_range and bool(contact.budget),
         "reasons": contact.reasons,
     }
 
 
-def budget_report(contact: Contact) -> str:
-    """The uncertainty budget as a table."""
-    force_n = contact.solved.force_n
-    if not contact.lines:
-        return report(contact)
-    rows = [f"{'input':<34} {'standard uncertainty':>22} {'makes of the force':>20}"]
-    for line in contact.lines:
-        rows.append(f"{line.what:<34} {f'{line.std:.4g} {line.unit}':>22} {line.force_n * 1e3:>17.1f} mN")
-    share = 100 * contact.std_n / force_n if force_n else math.nan
+def format_budget(contact: EstimatedContact) -> str:
+    """Return the uncertainty budget as a table."""
+    force_n = contact.solution.force_n
+    if not contact.budget:
+        return format_estimate(contact)
+    rows = [f"{'input':<34} {'standard uncertainty':>22} {'part of the force':>20}"]
+    for line in contact.budget:
+        rows.append(f"{line.source:<34} {f'{line.std:.4g} {line.unit}':>22} {line.force_n * 1e3:>17.1f} mN")
+    percent = 100 * contact.std_n / force_n if force_n else math.nan
     rows += [
-        f"{'all, root of the sum of squares':<34} {f'{share:.1f} %':>22} {contact.std_n * 1e3:>17.1f} mN",
+        f"{'all, root of the sum of squares':<34} {f'{percent:.1f} %':>22} {contact.std_n * 1e3:>17.1f} mN",
         f"force {force_n:.3f} N, ±2u = {2 * contact.std_n:.3f} N",
     ]
     return "\n".join(rows + [f"note: {reason}" for reason in contact.reasons])
 
 
-def budget_json(contact: Contact) -> str:
-    """The uncertainty budget as JSON."""
-    lines = [line._asdict() for line in contact.lines]
-    return json.dumps(_answer(contact) | {"budget": lines}, indent=2, ensure_ascii=False)
+def budget_json(contact: EstimatedContact) -> str:
+    """Return the contact with its uncertainty budget as JSON."""
+    lines = [line._asdict() for line in contact.budget]
+    return json.dumps(_facts(contact) | {"budget": lines}, indent=2, ensure_ascii=False)
 
 
-def _check(initial_kpa: float, final_kpa: float) -> None:
-    if not (math.isfinite(initial_kpa) and math.isfinite(final_kpa)):
+def _check(baseline_kpa: float, final_kpa: float) -> None:
+    """Raise ConfigurationError if the pressures are not those of a contact."""
+    if not (math.isfinite(baseline_kpa) and math.isfinite(final_kpa)):
         raise ConfigurationError("--dpi and --dpf must be finite pressures in kPa")
-    if not initial_kpa > 0:
-        raise ConfigurationError(f"--dpi {initial_kpa:g}: the balloon must be inflated, ΔP_i above 0 kPa")
-    if not final_kpa > initial_kpa:
+    if not baseline_kpa > 0:
         raise ConfigurationError(
-            f"--dpf {final_kpa:g}: contact raises the pressure above --dpi {initial_kpa:g}"
+            f"--dpi {baseline_kpa:g} is invalid: the balloon must be inflated, so ΔP_i is above 0 kPa"
         )
-    if not final_kpa <= MOST_KPA:
-        raise ConfigurationError(f"--dpf {final_kpa:g}: above the sensor's full scale of {MOST_KPA:g} kPa")
+    if not final_kpa > baseline_kpa:
+        raise ConfigurationError(
+            f"--dpf {final_kpa:g} is invalid: a contact raises the pressure above --dpi {baseline_kpa:g}"
+        )
+    if not final_kpa <= MAX_PRESSURE_KPA:
+        raise ConfigurationError(
+            f"--dpf {final_kpa:g} is invalid: the sensor's full scale is {MAX_PRESSURE_KPA:g} kPa"
+        )
 
 
-def _known(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""`pneuforce files`: what is installed beside the program, for whoever has the wheel and no clone."""
+"""`pneuforce files`: files that are installed with the package, for users without the source code."""
 
 from __future__ import annotations
 
@@ -9,45 +9,56 @@ import typer
 
 commands = typer.Typer()
 
-FOLDER = Path(__file__).parents[1] / "service"
+FOLDER = Path(__file__).parents[1] / "deploy"
 
 
-class Beside(NamedTuple):
-    """Where a file belongs, and what it is."""
+class InstalledFile(NamedTuple):
+    """Destination and purpose of an installed file."""
 
-    belongs_in: str
-    what: str
+    destination: str
+    purpose: str
 
 
 FILES = {
-    "pneuforce.service": Beside("/etc/systemd/system", "systemd unit, for an instrument that runs for years"),
-    "60-pneuforce.rules": Beside("/etc/udev/rules.d", "udev rule: the board's port, its name, left in peace"),
-    "bench.toml": Beside("anywhere", "configuration for a desk: simulated rig, page in the browser"),
-    "plc.toml": Beside("/etc/pneuforce/instrument.toml", "configuration for a PLC over Modbus TCP"),
-    "robot.toml": Beside("/etc/pneuforce/instrument.toml", "configuration for a robot controller over CAN"),
+    "pneuforce.service": InstalledFile(
+        "/etc/systemd/system", "systemd unit for an instrument in permanent operation"
+    ),
+    "60-pneuforce.rules": InstalledFile(
+        "/etc/udev/rules.d", "udev rules: name and latency of the board's port, no ModemManager"
+    ),
+    "bench.toml": InstalledFile("anywhere", "configuration for a desk: simulated rig and web page"),
+    "plc.toml": InstalledFile("/etc/pneuforce/instrument.toml", "configuration for a PLC over Modbus TCP"),
+    "robot.toml": InstalledFile(
+        "/etc/pneuforce/instrument.toml", "configuration for a robot controller over CAN"
+    ),
 }
 
 
 @commands.command()
 def files(
     name: Annotated[
-        str | None, typer.Argument(help="The file to print; without one, which there are.")
+        str | None, typer.Argument(help="The file to print; without a name, the files are listed.")
     ] = None,
 ) -> None:
-    """Print a file that is installed beside the program: service, udev rule, configurations to start from.
+    """Print an installed file: systemd unit, udev rules, or a configuration to start from.
 
     Example: pneuforce files plc.toml > instrument.toml
     """
-    from instrument.errors import ConfigurationError
+    from pneuforce.errors import ConfigurationError
 
     if name is None:
-        typer.echo(_listed())
+        typer.echo(_list())
     elif name in FILES:
         typer.echo((FOLDER / name).read_text(encoding="utf-8"), nl=False)
     else:
-        raise ConfigurationError(f"there is no file {name}; there are {', '.join(FILES)}")
+        raise ConfigurationError(f"there is no file {name}: choose one of {', '.join(FILES)}")
 
 
-def _listed() -> str:
-    names, places = max(map(len, FILES)), max(len(file.belongs_in) for file in FILES.values())
-    return "\n".join(f"{name:<{names}}  {place:<{places}}  {what}" for name, (place, what) in FILES.items())
+def _list() -> str:
+    """Return one line for each file: name, destination, purpose."""
+    name_width = max(map(len, FILES))
+    destination_width = max(len(file.destination) for file in FILES.values())
+    return "\n".join(
+        f"{name:<{name_width}}  {file.destination:<{destination_width}}  {file.purpose}"
+        for name, file in FILES.items()
+    )

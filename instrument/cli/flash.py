@@ -1,4 +1,4 @@
-"""`pneuforce flash`: put the firmware on an Arduino UNO with avrdude, and wait until it answers."""
+"""`pneuforce flash`: write the firmware to an Arduino UNO with avrdude, and wait for the board's answer."""
 
 from __future__ import annotations
 
@@ -9,120 +9,136 @@ import shutil
 import subprocess
 from typing import Any
 
-from instrument.core import Instrument
-from instrument.coupling import Coupling
-from instrument.errors import ConfigurationError, PortBusy, RigError
-from instrument.host import Host
-from instrument.rig.device import holders, is_device
-from instrument.rig.frames import PROTOCOL_VERSION, Hello
-from instrument.rig.port import SerialPort
-from instrument.settings import Settings
-from sim.avr.toolchain import HEX, SKETCH
-from sim.board.board import FIRMWARE
+from pneuforce.errors import ConfigurationError, PortBusy, RigError
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.rig.usb_device import is_local_device, processes_using
+from pneuforce.instrument.service.host import Host
+from pneuforce.protocol.frames import PROTOCOL_VERSION, Hello
+from pneuforce.sim.avr.toolchain import HEX, SKETCH
+from pneuforce.sim.board.board import FIRMWARE_REVISION
+from pneuforce.support.serial_port import SerialPort
 
-#: ATmega328P, data sheet table 28-10. Optiboot, the UNO's boot loader, listens at 115200 baud.
+#: Signature of the ATmega328P, data sheet table 28-10.
 SIGNATURE = (0x1E, 0x95, 0x0F)
+#: Baud rate of Optiboot, the boot loader of the UNO.
 BOOT_BAUD = 115_200
-PATIENCE_S = 60.0
-FAREWELL = "avrdude done"
+AVRDUDE_TIMEOUT_S = 60.0
+LAST_LINE = "avrdude done"  #: avrdude ends its output with this text, also after an error
 
 
-def talk(port: str) -> list[str]:
-    """What avrdude needs to talk to the boot loader of an UNO at `port`."""
+def avrdude_command(port: str) -> list[str]:
+    """Return the avrdude command without an operation, for the boot loader of an UNO at `port`."""
     return ["avrdude", "-q", "-p", "atmega328p", "-c", "arduino", "-P", port, "-b", str(BOOT_BAUD)]
 
 
 def flash_command(port: str) -> list[str]:
-    """The command that writes the firmware, and reads it back; the boot loader cannot erase in advance."""
-    return [*talk(port), "-D", "-U", f"flash:w:{HEX}:i"]
+    """Return the command that writes and verifies the firmware.
+
+    The option -D is necessary because the boot loader cannot erase the chip in advance.
+    """
+    return [*avrdude_command(port), "-D", "-U", f"flash:w:{HEX}:i"]
 
 
 def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
-    """Flash the board at `port` and say which version answers then. Raises ConfigurationError, RigError.
+    """Flash the board at `port` and print the version that answers. Raises ConfigurationError, RigError.
 
-    The board restarts: the balloon is vented. With `dry_run` the command is printed only.
+    The board restarts, so the rig vents. With `dry_run`, the command is only printed.
     """
     command = flash_command(port)
-    plan = {"firmware": _revision(FIRMWARE), "protocol": PROTOCOL_VERSION, "sketch": str(SKETCH)}
+    plan = {
+        "firmware": _format_revision(FIRMWARE_REVISION),
+        "protocol": PROTOCOL_VERSION,
+        "sketch": str(SKETCH),
+    }
     if not as_json:
         print("firmware {firmware}, protocol {protocol}, made from {sketch}".format(**plan))
         print(shlex.join(command), flush=True)
-    answers = None if dry_run else _flashed(port, command)
+    answer = None if dry_run else _flash(port, command)
     if as_json:
-        print(json.dumps({**plan, "command": command, "answers": answers}))
-    elif answers:
-        print("firmware {firmware} answers, board {serial}".format(**answers))
+        print(json.dumps({**plan, "command": command, "answers": answer}))
+    elif answer:
+        print("firmware {firmware} answers, board {serial}".format(**answer))
 
 
-def _flashed(port: str, command: list[str]) -> dict[str, Any]:
-    """What answers at `port` once the command has been run there."""
-    _refuse_others(port)
+def _flash(port: str, command: list[str]) -> dict[str, Any]:
+    """Run the flash command and return the identification of the board afterwards."""
+    _check_port(port)
     _check_signature(port)
-    _avrdude(command)
-    hello = asyncio.run(_greeted(port))
-    return {"firmware": _revision(hello.firmware), "serial": hello.serial}
+    _run_avrdude(command)
+    hello = asyncio.run(_identify_board(port))
+    return {"firmware": _format_revision(hello.firmware), "serial": hello.serial}
 
 
-def _revision(firmware: int) -> str:
+def _format_revision(firmware: int) -> str:
     return f"{firmware >> 8}.{firmware & 0xFF}"
 
 
-def _refuse_others(port: str) -> None:
-    """Raises PortBusy or PortUnavailable where the port is not ours to use, ConfigurationError."""
-    if not is_device(port):
-        raise ConfigurationError(f"{port} is not a port of this machine: a board is flashed where it is")
-    if holders(port):
+def _check_port(port: str) -> None:
+    """Raise ConfigurationError, PortBusy or PortUnavailable if the port cannot be used."""
+    if not is_local_device(port):
+        raise ConfigurationError(
+            f"{port} is not a port of this machine: run pneuforce flash on the machine of the board"
+        )
+    if processes_using(port):
         raise PortBusy(port)
     SerialPort(port).close()
 
 
 def _check_signature(port: str) -> None:
-    read = _avrdude([*talk(port), "-U", "signature:r:-:h"]).split()
-    if not any(_numbers(word) == SIGNATURE for word in read):
+    """Raise RigError if the chip is not an ATmega328P."""
+    words = _run_avrdude([*avrdude_command(port), "-U", "signature:r:-:h"]).split()
+    if not any(_parse_numbers(word) == SIGNATURE for word in words):
         raise RigError(
-            f"the board on {port} is not an ATmega328P (signature {' '.join(read) or 'unreadable'}, "
+            f"the board on {port} is not an ATmega328P (signature {' '.join(words) or 'unreadable'}, "
             f"expected {','.join(f'{byte:#x}' for byte in SIGNATURE)}): nothing was written"
         )
 
 
-def _numbers(word: str) -> tuple[int, ...]:
-    """The numbers of `0x1e,0x95,0xf`, none where it is something else."""
+def _parse_numbers(word: str) -> tuple[int, ...]:
+    """Return the numbers of a text like `0x1e,0x95,0xf`; empty if the text is something else."""
     try:
         return tuple(int(number, 16) for number in word.split(","))
     except ValueError:
         return ()
 
 
-def _avrdude(command: list[str]) -> str:
-    """What avrdude prints on stdout. Raises ConfigurationError where it is missing, RigError."""
+def _run_avrdude(command: list[str]) -> str:
+    """Return avrdude's stdout. Raises ConfigurationError if avrdude is missing, RigError if it fails."""
     if shutil.which(command[0]) is None:
         raise ConfigurationError("avrdude is missing: apt-get install avrdude")
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-    except subprocess.TimeoutExpired:
-        raise RigError(f"avrdude did not end within {PATIENCE_S:g} s") from None
-    if done.returncode:
-        raise RigError(
-            f"avrdude failed: {_complaint(done.stderr)}; with RESET-EN cut, press the board's reset button "
-            "as it begins"
+        finished = subprocess.run(
+            command, capture_output=True, text=True, timeout=AVRDUDE_TIMEOUT_S, check=False
         )
-    return done.stdout
+    except subprocess.TimeoutExpired:
+        raise RigError(
+            f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: look at cable and board"
+        ) from None
+    if finished.returncode:
+        raise RigError(
+            f"avrdude failed: {_error_line(finished.stderr)}; if RESET-EN is cut, press the board's reset "
+            "button when avrdude starts"
+        )
+    return finished.stdout
 
 
-def _complaint(said: str) -> str:
-    """The line of avrdude's that says what is wrong; its last one is a farewell, whatever has happened.
+def _error_line(stderr: str) -> str:
+    """Return the line of avrdude's output that names the error.
 
-    Its "OS error" says only what the line before it caused.
+    An "OS error" line is skipped, because it is a consequence of the line before. The last line of avrdude
+    is skipped, because it is the same after a success.
     """
-    lines = [line.strip() for line in said.splitlines() if line.strip() and FAREWELL not in line]
+    lines = [line.strip() for line in stderr.splitlines() if line.strip() and LAST_LINE not in line]
     errors = [line for line in lines if "error" in line.lower() and "OS error" not in line]
-    return (errors or lines or ["it said nothing"])[-1]
+    return (errors or lines or ["no message"])[-1]
 
 
-async def _greeted(port: str) -> Hello:
-    """The greeting of the board at `port`, which is vented and given back."""
+async def _identify_board(port: str) -> Hello:
+    """Return the Hello of the board at `port`. The rig is vented and the port is closed."""
     stop = asyncio.Event()
-    host = Host(Coupling(Instrument(Settings())), port)
+    host = Host(Session(Instrument(Settings())), port)
     await host.connect(stop)
     stop.set()
     await host.run(stop)

@@ -1,4 +1,4 @@
-"""What others see of the instrument: a PLC on Modbus, a robot on CAN, and beside them the truth."""
+"""Observation of a running instrument over Modbus and CAN, and of the true values from the simulator."""
 
 from __future__ import annotations
 
@@ -13,121 +13,123 @@ from dataclasses import dataclass, field
 from threading import Event, Thread
 from typing import Any
 
-from registers.can.bus import BusAt, listen
-from registers.can.frames import read
-from registers.modbus.client import Plc, PlcError
+from pneuforce.registers.can.bus import CanAddress, listen
+from pneuforce.registers.can.frames import decode_frame
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
 
-POLL_S = 0.05
+POLL_PERIOD_S = 0.05
 HISTORY_S = 12.0
+RECONNECT_TIMEOUT_S = 2.0
+READ_TIMEOUT_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class NodeAt:
-    """Where an instrument's CAN node is to be found."""
+class CanNodeAddress:
+    """Bus and node id of an instrument's CAN node."""
 
-    at: BusAt
+    bus: CanAddress
     node_id: int = 5
 
 
 @dataclass(slots=True)
-class Rate:
-    """Events per second over the last second."""
+class EventRate:
+    """Number of events in the last second."""
 
     times_s: deque[float] = field(default_factory=lambda: deque(maxlen=2000))
     count: int = 0
 
-    def note(self, now_s: float) -> None:
-        """One more."""
+    def add(self, now_s: float) -> None:
+        """Count one event at `now_s`."""
         self.times_s.append(now_s)
         self.count += 1
 
     def per_s(self, now_s: float) -> int:
-        """How many in the last second."""
-        return sum(t_s > now_s - 1.0 for t_s in tuple(self.times_s))  # another thread notes meanwhile
+        """Return the number of events in the second before `now_s`."""
+        return sum(t_s > now_s - 1.0 for t_s in tuple(self.times_s))  # another thread adds events meanwhile
 
 
 @dataclass(slots=True)
-class Seen:
-    """The latest of everything, by the names of the register map."""
+class ObservedValues:
+    """Latest values of all sources, by the names of the register map."""
 
     modbus: dict[str, Any] = field(default_factory=dict)
     can: dict[str, Any] = field(default_factory=dict)
     truth: dict[str, Any] = field(default_factory=dict)
-    polls: Rate = field(default_factory=Rate)
-    frames: Rate = field(default_factory=Rate)
+    polls: EventRate = field(default_factory=EventRate)
+    frames: EventRate = field(default_factory=EventRate)
     history: deque[tuple[float, float, float]] = field(
-        default_factory=lambda: deque(maxlen=round(HISTORY_S / POLL_S))
+        default_factory=lambda: deque(maxlen=round(HISTORY_S / POLL_PERIOD_S))
     )  #: time [s], force [N], pressure [kPa]
 
 
-def can_frames(node: NodeAt, stop: Event) -> Iterator[tuple[float, str, dict[str, Any]]]:
-    """Time, name and values of each frame of the instrument on the bus."""
-    for t_s, frame in listen(node.at, stop):
-        heard = read(frame, node.node_id)
-        if heard is not None:
-            declared, values = heard
-            yield t_s, declared.name, values
+def can_frames(node: CanNodeAddress, stop: Event) -> Iterator[tuple[float, str, dict[str, Any]]]:
+    """Yield time [s], name and values of each frame that the instrument sends."""
+    for t_s, frame in listen(node.bus, stop):
+        decoded = decode_frame(frame, node.node_id)
+        if decoded is not None:
+            definition, values = decoded
+            yield t_s, definition.name, values
 
 
 class Observer:
-    """Threads that poll and listen until they are stopped; what they see is in `seen`."""
+    """Threads that collect the values of a running instrument in `values` until they are stopped."""
 
-    def __init__(self, plc: Plc, node: NodeAt, control_port: int) -> None:
-        self.seen = Seen()
-        self.failure: PlcError | None = None
+    def __init__(self, plc: ModbusClient, node: CanNodeAddress, control_port: int) -> None:
+        self.values = ObservedValues()
+        self.failure: ModbusClientError | None = None  #: error that has ended the Modbus thread
         self._plc = plc
         self._stop = Event()
         self._threads = [
-            Thread(target=self._poll, daemon=True),
-            Thread(target=self._listen, args=(node,), daemon=True),
-            Thread(target=self._follow_truth, args=(control_port,), daemon=True),
+            Thread(target=self._poll_modbus, daemon=True),
+            Thread(target=self._receive_can, args=(node,), daemon=True),
+            Thread(target=self._receive_truth, args=(control_port,), daemon=True),
         ]
 
     def start(self) -> None:
-        """Begin to look."""
+        """Start the threads."""
         for thread in self._threads:
             thread.start()
 
     def stop(self) -> None:
-        """Look no longer."""
+        """Stop the threads and wait for them for a short time."""
         self._stop.set()
         for thread in self._threads:
             thread.join(0.2)
 
-    def _poll(self) -> None:
-        while not self._stop.wait(POLL_S):
+    def _poll_modbus(self) -> None:
+        while not self._stop.wait(POLL_PERIOD_S):
             try:
                 values = self._plc.read()
-            except PlcError as error:
+            except ModbusClientError as error:
                 self.failure = error
                 return
             now_s = time.monotonic()
-            self.seen.modbus = values
-            self.seen.polls.note(now_s)
-            self.seen.history.append((now_s, values["force"], values["pressure"]))
+            self.values.modbus = values
+            self.values.polls.add(now_s)
+            self.values.history.append((now_s, values["force"], values["pressure"]))
 
-    def _listen(self, node: NodeAt) -> None:
-        with contextlib.suppress(OSError):  # the hub's own end is told by its process
+    def _receive_can(self, node: CanNodeAddress) -> None:
+        with contextlib.suppress(OSError):  # the process of the hub reports its own end
             for _, _, values in can_frames(node, self._stop):
-                self.seen.can.update(values)
-                self.seen.frames.note(time.monotonic())
-        self.seen.can = {}
+                self.values.can.update(values)
+                self.values.frames.add(time.monotonic())
+        self.values.can = {}
 
-    def _follow_truth(self, port: int) -> None:
-        while not self._stop.wait(POLL_S):
+    def _receive_truth(self, port: int) -> None:
+        while not self._stop.wait(POLL_PERIOD_S):
             with (
                 contextlib.suppress(OSError, ValueError),
-                socket.create_connection(("127.0.0.1", port), 2.0) as control,
+                socket.create_connection(("127.0.0.1", port), RECONNECT_TIMEOUT_S) as control,
             ):
                 control.sendall(b'{"truth": 10}\n')
-                control.settimeout(0.5)
+                control.settimeout(READ_TIMEOUT_S)
                 for line in control.makefile():
-                    self.seen.truth = json.loads(line)
+                    self.values.truth = json.loads(line)
                     if self._stop.is_set():
                         return
-            self.seen.truth = {}
+            self.values.truth = {}
 
 
-def number(values: dict[str, Any], name: str) -> float:
-    """Value of a quantity, NaN where it has not been seen."""
+def value_or_nan(values: dict[str, Any], name: str) -> float:
+    """Return the value of a quantity, NaN if the quantity was not observed yet."""
     return float(values.get(name, math.nan))

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ from typing import Annotated, Literal
 
 import typer
 
-from instrument.model import law
+from pneuforce.instrument.model import law
 
 PlantName = Literal["published", "membrane"]
 Parity = Literal["even", "odd", "none"]
 
-Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
 Seconds = Annotated[
-    float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, at Ctrl-C.")
+    float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, end at Ctrl-C.")
 ]
 Method = Annotated[law.MethodName, typer.Option(help="Force model.")]
 Switch = Annotated[
-    law.Switch, typer.Option(help="At ΔP_i = 8.85 kPa: the paper's step, or a blend without one.")
+    law.Switch,
+    typer.Option(help="Force at ΔP_i = 8.85 kPa: the step of the paper, or a blend without a step."),
 ]
 Low = Annotated[
-    law.Low, typer.Option(help="Below a rise of 0.5 kPa: the paper's line to zero, or a smooth join.")
+    law.Low,
+    typer.Option(help="Force below a rise of 0.5 kPa: the paper's straight line to zero, or a smooth join."),
 ]

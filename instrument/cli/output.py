@@ -1,4 +1,4 @@
-"""What a person or a program is shown: values with units, lines of JSON, how far a long run is, its end."""
+"""Output of the commands: values with units, lines of JSON, progress bars, and the end by signal or time."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from contextlib import contextmanager
 from threading import Event, Timer
 from typing import Any
 
-from instrument.tape.entry import plain
-from registers.field import Field, plain_unit
+from pneuforce.instrument.stream.entry import json_safe
+from pneuforce.registers.field import Field, quantity_unit
 
-Told = Callable[[float, float | None], None]  #: what is done, and of how much where that is known
-HINT = "is an instrument running there? (pneuforce demo starts one)"
+#: Callback for the progress of a long run: amount done, and total amount if known.
+ReportProgress = Callable[[float, float | None], None]
+CONNECTION_HINT = "is an instrument running there? (pneuforce demo starts one)"
 
 
 def stop_after(seconds: float | None) -> Event:
-    """An event that is set at Ctrl-C, at SIGTERM and, where a time is given, after it."""
+    """Return an event that is set at Ctrl-C, at SIGTERM, and after `seconds` if given."""
     stop = Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
@@ -30,18 +31,18 @@ def stop_after(seconds: float | None) -> Event:
     return stop
 
 
-def with_unit(declared: Field, value: Any) -> str:
-    """A value for a person, in the unit of its quantity, as the DBC gives it."""
+def format_value(definition: Field, value: Any) -> str:
+    """Return a value as text, in the unit of its quantity, as in the DBC file."""
     if isinstance(value, frozenset):
         return ", ".join(sorted(value)) or "none"
     if not isinstance(value, float):
         return str(value)
-    return f"{value:.3f} {plain_unit(declared.unit)}" if math.isfinite(value) else "not available"
+    return f"{value:.3f} {quantity_unit(definition.unit)}" if math.isfinite(value) else "not available"
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Told]:
-    """A bar on stderr, where that is a terminal, and what moves it."""
+def progress(title: str) -> Iterator[ReportProgress]:
+    """Show a progress bar on stderr if stderr is a terminal. Yields the callback that moves the bar."""
     from rich.console import Console
     from rich.progress import Progress
 
@@ -51,12 +52,12 @@ def progress(title: str) -> Iterator[Told]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def say(line: str) -> None:
-    """Print a line at once."""
+def print_line(line: str) -> None:
+    """Print a line without delay."""
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 
 
-def as_json(seen: dict[str, Any]) -> str:
-    """One line: null where a value is not available."""
-    return json.dumps(plain(seen))
+def json_line(values: dict[str, Any]) -> str:
+    """Return values as one line of JSON, with null for a value that is not available."""
+    return json.dumps(json_safe(values))

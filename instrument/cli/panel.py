@@ -1,4 +1,4 @@
-"""The live panel of the demo, and its one line a second where there is no terminal."""
+"""Live panel of the demo, and its output of one line per second without a terminal."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from instrument.cli.observe import Seen, number
+from pneuforce.instrument.cli.observe import ObservedValues, value_or_nan
 
 Rows = tuple[tuple[str, RenderableType], ...]
 BLOCKS = " ▁▂▃▄▅▆▇█"
-SPARK_WIDTH = 56
-COLUMNS = (15, 22, 8, 25)  #: of the numbers: with their gaps they fill 80
-EVENTS = 3
+SPARKLINE_WIDTH = 56
+COLUMN_WIDTHS = (15, 22, 8, 25)  #: columns of the numbers: with the gaps they fill 80 characters
+MAX_EVENTS = 3  #: number of events in the panel
 
 
 @dataclass(frozen=True, slots=True)
-class Ports:
-    """Where the demo's buses and its page are."""
+class DemoPorts:
+    """TCP ports of the demo's buses and of its web page."""
 
     modbus: int = 5020
     can: int = 29536
-    page: int = 8080
-    token: str = ""  #: what the page's operator has to know
+    web: int = 8080
+    token: str = ""  #: operator token of the web page
 
     @property
     def url(self) -> str:
-        """The page, for its operator."""
-        return f"http://127.0.0.1:{self.page}/#operator={self.token}"
+        """Return the address of the web page with the operator token."""
+        return f"http://127.0.0.1:{self.web}/#operator={self.token}"
 
 
-def shown(value: float, form: str, unit: str) -> str:
-    """A number with its unit, or a dash as wide where it is not available."""
-    number_text = f"{value:{form}}" if math.isfinite(value) else "–".rjust(len(f"{0.0:{form}}"))
-    return f"{number_text} {unit}"
+def format_number(value: float, form: str, unit: str) -> str:
+    """Return a number with its unit, or a dash of the same width if the number is not available."""
+    text = f"{value:{form}}" if math.isfinite(value) else "–".rjust(len(f"{0.0:{form}}"))
+    return f"{text} {unit}"
 
 
-def spark(values: Sequence[float], low: float, high: float, width: int = SPARK_WIDTH) -> str:
-    """A line of blocks, the latest at its right end; a gap where a value is not available."""
+def sparkline(values: Sequence[float], low: float, high: float, width: int = SPARKLINE_WIDTH) -> str:
+    """Return a line of blocks with the latest value at the right end, and a gap for each NaN."""
     picked = values[-width * (len(values) // width or 1) :: len(values) // width or 1][-width:]
     return "".join(_block(value, low, high) for value in picked).rjust(width)
 
@@ -57,34 +57,39 @@ def _block(value: float, low: float, high: float) -> str:
     return BLOCKS[round(min(max(share, 0.0), 1.0) * 7) + 1]
 
 
-def force_text(seen: Seen) -> str:
-    """Force ± its standard uncertainty."""
-    force, std = number(seen.modbus, "force"), number(seen.modbus, "force_uncertainty")
+def format_force(values: ObservedValues) -> str:
+    """Return the force with its standard uncertainty."""
+    force, std = value_or_nan(values.modbus, "force"), value_or_nan(values.modbus, "force_uncertainty")
     return f"{force:6.3f} ± {std:.3f} N" if math.isfinite(force) else "not available"
 
 
-def plain_line(seen: Seen, elapsed_s: float, now_s: float) -> str:
-    """One second of the demo in one line."""
-    m = seen.modbus
+def format_line(values: ObservedValues, elapsed_s: float, now_s: float) -> str:
+    """Return the present state of the demo as one line."""
+    m = values.modbus
     return (
-        f"{elapsed_s:5.0f} s  {m.get('state', '…'):<9}  force {force_text(seen):<17}"
-        f"  CAN {shown(number(seen.can, 'force'), '.3f', 'N')}"
-        f"  applied {shown(number(seen.truth, 'force_n'), '.3f', 'N')}"
-        f"  pressure {shown(number(m, 'pressure'), '.3f', 'kPa')}"
-        f"  R_i {shown(number(m, 'radius'), '.3f', 'mm')}"
-        f"  setpoint {shown(number(m, 'setpoint'), '.3f', 'kPa')}"
+        f"{elapsed_s:5.0f} s  {m.get('state', '…'):<9}  force {format_force(values):<17}"
+        f"  CAN {format_number(value_or_nan(values.can, 'force'), '.3f', 'N')}"
+        f"  applied {format_number(value_or_nan(values.truth, 'force_n'), '.3f', 'N')}"
+        f"  pressure {format_number(value_or_nan(m, 'pressure'), '.3f', 'kPa')}"
+        f"  R_i {format_number(value_or_nan(m, 'radius'), '.3f', 'mm')}"
+        f"  setpoint {format_number(value_or_nan(m, 'setpoint'), '.3f', 'kPa')}"
         f"  contacts {m.get('contact_counter', 0)}"
-        f"  modbus {seen.polls.per_s(now_s)}/s  can {seen.frames.per_s(now_s)}/s"
+        f"  modbus {values.polls.per_s(now_s)}/s  can {values.frames.per_s(now_s)}/s"
     )
 
 
 def panel(
-    seen: Seen, ports: Ports, control_port: int, events: Sequence[str], elapsed_s: float, now_s: float
+    values: ObservedValues,
+    ports: DemoPorts,
+    control_port: int,
+    events: Sequence[str],
+    elapsed_s: float,
+    now_s: float,
 ) -> RenderableType:
-    """The whole panel; it fits a terminal of 80 × 24."""
+    """Return the panel. The panel fits a terminal of 80 × 24 characters."""
     return Group(
         Panel(
-            Group(_numbers(seen, now_s), _curves(seen)),
+            Group(_numbers(values, now_s), _curves(values)),
             title="pneuforce demo · simulated rig",
             subtitle=f"{elapsed_s:.0f} s",
         ),
@@ -93,69 +98,72 @@ def panel(
     )
 
 
-def _numbers(seen: Seen, now_s: float) -> RenderableType:
-    m = seen.modbus
+def _numbers(values: ObservedValues, now_s: float) -> RenderableType:
+    m = values.modbus
+    peak = format_number(value_or_nan(m, "peak_force"), ".2f", "N")
     left: Rows = (
-        ("force", Text(force_text(seen), style="bold cyan")),
-        ("applied (truth)", shown(number(seen.truth, "force_n"), "6.3f", "N")),
-        ("pressure", shown(number(m, "pressure"), "6.3f", "kPa")),
-        ("ΔP_i · rise", _pair(m, "initial_pressure", "rise")),
-        ("force on CAN", shown(number(seen.can, "force"), "6.3f", "N")),
+        ("force", Text(format_force(values), style="bold cyan")),
+        ("applied (truth)", format_number(value_or_nan(values.truth, "force_n"), "6.3f", "N")),
+        ("pressure", format_number(value_or_nan(m, "pressure"), "6.3f", "kPa")),
+        ("ΔP_i · rise", _pair(m, "baseline_pressure", "rise")),
+        ("force on CAN", format_number(value_or_nan(values.can, "force"), "6.3f", "N")),
     )
     right: Rows = (
         ("state", Text(str(m.get("state", "…")), style=_state_style(m))),
-        ("setpoint", shown(number(m, "setpoint"), ".3f", "kPa")),
-        ("R_i", shown(number(m, "radius"), ".3f", "mm")),
-        ("contacts", f"{m.get('contact_counter', 0)}, peak {shown(number(m, 'peak_force'), '.2f', 'N')}"),
-        ("traffic", f"{seen.polls.per_s(now_s)} polls/s, {seen.frames.per_s(now_s)} CAN/s"),
+        ("setpoint", format_number(value_or_nan(m, "setpoint"), ".3f", "kPa")),
+        ("R_i", format_number(value_or_nan(m, "radius"), ".3f", "mm")),
+        ("contacts", f"{m.get('contact_counter', 0)}, peak {peak}"),
+        ("traffic", f"{values.polls.per_s(now_s)} polls/s, {values.frames.per_s(now_s)} CAN/s"),
     )
     grid = Table.grid(padding=(0, 2))
-    for width in COLUMNS:
+    for width in COLUMN_WIDTHS:
         grid.add_column(width=width, no_wrap=True)
-    for (name, value), (other, other_value) in zip(left, right, strict=True):
-        grid.add_row(name, value, other, other_value)
+    for (name, value), (right_name, right_value) in zip(left, right, strict=True):
+        grid.add_row(name, value, right_name, right_value)
     return grid
 
 
-def _curves(seen: Seen) -> RenderableType:
+def _curves(values: ObservedValues) -> RenderableType:
     curves = Table.grid(padding=(0, 1))
-    for width in (8, SPARK_WIDTH, 8):
+    for width in (8, SPARKLINE_WIDTH, 8):
         curves.add_column(width=width, no_wrap=True)
-    seen_so_far = tuple(seen.history)  # another thread adds to it meanwhile
-    forces = [force for _, force, _ in seen_so_far]
-    pressures = [pressure for _, _, pressure in seen_so_far]
-    curves.add_row("force", Text(spark(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
-    curves.add_row("pressure", Text(spark(pressures, 4.0, 14.0), style="green"), "4–14 kPa")
+    history = tuple(values.history)  # another thread adds values meanwhile
+    forces = [force for _, force, _ in history]
+    pressures = [pressure for _, _, pressure in history]
+    curves.add_row("force", Text(sparkline(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
+    curves.add_row("pressure", Text(sparkline(pressures, 4.0, 14.0), style="green"), "4–14 kPa")
     return curves
 
 
 def _pair(m: dict[str, object], first: str, second: str) -> str:
-    return f"{shown(number(m, first), '6.3f', 'kPa')} · {shown(number(m, second), '.2f', 'kPa')}"
+    values = format_number(value_or_nan(m, first), "6.3f", "kPa")
+    return f"{values} · {format_number(value_or_nan(m, second), '.2f', 'kPa')}"
 
 
 def _state_style(m: dict[str, object]) -> str:
     return {"holding": "bold green", "tripped": "bold red"}.get(str(m.get("state")), "bold yellow")
 
 
-def _typed(program: Path) -> str:
-    """What to type for this program: as short as it may be where one is."""
+def _program_to_type(program: Path) -> str:
+    """Return the shortest text that starts this program from a shell in the current folder."""
     if program.name != "pneuforce":
-        return f"{sys.executable} -m instrument"
+        return f"{sys.executable} -m pneuforce"
     if shutil.which("pneuforce") == str(program):
         return "pneuforce"
     return str(program.relative_to(Path.cwd())) if program.is_relative_to(Path.cwd()) else str(program)
 
 
-def _second_terminal(ports: Ports, control_port: int) -> Text:
-    watch = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
-    program = _typed(Path(sys.argv[0]))
-    watch_can = "" if ports.can == 29536 else f" --port {ports.can}"
+def _second_terminal(ports: DemoPorts, control_port: int) -> Text:
+    """Return commands to try while the demo runs."""
+    program = _program_to_type(Path(sys.argv[0]))
+    modbus_option = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
+    can_option = "" if ports.can == 29536 else f" --port {ports.can}"
     return Text(
         f"browser     {ports.url}\n"
-        f"as a PLC    {program} watch modbus{watch}\n"
-        f"as a robot  {program} watch can{watch_can}\n"
+        f"as a PLC    {program} watch modbus{modbus_option}\n"
+        f"as a robot  {program} watch can{can_option}\n"
         f"go to 6.5   mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
         f"vent        mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
-        f"a fault     {program} fault leak --control {control_port}\n"
+        f"a fault     {program} sim fault leak --control {control_port}\n"
         "end         Ctrl-C here         (mbpoll: apt-get install mbpoll)"
     )

@@ -1,4 +1,4 @@
-"""`pneuforce plot`: a picture of a recording."""
+"""`pneuforce plot`: draw a recording."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from instrument.cli.showing import progress
-from instrument.errors import ConfigurationError
-from instrument.tape.drawing import drawn_alike, figure_of, titled
-from instrument.tape.measured import Measured
-from instrument.tape.opening import opened
-from instrument.tape.picture import Picture
-from instrument.tape.reading import Recording
-from instrument.validation import by_pressure
-from instrument.validation.figures import check_drawable, fifth_bars
-from instrument.validation.reference import read
-from instrument.whole_file import check_writable, in_place_of
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.recording.opening import open_recording
+from pneuforce.instrument.recording.plot_data import PlotData
+from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducible_style, set_title
+from pneuforce.instrument.recording.reader import Recording
+from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.instrument.validation import by_pressure
+from pneuforce.instrument.validation.figures import pressure_bin_bars, require_matplotlib
+from pneuforce.instrument.validation.reference import read
+from pneuforce.support.atomic_file import check_writable, replaced_user_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: What makes a file another each time is left out: when it was drawn, and with what.
-ANONYMOUS = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None}}
+#: Metadata by file format. Date and program are left out, so that equal data gives equal files.
+METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None}}
 DOTS_PER_INCH = 160
-TOLD_EACH = 5000  #: samples
+PROGRESS_SAMPLES = 5000  #: number of samples between two progress reports
 
 
-class Wish(NamedTuple):
-    """What is to be drawn of which recording, and where to."""
+class PlotOptions(NamedTuple):
+    """Recording, time range, kind and output file of a plot."""
 
     recording: Path
     out: Path | None = None
@@ -42,34 +42,36 @@ class Wish(NamedTuple):
 
     @property
     def file(self) -> Path:
-        """The picture's file. Raises ConfigurationError: no format that is drawn."""
+        """Return the output file. Raises ConfigurationError if its format is unknown."""
         out = self.out or self.recording.with_suffix(".png")
-        if out.suffix.lower() not in ANONYMOUS:
-            raise ConfigurationError(f"{out}: a picture is .png or .svg")
+        if out.suffix.lower() not in METADATA:
+            raise ConfigurationError(f"{out}: the format is unknown: name a file .png or .svg")
         return out
 
 
-def plot(wish: Wish) -> int:
-    """Draw it; exit code 1 where the recording is damaged.
+def plot(options: PlotOptions) -> int:
+    """Draw the plot. Return the exit code, 1 if the recording is damaged.
 
-    Raises ConfigurationError: a file or an option that cannot be used.
+    Raises ConfigurationError if a file or an option cannot be used.
     """
-    check_drawable("pneuforce plot")
-    if wish.reference is not None and not wish.by_pressure:
+    require_matplotlib("pneuforce plot")
+    if options.reference is not None and not options.by_pressure:
         raise ConfigurationError("--reference goes with --by-pressure")
-    if not wish.from_s < wish.to_s:
+    if not options.from_s < options.to_s:
         raise ConfigurationError("--from-s must be less than --to-s")
-    check_writable(wish.file)
-    with opened(wish.recording) as recording:
-        picture = _collected(recording, wish)
-        title = wish.title or _title(recording)
+    check_writable(options.file)
+    with open_recording(options.recording) as recording:
+        data = _collect(recording, options)
+        title = options.title or _title(recording)
         remark, damaged, begin_s = recording.remark(), bool(recording.damage), recording.begin_s
-    with drawn_alike():
-        figure = _bars(picture, wish, begin_s, title) if wish.by_pressure else figure_of(picture, title)
-        _save(figure, wish.file)
+    with reproducible_style():
+        figure = (
+            _draw_bars(data, options, begin_s, title) if options.by_pressure else draw_figure(data, title)
+        )
+        _save(figure, options.file)
     if remark:
         print(f"pneuforce: {remark}", file=sys.stderr)
-    print(f"{wish.file}: {_told(picture)}")
+    print(f"{options.file}: {_summary(data)}")
     return 1 if damaged else 0
 
 
@@ -77,22 +79,23 @@ def _title(recording: Recording) -> str:
     return recording.path.stem + ("  (simulated rig)" if recording.simulated else "")
 
 
-def _collected(recording: Recording, wish: Wish) -> Picture:
-    picture = Picture(recording.begin_s)
-    faults = _faults(recording)
-    picture.latched(next(faults)[1])
+def _collect(recording: Recording, options: PlotOptions) -> PlotData:
+    """Return the samples of the time range with the faults that were latched at the time."""
+    data = PlotData(recording.begin_s)
+    faults = _latched_faults(recording)
+    data.set_latched_faults(next(faults)[1])
     next_t_s, latched = next(faults)
-    for m in _with_progress(recording.samples(wish.from_s, wish.to_s), recording.most_samples):
+    for m in _with_progress(recording.samples(options.from_s, options.to_s), recording.sample_count):
         while m.t_s >= next_t_s:
-            picture.latched(latched)
+            data.set_latched_faults(latched)
             next_t_s, latched = next(faults)
-        picture.take(m)
-    return picture
+        data.add_sample(m)
+    return data
 
 
-def _faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
-    """When which faults were latched, in order; the last never comes."""
-    yield recording.begin_s, _names(recording.about.get("faults"))
+def _latched_faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
+    """Yield time [s] and latched faults at each change, in order of time. The last time is infinite."""
+    yield recording.begin_s, _names(recording.metadata.get("faults"))
     for record in recording.events():
         at_s = record.get("mono_s")
         if record.get("kind") == "faults" and isinstance(at_s, float | int):
@@ -100,55 +103,57 @@ def _faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
     yield math.inf, ()
 
 
-def _names(told: Any) -> tuple[str, ...]:
-    """Faults as a recording names them; a forged one may say anything."""
-    return tuple(map(str, told)) if isinstance(told, list) else ()
+def _names(value: Any) -> tuple[str, ...]:
+    """Return the names of faults in a recording. A manipulated recording can contain any value."""
+    return tuple(map(str, value)) if isinstance(value, list) else ()
 
 
-def _with_progress(samples: Iterable[Measured], total: int | None) -> Iterator[Measured]:
-    with progress("reading") as told:
+def _with_progress(samples: Iterable[SampleRecord], total: int | None) -> Iterator[SampleRecord]:
+    with progress("reading") as report:
         for number, m in enumerate(samples, 1):
-            if number % TOLD_EACH == 0:
-                told(number, total)
+            if number % PROGRESS_SAMPLES == 0:
+                report(number, total)
             yield m
 
 
-def _bars(picture: Picture, wish: Wish, begin_s: float, title: str) -> Figure:
-    """By pressure: the errors where there is a reference, else the uncertainty that was stated."""
-    if wish.reference is None:
-        how_much, bars = "mean relative uncertainty u [%]", by_pressure.uncertainties(picture.contacts)
+def _draw_bars(data: PlotData, options: PlotOptions, begin_s: float, title: str) -> Figure:
+    """Draw one bar per pressure bin: the error if there is a reference, else the reported uncertainty."""
+    if options.reference is None:
+        quantity, bars = "mean relative uncertainty u [%]", by_pressure.uncertainty_by_bin(data.contacts)
     else:
-        how_much = "mean absolute error of the peak [%]"
-        cell = read(wish.reference)
-        bars = by_pressure.errors(
-            picture.contacts, by_pressure.Reference(cell["t_s"] + begin_s, cell["force_n"])
+        quantity = "mean absolute error of the peak [%]"
+        reference = read(options.reference)
+        bars = by_pressure.error_by_bin(
+            data.contacts, by_pressure.ReferenceForce(reference["t_s"] + begin_s, reference["force_n"])
         )
     names = [f"{bar.name}\nn = {bar.contacts}" for bar in bars]
-    figure = fifth_bars(names, [bar.percent for bar in bars], "inflating pressure ΔP_i [kPa]", how_much)
+    percents = [bar.percent for bar in bars]
+    figure = pressure_bin_bars(names, percents, "inflating pressure ΔP_i [kPa]", quantity)
     axes = figure.axes[0]
-    titled(axes, title)
+    set_title(axes, title)
     axes.margins(y=0.1)
     if not any(bar.contacts for bar in bars):
-        axes.text(0.5, 0.5, _nothing(picture, wish), transform=axes.transAxes, ha="center", fontsize=13)
+        axes.text(0.5, 0.5, _empty_text(data, options), transform=axes.transAxes, ha="center", fontsize=13)
         axes.set_ylim(0, 1)
         axes.set_yticks([])
     return figure
 
 
-def _nothing(picture: Picture, wish: Wish) -> str:
-    felt = " that the reference felt" if wish.reference else ""
-    return picture.remark or f"no contact of more than 0.5 kPa{felt}"
+def _empty_text(data: PlotData, options: PlotOptions) -> str:
+    """Return the reason why there is no bar."""
+    with_reference = " with a reference force" if options.reference else ""
+    return data.remark or f"no contact of more than 0.5 kPa{with_reference}"
 
 
 def _save(figure: Figure, file: Path) -> None:
-    form = file.suffix.lower()
-    with in_place_of(file) as new:
-        figure.savefig(new, format=form[1:], dpi=DOTS_PER_INCH, metadata=ANONYMOUS[form])
+    suffix = file.suffix.lower()
+    with replaced_user_file(file) as new:
+        figure.savefig(new, format=suffix[1:], dpi=DOTS_PER_INCH, metadata=METADATA[suffix])
 
 
-def _told(picture: Picture) -> str:
-    if picture.remark:
-        return picture.remark
-    contacts: Sequence[object] = picture.contacts
-    length_s = picture.end_s - picture.first_s
-    return f"{length_s:.1f} s, {len(contacts)} contact{'s' if len(contacts) != 1 else ''}"
+def _summary(data: PlotData) -> str:
+    if data.remark:
+        return data.remark
+    contacts: Sequence[object] = data.contacts
+    duration_s = data.end_s - data.first_s
+    return f"{duration_s:.1f} s, {len(contacts)} contact{'s' if len(contacts) != 1 else ''}"

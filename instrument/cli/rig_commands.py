@@ -1,4 +1,4 @@
-"""The commands for a rig at the end of a cable, without an instrument around it."""
+"""The commands for a rig without a running instrument: doctor, flash."""
 
 from __future__ import annotations
 
@@ -6,32 +6,36 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli.options import Json
+from pneuforce.instrument.cli.options import Json
 
 commands = typer.Typer()
 
-_DEVICE = "The board's device, as /dev/serial/by-id/…"
+_DEVICE = "Serial device of the board, for example /dev/serial/by-id/…"
 
 
 @commands.command()
 def doctor(
-    port: Annotated[str, typer.Option("--port", help=f"{_DEVICE}; or a simulator's link.")],
+    port: Annotated[str, typer.Option("--port", help=f"{_DEVICE}; or the link of a simulator.")],
     inflate: Annotated[
         float | None,
         typer.Option(
-            min=2.0, max=12.0, help="Test ramp, leak and vent at this many kPa: it inflates the balloon!"
+            min=2.0,
+            max=12.0,
+            help="Also inflate the balloon to this many kPa, to test filling, leak and venting!",
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Examine a rig: port, board, samples, clock, sensor, supply; with --inflate the circuit too.
+    """Examine a rig: port, board, samples, clock, sensor, supply; with --inflate also the circuit.
 
-    Ends venting, also at Ctrl-C. Exit code 1: a check is bad, or it was interrupted.
-    Nobody may touch the balloon meanwhile: start a simulator with --no-hand.
+    Each check gives pass, warning or fail, and says what to do.
+    The rig is vented at the end, also after Ctrl-C.
+    The exit code is 1 if a check fails or the examination is interrupted.
+    Do not touch the balloon meanwhile. Start a simulator with --no-hand.
 
     Example: pneuforce doctor --port /dev/ttyACM0 --inflate 5.0
     """
-    from instrument.cli.doctor import run_doctor
+    from pneuforce.instrument.cli.doctor import run_doctor
 
     raise typer.Exit(run_doctor(port, inflate, as_json))
 
@@ -39,13 +43,15 @@ def doctor(
 @commands.command()
 def flash(
     port: Annotated[str, typer.Option("--port", help=f"{_DEVICE}.")],
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print what would be run.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the command.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Put the firmware on an Arduino UNO with avrdude; another chip, or a port in use, is refused.
+    """Write the firmware to an Arduino UNO with avrdude.
+
+    Nothing is written if the chip is another one or another process uses the port.
 
     Example: pneuforce flash --port /dev/ttyACM0 --dry-run
     """
-    from instrument.cli.flash import run_flash
+    from pneuforce.instrument.cli.flash import run_flash
 
     run_flash(port, dry_run, as_json)

@@ -1,15 +1,15 @@
-"""The simulator's scenarios on the command line."""
+"""Scenarios of the simulator on the command line."""
 
 from __future__ import annotations
 
 import json
 
-from instrument.errors import ConfigurationError
-from sim.scenario import ScenarioError, library, load
+from pneuforce.errors import ConfigurationError
+from pneuforce.sim.scenario import ScenarioError, library, load
 
 
-def checked(name: str) -> str:
-    """The name of a scenario that can be played. Raises ConfigurationError."""
+def check_scenario(name: str) -> str:
+    """Return the name of a valid scenario. Raises ConfigurationError."""
     try:
         load(name)
     except ScenarioError as error:
@@ -17,10 +17,10 @@ def checked(name: str) -> str:
     return name
 
 
-def listed(as_json: bool) -> str:
-    """Names and what they are: a line each, or one JSON object."""
+def list_scenarios(as_json: bool) -> str:
+    """Return the names and descriptions of the scenarios: one line each, or one JSON object."""
     known = library()
     if as_json:
         return json.dumps(known, ensure_ascii=False)
     width = max(map(len, known))
-    return "\n".join(f"{name:<{width}}  {doc}" for name, doc in known.items())
+    return "\n".join(f"{name:<{width}}  {description}" for name, description in known.items())

@@ -1,4 +1,4 @@
-"""`pneuforce validate`: the paper's experiment, simulated or recorded, beside the paper's figures."""
+"""`pneuforce validate`: repeat the experiment of the paper with simulated or recorded data."""
 
 from __future__ import annotations
 
@@ -8,63 +8,71 @@ from typing import Any
 
 from rich.console import Console
 
-from instrument.chain import ChainSettings
-from instrument.cli.validation_source import Choice, Source, source_of
-from instrument.cli.validation_table import shown
-from instrument.errors import ConfigurationError
-from instrument.model import Law
-from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.validation import recording
-from instrument.validation.report import Report, as_tables, report_of, seen
-from instrument.whole_file import check_writable
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.validation_source import SourceOptions, ValidationSource, load_source
+from pneuforce.instrument.cli.validation_table import render_report
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model import ForceLaw
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.validation import recording
+from pneuforce.instrument.validation.report import (
+    ValidationReport,
+    build_report,
+    evaluate_trials,
+    report_to_json,
+)
+from pneuforce.support.atomic_file import check_writable
 
-FEWEST_CONTACTS = 3
+MIN_CONTACTS = 3
 
 
-def validate(choice: Choice, law: Law, save: Path | None, figures: Path | None, as_json: bool) -> None:
-    """Print the report. Raises ConfigurationError where a file or an option cannot be used."""
+def validate(
+    options: SourceOptions, law: ForceLaw, save: Path | None, figures: Path | None, as_json: bool
+) -> None:
+    """Print the report. Raises ConfigurationError if a file or an option cannot be used."""
     if figures is not None:
-        from instrument.validation.figures import prepared
+        from pneuforce.instrument.validation.figures import prepare_folder
 
-        prepared(figures)
+        prepare_folder(figures)
     if save is not None:
-        _saveable(save, choice)
-    source = source_of(choice)
+        _check_save(save, options)
+    source = load_source(options)
     if save is not None:
         recording.write(save, source.trials)
     settings = ChainSettings(law=law)
-    trials = seen(source.trials, settings)
-    report, peaks = report_of(trials, settings)
-    _enough(report, choice.name)
+    trials = evaluate_trials(source.trials, settings)
+    report, peaks = build_report(trials, settings)
+    _check_contacts(report, options.name)
     if figures is not None:
-        from instrument.cli.validation_figures import draw
+        from pneuforce.instrument.cli.validation_figures import draw_figures
 
-        draw(figures, choice, trials, peaks, settings)
+        draw_figures(figures, options, trials, peaks, settings)
     if as_json:
-        print(json.dumps(answer(source, law, report), indent=2, ensure_ascii=False))
+        print(json.dumps(report_json(source, law, report), indent=2, ensure_ascii=False))
     else:
-        Console().print(shown(report, source.facts, source.note))
+        Console().print(render_report(report, source.facts, source.note))
 
 
-def answer(source: Source, law: Law, report: Report) -> dict[str, Any]:
-    """The whole answer as JSON has it."""
-    how = {"switch": law.switch, "low": law.low}
-    return {"source": source.facts, "law": how, **as_tables(report), "note": source.note}
+def report_json(source: ValidationSource, law: ForceLaw, report: ValidationReport) -> dict[str, Any]:
+    """Return the report as JSON data."""
+    law_facts = {"switch": law.switch, "low": law.low}
+    return {"source": source.facts, "law": law_facts, **report_to_json(report), "note": source.note}
 
 
-def _saveable(save: Path, choice: Choice) -> None:
-    """Fail before the long run, not after it."""
-    if choice.data is not None:
-        raise ConfigurationError("--save is for what is simulated: it does not go with --data")
+def _check_save(save: Path, options: SourceOptions) -> None:
+    """Raise ConfigurationError before the long run if the file cannot be written."""
+    if options.data is not None:
+        raise ConfigurationError("--save writes a simulated recording: it does not go with --data")
     check_writable(save)
 
 
-def _enough(report: Report, name: str) -> None:
+def _check_contacts(report: ValidationReport, name: str) -> None:
+    """Raise ConfigurationError if there are too few contacts to evaluate."""
     counts = report.counts
-    if counts.evaluated < FEWEST_CONTACTS:
+    if counts.evaluated < MIN_CONTACTS:
         raise ConfigurationError(
-            f"{name}: {counts.evaluated} contacts to be evaluated, at least {FEWEST_CONTACTS} are needed; "
-            f"{counts.found} were found, of them {counts.too_small} with a rise below {LOWEST_RISE_KPA} kPa, "
+            f"{name}: {counts.evaluated} contacts can be evaluated, at least {MIN_CONTACTS} are needed; "
+            f"{counts.found} were found, of them {counts.too_small} with a rise below {MIN_RISE_KPA} kPa, "
             f"{counts.out_of_range} with ΔP_i outside {VALID_LOW_KPA} to {VALID_HIGH_KPA} kPa, "
-            f"{counts.without_force} that the reference did not feel"
+            f"{counts.without_force} without a reference force"
         )

@@ -1,4 +1,4 @@
-"""The figures of a validation: which trials are drawn, and what is simulated for them."""
+"""Figures of `pneuforce validate`: selection of the trials to draw, and the simulations that they need."""
 
 from __future__ import annotations
 
@@ -7,35 +7,50 @@ from statistics import fmean
 
 import numpy as np
 
-from instrument.chain import ChainSettings
-from instrument.cli.validation_source import CAMPAIGN, Choice, simulated, staged
-from instrument.validation import figures, paper
-from instrument.validation.law_figure import law
-from instrument.validation.peaks import Peaks
-from instrument.validation.report import Seen, seen
-from sim.staging import plant_of
+from pneuforce.instrument.cli.validation_source import (
+    DEFAULT_SCENARIO,
+    SourceOptions,
+    selected_scenario,
+    simulate_source,
+)
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.validation import figures, paper
+from pneuforce.instrument.validation.law_figure import draw_law
+from pneuforce.instrument.validation.peaks import PeakForces
+from pneuforce.instrument.validation.report import TrialEvaluation, evaluate_trials
+from pneuforce.sim.factory import build_plant
 
-QUICK = "fast"  #: the scenario of Figs. 6b and 6c
-USUAL_KPA = 8.0  #: the slow trial that is drawn is the one nearest to this
-MEASURED_KPA = np.linspace(0.5, 12.0, 22)  #: as many pressures as the paper measured for Fig. 4
-
-
-def draw(folder: Path, choice: Choice, trials: list[Seen], peaks: Peaks, settings: ChainSettings) -> None:
-    """Draw Figs. 6a, 6c and 7 and the law's choices, and Figs. 4 and 6b where the rig is simulated."""
-    slow = quick = min((trial for trial in trials if trial.appreciable), key=_from_usual_kpa)
-    if choice.data is None:
-        [quick, *_] = seen(simulated(choice, QUICK).trials, settings)
-        plant = plant_of(staged(choice, choice.scenario or CAMPAIGN).plant)
-        radius_mm = np.array([plant.radius_mm(pressure_kpa) for pressure_kpa in MEASURED_KPA])
-        figures.save(folder, "fig4-radius", figures.radius(MEASURED_KPA, radius_mm, settings))
-        figures.save(
-            folder, "fig6b-fast", figures.contacts(quick, settings, "fast contacts", paper.FAST_PERCENT)
-        )
-    figures.save(folder, "fig6a-slow", figures.contacts(slow, settings, "slow contacts", paper.SLOW_PERCENT))
-    figures.save(folder, "fig6c-continuous", figures.continuous(quick))
-    figures.save(folder, "fig7-errors", figures.error_bars(peaks))
-    figures.save(folder, "law", law(settings.balloon, settings.circuit))
+FAST_SCENARIO = "fast"  #: scenario of Figs. 6b and 6c
+#: Fig. 6a shows the trial whose mean ΔP_i is nearest to this pressure.
+SHOWN_BASELINE_KPA = 8.0
+FIG4_PRESSURES_KPA = np.linspace(0.5, 12.0, 22)  #: the paper measured 22 pressures for Fig. 4
 
 
-def _from_usual_kpa(trial: Seen) -> float:
-    return abs(fmean(contact.initial_kpa for contact in trial.appreciable) - USUAL_KPA)
+def draw_figures(
+    folder: Path,
+    options: SourceOptions,
+    trials: list[TrialEvaluation],
+    peaks: PeakForces,
+    settings: ChainSettings,
+) -> None:
+    """Draw Figs. 6a, 6c and 7 and the variants of the law. On the simulated rig, draw Figs. 4 and 6b too."""
+    slow = fast = min((trial for trial in trials if trial.evaluable_contacts), key=_distance_kpa)
+    if options.data is None:
+        [fast, *_] = evaluate_trials(simulate_source(options, FAST_SCENARIO).trials, settings)
+        plant = build_plant(selected_scenario(options, options.scenario or DEFAULT_SCENARIO).plant)
+        radius_mm = np.array([plant.radius_mm(pressure_kpa) for pressure_kpa in FIG4_PRESSURES_KPA])
+        fig4 = figures.draw_radius(FIG4_PRESSURES_KPA, radius_mm, settings)
+        figures.save(folder, "fig4-radius", fig4)
+        fig6b = figures.draw_contacts(fast, settings, "fast contacts", paper.FAST_PERCENT)
+        figures.save(folder, "fig6b-fast", fig6b)
+    fig6a = figures.draw_contacts(slow, settings, "slow contacts", paper.SLOW_PERCENT)
+    figures.save(folder, "fig6a-slow", fig6a)
+    figures.save(folder, "fig6c-continuous", figures.draw_continuous(fast))
+    figures.save(folder, "fig7-errors", figures.draw_error_bars(peaks))
+    figures.save(folder, "law", draw_law(settings.balloon, settings.circuit))
+
+
+def _distance_kpa(trial: TrialEvaluation) -> float:
+    """Return the distance of the mean ΔP_i of a trial from `SHOWN_BASELINE_KPA`."""
+    mean_kpa = fmean(contact.baseline_kpa for contact in trial.evaluable_contacts)
+    return abs(mean_kpa - SHOWN_BASELINE_KPA)

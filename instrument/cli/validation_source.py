@@ -1,39 +1,36 @@
-"""What a validation looks at: a scenario played on the simulated rig, or a recording."""
+"""Source of the trials for `pneuforce validate`: a recording, or a scenario on the simulated rig."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from instrument.chain import ChainSettings
-from instrument.cli.measured_scenario import measured
-from instrument.cli.showing import Told, progress
-from instrument.errors import ConfigurationError
-from instrument.validation import recording
-from instrument.validation.trial import Sample, Trial, trials_of
-from sim.headless import Playback
-from sim.rig import STEP_S
-from sim.scenario import PlantTable, Scenario, ScenarioError, load
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.studies.simulated_trials import simulate_trials
+from pneuforce.instrument.validation import recording
+from pneuforce.instrument.validation.trial import Trial
+from pneuforce.sim.scenario import PlantTable, Scenario, ScenarioError, load
 
-CAMPAIGN = "campaign"
-TOLD_EVERY = 500  #: samples
-#: What the errors of each source speak of.
+DEFAULT_SCENARIO = "campaign"
+#: Meaning of the errors for each kind of source.
 NOTES = {
-    "published": "The published plant obeys the energetic law itself: its errors are those of tube, "
-    "filter, noise and leak, and say nothing about the law.",
-    "membrane": "The membrane plant is rubber by finite elasticity. It knows nothing of the law, and the "
-    "law is not calibrated to it: its errors are the law's on another balloon than the paper's.",
-    "recording": "The law is the paper's, for the paper's balloon and circuit: nothing was fitted to the "
-    "recording.",
+    "published": "The published plant follows the energetic law itself. Its errors come from tube, "
+    "filter, noise and leak, and do not show how good the law is.",
+    "membrane": "The membrane plant is a rubber balloon by finite elasticity. The law is not calibrated "
+    "to it. The errors show the law of the paper on another balloon than that of the paper.",
+    "recording": "The law of the paper is used with the balloon and circuit of the paper. Nothing was "
+    "fitted to the recording.",
 }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Choice:
-    """A recording, or a scenario; the scenario's own plant and seed where none is given."""
+class SourceOptions:
+    """Selected source: a recording, or a scenario.
+
+    If `plant` or `seed` is None, that of the scenario is used.
+    """
 
     data: Path | None = None
     scenario: str | None = None
@@ -42,60 +39,62 @@ class Choice:
 
     @property
     def name(self) -> str:
-        """What sentences about it call it."""
-        return str(self.data or self.scenario or CAMPAIGN)
+        """Return the name of the source for messages."""
+        return str(self.data or self.scenario or DEFAULT_SCENARIO)
 
 
-class Source(NamedTuple):
-    """Trials, and what is known of where they come from."""
+class ValidationSource(NamedTuple):
+    """Trials, and a description of their origin."""
 
     facts: dict[str, Any]
     trials: tuple[Trial, ...]
     note: str
 
 
-def source_of(choice: Choice) -> Source:
-    """The recording read, or the scenario played. Raises ConfigurationError."""
-    if choice.data is None:
-        return simulated(choice, choice.name)
-    if (choice.scenario, choice.plant, choice.seed) != (None, None, None):
-        raise ConfigurationError("--data is a recording: --scenario, --plant and --seed do not go with it")
-    return Source({"recording": choice.data.name}, recording.read(choice.data), NOTES["recording"])
+def load_source(options: SourceOptions) -> ValidationSource:
+    """Return the trials of the recording, or simulate the scenario.
+
+    Raises ConfigurationError if options contradict each other, or if the file or the scenario is invalid.
+    """
+    if options.data is None:
+        return simulate_source(options, options.name)
+    if (options.scenario, options.plant, options.seed) != (None, None, None):
+        raise ConfigurationError(
+            "--data is a recording: --scenario, --plant and --seed cannot be used with it"
+        )
+    trials = recording.read(options.data)
+    return ValidationSource({"recording": options.data.name}, trials, NOTES["recording"])
 
 
-def simulated(choice: Choice, name: str) -> Source:
-    """A scenario played on the chosen plant with the chosen seed. Raises ConfigurationError."""
-    scenario = staged(choice, name)
+def simulate_source(options: SourceOptions, scenario_name: str) -> ValidationSource:
+    """Return the trials of a scenario, simulated with the selected plant and seed.
+
+    Raises ConfigurationError if the scenario is invalid.
+    """
+    scenario = selected_scenario(options, scenario_name)
     plant = scenario.plant.kind
-    with progress(f"{name}, {plant} plant") as told:
-        playback = Playback(scenario, told)
-        trials = trials_of(_rows(playback, told))
+    with progress(f"{scenario_name}, {plant} plant") as report_progress:
+        simulated = simulate_trials(scenario, report_progress)
     facts = {
-        "scenario": name,
+        "scenario": scenario_name,
         "plant": plant,
         "seed": scenario.seed,
         "contacts": sum(len(phase.contacts) for phase in scenario.phases),
-        "played_to_its_end": playback.finished,
+        "completed": simulated.completed,
     }
-    return Source(facts, trials, NOTES[plant])
+    return ValidationSource(facts, simulated.trials, NOTES[plant])
 
 
-def staged(choice: Choice, name: str) -> Scenario:
-    """A scenario with the chosen plant and seed. Raises ConfigurationError."""
+def selected_scenario(options: SourceOptions, scenario_name: str) -> Scenario:
+    """Return a scenario with the selected plant and seed.
+
+    Raises ConfigurationError if the scenario is unknown or invalid.
+    """
     try:
-        scenario = load(name)
+        scenario = load(scenario_name)
     except ScenarioError as error:
         raise ConfigurationError(str(error)) from None
-    changed: dict[str, Any] = {} if choice.seed is None else {"seed": choice.seed}
-    if choice.plant not in (None, scenario.plant.kind):
-        changed["plant"] = PlantTable.model_validate({"kind": choice.plant})
-    return scenario.model_copy(update=changed)
-
-
-def _rows(playback: Playback, told: Told) -> Iterator[Sample]:
-    """The samples of a scenario as a recording has them."""
-    for number, (measurement, truth) in enumerate(measured(playback, ChainSettings())):
-        if number % TOLD_EVERY == 0:
-            told(number * STEP_S, playback.expected_s)
-        locked = math.isfinite(measurement.initial_kpa)
-        yield Sample(truth.t_s, measurement.unfiltered_kpa, truth.force_n, "locked" if locked else None)
+    changes: dict[str, Any] = {} if options.seed is None else {"seed": options.seed}
+    if options.plant not in (None, scenario.plant.kind):
+        changes["plant"] = PlantTable.model_validate({"kind": options.plant})
+    return scenario.model_copy(update=changes)

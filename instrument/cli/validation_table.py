@@ -1,4 +1,4 @@
-"""The report of a validation as a table for people."""
+"""Validation report as tables and text for a terminal."""
 
 from __future__ import annotations
 
@@ -11,84 +11,90 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from instrument.model.law import MethodName
-from instrument.validation import paper
-from instrument.validation.continuous import Continuous
-from instrument.validation.peaks import GroupErrors, MethodErrors
-from instrument.validation.report import Report
+from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.validation import paper
+from pneuforce.instrument.validation.continuous import ContinuousErrors
+from pneuforce.instrument.validation.peaks import GroupErrors, MethodErrors
+from pneuforce.instrument.validation.report import ValidationReport
 
-#: Ours / the paper's.
-METHODS: Mapping[MethodName, str] = {"energetic": "energetic", "lulevich": "Lulevich", "shanahan": "Shanahan"}
+METHOD_TITLES: Mapping[MethodName, str] = {
+    "energetic": "energetic",
+    "lulevich": "Lulevich",
+    "shanahan": "Shanahan",
+}
 
 
-def shown(report: Report, facts: Mapping[str, Any], note: str) -> RenderableType:
-    """The whole report."""
+def render_report(report: ValidationReport, facts: Mapping[str, Any], note: str) -> RenderableType:
+    """Return the report, with the facts about its source before the tables and the note after them."""
     return Group(
-        Text(", ".join(f"{name.replace('_', ' ')}: {_said(value)}" for name, value in facts.items())),
-        _peaks(report.groups),
-        Text("\n".join(_contacts(report))),
-        _continuous(report.continuous),
+        Text(", ".join(f"{name.replace('_', ' ')}: {_format_fact(value)}" for name, value in facts.items())),
+        _peak_table(report.groups),
+        Text("\n".join(_contact_lines(report))),
+        _continuous_table(report.continuous),
         Text(note),
     )
 
 
-def _peaks(groups: tuple[GroupErrors, ...]) -> Table:
+def _peak_table(groups: tuple[GroupErrors, ...]) -> Table:
     table = Table(
-        title="peak force: mean absolute error [%], ours/the paper's", box=SIMPLE_HEAD, title_justify="left"
+        title="peak force: mean absolute error [%], measured/paper", box=SIMPLE_HEAD, title_justify="left"
     )
     table.add_column("contacts by ΔP_i", no_wrap=True)
-    for name in ("n", *METHODS.values(), "signed"):
+    for name in ("n", *METHOD_TITLES.values(), "signed"):
         table.add_column(name, justify="right", no_wrap=True)
     for group in groups:
-        errors = [group.by_method[method] for method in METHODS]
-        cells = [_beside(error) for error in errors]
-        table.add_row(group.name, str(group.contacts), *cells, _number(errors[0].signed_percent, "+.1f"))
+        errors = [group.by_method[method] for method in METHOD_TITLES]
+        cells = [_format_errors(error) for error in errors]
+        signed = _format_number(errors[0].signed_percent, "+.1f")
+        table.add_row(group.name, str(group.contacts), *cells, signed)
     return table
 
 
-def _beside(errors: MethodErrors) -> str:
-    printed = errors.printed_percent
-    return f"{_number(errors.absolute_percent, '.2f')}/{'–' if printed is None else f'{printed:.2f}':>5}"
+def _format_errors(errors: MethodErrors) -> str:
+    """Return the measured error and the published error, as in 9.02/ 9.14."""
+    published = "–" if errors.published_percent is None else f"{errors.published_percent:.2f}"
+    return f"{_format_number(errors.absolute_percent, '.2f')}/{published:>5}"
 
 
-def _contacts(report: Report) -> Iterator[str]:
+def _contact_lines(report: ValidationReport) -> Iterator[str]:
     counts, change = report.counts, report.volume_change
-    least, most, mean = paper.VOLUME_CHANGE
-    yield "signed: mean error of the energetic method; – where the paper prints none"
-    yield f"{counts.found} contacts in {report.trials} trials (the paper's: {paper.CONTACTS}), not evaluated:"
+    low, high, mean = paper.VOLUME_CHANGE
+    yield "signed: mean error of the energetic method; –: the paper gives no value"
+    yield f"{counts.found} contacts in {report.trials} trials (paper: {paper.CONTACT_COUNT}), not evaluated:"
     yield f"  rise below 0.5 kPa, as in the paper: {counts.too_small}"
     yield f"  ΔP_i outside the validated range: {counts.out_of_range}"
-    yield f"  not felt by the reference: {counts.without_force}"
+    yield f"  no force measured by the reference: {counts.without_force}"
     yield (
-        f"ΔV/V_i above 8.85 kPa: {_number(change.least, '.3f')} to {_number(change.most, '.3f')}, "
-        f"mean {_number(change.mean, '.3f')} (the paper's: {least} to {most}, mean {mean})"
+        f"ΔV/V_i above 8.85 kPa: {_format_number(change.min, '.3f')} to {_format_number(change.max, '.3f')}, "
+        f"mean {_format_number(change.mean, '.3f')} (paper: {low} to {high}, mean {mean})"
     )
 
 
-def _continuous(own: Continuous) -> Table:
+def _continuous_table(errors: ContinuousErrors) -> Table:
     table = Table(
         title="continuous force: RMSE [N] in and around contacts", box=SIMPLE_HEAD, title_justify="left"
     )
-    for name in ("force", "shift", "ours", "the paper's"):
+    for name in ("force", "shift", "measured", "paper"):
         table.add_column(name, justify="left" if name == "force" else "right")
-    table.add_row("lag compensated as it comes", "none", _number(own.compensated_n, ".3f"), "–")
-    table.add_row("from the filtered pressure", "none", _number(own.uncompensated_n, ".3f"), "–")
+    table.add_row("with live lag compensation", "none", _format_number(errors.compensated_n, ".3f"), "–")
+    table.add_row("from the filtered pressure", "none", _format_number(errors.uncompensated_n, ".3f"), "–")
     table.add_row(
         "the same, shifted afterwards",
-        f"−{own.shift_s:.3f} s",
-        _number(own.shifted_n, ".3f"),
+        f"−{errors.shift_s:.3f} s",
+        _format_number(errors.shifted_n, ".3f"),
         f"{paper.RMSE_N} (−{paper.SHIFT_S} s)",
     )
     table.caption = (
-        f"{own.looked_at_s:.0f} s, of them {own.without_force_s:.0f} s without a force: ΔP_i out of range"
+        f"{errors.evaluated_s:.0f} s evaluated, {errors.without_force_s:.0f} s of them without a force "
+        "(ΔP_i out of range)"
     )
     table.caption_justify = "left"
     return table
 
 
-def _said(value: object) -> str:
+def _format_fact(value: object) -> str:
     return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
 
 
-def _number(value: float, form: str) -> str:
-    return f"{value:{form}}" if math.isfinite(value) else "–"
+def _format_number(value: float, specification: str) -> str:
+    return f"{value:{specification}}" if math.isfinite(value) else "–"

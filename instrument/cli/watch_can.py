@@ -1,4 +1,4 @@
-"""`pneuforce watch can`: every frame of the instrument as a robot controller sees it."""
+"""`pneuforce watch can`: show every frame of the instrument as a robot controller receives it."""
 
 from __future__ import annotations
 
@@ -11,69 +11,74 @@ from typing import Any
 
 from rich.live import Live
 
-from instrument.cli.can_traffic import Traffic, signals
-from instrument.cli.observe import NodeAt
-from instrument.cli.showing import HINT, as_json, say, stop_after
-from instrument.errors import FaceError
-from registers.can.bus import Bus
-from registers.can.frames import read
+from pneuforce.errors import ServerError
+from pneuforce.instrument.cli.can_traffic import CanTraffic, format_signals
+from pneuforce.instrument.cli.observe import CanNodeAddress
+from pneuforce.instrument.cli.output import CONNECTION_HINT, json_line, print_line, stop_after
+from pneuforce.registers.can.bus import CanBus
+from pneuforce.registers.can.frames import decode_frame
 
-REDRAW_S = 0.2
-SILENT_S = 1.5  #: the heartbeat alone comes each second
+REDRAW_PERIOD_S = 0.2
+#: Time without frames after which a warning is printed. The heartbeat comes each second.
+SILENCE_WARNING_S = 1.5
 
 
-def watch_can(node: NodeAt, seconds: float | None, json_lines: bool) -> None:
-    """Show every frame of the instrument, decoded. Raises FaceError where there is no bus."""
+def watch_can(node: CanNodeAddress, seconds: float | None, json_lines: bool) -> None:
+    """Show every frame of the instrument, decoded. Raises ServerError if the bus is not available."""
     stop = stop_after(seconds)
     try:
-        with closing(Bus(node.at)) as bus:
+        with closing(CanBus(node.bus)) as bus:
             if sys.stdout.isatty() and not json_lines:
-                _draw(bus, node.node_id, stop)
+                _show_table(bus, node.node_id, stop)
             else:
-                _list(bus, node.node_id, stop, as_json if json_lines else _line)
+                _print_frames(bus, node.node_id, stop, json_line if json_lines else _format_frame)
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise FaceError(f"{error}; {HINT}") from None
+        raise ServerError(f"{error}; {CONNECTION_HINT}") from None
 
 
-def _draw(bus: Bus, node_id: int, stop: Event) -> None:
-    """A table that goes on ageing when nothing comes."""
-    traffic, drawn_s = Traffic(), 0.0
+def _show_table(bus: CanBus, node_id: int, stop: Event) -> None:
+    """Show a live table. The ages increase even if no frames come."""
+    traffic, drawn_s = CanTraffic(), 0.0
     with Live(auto_refresh=False) as live:
         while not stop.is_set():
-            heard, now_s = _next(bus, node_id), time.monotonic()
-            if heard:
-                traffic.note(heard["frame"], heard["values"], now_s)
-            if now_s >= drawn_s + REDRAW_S:
+            received, now_s = _receive(bus, node_id), time.monotonic()
+            if received:
+                traffic.add(received["frame"], received["values"], now_s)
+            if now_s >= drawn_s + REDRAW_PERIOD_S:
                 drawn_s = now_s
                 live.update(traffic.table(now_s), refresh=True)
 
 
-def _list(bus: Bus, node_id: int, stop: Event, line: Callable[[dict[str, Any]], str]) -> None:
-    """A line for each frame; silence is told as well."""
-    traffic, heard_s = Traffic(), time.monotonic()
+def _print_frames(
+    bus: CanBus, node_id: int, stop: Event, format_frame: Callable[[dict[str, Any]], str]
+) -> None:
+    """Print one line per frame, and a warning on stderr if no frames come."""
+    traffic, received_s = CanTraffic(), time.monotonic()
     while not stop.is_set():
-        heard, now_s = _next(bus, node_id), time.monotonic()
-        if heard:
-            heard_s = now_s
-            say(line(heard | {"lost": traffic.note(heard["frame"], heard["values"], now_s)}))
-        elif now_s > heard_s + SILENT_S:
-            heard_s = now_s
-            print(f"pneuforce: nothing from node {node_id} for {SILENT_S} s", file=sys.stderr)
+        received, now_s = _receive(bus, node_id), time.monotonic()
+        if received:
+            received_s = now_s
+            lost = traffic.add(received["frame"], received["values"], now_s)
+            print_line(format_frame(received | {"lost": lost}))
+        elif now_s > received_s + SILENCE_WARNING_S:
+            received_s = now_s
+            print(f"pneuforce: nothing from node {node_id} for {SILENCE_WARNING_S} s", file=sys.stderr)
 
 
-def _next(bus: Bus, node_id: int) -> dict[str, Any] | None:
-    """The next frame where it is the instrument's; None after 0.1 s of silence, too."""
+def _receive(bus: CanBus, node_id: int) -> dict[str, Any] | None:
+    """Return the next frame, None if it is not the instrument's or if no frame comes for 0.1 s."""
     received = bus.receive()
-    ours = received and read(received[1], node_id)
-    if not received or not ours:
+    decoded = received and decode_frame(received[1], node_id)
+    if not received or not decoded:
         return None
-    declared, values = ours
-    return {"t_s": received[0], "frame": declared.name, "values": values}
+    definition, values = decoded
+    return {"t_s": received[0], "frame": definition.name, "values": values}
 
 
-def _line(seen: dict[str, Any]) -> str:
-    told = "  ".join(f"{name} {text}" for name, text in signals(seen["frame"], seen["values"]))
-    lost = f"  ({seen['lost']} lost before)" if seen["lost"] else ""
-    return f"{seen['t_s']:.4f}  {seen['frame']:<9}  {told}{lost}"
+def _format_frame(received: dict[str, Any]) -> str:
+    name, values = received["frame"], received["values"]
+    signals = "  ".join(f"{signal} {text}" for signal, text in format_signals(name, values))
+    lost = f"  ({received['lost']} lost before)" if received["lost"] else ""
+    return f"{received['t_s']:.4f}  {name:<9}  {signals}{lost}"

@@ -1,4 +1,4 @@
-"""The command that looks at a bus, and which of its options go together."""
+"""The command `pneuforce watch`, and the check of its combinations of options."""
 
 from __future__ import annotations
 
@@ -8,44 +8,48 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli.options import Json, Parity, Seconds
+from pneuforce.instrument.cli.options import Json, Parity, Seconds
 
 commands = typer.Typer()
 
 
 class BusName(Enum):
-    """The buses that can be watched."""
+    """Buses that the command can watch."""
 
     MODBUS = "modbus"
     CAN = "can"
 
 
-#: What each way of watching takes; another option would be of no effect, and so is refused.
-TAKES: Mapping[str, set[str]] = {
+#: Options of each variant of the command. Other options have no effect there, so they are rejected.
+VALID_OPTIONS: Mapping[str, set[str]] = {
     "modbus": {"host", "port", "unit"},
     "modbus --device": {"device", "baud", "parity", "unit"},
     "can": {"interface", "channel", "host", "port", "node_id"},
 }
 
 
-Host = Annotated[str | None, typer.Option(help="Of the instrument, or of the CAN hub; default 127.0.0.1.")]
+Host = Annotated[
+    str | None, typer.Option(help="Address of the instrument or of the CAN hub; default 127.0.0.1.")
+]
 Port = Annotated[
     int | None, typer.Option(help="TCP port; default 5020 (Modbus), 29536 (CAN).", min=1, max=65535)
 ]
-Device = Annotated[str | None, typer.Option(help="Modbus only: serial port, for RTU instead of TCP.")]
-Baud = Annotated[int | None, typer.Option(help="With --device: its baud rate; default 19200.", min=1)]
-LineParity = Annotated[Parity | None, typer.Option(help="With --device: its parity; default even.")]
-Unit = Annotated[int | None, typer.Option(help="Modbus only: unit id; default 1.", min=1, max=247)]
-Interface = Annotated[str | None, typer.Option(help="CAN only: python-can interface; default socketcand.")]
-Channel = Annotated[str | None, typer.Option(help="CAN only: channel; default can0.")]
+Device = Annotated[str | None, typer.Option(help="For modbus only: serial port, for RTU instead of TCP.")]
+Baud = Annotated[int | None, typer.Option(help="With --device: baud rate; default 19200.", min=1)]
+LineParity = Annotated[Parity | None, typer.Option(help="With --device: parity; default even.")]
+Unit = Annotated[int | None, typer.Option(help="For modbus only: unit id; default 1.", min=1, max=247)]
+Interface = Annotated[
+    str | None, typer.Option(help="For can only: python-can interface; default socketcand.")
+]
+Channel = Annotated[str | None, typer.Option(help="For can only: channel of the interface; default can0.")]
 NodeId = Annotated[
-    int | None, typer.Option(help="CAN only: node id of the instrument; default 5.", min=1, max=127)
+    int | None, typer.Option(help="For can only: node id of the instrument; default 5.", min=1, max=127)
 ]
 
 
 @commands.command()
 def watch(
-    bus: Annotated[BusName, typer.Argument(help="Which bus to look at.")],
+    bus: Annotated[BusName, typer.Argument(help="The bus to watch.")],
     host: Host = None,
     port: Port = None,
     device: Device = None,
@@ -58,44 +62,47 @@ def watch(
     seconds: Seconds = None,
     as_json: Json = False,
 ) -> None:
-    """Show what a PLC (modbus) or a robot controller (can) sees of a running instrument.
+    """Show what a PLC (modbus) or a robot controller (can) reads from a running instrument.
 
-    A PLC's registers are shown each in its own unit, CAN signals in the DBC's (N, kPa, mm, s).
-    With --json both are in N, kPa, mm, s, and null where not available.
-    Registers that repeat another in the unit of their name (pressure_pa) are left out.
+    Modbus registers are shown in the units of the registers, CAN signals in the units of the DBC file.
+    With --json, both are in N, kPa, mm and s, with null for a value that is not available.
+    Registers that repeat a quantity in another unit (for example pressure_pa) are left out.
 
     Example: pneuforce watch modbus --seconds 5
     """
-    from instrument.cli.observe import NodeAt
-    from instrument.cli.watch_can import watch_can
-    from instrument.cli.watch_modbus import watch_modbus
-    from registers.can.bus import BusAt
-    from registers.modbus.client import Plc
+    from pneuforce.instrument.cli.observe import CanNodeAddress
+    from pneuforce.instrument.cli.watch_can import watch_can
+    from pneuforce.instrument.cli.watch_modbus import watch_modbus
+    from pneuforce.registers.can.bus import CanAddress
+    from pneuforce.registers.modbus.client import ModbusClient
 
-    way = f"{bus.value} --device" if bus is BusName.MODBUS and device else bus.value
-    own = {"host": host, "port": port, "device": device, "baud": baud, "parity": parity, "unit": unit}
-    _refuse_idle(way, own | {"interface": interface, "channel": channel, "node_id": node_id})
+    variant = f"{bus.value} --device" if bus is BusName.MODBUS and device else bus.value
+    options = {"host": host, "port": port, "device": device, "baud": baud, "parity": parity, "unit": unit}
+    _check_options(variant, options | {"interface": interface, "channel": channel, "node_id": node_id})
     host = host or "127.0.0.1"
     if bus is BusName.CAN:
-        at = BusAt(
+        address = CanAddress(
             interface=interface or "socketcand", channel=channel or "can0", host=host, port=port or 29536
         )
-        watch_can(NodeAt(at, node_id or 5), seconds, as_json)
+        watch_can(CanNodeAddress(address, node_id or 5), seconds, as_json)
     elif device:
         watch_modbus(
-            lambda: Plc.on_line(device, baud=baud or 19200, parity=parity or "even", unit=unit or 1),
+            lambda: ModbusClient.connect_serial(
+                device, baud=baud or 19200, parity=parity or "even", unit=unit or 1
+            ),
             seconds,
             as_json,
-            "has its [modbus_rtu] this baud rate, parity and unit?",
+            "does its [modbus_rtu] have this baud rate, parity and unit?",
         )
     else:
-        watch_modbus(lambda: Plc.connect(host, port or 5020, unit=unit or 1), seconds, as_json)
+        watch_modbus(lambda: ModbusClient.connect(host, port or 5020, unit=unit or 1), seconds, as_json)
 
 
-def _refuse_idle(way: str, options: Mapping[str, object]) -> None:
-    from instrument.errors import ConfigurationError
+def _check_options(variant: str, options: Mapping[str, object]) -> None:
+    """Raise ConfigurationError if an option has no effect in this variant of the command."""
+    from pneuforce.errors import ConfigurationError
 
     for name, value in options.items():
-        if value is not None and name not in TAKES[way]:
-            others = " and ".join(f"watch {other}" for other, takes in TAKES.items() if name in takes)
-            raise ConfigurationError(f"--{name.replace('_', '-')} is for {others}, not for watch {way}")
+        if value is not None and name not in VALID_OPTIONS[variant]:
+            others = " and ".join(f"watch {other}" for other, names in VALID_OPTIONS.items() if name in names)
+            raise ConfigurationError(f"--{name.replace('_', '-')} is for {others}, not for watch {variant}")

@@ -1,4 +1,4 @@
-"""`pneuforce watch modbus`: what a PLC sees, in the units of its registers."""
+"""`pneuforce watch modbus`: show the registers as a PLC reads them."""
 
 from __future__ import annotations
 
@@ -12,81 +12,91 @@ from typing import Any
 from rich.live import Live
 from rich.table import Table
 
-from instrument.cli.showing import HINT, as_json, say, stop_after, with_unit
-from instrument.errors import FaceError
-from registers.map import BY_NAME, Register
-from registers.modbus.client import Plc, PlcError, PortError
+from pneuforce.errors import ServerError
+from pneuforce.instrument.cli.output import (
+    CONNECTION_HINT,
+    format_value,
+    json_line,
+    print_line,
+    stop_after,
+)
+from pneuforce.registers.map import BY_NAME, Register
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, SerialPortError
 
-POLL_S = 0.5
-SIDES = (range(36), range(512, 544))  #: what is measured, what is asked; without the scaled mirrors
+POLL_PERIOD_S = 0.5
+#: Addresses of the measured values and of the requests, without the integer copies of the same quantities.
+COLUMNS = (range(36), range(512, 544))
 
 
 def watch_modbus(
-    connect: Callable[[], Plc], seconds: float | None, json_lines: bool, hint: str = HINT
+    connect: Callable[[], ModbusClient],
+    seconds: float | None,
+    json_lines: bool,
+    hint: str = CONNECTION_HINT,
 ) -> None:
-    """Poll the registers twice a second. Raises FaceError, with the hint, where nobody answers."""
+    """Read and show the registers twice per second. Raises ServerError, with `hint`, if no server answers."""
     stop = stop_after(seconds)
     try:
-        with connect() as plc, _shower(json_lines, _lines_of_registers(), _register_table) as show:
+        with connect() as plc, _display(json_lines) as show:
             while True:
                 show(plc.read())
-                if stop.wait(POLL_S):
+                if stop.wait(POLL_PERIOD_S):
                     return
-    except PortError as error:
-        raise FaceError(str(error)) from None
-    except PlcError as error:
-        raise FaceError(f"{error}; {hint}") from None
+    except SerialPortError as error:
+        raise ServerError(str(error)) from None
+    except ModbusClientError as error:
+        raise ServerError(f"{error}; {hint}") from None
 
 
 @contextmanager
-def _shower(
-    json_lines: bool, line: Callable[[dict[str, Any]], str], table: Callable[[dict[str, Any]], Table]
-) -> Iterator[Callable[[dict[str, Any]], None]]:
-    """How to show what was seen: JSON, a table that lives, or a line."""
+def _display(json_lines: bool) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """Yield the function that shows the values: as JSON, as a live table on a terminal, or as a line."""
     if json_lines:
-        yield lambda seen: say(as_json(seen))
+        yield lambda values: print_line(json_line(values))
     elif sys.stdout.isatty():
         with Live(auto_refresh=False) as live:
-            yield lambda seen: live.update(table(seen), refresh=True)
+            yield lambda values: live.update(_register_table(values), refresh=True)
     else:
-        yield lambda seen: say(line(seen))
+        format_changes = _change_formatter()
+        yield lambda values: print_line(format_changes(values))
 
 
-def _lines_of_registers() -> Callable[[dict[str, Any]], str]:
+def _change_formatter() -> Callable[[dict[str, Any]], str]:
+    """Return a function that formats the values that differ from those of its previous call."""
     shown: dict[str, str] = {}
 
-    def line(values: dict[str, Any]) -> str:
+    def format_changes(values: dict[str, Any]) -> str:
         texts = {
-            name: _on_the_wire(BY_NAME[name], value)
+            name: _format_register(BY_NAME[name], value)
             for name, value in values.items()
-            if any(BY_NAME[name].address in side for side in SIDES)
+            if any(BY_NAME[name].address in addresses for addresses in COLUMNS)
         }
         changed = [f"{name} {text}" for name, text in texts.items() if text != shown.get(name)]
         shown.update(texts)
         return f"{time.strftime('%H:%M:%S')}  " + "  ".join(changed)
 
-    return line
+    return format_changes
 
 
 def _register_table(values: dict[str, Any]) -> Table:
-    """What is measured on the left, what is asked on the right."""
-    sides = Table.grid(padding=(0, 2))
-    sides.add_row(*(_side(values, side) for side in SIDES))
-    return sides
+    """Return a table with the measured values on the left and the requests on the right."""
+    table = Table.grid(padding=(0, 2))
+    table.add_row(*(_column(values, addresses) for addresses in COLUMNS))
+    return table
 
 
-def _side(values: dict[str, Any], addresses: range) -> Table:
+def _column(values: dict[str, Any], addresses: range) -> Table:
     table = Table.grid(padding=(0, 2))
     for name, value in values.items():
         register = BY_NAME[name]
         if register.address in addresses:
-            table.add_row(str(register.address), name, _on_the_wire(register, value))
+            table.add_row(str(register.address), name, _format_register(register, value))
     return table
 
 
-def _on_the_wire(register: Register, value: Any) -> str:
-    """A value for a person, in the unit of its register, as a PLC sees it."""
+def _format_register(register: Register, value: Any) -> str:
+    """Return a value as text, in the unit of its register."""
     if not register.unit or not math.isfinite(value):
-        return with_unit(register, value)
+        return format_value(register, value)
     code = register.encode(value)
     return f"{code} {register.unit}" if isinstance(code, int) else f"{code:.3f} {register.unit}"

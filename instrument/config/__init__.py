@@ -1,4 +1,4 @@
-"""The configuration: every key, its default and its span, in one table; files and examples derive from it."""
+"""Configuration of an instrument: the file instrument.toml with its sections, keys, defaults and limits."""
 
 from __future__ import annotations
 
@@ -8,110 +8,120 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from instrument.calibration.applied import calibrated
-from instrument.calibration.file import Calibration
-from instrument.calibration.file import load as load_calibration
-from instrument.chain import ChainSettings
-from instrument.config.sections import (
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration.apply import apply_calibration
+from pneuforce.instrument.calibration.file import Calibration
+from pneuforce.instrument.calibration.file import load as load_calibration
+from pneuforce.instrument.config.sections import (
     BalloonSection,
-    Can,
+    CanSection,
     CircuitSection,
-    Events,
+    EventsSection,
     IdentitySection,
-    Local,
+    LocalSection,
     MeasurementSection,
-    Modbus,
-    ModbusRtu,
-    Page,
-    Rig,
-    Safety,
+    ModbusRtuSection,
+    ModbusSection,
+    RigSection,
+    SafetySection,
+    WebSection,
 )
-from instrument.errors import ConfigurationError
-from instrument.model import Balloon, Circuit, Law
-from instrument.model.uncertainty import ModelErrors
-from instrument.settings import Identity, Settings
-from instrument.tables import Section, checked, span_of, tables_of, toml_of
+from pneuforce.instrument.core.settings import Identity, Settings
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model import Balloon, Circuit, ForceLaw
+from pneuforce.instrument.model.uncertainty import ModelUncertainty
+from pneuforce.support.toml_sections import Section, format_value, read_tables, validate_tables
+from pneuforce.support.validation_errors import allowed_values
 
 __all__ = [
-    "Can",
+    "CanSection",
     "Configuration",
     "MeasurementSection",
-    "Page",
-    "Safety",
+    "SafetySection",
+    "WebSection",
     "example",
     "load",
     "parse",
     "read",
+    "resolve_path",
 ]
 
 
 class Configuration(Section):
-    """A whole instrument.toml."""
+    """Content of an instrument.toml."""
 
-    rig: Rig = Rig()
+    rig: RigSection = RigSection()
     balloon: BalloonSection = BalloonSection()
     circuit: CircuitSection = CircuitSection()
     measurement: MeasurementSection = MeasurementSection()
-    safety: Safety = Safety()
-    modbus: Modbus = Modbus()
-    modbus_rtu: ModbusRtu = ModbusRtu()
-    can: Can = Can()
-    events: Events = Events()
-    local: Local = Local()
-    page: Page = Page()
+    safety: SafetySection = SafetySection()
+    modbus: ModbusSection = ModbusSection()
+    modbus_rtu: ModbusRtuSection = ModbusRtuSection()
+    can: CanSection = CanSection()
+    events: EventsSection = EventsSection()
+    local: LocalSection = LocalSection()
+    web: WebSection = WebSection()
     identity: IdentitySection = IdentitySection()
     _calibration: Calibration | None = None
 
     @property
     def hash(self) -> int:
-        """CRC-32 of all values and the calibration: two instruments with the same hash measure alike."""
+        """Return the CRC-32 of all values and the calibration.
+
+        Two instruments with the same hash have the same settings.
+        """
         calibration = self._calibration.model_dump_json() if self._calibration else ""
         return zlib.crc32((self.model_dump_json() + calibration).encode())
 
     @property
     def calibration(self) -> dict[str, Any] | None:
-        """The calibration as its file has it, None without."""
+        """Return the content of the calibration file, None without a calibration."""
         return self._calibration.model_dump(mode="json") if self._calibration else None
 
     @property
-    def doubt(self) -> str:
-        """What an instrument that is of use would not have, empty for nothing."""
+    def warning(self) -> str:
+        """Return a warning about valid settings that are probably a mistake; empty if there is none."""
         served = self.modbus.enabled or self.modbus_rtu.enabled or self.can.enabled
-        return "" if served else "no bus is enabled (modbus, modbus_rtu, can): nobody can see or ask anything"
+        return (
+            "" if served else "no bus is enabled (modbus, modbus_rtu, can): no master can read the instrument"
+        )
 
     @property
     def calibration_date(self) -> int:
-        """Date of the calibration as yyyymmdd, 0 where never."""
+        """Return the date of the calibration as yyyymmdd, 0 without a calibration."""
         return self._calibration.date_code if self._calibration else self.identity.calibration_date
 
-    def calibrated_by(self, calibration: Calibration) -> Configuration:
-        """The same with a calibration. Raises ConfigurationError where it is another balloon's or law's."""
+    def with_calibration(self, calibration: Calibration) -> Configuration:
+        """Return a copy with a calibration.
+
+        Raises ConfigurationError if the calibration is of another balloon or of another force law.
+        """
         if calibration.balloon_id != self.balloon.id:
             raise ConfigurationError(
                 f"balloon.id = {self.balloon.id}, and the calibration is of balloon {calibration.balloon_id}"
             )
-        calibrated(self._chain, calibration)
+        apply_calibration(self._chain, calibration)
         configuration = self.model_copy()
         configuration._calibration = calibration
         return configuration
 
     @property
     def chain(self) -> ChainSettings:
-        """What turns counts into newtons, the calibration applied."""
-        return calibrated(self._chain, self._calibration) if self._calibration else self._chain
+        """Return the settings of the measuring chain, with the calibration."""
+        return apply_calibration(self._chain, self._calibration) if self._calibration else self._chain
 
     @property
     def _chain(self) -> ChainSettings:
         return ChainSettings(
             balloon=Balloon(**self.balloon.model_dump(exclude={"id"})),
             circuit=Circuit(**self.circuit.model_dump()),
-            law=Law(**self.measurement.model_dump(include={"method", "switch", "low"})),
-            model=ModelErrors.of(self.measurement.method),
-            **self.measurement.model_dump(include={"filter_s", "tube_s"}),
+            law=ForceLaw(**self.measurement.model_dump(include={"method", "switch", "low"})),
+            model_uncertainty=ModelUncertainty.of(self.measurement.method),
+            **self.measurement.model_dump(include={"filter_time_constant_s", "tube_time_constant_s"}),
         )
 
     def settings(self) -> Settings:
-        """What the core needs."""
+        """Return the settings of the instrument core."""
         return Settings(
             chain=self.chain,
             identity=Identity(
@@ -124,46 +134,47 @@ class Configuration(Section):
         )
 
 
-def beside(path: Path, name: str) -> Path | None:
-    """The file that a configuration at `path` names, None for an empty name.
+def resolve_path(configuration_file: Path, name: str) -> Path | None:
+    """Return the path of a file that a configuration names, None for an empty name.
 
-    One that comes through a pipe lies nowhere: then it is the current folder's.
+    Relative names are relative to the folder of the configuration file. A configuration that comes through a
+    pipe (/dev/stdin) has no folder, so the current folder is used.
     """
-    folder = Path() if path.is_relative_to("/dev") else path.parent
+    folder = Path() if configuration_file.is_relative_to("/dev") else configuration_file.parent
     return folder / name if name else None
 
 
 def load(path: Path) -> Configuration:
-    """Configuration of a TOML file, with the calibration that it names.
+    """Return the configuration of a TOML file, with the calibration that the file names.
 
-    Raises ConfigurationError with file, key and allowed span.
+    Raises ConfigurationError with file, key and allowed values.
     """
     configuration = read(path)
     if not configuration.measurement.calibration:
         return configuration
     file = path.parent / configuration.measurement.calibration
     try:
-        return configuration.calibrated_by(load_calibration(file))
+        return configuration.with_calibration(load_calibration(file))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: measurement.calibration: {error}") from None
 
 
 def read(path: Path) -> Configuration:
-    """Configuration of a TOML file as it stands, without its calibration. Raises ConfigurationError."""
-    remedy = f"pneuforce config --example > {path} writes one"
-    tables = tables_of(path, remedy)
+    """Return the configuration of a TOML file without its calibration. Raises ConfigurationError."""
+    remedy = f"pneuforce config --example > {path} writes an example"
+    tables = read_tables(path, remedy)
     if not tables:
-        raise ConfigurationError(f"{path}: no table in it, as in a file that was never written out; {remedy}")
+        raise ConfigurationError(f"{path}: the file contains no table; {remedy}")
     return parse(tables, str(path))
 
 
 def parse(tables: dict[str, Any], name: str) -> Configuration:
-    """Configuration of the tables of a file called `name`."""
-    return checked(Configuration, tables, name)
+    """Return the configuration of the tables of the file `name`. Raises ConfigurationError."""
+    return validate_tables(Configuration, tables, name)
 
 
 def example() -> str:
-    """An instrument.toml with every key, its default, its meaning and its span."""
+    """Return an instrument.toml with every key, its default, its meaning and its allowed values."""
     lines = ["# instrument.toml: every key with its default. Delete what you do not change.", ""]
     for name, field in Configuration.model_fields.items():
         section = field.annotation
@@ -172,8 +183,8 @@ def example() -> str:
         lines += [f"# {section.__doc__}", f"[{name}]"]
         for key, schema in section.model_json_schema()["properties"].items():
             lines += [
-                f"# {schema['description']}; {span_of(schema)}",
-                f"{key} = {toml_of(schema['default'])}",
+                f"# {schema['description']}; {allowed_values(schema)}",
+                f"{key} = {format_value(schema['default'])}",
             ]
         lines.append("")
     return "\n".join(lines)

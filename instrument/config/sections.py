@@ -1,4 +1,4 @@
-"""The sections of the configuration: every key, its default, its meaning and its span."""
+"""Sections of the configuration file: every key with its default, its meaning and its limits."""
 
 from __future__ import annotations
 
@@ -8,27 +8,34 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, SecretStr, ValidationInfo
 
-from instrument.chain import ChainSettings
-from instrument.model import Balloon, Circuit
-from instrument.model.law import Low, MethodName, Switch
-from instrument.settings import Settings
-from instrument.tables import Section
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model import Balloon, Circuit
+from pneuforce.instrument.model.law import Low, MethodName, Switch
+from pneuforce.support.toml_sections import Section
+
+MIN_TOKEN_LENGTH = 12
 
 
-def _date(code: int) -> int:
+def _check_date(code: int) -> int:
+    """Return `code`. Raises ValueError if it is neither 0 nor a date as yyyymmdd."""
     if code:
         date.fromisoformat(f"{code:08d}")
     return code
 
 
-def _network(text: str) -> str:
+def _check_network(text: str) -> str:
+    """Return `text`. Raises ValueError if it is not an IP address or network."""
     ip_network(text)
     return text
 
 
-def _long_enough(token: SecretStr) -> SecretStr:
-    if 0 < len(token.get_secret_value()) < 12:
-        raise ValueError("a token of fewer than 12 characters is soon guessed")
+def _check_token(token: SecretStr) -> SecretStr:
+    """Return `token`. Raises ValueError if it is too short."""
+    if 0 < len(token.get_secret_value()) < MIN_TOKEN_LENGTH:
+        raise ValueError(
+            f"a token needs at least {MIN_TOKEN_LENGTH} characters: a shorter one is easy to guess"
+        )
     return token
 
 
@@ -39,11 +46,12 @@ def _is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-def _named_where_reachable(allow: list[str], section: ValidationInfo) -> list[str]:
-    host = section.data.get("host", "localhost")  # a wrong one is told by itself
+def _check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
+    """Return `allow`. Raises ValueError if it is empty although the network can reach the host address."""
+    host = section.data.get("host", "localhost")  # an invalid host has its own error message
     if not allow and not _is_loopback(host):
         raise ValueError(
-            f'host {host} is reached from the network, so say who may connect: allow = ["192.168.1.0/24"] '
+            f'host {host} can be reached from the network: list who may connect, allow = ["192.168.1.0/24"] '
             '(everyone: ["0.0.0.0/0", "::/0"])'
         )
     return allow
@@ -52,18 +60,18 @@ def _named_where_reachable(allow: list[str], section: ValidationInfo) -> list[st
 _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
 
 Port = Annotated[int, Field(ge=1, le=65535)]
-Network = Annotated[str, AfterValidator(_network)]
+Network = Annotated[str, AfterValidator(_check_network)]
 Unit = Annotated[int, Field(ge=1, le=247)]
 WordOrder = Literal["ABCD", "CDAB"]
 
 
-class Rig(Section):
+class RigSection(Section):
     """The board at the end of the serial cable."""
 
     port: str = Field(
         "/dev/ttyACM0",
         min_length=1,
-        description="device (better its /dev/serial/by-id name), or socket://host:port",
+        description="device (preferably its /dev/serial/by-id name), or socket://host:port",
     )
 
 
@@ -84,11 +92,11 @@ class BalloonSection(Section):
     radius_quadratic_mm_per_kpa2: float = Field(
         _BALLOON.radius_quadratic_mm_per_kpa2, ge=0, le=0.1, description="quadratic term of the radius"
     )
-    id: int = Field(0, ge=0, le=0xFFFF_FFFF, description="number of the balloon fitted")
+    id: int = Field(0, ge=0, le=0xFFFF_FFFF, description="number of the fitted balloon")
 
 
 class CircuitSection(Section):
-    """The gas around the balloon."""
+    """The gas in pipes and balloon."""
 
     volume_mm3: float = Field(
         _CIRCUIT.volume_mm3, ge=100, le=1e6, description="volume V_c of all pipes [mm³]"
@@ -99,165 +107,189 @@ class CircuitSection(Section):
 
 
 class MeasurementSection(Section):
-    """From pressure to force."""
+    """The measuring chain from pressure to force."""
 
     method: MethodName = Field(_CHAIN.law.method, description="force model")
     switch: Switch = Field(
-        _CHAIN.law.switch, description="change of the stretching energy at 8.85 kPa: at once, or blended"
+        _CHAIN.law.switch, description="change of the stretching energy at 8.85 kPa: a step, or a blend"
     )
     low: Low = Field(
-        _CHAIN.law.low, description="force below a rise of 0.5 kPa: straight to zero, or joined smoothly"
+        _CHAIN.law.low, description="force below a rise of 0.5 kPa: a straight line to zero, or a smooth join"
     )
-    filter_s: float = Field(
-        _CHAIN.filter_s, ge=0.002, le=1, description="time constant of the pressure that is shown [s]"
+    filter_time_constant_s: float = Field(
+        _CHAIN.filter_time_constant_s,
+        ge=0.002,
+        le=1,
+        description="time constant of the displayed pressure [s]",
     )
-    tube_s: float = Field(
-        _CHAIN.tube_s,
+    tube_time_constant_s: float = Field(
+        _CHAIN.tube_time_constant_s,
         ge=0,
         le=0.5,
-        description="lag between balloon and sensor, which the force makes up for [s]",
+        description="lag between balloon and sensor, which the force compensates [s]",
     )
     calibration: str = Field(
-        "", max_length=500, description="file of pneuforce calibrate, beside this one; empty for none"
+        "",
+        max_length=500,
+        description="file of pneuforce calibrate, relative to this file; empty: no calibration",
     )
 
 
-class Safety(Section):
-    """Limits and reactions. The board has hard limits of its own that nothing here can raise."""
+class SafetySection(Section):
+    """Limits and reactions. The board has its own hard limits, which no setting can raise."""
 
     contact_limit_kpa: float = Field(
         _SETTINGS.contact_limit_kpa,
         ge=2,
         le=25,
-        description="pressure of the locked balloon above which it is vented [kPa]",
+        description="pressure of the locked balloon above which the rig vents [kPa]",
     )
-    vent_after_s: float = Field(
-        _SETTINGS.vent_after_s,
+    host_timeout_s: float = Field(
+        _SETTINGS.host_timeout_s,
         ge=0.25,
         le=10,
-        description="silence of this host after which the board vents [s]",
+        description="silence of the host process after which the board vents [s]",
     )
     force_limit_n: float = Field(
-        _SETTINGS.force_limit_n, ge=0.1, le=20, description="force alarm at start, register 514 [N]"
+        _SETTINGS.force_limit_n,
+        ge=0.1,
+        le=20,
+        description="force alarm limit after a start, register 514 [N]",
     )
     vent_on_force_limit: bool = Field(
-        False, description="vent when the force limit is passed, not only alarm"
+        False, description="vent when the force exceeds the limit, in addition to the alarm"
     )
-    lease_demanded: bool = Field(False, description="refuse mode hold without a lease (register 517)")
-    write_lock: bool = Field(False, description="refuse every write but a vent")
+    lease_required: bool = Field(False, description="reject mode hold without a lease (register 517)")
+    write_protect: bool = Field(False, description="reject every write except a vent")
 
 
-class Listening(Section):
-    """What listens on the network: its first keys, in their order."""
+class ListenerSection(Section):
+    """First keys of each section that listens on the network, in their order."""
 
     enabled: bool
     host: str = Field(
-        "127.0.0.1", min_length=1, description="address to listen on; another than loopback demands allow"
+        "127.0.0.1",
+        min_length=1,
+        description="address to listen on; an address that is not loopback requires allow",
     )
-    allow: Annotated[list[Network], AfterValidator(_named_where_reachable)] = Field(
+    allow: Annotated[list[Network], AfterValidator(_check_allow)] = Field(
         [],
         max_length=64,
         validate_default=True,
-        description="who may connect beside 127.0.0.1 and ::1; on loopback, empty means this whole machine",
+        description="clients that may connect in addition to 127.0.0.1 and ::1; empty on loopback: all of "
+        "this machine",
+        json_schema_extra={"allowed_values": "list of addresses and networks"},
     )
 
 
-class Modbus(Listening):
+class ModbusSection(ListenerSection):
     """Modbus TCP server."""
 
     enabled: bool = Field(True, description="serve Modbus TCP")
     port: Port = Field(5020, description="TCP port (502 needs privileges)")
     unit: Unit = Field(1, description="unit id")
     word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
-    read_only: bool = Field(False, description="answer every write but a vent with exception 01")
-    connections: int = Field(
+    read_only: bool = Field(False, description="answer every write except a vent with exception 01")
+    max_connections: int = Field(
         64,
         ge=1,
         le=1000,
-        description="most connections at once; one more evicts the idlest of the busiest address",
+        description="maximum number of connections; one more closes the longest idle connection of the "
+        "address with the most connections",
     )
-    idle_s: float = Field(
+    idle_timeout_s: float = Field(
         60.0, ge=1, le=86_400, description="idle time after which a connection is closed [s]"
     )
-    frame_s: float = Field(5.0, ge=0.1, le=60, description="time that a request may take to arrive whole [s]")
+    frame_timeout_s: float = Field(
+        5.0, ge=0.1, le=60, description="time in which a request must arrive completely [s]"
+    )
 
 
-class ModbusRtu(Section):
-    """Modbus RTU on a serial port of its own, beside Modbus TCP or instead of it."""
+class ModbusRtuSection(Section):
+    """Modbus RTU on its own serial port, in addition to Modbus TCP or instead of it."""
 
     enabled: bool = Field(False, description="serve Modbus RTU")
     port: str = Field(
         "/dev/ttyUSB0",
         min_length=1,
-        description="device, better its /dev/serial/by-id name: the one that it comes back under",
+        description="device; its /dev/serial/by-id name stays the same after the adapter is plugged in again",
     )
     baud: Literal[1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = Field(
-        19200, description="of the line"
+        19200, description="baud rate of the line"
     )
-    parity: Literal["even", "odd", "none"] = Field("even", description="of the line")
-    stop_bits: int = Field(1, ge=1, le=2, description="of the line; without parity the standard wants 2")
-    unit: Unit = Field(1, description="unit id, no other device's on that line")
+    parity: Literal["even", "odd", "none"] = Field("even", description="parity of the line")
+    stop_bits: int = Field(
+        1, ge=1, le=2, description="stop bits of the line; the standard requires 2 without parity"
+    )
+    unit: Unit = Field(1, description="unit id, different from all other devices on the line")
     word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
-    read_only: bool = Field(False, description="answer every write but a vent with exception 01")
+    read_only: bool = Field(False, description="answer every write except a vent with exception 01")
 
 
-class Can(Section):
+class CanSection(Section):
     """CAN node."""
 
     enabled: bool = Field(False, description="send and receive CAN frames")
     mode: Literal["raw", "canopen"] = Field(
-        "raw", description="raw: frames flow from the start; canopen: a CANopen node, started by its manager"
+        "raw", description="raw: frames are sent from the start; canopen: a CANopen manager starts the node"
     )
     interface: Literal["socketcan", "socketcand", "virtual"] = Field(
-        "socketcan", description="socketcan on real hardware"
+        "socketcan", description="python-can interface, socketcan for real hardware"
     )
     channel: str = Field("can0", min_length=1, description="channel of the interface")
-    host: str = Field("127.0.0.1", min_length=1, description="socketcand only: its address")
-    port: Port = Field(29536, description="socketcand only: its port")
+    host: str = Field("127.0.0.1", min_length=1, description="socketcand only: address of the server")
+    port: Port = Field(29536, description="socketcand only: TCP port of the server")
     node_id: int = Field(5, ge=1, le=127, description="CANopen node id N: frames 180h+N and so on")
     bit_rate: Literal[125_000, 250_000, 500_000, 1_000_000] = Field(
-        500_000, description="of the bus; decides the load check"
+        500_000, description="bit rate of the bus, used to check the bus load"
     )
     force_rate_hz: int = Field(
-        100, ge=1, le=500, description="Force frames per second, at most the rig's 500"
+        100, ge=1, le=500, description="Force frames per second, at most the 500 samples of the rig"
     )
 
 
-class Events(Section):
-    """The event log: every write and what became of it, faults, start and stop."""
+class EventsSection(Section):
+    """Event log: every write with its result, faults, start and stop."""
 
     file: str = Field(
-        "events.sqlite", max_length=500, description="file of the log, beside this one; empty for none"
+        "events.sqlite",
+        max_length=500,
+        description="file of the event log, relative to this file; empty: no log",
     )
 
 
-class Local(Section):
-    """A socket for programs of this machine: the page and recorders."""
+class LocalSection(Section):
+    """Local socket for programs on this machine: the web process and recorders."""
 
     socket: str = Field(
-        "pneuforce.sock", max_length=100, description="its path, beside this file; empty for none"
+        "pneuforce.sock",
+        max_length=100,
+        description="path of the socket, relative to this file; empty: no socket",
     )
 
 
-class Page(Listening):
-    """The page: the instrument in a browser."""
+class WebSection(ListenerSection):
+    """Web page to monitor and operate the instrument in a browser."""
 
-    enabled: bool = Field(False, description="serve the page")
+    enabled: bool = Field(False, description="serve the web page")
     port: Port = Field(8080, description="TCP port")
-    token: Annotated[SecretStr, AfterValidator(_long_enough)] = Field(
+    token: Annotated[SecretStr, AfterValidator(_check_token)] = Field(
         SecretStr(""),
-        description="what an operator must know to do more than vent, 12 characters at least; empty: none",
+        description="password of the operator, at least 12 characters; empty: the page can only vent",
     )
 
 
 class IdentitySection(Section):
-    """What the instrument says of itself."""
+    """Identification data of the instrument."""
 
     serial_number: int = Field(0, ge=0, le=0xFFFF_FFFF, description="serial number")
-    calibration_date: Annotated[int, AfterValidator(_date)] = Field(
-        0, ge=0, le=99_991_231, description="yyyymmdd, 0 where never; a calibration file brings its own"
+    calibration_date: Annotated[int, AfterValidator(_check_date)] = Field(
+        0,
+        ge=0,
+        le=99_991_231,
+        description="yyyymmdd, 0: never calibrated; a calibration file has its own date",
     )
-    url: str = Field("", max_length=128, description="where its maker is found, read by Modbus function 43")
+    url: str = Field("", max_length=128, description="web address of the vendor, read by Modbus function 43")
     application: str = Field(
         "", max_length=64, description="user application name, read by Modbus function 43"
     )

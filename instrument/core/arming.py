@@ -1,8 +1,8 @@
-"""Arming: what has to happen, and in which order, before the rig may inflate.
+"""Arming: the steps that must happen, in order, before the rig may inflate.
 
-Nothing inflates by surprise. After a start the balloon stays vented until mode "vent" has been seen and then
-"hold" is asked; after a trip the faults must be cleared before that. A program that never stops writing
-"hold" gets no further.
+The balloon is never inflated unexpectedly. After a start it stays vented until a peer writes mode "vent" and
+then mode "hold". After a trip the faults must be cleared first. A program that writes "hold" in each cycle
+therefore does not inflate the balloon.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum, auto
 
-from instrument.refusal import Refusal
+from pneuforce.instrument.core.reject_reason import RejectReason
 
 
 class Arming(Enum):
-    """How far the way to an inflated balloon has been gone."""
+    """State of arming."""
 
     TRIPPED = auto()  #: a fault is latched
-    CLEARED = auto()  #: no fault, but "vent" has not been seen since
-    READY = auto()  #: "hold" may be asked
-    HOLDING = auto()  #: "hold" has been asked
+    CLEARED = auto()  #: no fault, but no "vent" since the start or the last clear
+    READY = auto()  #: "hold" is allowed
+    HOLDING = auto()  #: "hold" is in effect
 
 
 class Step(Enum):
-    """What may happen."""
+    """Event that changes the state of arming."""
 
     TRIP = auto()
     CLEAR = auto()
@@ -31,7 +31,7 @@ class Step(Enum):
     HOLD = auto()
 
 
-#: Where a step leads; a step that is not listed is refused.
+#: Next state for each state and step. A step that is not listed is rejected.
 STEPS: Mapping[Arming, Mapping[Step, Arming]] = {
     Arming.TRIPPED: {Step.TRIP: Arming.TRIPPED, Step.CLEAR: Arming.CLEARED, Step.VENT: Arming.TRIPPED},
     Arming.CLEARED: {Step.TRIP: Arming.TRIPPED, Step.CLEAR: Arming.CLEARED, Step.VENT: Arming.READY},
@@ -49,8 +49,8 @@ STEPS: Mapping[Arming, Mapping[Step, Arming]] = {
     },
 }
 
-#: Why "hold" is refused where `STEPS` has no way.
-HOLD_REFUSALS: Mapping[Arming, Refusal] = {
-    Arming.TRIPPED: Refusal.FAULT_LATCHED,
-    Arming.CLEARED: Refusal.STATE,
+#: Reason for the rejection of "hold" in the states in which `STEPS` does not list it.
+HOLD_REJECT_REASONS: Mapping[Arming, RejectReason] = {
+    Arming.TRIPPED: RejectReason.FAULT_LATCHED,
+    Arming.CLEARED: RejectReason.STATE,
 }

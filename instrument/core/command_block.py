@@ -1,41 +1,36 @@
-"""The command block: key, code and argument, run once for each new sequence number."""
+"""Command block of the register map: key, code, argument and sequence number, with the answer."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-from instrument.lease import Peer
-from instrument.refusal import Refusal
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.reject_reason import RejectReason
 
-
-class Runner(Protocol):
-    """What can be commanded."""
-
-    def run(self, code: str, argument: int, now_s: float) -> Refusal | None:
-        """Run a command; NONE where it is done, None where it is still busy, else why not."""
-        ...
+#: Runs a command by code and argument: NONE if done, None if in progress, else the reason for the rejection.
+RunCommand = Callable[[str, int], RejectReason | None]
 
 
 @dataclass(slots=True)
 class CommandBlock:
-    """What was written, and the answer to it."""
+    """Last command of one channel and its answer."""
 
-    runner: Runner
     key: int = 0
     code: str = "none"
     argument: int = 0
     sequence: int = 0
     answer_sequence: int = 0
     answer_state: str = "idle"
-    answer_result: Refusal = Refusal.NONE
+    answer_result: RejectReason = RejectReason.NONE
     _writer: Peer | None = None
 
-    def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> None:
-        """Store what was written; a new sequence number runs the command, the same one repeats its answer.
+    def write(self, peer: Peer, values: Mapping[str, Any], run: RunCommand) -> None:
+        """Store the written fields and run the command if the sequence number is new.
 
-        The key is used up by each sequence number written, and turns in no other peer's hand.
+        The same sequence number repeats the answer. A key is valid for one sequence number, and only for the
+        peer that wrote it.
         """
         if peer != self._writer:
             self._writer, self.key = peer, 0
@@ -48,14 +43,14 @@ class CommandBlock:
         if values["command_sequence"] == self.sequence:
             return
         self.sequence = self.answer_sequence = int(values["command_sequence"])
-        self.answer_state, self.answer_result = "busy", Refusal.NONE
-        result = self.runner.run(self.code, self.argument, now_s) if unlocked else Refusal.STATE
+        self.answer_state, self.answer_result = "busy", RejectReason.NONE
+        result = run(self.code, self.argument) if unlocked else RejectReason.STATE
         if result is not None:
             self.finish(result)
 
-    def finish(self, result: Refusal) -> None:
-        """Give the answer to what is busy."""
+    def finish(self, result: RejectReason) -> None:
+        """Set the answer of a command in progress. Do nothing if no command is in progress."""
         if self.answer_state != "busy":
             return
-        self.answer_state = "done" if result is Refusal.NONE else "failed"
+        self.answer_state = "done" if result is RejectReason.NONE else "failed"
         self.answer_result = result

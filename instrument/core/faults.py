@@ -1,32 +1,32 @@
-"""Faults: their codes, the status bit of each, and the latch that keeps them until they are cleared."""
+"""Faults: codes, status bits, and the latch that keeps faults until they are cleared."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from enum import IntEnum
 
-from instrument.rig.frames import Fault
+from pneuforce.protocol.frames import Fault
 
 
 class HostFault(IntEnum):
-    """Faults that the host finds; their codes stand above the board's."""
+    """Faults that the host detects. The codes of the board are below 16."""
 
     LEASE_EXPIRED = 32
     BOARD_RESET = 33
     LINK_LOST = 34
-    PRESSURE_LIMIT = 35  #: the host's own look at the pressure limits
-    SENSOR_LIMIT = 36  #: the host's own look at sensor and supply
-    SENSOR_STUCK = 37  #: the board's clock stands still
-    DISAGREEMENT = 38  #: the board does not hold though it was told to
-    NOT_VENTED = 39  #: the board does not vent though it was told to
-    FORCE_LIMIT = 40  #: the force limit was passed, and the configuration says to vent then
-    CAN_MASTER_LOST = 41  #: the CANopen master's heartbeat, which was watched, stays away
+    PRESSURE_LIMIT = 35  #: the host measured a pressure outside its limits
+    SENSOR_LIMIT = 36  #: the host measured a sensor or supply voltage outside its limits
+    BOARD_UNRESPONSIVE = 37  #: the clock of the board stands still
+    DISAGREEMENT = 38  #: the board does not hold although it was commanded to
+    NOT_VENTED = 39  #: the board does not vent although it was commanded to
+    FORCE_LIMIT = 40  #: the force limit was exceeded and vent_on_force_limit is set
+    CAN_MASTER_LOST = 41  #: the monitored heartbeat of the CANopen master is missing
 
 
-#: Status bit of each fault; a fault without one shows in state, first fault and "failure".
+#: Status bit of each fault. Other faults are visible in state, first_out_fault and the bit "failure".
 STATUS_OF: Mapping[int, str] = {
     Fault.SENSOR: "sensor_fault",
-    Fault.STUCK: "sensor_fault",
+    Fault.SENSOR_FROZEN: "sensor_fault",
     Fault.SUPPLY_VOLTAGE: "sensor_fault",
     Fault.OVERPRESSURE: "overpressure",
     Fault.BURST: "burst",
@@ -36,13 +36,13 @@ STATUS_OF: Mapping[int, str] = {
     Fault.VENT_SHUT: "vent_fault",
     Fault.OCCLUSION: "vent_fault",
     Fault.LEAK: "leak",
-    Fault.TIMEOUT: "setpoint_not_reached",
+    Fault.SETPOINT_TIMEOUT: "setpoint_not_reached",
     Fault.WATCHDOG: "board_watchdog",
     HostFault.LEASE_EXPIRED: "lease_expired",
     HostFault.BOARD_RESET: "board_reset",
     HostFault.PRESSURE_LIMIT: "overpressure",
     HostFault.SENSOR_LIMIT: "sensor_fault",
-    HostFault.SENSOR_STUCK: "sensor_fault",
+    HostFault.BOARD_UNRESPONSIVE: "sensor_fault",
     HostFault.DISAGREEMENT: "board_reset",
     HostFault.NOT_VENTED: "vent_fault",
 }
@@ -51,8 +51,8 @@ STATUS_OF: Mapping[int, str] = {
 _NAMES = {fault.value: fault.name for fault in (*Fault, *HostFault)}
 
 
-class Latch:
-    """Faults in the order of their coming; each stays until all are cleared."""
+class FaultLatch:
+    """Latched faults in the order of their occurrence (ISA-18.2: the first is the first-out fault)."""
 
     def __init__(self) -> None:
         self._codes: dict[int, None] = {}
@@ -64,7 +64,7 @@ class Latch:
         return code in self._codes
 
     def set(self, code: int) -> bool:
-        """Latch a fault; True where it is new."""
+        """Latch a fault; return True if it was not latched before."""
         if code in self._codes:
             return False
         self._codes[code] = None
@@ -74,27 +74,27 @@ class Latch:
         return iter(self._codes)
 
     def clear(self, codes: Iterable[int]) -> None:
-        """Forget these."""
+        """Remove the faults with these codes."""
         for code in list(codes):
             self._codes.pop(code, None)
 
     @property
     def first(self) -> int:
-        """Code of the first fault, 0 where there is none."""
+        """Return the code of the first-out fault, 0 if no fault is latched."""
         return next(iter(self._codes), 0)
 
     @property
     def status(self) -> frozenset[str]:
-        """Names of the status bits."""
+        """Return the names of the status bits that the latched faults set."""
         return frozenset(STATUS_OF[code] for code in self._codes if code in STATUS_OF)
 
 
 def name_of(code: int) -> str:
-    """Name of a fault, for people; one that a later board may know and we do not is called by its number."""
+    """Return the name of a fault in plain words, or "fault N" for an unknown code of a newer board."""
     known = _NAMES.get(code)
     return known.lower().replace("_", " ") if known else f"fault {code}"
 
 
 def codes_of(mask: int) -> Iterable[int]:
-    """Fault codes of the board's fault mask."""
+    """Return the fault codes in the fault mask of the board."""
     return (code for code in range(1, 16) if mask >> code & 1)

@@ -1,15 +1,15 @@
-"""Settings: what the core needs of the configuration."""
+"""Settings of the instrument core, derived from the configuration."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from instrument.chain import ChainSettings
+from pneuforce.instrument.measurement.chain import ChainSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identity:
-    """Who this instrument is."""
+    """Identity of the instrument, readable on every bus."""
 
     serial_number: int = 0
     calibration_date: int = 0
@@ -19,13 +19,13 @@ class Identity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """What the core needs of the configuration."""
+    """Settings of the instrument core."""
 
     chain: ChainSettings = field(default_factory=ChainSettings)
     contact_limit_kpa: float = 18.0  #: pressure of the locked balloon above which it is vented
     identity: Identity = field(default_factory=Identity)
     force_limit_n: float = 5.0
     vent_on_force_limit: bool = False
-    vent_after_s: float = 2.0
-    write_lock: bool = False
-    lease_demanded: bool = False
+    host_timeout_s: float = 2.0
+    write_protect: bool = False
+    lease_required: bool = False

@@ -1,1 +1,1 @@
-"""What a rig is examined for, before anybody relies on it: the port, the board's signal, the circuit."""
+"""Checks of a rig before it is used: the port, the signal of the board, the pneumatic circuit."""

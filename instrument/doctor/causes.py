@@ -1,43 +1,43 @@
-"""What to look at for each fault that a board or the host has latched."""
+"""Parts to check for each fault that the board or the host process has latched."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from instrument.faults import HostFault
-from instrument.rig.frames import Fault
+from pneuforce.instrument.core.faults import HostFault
+from pneuforce.protocol.frames import Fault
 
-SENSOR = "the sensor: A0, its 100 kΩ to ground, its 5 V"
-SUPPLY = "another USB port or cable; the relays' coils need a supply of their own"
-RESTART = "the board restarted: its supply, RESET, a program that opens its port"
-LINE = "a busy machine, or the cable: see samples and gaps"
+SENSOR = "the sensor: A0, the 100 kΩ from A0 to ground, the 5 V supply"
+SUPPLY = "another USB port or cable; the coils of the relays need a separate supply"
+RESTART = "the board restarted: check its supply, RESET, and programs that open its port"
+LINE = "an overloaded machine, or the cable: see samples and gaps"
 INFLATED = "THE BALLOON MAY BE INFLATED: "
 
 CAUSES: Mapping[int, str] = {
     Fault.SENSOR: SENSOR,
-    Fault.STUCK: SENSOR,
+    Fault.SENSOR_FROZEN: SENSOR,
     Fault.SUPPLY_VOLTAGE: SUPPLY,
-    Fault.OVERPRESSURE: "the regulator, an inlet valve that does not shut; is the balloon pressed?",
+    Fault.OVERPRESSURE: "the regulator, an inlet valve that does not close; is the balloon pressed?",
     Fault.BURST: "the balloon, its joint, a vent valve that opens",
-    Fault.LIMIT_POINT: "a balloon that takes no such pressure: a lower setpoint",
+    Fault.LIMIT_POINT: "the balloon cannot hold this pressure: use a lower setpoint",
     Fault.NO_RISE: "the gas supply, the inlet valve and its relay",
-    Fault.INLET_OPEN: "the inlet valve, which does not shut",
+    Fault.INLET_OPEN: "the inlet valve, which does not close",
     Fault.VENT_SHUT: INFLATED + "the vent valve and its relay",
     Fault.OCCLUSION: INFLATED + "a kinked tube, or a regulator that is far too high",
-    Fault.LEAK: "soap water on the joints",
-    Fault.TIMEOUT: "a hole, a valve that leaks, an orifice that is too small",
+    Fault.LEAK: "the joints: use soap water",
+    Fault.SETPOINT_TIMEOUT: "a hole, a valve that leaks, an orifice that is too small",
     Fault.HOST_SILENT: LINE,
-    Fault.WATCHDOG: "the board restarted by itself: its supply, or a program that hangs",
+    Fault.WATCHDOG: "the board restarted by itself: its supply, or a firmware that hangs",
     HostFault.BOARD_RESET: RESTART,
     HostFault.LINK_LOST: LINE,
     HostFault.PRESSURE_LIMIT: "is the balloon pressed? the inlet valve",
     HostFault.SENSOR_LIMIT: SENSOR,
-    HostFault.SENSOR_STUCK: "the board's program: pneuforce flash",
+    HostFault.BOARD_UNRESPONSIVE: "the firmware of the board: pneuforce flash",
     HostFault.DISAGREEMENT: RESTART,
     HostFault.NOT_VENTED: INFLATED + "the vent valve and its relay",
 }
 
 
 def causes_of(faults: Iterable[int]) -> str:
-    """What to look at, each thing once."""
+    """Return the parts to check for the given faults, each part once."""
     return "; ".join(dict.fromkeys(CAUSES[fault] for fault in faults if fault in CAUSES))

@@ -1,37 +1,40 @@
-"""A check: one question about a rig, its answer, and what to do about it."""
+"""Result of one check of a rig, with the finding and the advice."""
 
 from __future__ import annotations
 
 from enum import StrEnum
 from typing import NamedTuple
 
-AGAIN = "run it again"  #: what to do about a check that was disturbed
+RUN_AGAIN = "run pneuforce doctor again"  #: advice for a check that was disturbed
 
 
-class Verdict(StrEnum):
-    """How a check went."""
+class CheckResult(StrEnum):
+    """Result of a check."""
 
-    GOOD = "good"
-    DOUBTFUL = "doubtful"  #: works, but will trouble somebody
-    BAD = "bad"
+    PASS = "pass"
+    WARNING = "warning"  #: the rig works, but a problem is likely later
+    FAIL = "fail"
     NOT_CHECKED = "not checked"
 
 
 class Check(NamedTuple):
-    """One question about a rig, answered."""
+    """One check of a rig."""
 
     name: str
-    verdict: Verdict
-    found: str  #: what was seen, with its unit
-    advice: str = ""  #: what to do, where the verdict is not good
+    result: CheckResult
+    finding: str  #: measured value with its unit, or what was seen
+    advice: str = ""  #: what to do; empty if the check has passed
 
 
-def graded(name: str, found: str, advice: str, *, good: bool, usable: bool) -> Check:
-    """A check by two conditions that state what is allowed: neither met is bad, so NaN is."""
-    verdict = Verdict.GOOD if good else Verdict.DOUBTFUL if usable else Verdict.BAD
-    return Check(name, verdict, found, "" if good else advice)
+def graded(name: str, finding: str, advice: str, *, passed: bool, usable: bool) -> Check:
+    """Return a check: PASS if `passed`, WARNING if only `usable`, else FAIL.
+
+    State both conditions so that NaN does not meet them. Then NaN gives FAIL.
+    """
+    result = CheckResult.PASS if passed else CheckResult.WARNING if usable else CheckResult.FAIL
+    return Check(name, result, finding, "" if passed else advice)
 
 
 def unchecked(name: str, why: str, advice: str = "") -> Check:
-    """A check that could not be made."""
-    return Check(name, Verdict.NOT_CHECKED, why, advice)
+    """Return a check that could not be made."""
+    return Check(name, CheckResult.NOT_CHECKED, why, advice)

@@ -1,4 +1,4 @@
-"""The examination of a rig: listen, and where it was asked for inflate, hold and vent."""
+"""Examination of a rig: observe the samples, and on request inflate, hold and vent."""
 
 from __future__ import annotations
 
@@ -7,107 +7,110 @@ from collections.abc import Callable, Mapping
 from enum import Enum, auto
 from typing import Any, NamedTuple
 
-from instrument.core import Instrument
-from instrument.lease import Peer
-from instrument.refusal import Refusal
-from instrument.rig.limits import alive, nominal_pressure_kpa
-from instrument.rig.link import Link
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.rig.link import Link
+from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 
-LISTEN_S = 5.0
-LEAK_S = 20.0
-#: Longer than the board itself allows each of them: it trips first, and says why.
-FILL_S, VENT_S, ZERO_S = 20.0, 12.0, 6.0
+OBSERVE_S = 5.0
+LEAK_TEST_S = 20.0
+#: Longer than the limits of the board, so that the board trips first and reports the fault.
+FILL_TIMEOUT_S, VENT_TIMEOUT_S, ZERO_TIMEOUT_S = 20.0, 12.0, 6.0
 PEER: Peer = ("doctor", "local")
 
 
-class Stage(Enum):
-    """What is being done."""
+class ExaminationStage(Enum):
+    """Stages of an examination, in their order."""
 
-    LISTENING = auto()
+    OBSERVING = auto()
     ZEROING = auto()
     FILLING = auto()
-    LEAKING = auto()
+    LEAK_TEST = auto()
     VENTING = auto()
     DONE = auto()
 
 
-class Row(NamedTuple):
-    """One sample, as far as the checks look at it."""
+class ExaminedSample(NamedTuple):
+    """Quantities of one sample that the checks use."""
 
-    stage: Stage
-    t_s: float  #: when the board took it, by the host's clock
-    heard_s: float  #: when it was read
-    nominal_kpa: float  #: by the data sheet, before the zero
-    pressure_kpa: float  #: unfiltered, after the zero
+    stage: ExaminationStage
+    t_s: float  #: host time at which the board took the sample
+    received_s: float  #: host time at which the sample was read
+    nominal_kpa: float  #: pressure by the data sheet, before the zero adjustment
+    pressure_kpa: float  #: unfiltered pressure after the zero adjustment
     supply_mv: int
     state: int
     valves: int
     frozen: bool
-    pressed: bool  #: the instrument sees a contact
+    in_contact: bool  #: the instrument has detected a contact
 
 
-class Losses(NamedTuple):
-    """What the link has counted."""
+class LinkLosses(NamedTuple):
+    """Error counters of the link."""
 
     lost: int
-    refused: int
+    rejected: int
 
 
 class Examination:
-    """A face of the host: it hears each sample, and asks for a pressure where that was asked of it."""
+    """Output channel of the host process that collects each sample and runs the requested stages."""
 
     def __init__(
         self,
         instrument: Instrument,
         link: Link,
         inflate_kpa: float | None = None,
-        listen_s: float = LISTEN_S,
-        leak_s: float = LEAK_S,
+        observe_s: float = OBSERVE_S,
+        leak_test_s: float = LEAK_TEST_S,
     ) -> None:
-        """`inflate_kpa` is the setpoint of the test of the circuit; without one no valve is moved."""
+        """Prepare an examination.
+
+        `inflate_kpa` is the setpoint for the test of the circuit. If it is None, no valve is moved.
+        """
         self.inflate_kpa = inflate_kpa
-        self.leak_s = leak_s
-        self.listen_s = listen_s
-        self.rows: list[Row] = []
-        self.refusal = Refusal.NONE  #: why the instrument did not inflate
-        self.stage = Stage.LISTENING
-        self.until_s = math.nan  #: up to when it was looked
+        self.leak_test_s = leak_test_s
+        self.observe_s = observe_s
+        self.samples: list[ExaminedSample] = []
+        self.reject_reason = RejectReason.NONE  #: reason why the instrument rejected the inflation
+        self.stage = ExaminationStage.OBSERVING
+        self.until_s = math.nan  #: end of the examined time
         self.instrument = instrument
         self.link = link
         self._since_s = math.nan
-        self._before = self._counted
+        self._losses_before = self._counters
 
     @property
-    def _counted(self) -> Losses:
-        return Losses(self.link.lost_frames, self.link.decoder.refused)
+    def _counters(self) -> LinkLosses:
+        return LinkLosses(self.link.lost_frames, self.link.decoder.rejected_frames)
 
     @property
-    def losses(self) -> Losses:
-        """What was lost since it began."""
-        now = self._counted
-        return Losses(now.lost - self._before.lost, now.refused - self._before.refused)
+    def losses(self) -> LinkLosses:
+        """Return the losses since the start of the examination."""
+        now = self._counters
+        return LinkLosses(now.lost - self._losses_before.lost, now.rejected - self._losses_before.rejected)
 
     @property
     def done(self) -> bool:
-        """Whether there is no more to come."""
-        return self.stage is Stage.DONE
+        """Return True if all stages have ended."""
+        return self.stage is ExaminationStage.DONE
 
-    def rows_of(self, *stages: Stage) -> list[Row]:
-        """What was heard in these stages."""
-        return [row for row in self.rows if row.stage in stages]
+    def samples_of(self, *stages: ExaminationStage) -> list[ExaminedSample]:
+        """Return the samples of the given stages."""
+        return [sample for sample in self.samples if sample.stage in stages]
 
     def on_sample(self, now_s: float) -> None:
-        """A new measurement is there."""
+        """Collect a new measurement."""
         raw = self.instrument.raw
         if raw is None or self.done:
             return
         sample = raw.message
-        self.rows.append(
-            Row(
+        self.samples.append(
+            ExaminedSample(
                 self.stage,
                 raw.t_s,
                 now_s,
-                nominal_pressure_kpa(sample.adc_sum) if alive(sample.adc_sum) else math.nan,
+                nominal_pressure_kpa(sample.adc_sum) if adc_sum_is_valid(sample.adc_sum) else math.nan,
                 self.instrument.measurement.unfiltered_kpa,
                 sample.supply_mv,
                 sample.state,
@@ -118,7 +121,7 @@ class Examination:
         )
 
     def tick(self, now_s: float) -> None:
-        """Time has passed: go on to the next stage where this one is over."""
+        """Start the next stage if the present stage is over."""
         if math.isnan(self._since_s):
             self._since_s = now_s
         if not self.done:
@@ -127,46 +130,52 @@ class Examination:
         if following is not None:
             self.stage, self._since_s = following, now_s
 
-    def _passed(self, now_s: float, limit_s: float) -> bool:
+    def _expired(self, now_s: float, limit_s: float) -> bool:
+        """Return True if the present stage has lasted for `limit_s`."""
         return not now_s - self._since_s < limit_s
 
-    def _listen(self, now_s: float) -> Stage | None:
-        if not self._passed(now_s, self.listen_s):
+    def _observe(self, now_s: float) -> ExaminationStage | None:
+        if not self._expired(now_s, self.observe_s):
             return None
-        return Stage.DONE if self.inflate_kpa is None else Stage.ZEROING
+        return ExaminationStage.DONE if self.inflate_kpa is None else ExaminationStage.ZEROING
 
-    def _zero(self, now_s: float) -> Stage | None:
+    def _zero(self, now_s: float) -> ExaminationStage | None:
         if self.instrument.chain.zero.taken and self.instrument.vented(now_s):
-            self._ask(now_s, mode="vent")
-            self._ask(now_s, setpoint_requested_kpa=self.inflate_kpa, mode="hold")
-            return Stage.FILLING if self.refusal is Refusal.NONE else Stage.DONE
-        return Stage.DONE if self._passed(now_s, ZERO_S) else None
+            self._write(now_s, mode="vent")
+            self._write(now_s, setpoint_requested_kpa=self.inflate_kpa, mode="hold")
+            accepted = self.reject_reason is RejectReason.NONE
+            return ExaminationStage.FILLING if accepted else ExaminationStage.DONE
+        return ExaminationStage.DONE if self._expired(now_s, ZERO_TIMEOUT_S) else None
 
-    def _fill(self, now_s: float) -> Stage | None:
+    def _fill(self, now_s: float) -> ExaminationStage | None:
         if self.instrument.snapshot(PEER, now_s).state == "holding":
-            return Stage.LEAKING
-        return self._vent(now_s) if self.instrument.tripped or self._passed(now_s, FILL_S) else None
+            return ExaminationStage.LEAK_TEST
+        failed = self.instrument.tripped or self._expired(now_s, FILL_TIMEOUT_S)
+        return self._vent(now_s) if failed else None
 
-    def _leak(self, now_s: float) -> Stage | None:
-        tripped = self.instrument.tripped
-        return self._vent(now_s) if tripped or self._passed(now_s, self.leak_s) else None
+    def _test_leak(self, now_s: float) -> ExaminationStage | None:
+        finished = self.instrument.tripped or self._expired(now_s, self.leak_test_s)
+        return self._vent(now_s) if finished else None
 
-    def _vent(self, now_s: float) -> Stage:
-        self._ask(now_s, mode="vent")
-        return Stage.VENTING
+    def _vent(self, now_s: float) -> ExaminationStage:
+        self._write(now_s, mode="vent")
+        return ExaminationStage.VENTING
 
-    def _empty(self, now_s: float) -> Stage | None:
-        return Stage.DONE if self.instrument.vented(now_s) or self._passed(now_s, VENT_S) else None
+    def _wait_until_vented(self, now_s: float) -> ExaminationStage | None:
+        finished = self.instrument.vented(now_s) or self._expired(now_s, VENT_TIMEOUT_S)
+        return ExaminationStage.DONE if finished else None
 
-    def _ask(self, now_s: float, **request: Any) -> None:
-        refusal = self.instrument.write(PEER, request, now_s)
-        self.refusal = refusal if self.refusal is Refusal.NONE else self.refusal
+    def _write(self, now_s: float, **request: Any) -> None:
+        """Write to the instrument, and keep the first reason for a rejection."""
+        reject_reason = self.instrument.write(PEER, request, now_s)
+        if self.reject_reason is RejectReason.NONE:
+            self.reject_reason = reject_reason
 
 
-_STEPS: Mapping[Stage, Callable[[Examination, float], Stage | None]] = {
-    Stage.LISTENING: Examination._listen,
-    Stage.ZEROING: Examination._zero,
-    Stage.FILLING: Examination._fill,
-    Stage.LEAKING: Examination._leak,
-    Stage.VENTING: Examination._empty,
+_STEPS: Mapping[ExaminationStage, Callable[[Examination, float], ExaminationStage | None]] = {
+    ExaminationStage.OBSERVING: Examination._observe,
+    ExaminationStage.ZEROING: Examination._zero,
+    ExaminationStage.FILLING: Examination._fill,
+    ExaminationStage.LEAK_TEST: Examination._test_leak,
+    ExaminationStage.VENTING: Examination._wait_until_vented,
 }

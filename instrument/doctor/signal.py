@@ -1,4 +1,4 @@
-"""Checks of what the board sends while nothing is moved."""
+"""Checks of the samples that the board sends while no valve moves."""
 
 from __future__ import annotations
 
@@ -6,121 +6,132 @@ import math
 from itertools import pairwise
 from statistics import fmean, pstdev
 
-from instrument.doctor.causes import SENSOR, SUPPLY, causes_of
-from instrument.doctor.check import Check, Verdict, graded, unchecked
-from instrument.doctor.examination import Examination, Row, Stage
-from instrument.faults import name_of
-from instrument.rig.clock import OFF_ERROR, RESONATOR_ERROR
-from instrument.rig.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
-from instrument.rig.limits import SUPPLY_MV, ZERO_SPAN_KPA
+from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.doctor.causes import SENSOR, SUPPLY, causes_of
+from pneuforce.instrument.doctor.check import Check, CheckResult, graded, unchecked
+from pneuforce.instrument.doctor.examination import Examination, ExaminationStage, ExaminedSample
+from pneuforce.instrument.rig.board_clock import CLOCK_FAULT_ERROR, RESONATOR_TOLERANCE
+from pneuforce.protocol.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
+from pneuforce.protocol.limits import SUPPLY_MV, ZERO_SPAN_KPA
 
+#: Pairs of limits: the first for PASS, the second for WARNING.
 NOISE_KPA = (0.03, 0.1)
-SUPPLY_SPREAD_MV = 50.0
 GAP_S = (0.05, 0.25)
-LOST_SHARE = 0.01
+SUPPLY_SPREAD_MV = 50.0
+MAX_LOST_SHARE = 0.01
 
-LATE = (
-    "nothing was lost: the board's clock, a busy machine, or an emulated board that is slower than a real one"
+SLOW_CLOCK = (
+    "no sample was lost: the board's clock is off, the machine is overloaded, or an emulated board is slower "
+    "than a real board"
 )
-CABLE = "look at cable, plug and earth; keep the cable away from motors; another USB port, no hub"
+CABLE = "check cable, plug and earth; keep the cable away from motors; use another USB port, and no hub"
 
 
 def board_checks(hello: Hello, since_opened_s: float) -> list[Check]:
-    """Who answered, `since_opened_s` after the port was opened."""
-    kind = BoardKind(hello.board).name.lower() if hello.board in tuple(BoardKind) else f"kind {hello.board}"
-    found = f"{kind}, firmware {hello.firmware >> 8}.{hello.firmware & 0xFF}, serial {hello.serial}"
+    """Return the checks of the board's identification, `since_opened_s` after the port was opened."""
     known = hello.board in tuple(BoardKind)
-    advice = "a simulated or emulated board has no balloon; flash the firmware that came with this release"
+    kind = BoardKind(hello.board).name.lower() if known else f"kind {hello.board}"
+    finding = f"{kind}, firmware {hello.firmware >> 8}.{hello.firmware & 0xFF}, serial {hello.serial}"
+    advice = "the kind of board is unknown; flash the firmware of this release: pneuforce flash"
     up_s = hello.uptime_ms * 1e-3
     reset = "yes" if up_s < since_opened_s else "no"
     return [
-        graded("board", found, advice, good=known, usable=True),
+        graded("board", finding, advice, passed=known, usable=True),
         graded(
             "reset by opening",
             f"{reset}: up for {up_s:.1f} s, {since_opened_s:.1f} s after the port was opened",
             "any program that opens the port vents the balloon: cut RESET-EN, or 10 µF from RESET to ground",
-            good=up_s >= since_opened_s,
+            passed=up_s >= since_opened_s,
             usable=True,
         ),
     ]
 
 
 def signal_checks(examination: Examination) -> list[Check]:
-    """What came while the rig was listened to."""
-    rows = examination.rows_of(Stage.LISTENING)
-    if len(rows) < SAMPLES_PER_S // 10:
-        return [Check("samples", Verdict.BAD, f"{len(rows)} samples", CABLE), _latched(examination)]
+    """Return the checks of the samples that were observed while no valve moved."""
+    samples = examination.samples_of(ExaminationStage.OBSERVING)
+    if len(samples) < SAMPLES_PER_S // 10:
+        missing = Check("samples", CheckResult.FAIL, f"{len(samples)} samples", CABLE)
+        return [missing, _latched_faults(examination)]
     return [
-        _rate(rows, examination),
-        _gaps(examination.rows, examination.until_s),
+        _rate(samples, examination),
+        _gaps(examination.samples, examination.until_s),
         _clock(examination),
-        _supply(rows),
-        *_sensor(rows),
-        _latched(examination),
+        _supply(samples),
+        *_sensor(samples),
+        _latched_faults(examination),
     ]
 
 
-def _rate(rows: list[Row], examination: Examination) -> Check:
-    lost, refused = examination.losses
-    per_s = (len(rows) - 1) / (rows[-1].t_s - rows[0].t_s) if rows[-1].t_s > rows[0].t_s else math.nan
-    found = f"{per_s:.1f} per s of {SAMPLES_PER_S}; {lost} lost, {refused} damaged"
-    good = not lost + refused and abs(per_s / SAMPLES_PER_S - 1) <= OFF_ERROR
-    advice = CABLE if lost + refused else LATE
-    return graded("samples", found, advice, good=good, usable=lost + refused <= LOST_SHARE * len(rows))
+def _rate(samples: list[ExaminedSample], examination: Examination) -> Check:
+    lost, rejected = examination.losses
+    span_s = samples[-1].t_s - samples[0].t_s
+    per_s = (len(samples) - 1) / span_s if span_s > 0 else math.nan
+    finding = f"{per_s:.1f} per s of {SAMPLES_PER_S}; {lost} lost, {rejected} damaged"
+    passed = not lost + rejected and abs(per_s / SAMPLES_PER_S - 1) <= CLOCK_FAULT_ERROR
+    advice = CABLE if lost + rejected else SLOW_CLOCK
+    usable = lost + rejected <= MAX_LOST_SHARE * len(samples)
+    return graded("samples", finding, advice, passed=passed, usable=usable)
 
 
-def _gaps(rows: list[Row], until_s: float) -> Check:
-    longest_s = max(b - a for a, b in pairwise([*(row.heard_s for row in rows), until_s]))
-    advice = "USB latency timer, or a busy machine: after 250 ms the board closes its inlet"
-    found = f"longest {longest_s * 1e3:.0f} ms"
-    return graded("gaps", found, advice, good=longest_s <= GAP_S[0], usable=longest_s <= GAP_S[1])
+def _gaps(samples: list[ExaminedSample], until_s: float) -> Check:
+    times_s = [*(sample.received_s for sample in samples), until_s]
+    longest_s = max(b - a for a, b in pairwise(times_s))
+    advice = "USB latency timer, or an overloaded machine: after 250 ms the board closes its inlet"
+    finding = f"longest {longest_s * 1e3:.0f} ms"
+    return graded("gaps", finding, advice, passed=longest_s <= GAP_S[0], usable=longest_s <= GAP_S[1])
 
 
 def _clock(examination: Examination) -> Check:
     error = examination.link.clock.rate_error
     if math.isnan(error):
-        return unchecked("board clock", "too short a look")
-    advice = "the board's resonator is off, and its times and limits with it; use another board"
-    good, usable = (abs(error) <= most for most in (RESONATOR_ERROR, OFF_ERROR))
-    return graded("board clock", f"{error * 100:+.3f} %", advice, good=good, usable=usable)
+        return unchecked("board clock", "the observed time was too short")
+    advice = "the board's resonator is off, and therefore its times and limits are wrong; use another board"
+    passed, usable = (abs(error) <= limit for limit in (RESONATOR_TOLERANCE, CLOCK_FAULT_ERROR))
+    return graded("board clock", f"{error * 100:+.3f} %", advice, passed=passed, usable=usable)
 
 
-def _supply(rows: list[Row]) -> Check:
-    low, high = min(row.supply_mv for row in rows), max(row.supply_mv for row in rows)
-    within = SUPPLY_MV[0] <= low and high <= SUPPLY_MV[1]
-    found = f"{low / 1e3:.3f} to {high / 1e3:.3f} V"
-    return graded("supply", found, SUPPLY, good=within and high - low <= SUPPLY_SPREAD_MV, usable=within)
+def _supply(samples: list[ExaminedSample]) -> Check:
+    low, high = min(sample.supply_mv for sample in samples), max(sample.supply_mv for sample in samples)
+    in_range = SUPPLY_MV[0] <= low and high <= SUPPLY_MV[1]
+    finding = f"{low / 1e3:.3f} to {high / 1e3:.3f} V"
+    steady = high - low <= SUPPLY_SPREAD_MV
+    return graded("supply", finding, SUPPLY, passed=in_range and steady, usable=in_range)
 
 
-def _sensor(rows: list[Row]) -> list[Check]:
-    vented = [row for row in rows if row.state == BoardState.VENTED]
-    broken = sum(row.frozen or not math.isfinite(row.nominal_kpa) for row in rows)
-    if broken:
-        found = f"{broken} of {len(rows)} samples tell nothing: open, short or stuck"
-        return [Check("sensor", Verdict.BAD, found, SENSOR)]
-    if len(vented) < len(rows) / 2:
-        return [_zero_of_an_unvented(rows)]
-    readings = [row.nominal_kpa for row in vented]
-    zero_kpa, noise_kpa = fmean(readings), pstdev(readings)
-    advice = f"the data sheet allows ±{ZERO_SPAN_KPA} kPa: is the tube open to the air? another sensor"
-    good = abs(zero_kpa) <= ZERO_SPAN_KPA
-    quiet, usable = (0.0 < noise_kpa <= most for most in NOISE_KPA)
-    noisy = "none at all: stuck; much: 5 V, earth, the sensor's 1 µF and 10 nF"
+def _sensor(samples: list[ExaminedSample]) -> list[Check]:
+    vented = [sample for sample in samples if sample.state == BoardState.VENTED]
+    invalid = sum(sample.frozen or not math.isfinite(sample.nominal_kpa) for sample in samples)
+    if invalid:
+        finding = f"{invalid} of {len(samples)} samples are invalid: open, short or frozen"
+        return [Check("sensor", CheckResult.FAIL, finding, SENSOR)]
+    if len(vented) < len(samples) / 2:
+        return [_zero_of_unvented_rig(samples)]
+    readings_kpa = [sample.nominal_kpa for sample in vented]
+    zero_kpa, noise_kpa = fmean(readings_kpa), pstdev(readings_kpa)
+    zero_advice = f"the data sheet allows ±{ZERO_SPAN_KPA} kPa: is the tube open to the air? another sensor"
+    zero_passed = abs(zero_kpa) <= ZERO_SPAN_KPA
+    quiet, usable = (0.0 < noise_kpa <= limit_kpa for limit_kpa in NOISE_KPA)
+    noise_advice = (
+        "no noise at all: the sensor is frozen; much noise: check 5 V, earth, the sensor's 1 µF and 10 nF"
+    )
+    noise = f"{noise_kpa * 1e3:.1f} Pa rms"
     return [
-        graded("sensor zero", f"{zero_kpa:+.3f} kPa", advice, good=good, usable=False),
-        graded("sensor noise", f"{noise_kpa * 1e3:.1f} Pa rms", noisy, good=quiet, usable=usable),
+        graded("sensor zero", f"{zero_kpa:+.3f} kPa", zero_advice, passed=zero_passed, usable=False),
+        graded("sensor noise", noise, noise_advice, passed=quiet, usable=usable),
     ]
 
 
-def _zero_of_an_unvented(rows: list[Row]) -> Check:
-    mean_kpa = fmean(row.nominal_kpa for row in rows)
-    found = f"{mean_kpa:+.3f} kPa, and the board does not say that it is vented"
-    if rows[-1].state == BoardState.TRIPPED and abs(mean_kpa) <= ZERO_SPAN_KPA:
-        return unchecked("sensor zero", f"{found}: it has tripped, see faults")
-    return Check("sensor zero", Verdict.BAD, found, "is the balloon inflated? open the tube to the air")
+def _zero_of_unvented_rig(samples: list[ExaminedSample]) -> Check:
+    mean_kpa = fmean(sample.nominal_kpa for sample in samples)
+    finding = f"{mean_kpa:+.3f} kPa, and the board does not report that it is vented"
+    if samples[-1].state == BoardState.TRIPPED and abs(mean_kpa) <= ZERO_SPAN_KPA:
+        return unchecked("sensor zero", f"{finding}: it has tripped, see faults")
+    advice = "is the balloon inflated? open the tube to the air"
+    return Check("sensor zero", CheckResult.FAIL, finding, advice)
 
 
-def _latched(examination: Examination) -> Check:
+def _latched_faults(examination: Examination) -> Check:
     faults = examination.instrument.faults
-    found = ", ".join(name_of(fault) for fault in faults) or "none"
-    return graded("faults", found, causes_of(faults), good=not faults, usable=False)
+    finding = ", ".join(name_of(fault) for fault in faults) or "none"
+    return graded("faults", finding, causes_of(faults), passed=not faults, usable=False)

@@ -1,20 +1,24 @@
-"""The zero of the pressure sensor: what it reads at no pressure."""
+"""Zero adjustment of the pressure sensor (VIM 4.12)."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-from instrument.rig.limits import ZERO_SPAN_KPA
-from instrument.rig.link import BRIDGED_S
+from pneuforce.instrument.rig.link import MAX_SAMPLE_SPAN_S
+from pneuforce.protocol.limits import ZERO_SPAN_KPA
 
+#: A vented reading is steady if it stays within this span for this time.
 STEADY_KPA = 0.05
 STEADY_S = 0.5
 
 
 @dataclass(slots=True)
-class Zero:
-    """What the sensor reads at no pressure, taken only from a vented and steady rig; undoable."""
+class ZeroAdjustment:
+    """Zero of the pressure sensor: its reading at no pressure, taken only from a vented and steady rig.
+
+    The previous zero is kept and can be restored.
+    """
 
     zero_kpa: float = math.nan
     previous_kpa: float = math.nan
@@ -25,38 +29,38 @@ class Zero:
 
     @property
     def taken(self) -> bool:
-        """Whether there is a zero."""
+        """Return True if there is a zero."""
         return math.isfinite(self.zero_kpa)
 
     def observe(self, nominal_kpa: float, vented: bool, dt_s: float) -> None:
-        """Follow the filtered reading; it is steady when it stays within 0.05 kPa for 0.5 s while vented."""
+        """Use one filtered reading, `dt_s` after the last one, to find out if the vented rig is steady."""
         self._latest_kpa = nominal_kpa
         low, high = min(self._low_kpa, nominal_kpa), max(self._high_kpa, nominal_kpa)
         if vented and high - low <= STEADY_KPA:
             self._low_kpa, self._high_kpa = low, high
-            self._steady_s += min(dt_s, BRIDGED_S)
+            self._steady_s += min(dt_s, MAX_SAMPLE_SPAN_S)
         else:
             self._low_kpa = self._high_kpa = nominal_kpa
             self._steady_s = 0.0
 
     @property
-    def possible(self) -> bool:
-        """Whether a zero may be taken now."""
+    def can_take(self) -> bool:
+        """Return True if the reading is steady and within the permitted span of the zero."""
         return self._steady_s >= STEADY_S and -ZERO_SPAN_KPA <= self._latest_kpa <= ZERO_SPAN_KPA
 
     def take(self) -> bool:
-        """Take the zero from the steady reading; False where that is not possible now."""
-        if not self.possible:
+        """Take the zero from the steady reading. Return False if `can_take` is False."""
+        if not self.can_take:
             return False
         self.previous_kpa, self.zero_kpa = self.zero_kpa, self._latest_kpa
         return True
 
-    def forget(self) -> None:
-        """There is another sensor now: no zero, and none to go back to."""
+    def clear(self) -> None:
+        """Discard the zero and the previous zero, because the sensor was replaced."""
         self.zero_kpa = self.previous_kpa = math.nan
 
-    def undo(self) -> bool:
-        """Go back to the zero before this one; False where there was none."""
+    def restore_previous(self) -> bool:
+        """Exchange the zero and the previous zero. Return False if there is no previous zero."""
         if not math.isfinite(self.previous_kpa):
             return False
         self.zero_kpa, self.previous_kpa = self.previous_kpa, self.zero_kpa

@@ -1,26 +1,27 @@
-"""The force model: pure physics, numbers in, numbers out. Pressures are gauge kPa, lengths mm, forces N.
+"""Force model: pure functions from pressures to force. Pressures are gauge kPa, lengths mm, forces N.
 
-kPa·mm² is mN, so a factor 1e-3 turns pressure times area into newtons. Equation numbers are those of
-Gaudeni & Prattichizzo, "A Mathematical Model of the Pneumatic Force Sensor for Robot-assisted Surgery".
+1 kPa·mm² is 1 mN, so a factor of 1e-3 turns pressure times area into newtons. Equation numbers refer to
+Gaudeni & Prattichizzo, "A Mathematical Model of the Pneumatic Force Sensor for Robot-assisted Surgery"
+("the paper").
 """
 
-from instrument.model.balloon import Balloon, Circuit
-from instrument.model.correction import Correction
-from instrument.model.force import Estimate, contact
-from instrument.model.law import LIVE, PAPER, Law
-from instrument.model.low_end import estimate
-from instrument.model.methods import METHODS, Method
+from pneuforce.instrument.model.balloon import Balloon, Circuit
+from pneuforce.instrument.model.correction import ForceCorrection
+from pneuforce.instrument.model.force import ContactEstimate, solve_contact
+from pneuforce.instrument.model.law import LIVE_LAW, PAPER_LAW, ForceLaw
+from pneuforce.instrument.model.low_rise import estimate
+from pneuforce.instrument.model.methods import METHODS, ForceMethod
 
 __all__ = [
-    "LIVE",
+    "LIVE_LAW",
     "METHODS",
-    "PAPER",
+    "PAPER_LAW",
     "Balloon",
     "Circuit",
-    "Correction",
-    "Estimate",
-    "Law",
-    "Method",
-    "contact",
+    "ContactEstimate",
+    "ForceCorrection",
+    "ForceLaw",
+    "ForceMethod",
     "estimate",
+    "solve_contact",
 ]

@@ -1,4 +1,4 @@
-"""What the sensor is made of, and its shape when inflated without contact."""
+"""Balloon and gas circuit: material constants, and the shape of the inflated balloon without contact."""
 
 from __future__ import annotations
 
@@ -6,30 +6,30 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-#: A float, a complex number (for exact derivatives) or an array: the equations are the same for each.
+#: A float, an array, or a complex number (for complex-step derivatives). The equations are the same for each.
 Number = Any
 
 #: Range of ΔP_i that the paper validated [kPa].
 VALID_LOW_KPA = 4.95
 VALID_HIGH_KPA = 11.45
-#: Rise below which the paper interpolates the force to zero [kPa].
-LOWEST_RISE_KPA = 0.5
+#: Smallest rise ΔP_f − ΔP_i at which the force law holds [kPa]. Below, the force is interpolated to zero.
+MIN_RISE_KPA = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Balloon:
-    """The latex membrane of the paper (Section IV-A) and its measured radius (Section IV-B, Fig. 4)."""
+    """Latex membrane of the paper (Section IV-A) and its measured radius (Section IV-B, Fig. 4)."""
 
-    young_kpa: float = 2000.0
-    poisson: float = 0.5
-    rest_radius_mm: float = 7.503
-    rest_thickness_mm: float = 0.2
+    young_kpa: float = 2000.0  #: E
+    poisson: float = 0.5  #: ν
+    rest_radius_mm: float = 7.503  #: R_0
+    rest_thickness_mm: float = 0.2  #: h_0
     radius_linear_mm_per_kpa: float = 44.652e-3
     radius_quadratic_mm_per_kpa2: float = 5.9695e-3
-    switch_kpa: float = 8.85  #: above this ΔP_i the stretching energy is (4), below it (5)
+    switch_kpa: float = 8.85  #: ΔP_i above which eq. (4) gives the stretching energy; below, eq. (5)
 
     def radius_mm(self, pressure_kpa: Number) -> Number:
-        """Radius R_i [mm] of the free balloon at gauge pressure ΔP_i (quadratic of Fig. 4)."""
+        """Return the radius R_i [mm] of the free balloon at gauge pressure ΔP_i (quadratic of Fig. 4)."""
         return (
             self.rest_radius_mm
             + (self.radius_quadratic_mm_per_kpa2 * pressure_kpa + self.radius_linear_mm_per_kpa)
@@ -37,25 +37,25 @@ class Balloon:
         )
 
     def thickness_mm(self, radius_mm: Number) -> Number:
-        """Membrane thickness h [mm] at radius R_i: the membrane's own volume is constant."""
+        """Return the membrane thickness h [mm] at radius R_i. The volume of the membrane is constant."""
         return self.rest_thickness_mm * (self.rest_radius_mm / radius_mm) ** 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Circuit:
-    """The gas around the balloon: volume V_c of all pipes, and the pressure P_0 outside the balloon."""
+    """Gas circuit of the balloon: volume V_c of all pipes, and the pressure P_0 outside the balloon."""
 
     volume_mm3: float = 12.68e3
     ambient_kpa: float = 101.325
-    #: Exponent n of the gas during a contact: 1 isothermal (the paper's), 1.4 adiabatic.
+    #: Polytropic exponent n of the gas during a contact: 1 is isothermal (as in the paper), 1.4 is adiabatic.
     polytropic: float = 1.0
 
 
-def sphere_volume(radius_mm: Number) -> Number:
-    """Volume [mm³] of a sphere."""
+def sphere_volume_mm3(radius_mm: Number) -> Number:
+    """Return the volume [mm³] of a sphere."""
     return (4 / 3 * math.pi) * radius_mm**3
 
 
-def within(x: Number, low: float, high: float) -> Number:
-    """The nearest number of a span; floats or arrays."""
+def clamp(x: Number, low: float, high: float) -> Number:
+    """Return `x` limited to the span from `low` to `high`. `x` is a float or an array."""
     return (abs(x - low) - abs(x - high) + low + high) / 2

@@ -1,68 +1,69 @@
-"""From two pressures to one force: the bare law."""
+"""Solution of one contact: from two pressures to force and indentation by the force law."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-from instrument.model.balloon import Balloon, Circuit, Number
-from instrument.model.law import PAPER, Law
-from instrument.model.methods import METHODS, Method
-from instrument.model.pressed import Pressed
-from instrument.model.root import root_above
+from pneuforce.instrument.model.balloon import Balloon, Circuit, Number
+from pneuforce.instrument.model.contact_geometry import ContactGeometry
+from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
+from pneuforce.instrument.model.methods import METHODS, ForceMethod
+from pneuforce.instrument.model.root import find_root
 
 
-class Estimate(NamedTuple):
-    """One contact: floats, or arrays of one shape; NaN where the model has no answer."""
+class ContactEstimate(NamedTuple):
+    """Solved contact: floats, or arrays of one shape. NaN if the force law has no solution."""
 
     force_n: Number
-    indentation_mm: Number
-    contact_radius_mm: Number
+    indentation_mm: Number  #: d
+    contact_radius_mm: Number  #: a
     radius_mm: Number  #: R_i
     radius_final_mm: Number  #: R_f
 
 
-#: Samples solved at a time: what fits into a processor's cache is five times faster.
-BLOCK = 4096
-NO_FORCE = Estimate(math.nan, math.nan, math.nan, math.nan, math.nan)
+#: Contacts that are solved at a time. A block that fits into the processor cache is five times faster.
+BLOCK_SIZE = 4096
+NO_FORCE = ContactEstimate(math.nan, math.nan, math.nan, math.nan, math.nan)
 
 
-def contact(
-    initial_kpa: Number, final_kpa: Number, balloon: Balloon, circuit: Circuit, law: Law = PAPER
-) -> Estimate:
-    """The contact that raised the gauge pressure from ΔP_i to ΔP_f: eq. (8) = (1) solved for d, F by (1).
+def solve_contact(
+    baseline_kpa: Number, final_kpa: Number, balloon: Balloon, circuit: Circuit, law: ForceLaw = PAPER_LAW
+) -> ContactEstimate:
+    """Return the contact that raises the gauge pressure from ΔP_i to ΔP_f.
 
-    Floats in, floats out; arrays broadcast. NaN where there is no physical root (V_b ≤ 0, for one).
-    This is the bare law: it does not go to 0 with the rise (see `low_end.estimate`).
+    Solves eq. (8) = (1) for d, then computes F by eq. (1). Floats give floats; arrays are broadcast. The
+    result is NaN if there is no physical root, for example if V_b ≤ 0. The force does not go to 0 with the
+    rise; `low_rise.estimate` interpolates it to zero.
     """
     method = METHODS[law.method]
-    if isinstance(initial_kpa, float) and isinstance(final_kpa, float):
-        if not math.isfinite(initial_kpa + final_kpa):
+    if isinstance(baseline_kpa, float) and isinstance(final_kpa, float):
+        if not math.isfinite(baseline_kpa + final_kpa):
             return NO_FORCE
-        weight = law.small_strain(initial_kpa, balloon)
-        return _solve(Pressed.between(initial_kpa, final_kpa, weight, balloon, circuit), method)
+        weight = law.small_strain_weight(baseline_kpa, balloon)
+        return _solve(ContactGeometry.between(baseline_kpa, final_kpa, weight, balloon, circuit), method)
 
     import numpy as np
 
-    initial, final = np.broadcast_arrays(np.asarray(initial_kpa, float), np.asarray(final_kpa, float))
-    whole = Estimate(*(np.empty(initial.shape) for _ in Estimate._fields))
-    flat_initial, flat_final = initial.ravel(), final.ravel()
+    baseline, final = np.broadcast_arrays(np.asarray(baseline_kpa, float), np.asarray(final_kpa, float))
+    result = ContactEstimate(*(np.empty(baseline.shape) for _ in ContactEstimate._fields))
+    flat_baseline, flat_final = baseline.ravel(), final.ravel()
     with np.errstate(all="ignore"):
-        for start in range(0, initial.size, BLOCK):
-            block = slice(start, start + BLOCK)
-            p, q = flat_initial[block], flat_final[block]
+        for start in range(0, baseline.size, BLOCK_SIZE):
+            block = slice(start, start + BLOCK_SIZE)
+            p, q = flat_baseline[block], flat_final[block]
             p = np.where(np.isfinite(p + q), p, np.nan)
-            weight = law.small_strain(p, balloon)
-            part = _solve(Pressed.between(p, q, weight, balloon, circuit), method)
-            for values, solved in zip(whole, part, strict=True):
+            weight = law.small_strain_weight(p, balloon)
+            solved_block = _solve(ContactGeometry.between(p, q, weight, balloon, circuit), method)
+            for values, solved in zip(result, solved_block, strict=True):
                 values.reshape(-1)[block] = solved
-    return whole
+    return result
 
 
-def _solve(pressed: Pressed, method: Method) -> Estimate:
-    R = pressed.radius_mm
-    low, high = method.lowest_mm(pressed), R * (1 - 1e-9)
-    d = root_above(lambda d: method.balance(d, pressed), low, high, low + 0.4 * (high - low))
-    rf = method.final_radius_mm(d, pressed)
+def _solve(geometry: ContactGeometry, method: ForceMethod) -> ContactEstimate:
+    R = geometry.radius_mm
+    low, high = method.lower_bound_mm(geometry), R * (1 - 1e-9)
+    d = find_root(lambda d: method.balance(d, geometry), low, high, low + 0.4 * (high - low))
+    rf = method.final_radius_mm(d, geometry)
     a_squared = rf * rf - (R - d) ** 2
-    return Estimate(1e-3 * math.pi * pressed.final_kpa * a_squared, d, a_squared**0.5, R, rf)
+    return ContactEstimate(1e-3 * math.pi * geometry.final_kpa * a_squared, d, a_squared**0.5, R, rf)

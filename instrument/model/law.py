@@ -1,41 +1,43 @@
-"""Which law turns two pressures into a force: the method, and how its step and its low end are treated."""
+"""Force law: the method that computes a force from two pressures, and the variants of this method."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal
 
-from instrument.model.balloon import Balloon, Number, within
+from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 
 MethodName = Literal["energetic", "lulevich", "shanahan"]
 Switch = Literal["paper", "blend"]
 Low = Literal["line", "smooth"]
-#: The blend reaches this far to either side of the switch; beyond, it is the paper's law.
+#: Half width of the blend around `Balloon.switch_kpa`. Outside, both variants of `switch` are the same law.
 BLEND_KPA = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Law:
-    """The paper's law by default.
+class ForceLaw:
+    """Choice of the force law. The default is the law of the paper.
 
-    `switch`: from stretching energy (5) to (4) at once at 8.85 kPa, or blended within ± 1 kPa. `low`: below
-    a rise of 0.5 kPa a straight line to zero, or a curve that joins the law smoothly and starts as √rise.
+    `switch` selects the change from stretching energy (5) to (4) at ΔP_i = 8.85 kPa: "paper" is a step,
+    "blend" is a gradual change within ±1 kPa. `low` selects the force below a rise of 0.5 kPa: "line" is a
+    straight line to zero, "smooth" is a curve that starts as √rise and joins the law without a kink.
     """
 
     method: MethodName = "energetic"
     switch: Switch = "paper"
     low: Low = "line"
 
-    def small_strain(self, initial_kpa: Number, balloon: Balloon) -> Number:
-        """Weight of stretching energy (4) at ΔP_i, the rest goes to (5); NaN stays NaN."""
-        above = initial_kpa - balloon.switch_kpa
+    def small_strain_weight(self, baseline_kpa: Number, balloon: Balloon) -> Number:
+        """Return the weight of stretching energy (4) at ΔP_i; 1 − weight goes to (5). NaN stays NaN."""
+        above = baseline_kpa - balloon.switch_kpa
         if self.switch == "paper":
             return (above.real > 0) * 1.0
-        t = within(0.5 + above.real / (2 * BLEND_KPA), 0.0, 1.0)
+        t = clamp(0.5 + above.real / (2 * BLEND_KPA), 0.0, 1.0)
         slope = 3 * t * (1 - t) / BLEND_KPA
-        return t * t * (3 - 2 * t) + slope * (above - above.real)  # which carries a complex step on
+        # The last term is zero for real numbers. It keeps the imaginary part of a complex-step derivative.
+        return t * t * (3 - 2 * t) + slope * (above - above.real)
 
 
-PAPER = Law()
-#: What measures better on the simulated rubber balloon, see docs/model.md.
-LIVE = Law(switch="blend", low="line")
+PAPER_LAW = ForceLaw()
+#: Default of the live instrument: more accurate on the simulated rubber balloon, see docs/model.md.
+LIVE_LAW = ForceLaw(switch="blend", low="line")

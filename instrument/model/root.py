@@ -1,4 +1,4 @@
-"""A safeguarded Newton root, for floats and for arrays without a Python loop over samples."""
+"""Root finding by a safeguarded Newton method, for floats and (without a Python loop over samples) arrays."""
 
 from __future__ import annotations
 
@@ -6,57 +6,58 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from instrument.model.balloon import Number
+from pneuforce.instrument.model.balloon import Number
 
 TOLERANCE_MM = 1e-10
-MOST_STEPS = 60
+MAX_ITERATIONS = 60
 
 Balance = Callable[[Number], tuple[Number, Number]]
 
 
-def root_above(balance: Balance, low: Number, high: Number, start: Number) -> Number:
-    """The root of `balance` (value and slope at x) in [low, high], negative below it and positive above.
+def find_root(balance: Balance, low: Number, high: Number, start: Number) -> Number:
+    """Return the root of `balance` between `low` and `high`, NaN if there is none.
 
-    Newton's step is taken where it stays within the bracket, else the bracket is halved. NaN where the
-    bracket is empty or the balance is not negative at `low`: there is no physical root.
+    `balance` returns value and slope at x. The value is negative below the root and positive above. A Newton
+    step that leaves the bracket is replaced by a bisection. There is no root if the bracket is empty or if
+    the value at `low` is not negative.
     """
     if isinstance(low, float):
-        return _root_of_floats(balance, low, float(high), float(start))
-    return _root_of_arrays(balance, low, high, start)
+        return _find_float_root(balance, low, float(high), float(start))
+    return _find_array_root(balance, low, high, start)
 
 
-def _root_of_floats(balance: Balance, low: float, high: float, x: float) -> float:
+def _find_float_root(balance: Balance, low: float, high: float, x: float) -> float:
     if not low < high or not balance(low)[0] < 0:
         return math.nan
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         value, slope = balance(x)
         if value > 0:
             high = x
         else:
             low = x
-        following = x - value / slope if slope else math.nan
-        if not low <= following <= high:
-            following = 0.5 * (low + high)
-        if abs(following - x) < TOLERANCE_MM:
-            return following
-        x = following
+        next_x = x - value / slope if slope else math.nan
+        if not low <= next_x <= high:
+            next_x = 0.5 * (low + high)
+        if abs(next_x - x) < TOLERANCE_MM:
+            return next_x
+        x = next_x
     return x
 
 
-def _root_of_arrays(balance: Balance, low: Any, high: Any, x: Any) -> Any:
+def _find_array_root(balance: Balance, low: Any, high: Any, x: Any) -> Any:
     import numpy as np
 
     with np.errstate(all="ignore"):
-        possible = (low < high) & (balance(low)[0] < 0)
-        for _ in range(MOST_STEPS):
+        has_root = (low < high) & (balance(low)[0] < 0)
+        for _ in range(MAX_ITERATIONS):
             value, slope = balance(x)
             above = value > 0
             low, high = np.where(above, low, x), np.where(above, x, high)
-            following = x - value / slope
-            inside = (low <= following) & (following <= high)
-            following = np.where(inside, following, 0.5 * (low + high))
-            moved = np.abs(following - x)
-            x = following
-            if not np.any(moved[possible] >= TOLERANCE_MM):
+            next_x = x - value / slope
+            inside = (low <= next_x) & (next_x <= high)
+            next_x = np.where(inside, next_x, 0.5 * (low + high))
+            step = np.abs(next_x - x)
+            x = next_x
+            if not np.any(step[has_root] >= TOLERANCE_MM):
                 break
-        return np.where(possible, x, np.nan)
+        return np.where(has_root, x, np.nan)

@@ -1,4 +1,4 @@
-"""The standard uncertainty of a force: u² = inputs² + model², by exact derivatives of the law."""
+"""Standard uncertainty of a force: u² = inputs² + model², with exact derivatives of the force law."""
 
 from __future__ import annotations
 
@@ -7,137 +7,160 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from instrument.model.balloon import Balloon
-from instrument.model.derivatives import Derivatives
-from instrument.model.law import MethodName
+from pneuforce.instrument.model.balloon import Balloon
+from pneuforce.instrument.model.derivatives import ContactDifferentiator
+from pneuforce.instrument.model.law import MethodName
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InputErrors:
-    """Standard uncertainties of what goes into the model."""
+class InputUncertainties:
+    """Standard uncertainties of the inputs of the force law."""
 
-    #: Of ΔP_i: 0.7 counts rms (0.038 kPa), 16 conversions averaged, and smoothed while the balloon is free.
-    initial_noise_kpa: float = 0.002
-    #: Of ΔP_f in the balloon now, its lag undone: what the Kalman filter of a tube of 60 ms lets through.
+    #: Of ΔP_i: 0.7 counts rms (0.038 kPa), mean of 16 conversions, then smoothed while the balloon is free.
+    baseline_noise_kpa: float = 0.002
+    #: Of ΔP_f in the balloon, after lag compensation: output noise of the Kalman filter of a 60 ms tube.
     final_noise_kpa: float = 0.026
-    #: MPXV5050DP after its zero: ± 1 % of the reading, taken as rectangular, common to both pressures.
+    #: Of the gain, common to both pressures: MPXV5050DP after zero adjustment, ±1 % of reading, rectangular.
     gain: float = 0.01 / math.sqrt(3)
-    radius_mm: float = 0.03  #: residual of the quadratic of Fig. 4, and the caliper
-    volume_mm3: float = 100.0  #: V_c
-    ambient_kpa: float = 1.0  #: P_0: the weather
-    young_kpa: float = 100.0  #: E of natural latex from one lot to the next
-    rest_thickness_mm: float = 0.005  #: h_0
-    poisson: float = 0.005  #: ν
-    #: n from 1.0 (isothermal) to 1.2 (half of adiabatic): root mean square distance from 1.0.
+    radius_mm: float = 0.03  #: of R_i: residual of the quadratic of Fig. 4, and the caliper
+    volume_mm3: float = 100.0  #: of V_c
+    ambient_kpa: float = 1.0  #: of P_0: the weather
+    young_kpa: float = 100.0  #: of E: differences between lots of natural latex
+    rest_thickness_mm: float = 0.005  #: of h_0
+    poisson: float = 0.005  #: of ν
+    #: Of n, which lies between 1.0 (isothermal) and 1.2 (half of adiabatic): rms distance to 1.0.
     polytropic: float = 0.2 / math.sqrt(3)
-    drift_kpa_per_s: float = 0.0005  #: of the baseline while a contact hides it: creep and leak
+    drift_kpa_per_s: float = 0.0005  #: of the baseline during a contact: creep and leak
 
-    def at_rest(self, initial_kpa: float, final_kpa: float, contact_s: float) -> Pressures:
-        """Two pressures that do not move, `contact_s` after the balloon was free."""
-        initial_std_kpa = self.initial_std_kpa(contact_s, 0.0)
-        return Pressures(initial_kpa, final_kpa, initial_std_kpa, self.final_noise_kpa)
+    def at_rest(self, baseline_kpa: float, final_kpa: float, contact_s: float) -> MeasuredPressures:
+        """Return two constant pressures, `contact_s` after the start of the contact."""
+        baseline_std_kpa = self.baseline_std_kpa(contact_s, 0.0)
+        return MeasuredPressures(baseline_kpa, final_kpa, baseline_std_kpa, self.final_noise_kpa)
 
-    def initial_std_kpa(self, contact_s: float, drifted_kpa: float) -> float:
-        """Of ΔP_i, `contact_s` after the balloon was free, had it gone on drifting as was seen before."""
-        return math.hypot(self.initial_noise_kpa, drifted_kpa + self.drift_kpa_per_s * contact_s)
+    def baseline_std_kpa(self, contact_s: float, drifted_kpa: float) -> float:
+        """Return the standard uncertainty of ΔP_i [kPa], `contact_s` after the start of the contact.
+
+        `drifted_kpa` is the drift since then, if the drift that was measured before the contact continues.
+        """
+        return math.hypot(self.baseline_noise_kpa, drifted_kpa + self.drift_kpa_per_s * contact_s)
 
 
-class Printed(NamedTuple):
-    """Mean absolute errors of a method, as the paper prints them, as shares of the force."""
+class PublishedErrors(NamedTuple):
+    """Mean absolute errors of a method in the paper, relative to the force."""
 
-    below: float  #: up to `Balloon.switch_kpa`
+    below: float  #: at ΔP_i up to `Balloon.switch_kpa`
     above: float
 
 
-#: Energetic: 6.77 % above 8.85 kPa and 9.14 % over all 27 pressures, 11 of which lie above; so 10.8 % below.
-#: The older two: what is printed for ΔV/V_i < 0.2 is taken for all that lies below.
-PRINTED: Mapping[MethodName, Printed] = {
-    "energetic": Printed(below=0.1077, above=0.0677),
-    "lulevich": Printed(below=0.4388, above=0.1415),
-    "shanahan": Printed(below=0.5227, above=0.1412),
+#: Energetic: the paper states 6.77 % above 8.85 kPa and 9.14 % over all 27 pressures. 11 of the 27 are above
+#: 8.85 kPa, which gives 10.8 % below. Lulevich and Shanahan: below 8.85 kPa, the values that the paper states
+#: for ΔV/V_i < 0.2 are used.
+PUBLISHED_ERRORS: Mapping[MethodName, PublishedErrors] = {
+    "energetic": PublishedErrors(below=0.1077, above=0.0677),
+    "lulevich": PublishedErrors(below=0.4388, above=0.1415),
+    "shanahan": PublishedErrors(below=0.5227, above=0.1412),
 }
-#: The standard deviation of a normal error over its mean absolute value.
-STD_OF_MEAN = math.sqrt(math.pi / 2)
+#: Standard deviation of a normal error, divided by its mean absolute value.
+STD_OVER_MEAN_ABSOLUTE = math.sqrt(math.pi / 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelErrors:
-    """What the law itself is wrong by, as standard deviations: a share of the force, and newtons."""
+class ModelUncertainty:
+    """Standard uncertainty of the force law itself: a relative part and an absolute part."""
 
-    share_below: float = PRINTED["energetic"].below * STD_OF_MEAN  #: up to `Balloon.switch_kpa`
-    share_above: float = PRINTED["energetic"].above * STD_OF_MEAN
-    floor_n: float = 0.0
-    join: bool = True  #: whether line and smooth join below 0.5 kPa are equally likely
+    #: Relative to the force, at ΔP_i up to `Balloon.switch_kpa`.
+    relative_std_below: float = PUBLISHED_ERRORS["energetic"].below * STD_OVER_MEAN_ABSOLUTE
+    relative_std_above: float = PUBLISHED_ERRORS["energetic"].above * STD_OVER_MEAN_ABSOLUTE
+    absolute_std_n: float = 0.0
+    #: Include the difference between straight and smooth interpolation below 0.5 kPa.
+    interpolation: bool = True
 
     @classmethod
-    def of(cls, method: MethodName) -> ModelErrors:
-        """Those of a method without a calibration."""
-        printed = PRINTED[method]
-        return cls(share_below=printed.below * STD_OF_MEAN, share_above=printed.above * STD_OF_MEAN)
+    def of(cls, method: MethodName) -> ModelUncertainty:
+        """Return the uncertainty of a method without calibration."""
+        errors = PUBLISHED_ERRORS[method]
+        return cls(
+            relative_std_below=errors.below * STD_OVER_MEAN_ABSOLUTE,
+            relative_std_above=errors.above * STD_OVER_MEAN_ABSOLUTE,
+        )
 
-    def share(self, initial_kpa: float, balloon: Balloon) -> float:
-        """Share of the force at ΔP_i."""
-        return self.share_above if initial_kpa > balloon.switch_kpa else self.share_below
+    def relative_std(self, baseline_kpa: float, balloon: Balloon) -> float:
+        """Return the relative standard uncertainty at ΔP_i."""
+        return self.relative_std_above if baseline_kpa > balloon.switch_kpa else self.relative_std_below
 
 
-class Spread(NamedTuple):
-    """How a force reacts to its inputs, at one point of one contact."""
+class ForceSensitivity(NamedTuple):
+    """Sensitivity of a force to its inputs at one point of a contact."""
 
-    initial_n_per_kpa: float
+    baseline_n_per_kpa: float
     final_n_per_kpa: float
-    parameters_n: float  #: standard uncertainty by all that is neither pressure nor gain [N]
-    join_n: float = 0.0  #: distance between line and smooth join [N]
+    parameters_n: float  #: standard uncertainty due to all inputs except pressures and gain [N]
+    interpolation_n: float = 0.0  #: smooth minus straight interpolation [N]
 
 
-class Pressures(NamedTuple):
-    """Two pressures and how well they are known."""
+class MeasuredPressures(NamedTuple):
+    """Two pressures and their standard uncertainties."""
 
-    initial_kpa: float
+    baseline_kpa: float
     final_kpa: float
-    initial_std_kpa: float
+    baseline_std_kpa: float
     final_std_kpa: float
 
 
-#: Inputs that are fields of the balloon and of the circuit.
-OF_BALLOON = ("young_kpa", "rest_thickness_mm", "poisson")
-OF_CIRCUIT = ("volume_mm3", "ambient_kpa", "polytropic")
+#: Uncertain inputs that are fields of `Balloon` and of `Circuit`.
+BALLOON_PARAMETERS = ("young_kpa", "rest_thickness_mm", "poisson")
+CIRCUIT_PARAMETERS = ("volume_mm3", "ambient_kpa", "polytropic")
 
 
-def parameter_spreads_n(derivatives: Derivatives, errors: InputErrors) -> dict[str, float]:
-    """Standard uncertainty of the force [N] by each parameter, at a solved contact."""
-    slopes = {"radius_mm": derivatives.by(radius_error_mm=1.0)}
-    slopes |= {name: derivatives.by_balloon(name) for name in OF_BALLOON}
-    slopes |= {name: derivatives.by_circuit(name) for name in OF_CIRCUIT}
-    return {name: abs(slope.force_n) * getattr(errors, name) for name, slope in slopes.items()}
+def parameter_stds_n(
+    differentiator: ContactDifferentiator, uncertainties: InputUncertainties
+) -> dict[str, float]:
+    """Return the standard uncertainty of the force [N] due to each parameter, at a solved contact."""
+    derivatives = {"radius_mm": differentiator.by(radius_error_mm=1.0)}
+    derivatives |= {name: differentiator.by_balloon(name) for name in BALLOON_PARAMETERS}
+    derivatives |= {name: differentiator.by_circuit(name) for name in CIRCUIT_PARAMETERS}
+    return {
+        name: abs(derivative.force_n) * getattr(uncertainties, name)
+        for name, derivative in derivatives.items()
+    }
 
 
-def std_n(
+def force_std_n(
     force_n: float,
-    spread: Spread,
-    known: Pressures,
-    errors: InputErrors,
-    model: ModelErrors,
+    sensitivity: ForceSensitivity,
+    pressures: MeasuredPressures,
+    input_uncertainties: InputUncertainties,
+    model_uncertainty: ModelUncertainty,
     balloon: Balloon,
 ) -> float:
-    """Standard uncertainty of a force [N]."""
-    return math.hypot(*contributions_n(force_n, spread, known, errors, model, balloon))
+    """Return the combined standard uncertainty of a force [N]."""
+    return math.hypot(
+        *contributions_n(force_n, sensitivity, pressures, input_uncertainties, model_uncertainty, balloon)
+    )
 
 
 def contributions_n(
     force_n: float,
-    spread: Spread,
-    known: Pressures,
-    errors: InputErrors,
-    model: ModelErrors,
+    sensitivity: ForceSensitivity,
+    pressures: MeasuredPressures,
+    input_uncertainties: InputUncertainties,
+    model_uncertainty: ModelUncertainty,
     balloon: Balloon,
 ) -> tuple[float, ...]:
-    """Standard uncertainties [N] by ΔP_i, ΔP_f, the sensor's gain, parameters, the law, its join to zero."""
-    by_initial, by_final, parameters_n, join_n = spread
+    """Return the contributions to the standard uncertainty of a force [N].
+
+    In this order: ΔP_i, ΔP_f, gain of the sensor, parameters, force law, interpolation to zero. The first
+    three have the sign of their sensitivity.
+    """
+    by_baseline, by_final, parameters_n, interpolation_n = sensitivity
     return (
-        by_initial * known.initial_std_kpa,
-        by_final * known.final_std_kpa,
-        (by_initial * known.initial_kpa + by_final * known.final_kpa) * errors.gain,
+        by_baseline * pressures.baseline_std_kpa,
+        by_final * pressures.final_std_kpa,
+        (by_baseline * pressures.baseline_kpa + by_final * pressures.final_kpa) * input_uncertainties.gain,
         parameters_n,
-        math.hypot(force_n * model.share(known.initial_kpa, balloon), model.floor_n),
-        join_n / math.sqrt(3) if model.join else 0.0,
+        math.hypot(
+            force_n * model_uncertainty.relative_std(pressures.baseline_kpa, balloon),
+            model_uncertainty.absolute_std_n,
+        ),
+        interpolation_n / math.sqrt(3) if model_uncertainty.interpolation else 0.0,
     )

@@ -1,4 +1,7 @@
-"""A recording as it is read, also while it is written, after a kill, or cut short: what is whole, no more."""
+"""Reader of a recording, also while it is written, after a kill, or if the file is damaged.
+
+The reader returns rows only as far as they are intact.
+"""
 
 from __future__ import annotations
 
@@ -12,98 +15,100 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from instrument.errors import ConfigurationError
-from instrument.tape.entry import Decoder, Entry, Kind, TapeError
-from instrument.tape.measured import Measured
-from instrument.tape.schema import (
-    ASKED,
-    KINDS,
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.schema import (
+    SAMPLE_TYPES,
+    STOP_REQUESTED,
     TABLES,
-    How,
+    EndReason,
     checksum,
     sample_checksum,
     select_from,
 )
+from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEntry, StreamError
+from pneuforce.instrument.stream.sample_record import SampleRecord
 
-ROWS_AT_ONCE = 1000
-_BOOLS = [i for i, kind in enumerate(KINDS.values()) if kind is bool]
-LATEST_S = 1e11  #: three thousand years after the machine was switched on
-MISSING = "nothing was recorded, or it was copied without what lay beside it as -wal"
+ROWS_PER_QUERY = 1000
+MAX_TIME_S = 1e11  #: limit of a valid time: three thousand years after the start of the machine
+EMPTY_REASON = "nothing was recorded, or the file was copied without its -wal file"
+_BOOL_COLUMNS = [i for i, kind in enumerate(SAMPLE_TYPES.values()) if kind is bool]
 
 
-class Ending(NamedTuple):
-    """How a recording ended."""
+class RecordingEnd(NamedTuple):
+    """End of a recording and its reason."""
 
     t_s: float
-    how: str  #: a `How`
+    how: str  #: an `EndReason`
     why: str
-    samples: int  #: how many were recorded
+    samples: int  #: number of recorded samples
 
     @property
-    def asked(self) -> bool:
-        """Whether somebody wanted the end, of the recording or of the instrument."""
-        return self.how == How.STOPPED or (self.how, self.why) == (How.END, ASKED)
+    def requested(self) -> bool:
+        """Return True if a user stopped the recording or the instrument."""
+        return self.how == EndReason.STOPPED or (self.how, self.why) == (EndReason.END, STOP_REQUESTED)
 
 
 class Recording:
-    """A recording, open for reading: what of it was there at that moment.
+    """Recording that is open for reading, with the rows that existed when it was opened.
 
-    Its iterators end at the last whole row; `damage` says what was found there.
+    The iterators end at the last intact row. `damage` then describes why.
     """
 
     def __init__(self, path: Path, db: sqlite3.Connection) -> None:
-        """Raises ConfigurationError where nothing of a recording can be read."""
+        """Read the header of the recording. Raises ConfigurationError if the header cannot be read."""
         self.path = path
         self.damage = ""
         self._db = db
         self._last = self._last_numbers()
-        self.about: Mapping[str, Any] = {}  #: what BEGIN said, and when: `begin_s`
+        self.metadata: Mapping[str, Any] = {}  #: the header of the instrument, and its time `begin_s`
         try:
-            self.about = {key: json.loads(value) for key, value in self._rows("about")}
-            self.begin_s = float(self.about["begin_s"])
+            self.metadata = {key: json.loads(value) for key, value in self._rows("about")}
+            self.begin_s = float(self.metadata["begin_s"])
         except (KeyError, TypeError, ValueError, RecursionError):
-            raise ConfigurationError(f"{path} holds no recording ({self.damage or MISSING})") from None
-        if not 0 <= self.begin_s <= LATEST_S:
-            raise ConfigurationError(f"{path} is no recording: it begins at {self.begin_s:g} s")
+            raise ConfigurationError(
+                f"{path} contains no recording ({self.damage or EMPTY_REASON})"
+            ) from None
+        if not 0 <= self.begin_s <= MAX_TIME_S:
+            raise ConfigurationError(f"{path} is not a recording: its begin_s is {self.begin_s:g} s")
         if self.ending and self.ending.samples != self._last["samples"] is not None:
             self.damage = f"it has {self._last['samples']} of {self.ending.samples} samples"
 
-    # ---- what it holds; times of the samples are the host's monotonic clock, as recorded
+    # ---- contents; the times of the samples are those of the monotonic clock of the host process
 
     @property
-    def checkpoint(self) -> Entry | None:
-        """State of the coupling at the beginning; None where it is not whole."""
+    def checkpoint(self) -> StreamEntry | None:
+        """Return the state of the session at the beginning, or None if it is damaged."""
         for t_s, state in self._rows("checkpoint"):
-            return Entry(Kind.CHECKPOINT, t_s, state)
+            return StreamEntry(EntryKind.CHECKPOINT, t_s, state)
         return None
 
     @property
-    def ending(self) -> Ending | None:
-        """How it ended; None where the recorder was killed, or still writes."""
+    def ending(self) -> RecordingEnd | None:
+        """Return the end of the recording, or None if the recorder was killed or still writes."""
         for row in self._rows("ending"):
-            return Ending(*row)
+            return RecordingEnd(*row)
         return None
 
-    def entries(self) -> Iterator[Entry]:
-        """All inputs, in order."""
-        for _, batch in self._rows("tape"):
+    def entries(self) -> Iterator[StreamEntry]:
+        """Yield all inputs in order."""
+        for _, batch in self._rows("inputs"):
             try:
-                yield from Decoder().feed(batch)
-            except (TapeError, TypeError) as error:  # whole, and yet not ours
+                yield from EntryDecoder().feed(batch)
+            except (StreamError, TypeError) as error:  # a correct checksum around invalid entries
                 self.damage = str(error)
                 return
 
-    def samples(self, from_s: float = -math.inf, to_s: float = math.inf) -> Iterator[Measured]:
-        """The samples between these times since the beginning, in order."""
+    def samples(self, from_s: float = -math.inf, to_s: float = math.inf) -> Iterator[SampleRecord]:
+        """Yield the samples from `from_s` to `to_s` in order. Both times count from the beginning [s]."""
         low_s, high_s = self.begin_s + from_s, self.begin_s + to_s
         first = 1 if from_s == -math.inf else self._first_sample(low_s)
         for row in self._rows("samples", first, sample_checksum):
             values = [math.nan if value is None else value for value in row]
-            for i in _BOOLS:
+            for i in _BOOL_COLUMNS:
                 values[i] = bool(values[i])
-            sample = Measured._make(values)
-            if not abs(sample.t_s) <= LATEST_S:
-                self.damage = f"sample {sample.sequence} has no time"
+            sample = SampleRecord._make(values)
+            if not abs(sample.t_s) <= MAX_TIME_S:
+                self.damage = f"sample {sample.sequence} has no valid time"
                 return
             if sample.t_s > high_s:
                 return
@@ -111,78 +116,82 @@ class Recording:
                 yield sample
 
     def events(self) -> Iterator[Mapping[str, Any]]:
-        """The records of the event log that were made meanwhile, in order."""
+        """Yield the records that the event log received during the recording, in order."""
         for t_s, _, body in self._rows("events"):
             try:
                 yield dict(json.loads(body))
-            except (TypeError, ValueError, RecursionError) as error:  # whole, and yet not ours
-                self.damage = f"the event at {t_s} s is none: {error}"
+            except (TypeError, ValueError, RecursionError) as error:  # a correct checksum around invalid JSON
+                self.damage = f"the event at {t_s} s is invalid: {error}"
                 return
 
     @property
     def simulated(self) -> bool:
-        """Whether no real rig was recorded: known at the beginning, or since a board has greeted."""
+        """Return True if the rig was simulated, by the header or by the first board that connected."""
         boards = (record.get("is") for record in self.events() if record.get("kind") == "board")
-        return bool(self.about.get("simulated")) or not str(next(boards, "real")).startswith("real")
+        return bool(self.metadata.get("simulated")) or not str(next(boards, "real")).startswith("real")
 
-    # ---- how much of it there is
+    # ---- extent
 
     @property
-    def most_samples(self) -> int | None:
-        """How many samples were recorded; None where the file is too damaged to tell."""
+    def sample_count(self) -> int | None:
+        """Return the number of recorded samples, or None if the file is too damaged."""
         return self._last["samples"]
 
     @property
     def extent_s(self) -> float:
-        """Time from the beginning to the last sample [s]; NaN where that cannot be read."""
-        return self._time_of(self.most_samples or 0) - self.begin_s
+        """Return the time from the beginning to the last sample [s], or NaN if it cannot be read."""
+        return self._time_of(self.sample_count or 0) - self.begin_s
 
     def remark(self) -> str:
-        """What is wrong with it, as far as it was read; empty where it is whole and its end was asked for."""
+        """Return a sentence about damage found so far, or about an unexpected end.
+
+        The sentence is empty if the recording is intact and was stopped by a user.
+        """
         if self.damage:
-            return f"{self.path} is damaged: {self.damage}; another copy may have more"
+            return f"{self.path} is damaged: {self.damage}; another copy may contain more"
         ending = self.ending
-        if ending is not None and ending.asked:
+        if ending is not None and ending.requested:
             return ""
         why = "has no end (it is still written, or its recorder was killed)"
         if ending is not None:
-            why = f"ends unasked ({ending.how}: {ending.why})"
-        return f"{self.path} {why}: {self.extent_s:.1f} s, {self.most_samples} samples are whole"
+            why = f"ended unexpectedly ({ending.how}: {ending.why})"
+        return f"{self.path} {why}: {self.extent_s:.1f} s, {self.sample_count} samples are intact"
 
     # ---- rows
 
     def _rows(
-        self, table: str, first: int = 1, reckon: Callable[[Sequence[Any]], int] = checksum
+        self, table: str, first: int = 1, checksum_of: Callable[[Sequence[Any]], int] = checksum
     ) -> Iterator[tuple[Any, ...]]:
-        """Rows of a table, without number and checksum, for as long as each is whole and follows another."""
+        """Yield the rows of a table, without number and checksum, up to the first missing or damaged row."""
         last, why = self._last[table], ""
         while last is None or first <= last:
-            rows, why = self._read(table, first, ROWS_AT_ONCE if last is None else last + 1 - first)
+            rows, why = self._read(table, first, ROWS_PER_QUERY if last is None else last + 1 - first)
             for row in rows:
-                if row[0] != first or not _whole(row, reckon):
-                    why = f"row {first} is not as it was written"
+                if row[0] != first or not _is_intact(row, checksum_of):
+                    why = f"row {first} has a wrong checksum or number"
                     break
                 yield row[1:-1]
                 first += 1
             if why or not rows:
-                self._note_damage(table, first - 1, why or f"row {first} is missing")
+                self._set_damage(table, first - 1, why or f"row {first} is missing")
                 return
 
-    def _read(self, table: str, first: int, most: int) -> tuple[list[tuple[Any, ...]], str]:
-        """Rows from a number on, and why there are no more of them."""
+    def _read(self, table: str, first: int, count: int) -> tuple[list[tuple[Any, ...]], str]:
+        """Return at most `count` rows from number `first` on, and the error that ended the query."""
         rows: list[tuple[Any, ...]] = []
         try:
-            rows.extend(self._db.execute(select_from(table), (first, min(most, ROWS_AT_ONCE))))
+            rows.extend(self._db.execute(select_from(table), (first, min(count, ROWS_PER_QUERY))))
         except sqlite3.Error as error:
             return rows, str(error)
         return rows, ""
 
-    def _note_damage(self, table: str, good: int, why: str) -> None:
-        until = f", up to {self._time_of(good) - self.begin_s:.1f} s," if table == "samples" and good else ""
-        self.damage = f"{good} rows of {table}{until} are whole ({why})"
+    def _set_damage(self, table: str, intact: int, why: str) -> None:
+        in_time = table == "samples" and intact
+        until = f", up to {self._time_of(intact) - self.begin_s:.1f} s," if in_time else ""
+        self.damage = f"{intact} rows of {table}{until} are intact ({why})"
 
     def _last_numbers(self) -> dict[str, int | None]:
-        """Of all tables at one moment."""
+        """Return the last row number of each table, all at the same instant."""
         with suppress(sqlite3.Error):
             self._db.execute("BEGIN")
         last = {table: self._last_number(table) for table in TABLES}
@@ -194,24 +203,24 @@ class Recording:
         try:
             return int(self._db.execute(f"SELECT ifnull(max(number), 0) FROM {table}").fetchone()[0])
         except sqlite3.Error as error:
-            self.damage = f"the last of {table} cannot be read ({error})"
+            self.damage = f"the last row of {table} cannot be read ({error})"
             return None
 
     def _time_of(self, number: int) -> float:
-        """When a sample was taken [s]; NaN where that cannot be read."""
+        """Return the time of a sample [s], or NaN if it cannot be read."""
         with suppress(sqlite3.Error):
             row = self._db.execute("SELECT t_s FROM samples WHERE number = ?", (number,)).fetchone()
-            if row and isinstance(row[0], float) and abs(row[0]) <= LATEST_S:
+            if row and isinstance(row[0], float) and abs(row[0]) <= MAX_TIME_S:
                 return row[0]
         return math.nan
 
     def _first_sample(self, low_s: float) -> int:
-        """Number of the first sample that is not before a time."""
-        return 1 + bisect_left(range(1, 1 + (self.most_samples or 0)), low_s, key=self._time_of)
+        """Return the number of the first sample at or after `low_s`."""
+        return 1 + bisect_left(range(1, 1 + (self.sample_count or 0)), low_s, key=self._time_of)
 
 
-def _whole(row: tuple[Any, ...], reckon: Callable[[Sequence[Any]], int]) -> bool:
+def _is_intact(row: tuple[Any, ...], checksum_of: Callable[[Sequence[Any]], int]) -> bool:
     try:
-        return bool(reckon(row[:-1]) == row[-1])
+        return bool(checksum_of(row[:-1]) == row[-1])
     except (TypeError, ValueError, OverflowError, struct.error):
         return False

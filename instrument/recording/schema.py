@@ -1,6 +1,6 @@
-"""How a recording lies in its file: tables of SQLite, each row with a checksum of its own.
+"""File format of a recording: SQLite tables in which each row has a checksum.
 
-SQLite notices missing pages, but no altered byte: a row is believed where its checksum agrees.
+SQLite detects missing pages, but not changed bytes. A row is therefore used only if its checksum is correct.
 """
 
 from __future__ import annotations
@@ -12,28 +12,28 @@ from enum import StrEnum
 from typing import Any, get_type_hints
 from zlib import crc32
 
-from instrument.tape.measured import Measured
+from pneuforce.instrument.stream.sample_record import SampleRecord
 
-APPLICATION = 0x504E4574  #: in the header of the file, so that it is known for what it is
+APPLICATION = 0x504E4574  #: application id in the header of the file, which identifies a recording
 VERSION = 1
 
-SAMPLE = Measured._fields
-#: Columns of each table, the number of a row and its checksum left out.
+SAMPLE_COLUMNS = SampleRecord._fields
+#: Columns of each table without the row number and the checksum.
 TABLES = {
-    "about": ("key", "value"),  #: what BEGIN said; values as JSON
+    "about": ("key", "value"),  #: the HEADER entry; values as JSON
     "checkpoint": ("t_s", "state"),
-    "tape": ("first_t_s", "entries"),  #: inputs, as they came from the instrument, in batches
-    "samples": SAMPLE,  #: NULL where a quantity is not available
+    "inputs": ("first_t_s", "entries"),  #: encoded input entries, in batches
+    "samples": SAMPLE_COLUMNS,  #: NULL if a quantity is not available
     "events": ("t_s", "utc", "body"),
-    "ending": ("t_s", "how", "why", "samples"),  #: how many there are
+    "ending": ("t_s", "how", "why", "samples"),  #: `samples` is the number of samples
 }
 
 
-ASKED = "asked to stop"  #: why an instrument ended that was told to
+STOP_REQUESTED = "stop requested"  #: reason of an instrument that ended because a user stopped it
 
 
-class How(StrEnum):
-    """How a recording ended; a file that says nothing of it had its recorder killed, or took no more."""
+class EndReason(StrEnum):
+    """Reason why a recording ended. A file without a reason: its recorder was killed or could not write."""
 
     END = "the instrument ended"
     STOPPED = "the recorder was stopped"
@@ -41,22 +41,22 @@ class How(StrEnum):
     UNWRITABLE = "the file cannot be written"
 
 
-#: What each field of a sample is in Python.
-KINDS: Mapping[str, type] = get_type_hints(Measured)
-_SAMPLE_COLUMNS = ", ".join(
-    f"{name} {'REAL' if kind is float else 'INTEGER'}" for name, kind in KINDS.items()
+#: Python type of each field of a sample.
+SAMPLE_TYPES: Mapping[str, type] = get_type_hints(SampleRecord)
+_SAMPLE_DEFINITION = ", ".join(
+    f"{name} {'REAL' if kind is float else 'INTEGER'}" for name, kind in SAMPLE_TYPES.items()
 )
 _DOUBLE = struct.Struct("<d")
-_SAMPLE_ROW = struct.Struct(f"<{1 + len(SAMPLE)}d")
+_SAMPLE_ROW = struct.Struct(f"<{1 + len(SAMPLE_COLUMNS)}d")
 
-CREATE = f"""
+CREATE_TABLES = f"""
     BEGIN IMMEDIATE;
     PRAGMA application_id = {APPLICATION};
     PRAGMA user_version = {VERSION};
     CREATE TABLE about (number INTEGER PRIMARY KEY, key TEXT, value TEXT, crc32 INTEGER);
     CREATE TABLE checkpoint (number INTEGER PRIMARY KEY, t_s REAL, state BLOB, crc32 INTEGER);
-    CREATE TABLE tape (number INTEGER PRIMARY KEY, first_t_s REAL, entries BLOB, crc32 INTEGER);
-    CREATE TABLE samples (number INTEGER PRIMARY KEY, {_SAMPLE_COLUMNS}, crc32 INTEGER);
+    CREATE TABLE inputs (number INTEGER PRIMARY KEY, first_t_s REAL, entries BLOB, crc32 INTEGER);
+    CREATE TABLE samples (number INTEGER PRIMARY KEY, {_SAMPLE_DEFINITION}, crc32 INTEGER);
     CREATE TABLE events (number INTEGER PRIMARY KEY, t_s REAL, utc TEXT, body TEXT, crc32 INTEGER);
     CREATE TABLE ending
         (number INTEGER PRIMARY KEY, t_s REAL, how TEXT, why TEXT, samples INTEGER, crc32 INTEGER);
@@ -65,26 +65,33 @@ CREATE = f"""
 
 
 def insert_into(table: str) -> str:
-    """The statement that puts a row with its number and checksum into a table."""
+    """Return the SQL statement that inserts a row with its number and its checksum."""
     return f"INSERT INTO {table} VALUES ({', '.join('?' * (len(TABLES[table]) + 2))})"
 
 
 def select_from(table: str) -> str:
-    """The statement that reads so many rows from a number on, each with its number and checksum."""
+    """Return the SQL statement that selects rows with number and checksum.
+
+    Its parameters are the first row number and the maximum number of rows.
+    """
     columns = ", ".join(("number", *TABLES[table], "crc32"))
     return f"SELECT {columns} FROM {table} WHERE number >= ? ORDER BY number LIMIT ?"
 
 
 def checksum(row: Sequence[Any]) -> int:
-    """CRC-32 over a row and its number: numbers as little-endian doubles, NULL as NaN, texts as UTF-8.
+    """Return the CRC-32 of a row with its number.
 
-    Raises TypeError, struct.error or UnicodeError for what no row of ours contains.
+    Numbers are encoded as little-endian doubles, NULL as NaN, and text as UTF-8. Raises TypeError,
+    struct.error or UnicodeError if the row contains a value that a recording does not have.
     """
     return crc32(b"".join(map(_bytes_of, row)))
 
 
 def sample_checksum(row: Sequence[float | None]) -> int:
-    """The same for a row of numbers alone, of which there are 500 a second."""
+    """Return the same as `checksum` for a row of numbers only.
+
+    This function is faster, because there are 500 samples a second.
+    """
     return crc32(_SAMPLE_ROW.pack(*[math.nan if value is None else value + 0.0 for value in row]))
 
 
@@ -93,4 +100,6 @@ def _bytes_of(value: Any) -> bytes:
         return value.encode()
     if isinstance(value, bytes):
         return value
-    return _DOUBLE.pack(math.nan if value is None else value + 0.0)  # SQLite keeps no sign of a zero
+    return _DOUBLE.pack(
+        math.nan if value is None else value + 0.0
+    )  # SQLite does not store the sign of a zero

@@ -1,1 +1,1 @@
-"""The rig link: bytes to frames and back, the handshake, and the serial port."""
+"""Host side of the rig link: protocol, clock of the board, age of the samples, USB device."""

@@ -1,4 +1,4 @@
-"""What Linux knows about a serial device without opening it: names, permission, holders, USB latency."""
+"""Facts about a serial device that Linux provides without opening the device."""
 
 from __future__ import annotations
 
@@ -7,52 +7,56 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-#: Who has opened one of these is the far end of its pty, as a simulator is, and no rival for it.
-MASTERS = {"/dev/ptmx", "/dev/pts/ptmx"}
-#: The rule's name for a machine's only UNO, whichever it is.
-ONLY_BOARD = "/dev/pneuforce"
-#: What udev is to know of the boards.
-RULES = Path(__file__).parents[1] / "service/60-pneuforce.rules"
+#: A process that has opened one of these files is the far end of the pty, for example a simulator. Such a
+#: process does not compete for the port.
+PTY_MASTERS = {"/dev/ptmx", "/dev/pts/ptmx"}
+#: Name that the udev rule gives to the only UNO of a machine.
+SINGLE_BOARD_NAME = "/dev/pneuforce"
+#: The udev rules for the boards.
+UDEV_RULES = Path(__file__).parents[1] / "deploy/60-pneuforce.rules"
 
 
-def is_device(url: str) -> bool:
-    """Whether this names a device of this machine, not one behind `socket://`."""
+def is_local_device(url: str) -> bool:
+    """Return True if `url` names a device of this machine, and not a rig behind `socket://`."""
     return "://" not in url
 
 
 def is_serial(port: str, devices: Path = Path("/sys/dev/char")) -> bool:
-    """Whether this may be a serial port: a character device that Linux does not know as something else."""
-    about = os.stat(port)
-    if not stat.S_ISCHR(about.st_mode):
+    """Return True if `port` is a character device that Linux does not list as another kind of device."""
+    status = os.stat(port)
+    if not stat.S_ISCHR(status.st_mode):
         return False
-    kind = devices / f"{os.major(about.st_rdev)}:{os.minor(about.st_rdev)}" / "subsystem"
+    kind = devices / f"{os.major(status.st_rdev)}:{os.minor(status.st_rdev)}" / "subsystem"
     return not kind.exists() or kind.resolve().name in {"tty", "usb-serial"}
 
 
 def stable_name(port: str, by_id: Path = Path("/dev/serial/by-id")) -> Path | None:
-    """The name that follows the adapter wherever it is plugged in, None where the port has none."""
+    """Return the name that stays the same in every USB socket; None if the port has no such name."""
     device = os.path.realpath(port)
     with suppress(OSError):
         return next((name for name in sorted(by_id.iterdir()) if os.path.realpath(name) == device), None)
     return None
 
 
-def holders(port: str, processes: Path = Path("/proc")) -> list[str]:
-    """Other processes that have the port open, as `name (pid)`, as far as this user may see them."""
-    device, own = os.path.realpath(port), str(os.getpid())
+def processes_using(port: str, processes: Path = Path("/proc")) -> list[str]:
+    """Return the other processes that have the port open, as `name (pid)`.
+
+    The list contains only processes that this user may inspect.
+    """
+    device, this_process = os.path.realpath(port), str(os.getpid())
     return [
         f"{_name(process)} ({process.name})"
         for process in processes.iterdir()
-        if process.name.isdecimal() and process.name != own and _has_open(process, device)
+        if process.name.isdecimal() and process.name != this_process and _has_open(process, device)
     ]
 
 
 def _has_open(process: Path, device: str) -> bool:
     try:
         targets = {_target(descriptor) for descriptor in (process / "fd").iterdir()}
-    except OSError:  # it has ended, or is another user's
+    except OSError:  # the process has ended, or belongs to another user
         return False
-    return device in targets and not targets & MASTERS
+    return device in targets and not targets & PTY_MASTERS
 
 
 def _target(descriptor: Path) -> str:
@@ -70,7 +74,10 @@ def _name(process: Path) -> str:
 
 
 def usb_latency_ms(port: str, devices: Path = Path("/sys/bus/usb-serial/devices")) -> int | None:
-    """How long a USB adapter keeps bytes back [ms]; None where it has no such timer, as an UNO's own USB."""
+    """Return the latency timer of a USB adapter [ms]: the time for which the adapter holds bytes back.
+
+    The result is None if the adapter has no such timer. The USB interface of an UNO has none.
+    """
     try:
         return int((devices / Path(os.path.realpath(port)).name / "latency_timer").read_text())
     except (OSError, ValueError):

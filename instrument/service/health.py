@@ -1,18 +1,18 @@
-"""Health: how link and buses are, as counted since the start, for whoever looks at the instrument."""
+"""Health of the rig link and the buses: counters since the start, for the web page."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from instrument.cli.can_face import CanFace
-from instrument.cli.loop import Loop
-from instrument.cli.rtu_face import RtuFace
-from registers.can.frames import frame_of
-from registers.modbus.tcp import ModbusTcpServer
+from pneuforce.instrument.service.can_server import CanServer
+from pneuforce.instrument.service.host_loop import HostLoop
+from pneuforce.instrument.service.rtu_server import RtuServer
+from pneuforce.registers.can.frames import find_frame
+from pneuforce.registers.modbus.tcp import ModbusTcpServer
 
 
-def rig_health(host: Loop, age_s: float) -> dict[str, Any]:
-    """The link to the rig, and how old its latest sample is."""
+def rig_health(host: HostLoop, age_s: float) -> dict[str, Any]:
+    """Return the state of the link to the rig; `age_s` is the age of its latest sample."""
     link, hello = host.link, host.link.hello
     return {
         "url": host.url,
@@ -33,64 +33,59 @@ def rig_health(host: Loop, age_s: float) -> dict[str, Any]:
 
 
 def modbus_health(server: ModbusTcpServer | None, now_s: float) -> dict[str, Any] | None:
-    """Modbus TCP and each client that is connected; None where it is not served."""
+    """Return counters of Modbus TCP and of each connected client, or None if it is disabled."""
     if server is None or not server.listening:
         return None
-    own = server.counters
     clients = [
         {
             "address": client.address,
             "requests": client.requests,
             "exceptions": client.exceptions,
-            "age_s": round(now_s - client.heard_s, 3),
+            "age_s": round(now_s - client.last_received_s, 3),
         }
         for client in server.connections
     ]
-    counted = ("connections", "requests", "exceptions", "refused_frames", "timeouts", "evicted", "foreign")
-    return {"port": server.port, "clients": clients, **{name: getattr(own, name) for name in counted}}
+    names = ("connections", "requests", "exceptions", "invalid_frames", "timeouts", "evicted", "not_allowed")
+    counters = {name: getattr(server.counters, name) for name in names}
+    return {"port": server.port, "clients": clients, **counters}
 
 
-def rtu_health(rtu: RtuFace) -> dict[str, Any] | None:
-    """Modbus RTU; None where it is not served."""
+def rtu_health(rtu: RtuServer) -> dict[str, Any] | None:
+    """Return counters of Modbus RTU, or None if it is disabled."""
     line = rtu.line
     if line is None:
         return None
-    own = line.unit.counters
-    counted = ("requests", "exceptions", "broadcasts", "others", "echoes")
-    return {
-        "port": str(line.options),
-        "up": line.is_up,
-        **{name: getattr(own, name) for name in counted},
-    }
+    names = ("requests", "exceptions", "broadcasts", "other_units", "echoes")
+    counters = {name: getattr(line.unit.counters, name) for name in names}
+    return {"port": str(line.options), "up": line.is_up, **counters}
 
 
-def can_health(can: CanFace | None, now_s: float) -> dict[str, Any] | None:
-    """CAN, with the last frame of each identifier; None where it is off."""
+def can_health(can: CanServer | None, now_s: float) -> dict[str, Any] | None:
+    """Return counters of CAN and the last frame of each identifier, or None if CAN is disabled."""
     if can is None:
         return None
-    own = can.bus.counters
     node_id = can.node.options.node_id
     frames = [
         {
             "id": identifier,
-            "name": declared.name if (declared := frame_of(identifier, node_id)) else "",
-            "data": seen.data.hex(" "),
-            "count": seen.count,
-            "age_s": round(now_s - seen.at_s, 3),
-            "out": out,
+            "name": frame.name if (frame := find_frame(identifier, node_id)) else "",
+            "data": last.data.hex(" "),
+            "count": last.count,
+            "age_s": round(now_s - last.at_s, 3),
+            "out": sent,
         }
-        for (identifier, out), seen in sorted(can.sighted.items())
+        for (identifier, sent), last in sorted(can.last_frames.items())
     ]
-    counted = ("sent", "received", "error_frames", "reopened")
+    names = ("sent", "received", "error_frames", "reopened")
     return {
-        "at": str(can.bus.at),
+        "at": str(can.bus.address),
         "up": can.bus.is_up,
         "dropped": can.bus.dropped,
-        **{name: getattr(own, name) for name in counted},
+        **{name: getattr(can.bus.counters, name) for name in names},
         "frames": frames,
     }
 
 
 def events_health(file: str, down: bool) -> dict[str, Any] | None:
-    """The event log; None where none is kept."""
-    return {"file": file, "trouble": "the file takes no records now" if down else ""} if file else None
+    """Return the state of the event log, or None if it is disabled."""
+    return {"file": file, "trouble": "the file cannot be written now" if down else ""} if file else None

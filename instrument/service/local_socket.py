@@ -1,4 +1,4 @@
-"""A Unix socket that is listened on for this user alone, and its name in the file system."""
+"""Unix socket for this user only, and its name in the file system."""
 
 from __future__ import annotations
 
@@ -11,41 +11,41 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from instrument.errors import FaceError
+from pneuforce.errors import ServerError
 
 
 class LocalSocket:
-    """Listens at a path, knows whether that name still is its own, and removes no other's."""
+    """Listening Unix socket. It notices if its name is removed, and never removes another socket's name."""
 
-    def __init__(self, path: Path, new_guest: Callable[[], asyncio.Protocol]) -> None:
+    def __init__(self, path: Path, new_client: Callable[[], asyncio.Protocol]) -> None:
         self.path = path
-        self._new_guest = new_guest
+        self._new_client = new_client
         self._server: asyncio.Server | None = None
         self._identity: tuple[int, int] | None = None
 
     async def open(self) -> None:
-        """Listen. Raises FaceError: the name is taken, or cannot be had."""
+        """Listen. Raises ServerError if the name is in use or cannot be created."""
         try:
-            _make_free(self.path)
+            _remove_stale(self.path)
             umask = os.umask(0o177)
             try:
                 loop = asyncio.get_running_loop()
-                self._server = await loop.create_unix_server(self._new_guest, str(self.path))
+                self._server = await loop.create_unix_server(self._new_client, str(self.path))
             finally:
                 os.umask(umask)
-        except FaceError:  # an OSError too, that has its sentence
+        except ServerError:  # a subclass of OSError that has its message already
             raise
         except OSError as error:
-            raise FaceError(f"local.socket = {self.path}: {_why(self.path, error)}") from None
+            raise ServerError(f"local.socket = {self.path}: {_reason(self.path, error)}") from None
         self._identity = _identity(self.path)
 
     @property
     def in_place(self) -> bool:
-        """Whether who looks for the name finds this socket."""
+        """Return True if the name in the file system still belongs to this socket."""
         return self._identity is not None and _identity(self.path) == self._identity
 
     def close(self) -> None:
-        """Listen no longer; the name goes, if it is still this socket's."""
+        """Stop listening and remove the name if it still belongs to this socket."""
         if self._server is not None:
             self._server.close()
         if self.in_place:
@@ -53,30 +53,35 @@ class LocalSocket:
         self._identity = None
 
 
-def _why(path: Path, error: OSError) -> str:
+def _reason(path: Path, error: OSError) -> str:
     if path.parent.is_dir():
         return error.strerror or str(error)
-    return f"there is no folder {path.parent}: make it (for a service systemd does), or name another"
+    return (
+        f"the folder {path.parent} is missing: create it (systemd does so for a service), or choose another"
+    )
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
     with suppress(OSError):
-        found = path.lstat()
-        return found.st_dev, found.st_ino
+        status = path.lstat()
+        return status.st_dev, status.st_ino
     return None
 
 
-def _make_free(path: Path) -> None:
-    """Remove a socket that nobody serves any more. Raises FaceError where somebody does, or it is a file."""
+def _remove_stale(path: Path) -> None:
+    """Remove a socket that no process serves. Raises ServerError if one does, or if the path is a file."""
     with suppress(FileNotFoundError):
         if not stat.S_ISSOCK(path.lstat().st_mode):
-            raise FaceError(f"local.socket = {path} is a file that is no socket: name another")
+            raise ServerError(f"local.socket = {path} is a file, not a socket: choose another name")
         with socket.socket(socket.AF_UNIX) as probe:
             answer = probe.connect_ex(str(path))
         if answer == 0:
-            raise FaceError(f"local.socket = {path} is another running instrument's: give each its own")
+            raise ServerError(
+                f"local.socket = {path} belongs to another running instrument: choose another name"
+            )
         if answer != errno.ECONNREFUSED:
-            raise FaceError(
-                f"local.socket = {path} is another program's ({os.strerror(answer)}): name another"
+            raise ServerError(
+                f"local.socket = {path} belongs to another program ({os.strerror(answer)}): "
+                "choose another name"
             )
         path.unlink()

@@ -1,4 +1,4 @@
-"""The log on stderr: whoever reads it, or does not, never holds up a sample."""
+"""Log of the process on stderr, written by a thread, so that a slow reader never delays a sample."""
 
 from __future__ import annotations
 
@@ -11,53 +11,53 @@ from logging.handlers import QueueHandler
 from queue import Full, Queue
 from threading import Thread
 
-MOST_WAITING = 1000
-MOST_PER_S = 20
+MAX_WAITING = 1000
+MAX_PER_S = 20
 FLUSH_S = 0.2
 STDERR = 2
 
 
-class Postbox(QueueHandler):
-    """Hands records to a thread; what is too much for it, or for a reader, is dropped and counted."""
+class LogQueue(QueueHandler):
+    """Queue of log records for the writing thread. Records beyond the limits are dropped and counted."""
 
     def __init__(self) -> None:
-        super().__init__(Queue(MOST_WAITING))
+        super().__init__(Queue(MAX_WAITING))
         self.setFormatter(logging.Formatter("%(message)s"))
         self._second = 0
         self._in_second = 0
-        self._held_back = 0
+        self._dropped = 0
 
     def enqueue(self, record: logging.LogRecord) -> None:
-        """Take a record, or drop it; never waits."""
+        """Queue a record, or drop it. Never waits."""
         second = int(time.monotonic())
         if second != self._second:
             self._second, self._in_second = second, 0
         self._in_second += 1
-        if self._in_second > MOST_PER_S:
-            self._held_back += 1
+        if self._in_second > MAX_PER_S:
+            self._dropped += 1
             return
-        if self._held_back:
-            record.msg, self._held_back = f"{record.msg} ({self._held_back} lines held back before)", 0
+        if self._dropped:
+            record.msg, self._dropped = f"{record.msg} ({self._dropped} lines dropped before)", 0
         try:
             self.queue.put_nowait(record)
         except Full:
-            self._held_back += 1
+            self._dropped += 1
 
 
 @contextmanager
 def log_to_stderr() -> Iterator[None]:
-    """Send the log of this process to stderr, from a thread of its own.
+    """Write the log of this process to stderr, from a separate thread.
 
-    The thread writes to the descriptor itself: a lock of `logging` or `sys.stderr` held by a write that
-    blocks would keep the process from ending.
+    The thread writes to the file descriptor itself. A lock of `logging` or `sys.stderr` that is held by a
+    blocked write would prevent the process from ending.
     """
-    box, form = Postbox(), logging.Formatter("%(asctime)s %(message)s", datefmt="%H:%M:%S")
-    logging.basicConfig(level=logging.INFO, handlers=[box])
+    log_queue, formatter = LogQueue(), logging.Formatter("%(asctime)s %(message)s", datefmt="%H:%M:%S")
+    logging.basicConfig(level=logging.INFO, handlers=[log_queue])
 
     def write() -> None:
-        while (record := box.queue.get()) is not None:
+        while (record := log_queue.queue.get()) is not None:
             with suppress(OSError):
-                os.write(STDERR, f"{form.format(record)}\n".encode())
+                os.write(STDERR, f"{formatter.format(record)}\n".encode())
 
     thread = Thread(target=write, name="log", daemon=True)
     thread.start()
@@ -65,5 +65,5 @@ def log_to_stderr() -> Iterator[None]:
         yield
     finally:
         with suppress(Full):
-            box.queue.put_nowait(None)
+            log_queue.queue.put_nowait(None)
         thread.join(FLUSH_S)

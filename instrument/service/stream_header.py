@@ -1,4 +1,4 @@
-"""The first entry that a listener gets: which instrument this is, and how it is set."""
+"""Header of the stream: the first entry that a subscriber receives."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from importlib.metadata import version
 from typing import Any
 
-from instrument.config import Configuration
-from instrument.faults import name_of
-from registers.map import MAP_HASH, MAP_VERSION
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.core.faults import name_of
+from pneuforce.registers.map import MAP_HASH, MAP_VERSION
 
 
-def begin_of(configuration: Configuration, simulated: bool, faults: Iterable[int]) -> dict[str, Any]:
-    """The facts of a BEGIN entry; an operator's token is masked in them."""
+def stream_header(configuration: Configuration, simulated: bool, faults: Iterable[int]) -> dict[str, Any]:
+    """Return the identity and the configuration of the instrument. The operator's token is masked."""
     return {
         "version": version("pneuforce"),
         "map_version": MAP_VERSION,

@@ -1,4 +1,4 @@
-"""A measured sample: what the board sent, and what the chain made of it."""
+"""Record of one sample: the frame from the board and the measurement that was computed from it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import struct
 from operator import attrgetter
 from typing import NamedTuple
 
-from instrument.measurement import Measurement
-from instrument.rig.link import RawSample
+from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.rig.link import RawSample
 
 _LAYOUT = struct.Struct("<HIHHBBBHBHd??12d?B")
 _MESSAGE = attrgetter(
@@ -23,10 +23,10 @@ _MESSAGE = attrgetter(
 )
 
 
-class Measured(NamedTuple):
-    """One sample, raw and derived; NaN where a quantity is not available."""
+class SampleRecord(NamedTuple):
+    """One sample, raw and measured. A quantity that is not available is NaN."""
 
-    # the board's frame
+    # the frame from the board
     sequence: int
     board_time_us: int
     adc_sum: int
@@ -37,15 +37,15 @@ class Measured(NamedTuple):
     faults: int
     command: int
     setpoint_pa: int
-    # the link
+    # computed by the link
     elapsed_s: float
     frozen: bool
     clock_off: bool
-    # the measurement: see instrument/measurement.py
+    # the measurement, see instrument/measurement/measurement.py
     t_s: float
     pressure_kpa: float
     unfiltered_kpa: float
-    initial_kpa: float
+    baseline_kpa: float
     rise_kpa: float
     radius_mm: float
     indentation_mm: float
@@ -53,18 +53,18 @@ class Measured(NamedTuple):
     force_n: float
     force_std_n: float
     force_uncompensated_n: float
-    force_low_n: float
+    force_lower_range_limit_n: float
     in_contact: bool
     quality: int
 
 
 def pack(raw: RawSample, m: Measurement) -> bytes:
-    """The body of a MEASURED entry."""
+    """Return the body of a SAMPLE entry."""
     *numbers, in_contact, quality = m
     link = raw.elapsed_s, raw.frozen, raw.clock_off
     return _LAYOUT.pack(raw.sequence, *_MESSAGE(raw.message), *link, *numbers, in_contact, quality.value)
 
 
-def unpack(body: bytes) -> Measured:
-    """The sample of a MEASURED entry. Raises struct.error where the body is of another length."""
-    return Measured(*_LAYOUT.unpack(body))
+def unpack(body: bytes) -> SampleRecord:
+    """Return the sample of a SAMPLE entry. Raises struct.error if the body has the wrong length."""
+    return SampleRecord(*_LAYOUT.unpack(body))

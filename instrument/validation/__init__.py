@@ -1,1 +1,1 @@
-"""Validation as the paper did it: the contacts of a recording, their force beside a reference."""
+"""Validation after the method of the paper: contacts of a recording, compared with a reference force."""

@@ -1,4 +1,4 @@
-"""How far each estimator is from the truth on contacts of known force; whether ±2u holds the truth."""
+"""Accuracy of force estimators on contacts of known force, and the coverage of their stated uncertainty."""
 
 from __future__ import annotations
 
@@ -7,65 +7,84 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.calibration.contacts import Contacts
-from instrument.calibration.residuals import residual_of
-from instrument.chain import ChainSettings
-from instrument.columns import Numbers
-from instrument.fifths import COUNT, fifths_of
-from instrument.model.budget import CONTACT_S
-from instrument.model.curve import ContactCurve
-from instrument.model.uncertainty import std_n
+from pneuforce.instrument.calibration.contacts import CalibrationContacts
+from pneuforce.instrument.calibration.residuals import force_residual
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model.curve import ContactCurve
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_indices
+from pneuforce.instrument.model.uncertainty import force_std_n
+from pneuforce.instrument.model.uncertainty_budget import CONTACT_S
+from pneuforce.support.columns import Numbers
 
 
-class Score(NamedTuple):
-    """Errors of one estimator on some contacts; NaN where there are none of the kind."""
+class AccuracyScore(NamedTuple):
+    """Errors of one estimator over a group of contacts. A value without contacts is NaN."""
 
-    mean_percent: float  #: mean absolute error of forces from 1 to 3.5 N
-    rmse_n: float  #: of forces below 1 N
-    held_percent: float  #: contacts whose truth lies within ±2u
+    mean_percent: float  #: mean absolute error of the forces from 1 to 3.5 N
+    rmse_n: float  #: root mean square error of the forces below 1 N
+    coverage_percent: float  #: share of the contacts whose true force lies within ±2u
 
 
-class Estimator(NamedTuple):
-    """One way to a force, and its errors: over all contacts, and by fifths of the pressures."""
+class EstimatorScores(NamedTuple):
+    """Errors of one estimator: over all contacts, and in each pressure bin."""
 
     name: str
-    all: Score
-    by_pressure: tuple[Score, ...]
+    all: AccuracyScore
+    by_pressure: tuple[AccuracyScore, ...]
 
 
-def scored(contacts: Contacts, estimators: Mapping[str, Sequence[ChainSettings]]) -> list[Estimator]:
-    """Errors of each estimator: settings under a name; several, such as calibrations, are averaged."""
-    return [_of(name, contacts, settings) for name, settings in estimators.items()]
+def score_estimators(
+    contacts: CalibrationContacts, estimators: Mapping[str, Sequence[ChainSettings]]
+) -> list[EstimatorScores]:
+    """Return the errors of each estimator.
+
+    `estimators` has the settings of each estimator by name. If there are several settings, such as several
+    calibrations, their errors are averaged.
+    """
+    return [_score_estimator(name, contacts, settings) for name, settings in estimators.items()]
 
 
-def _of(name: str, contacts: Contacts, settings: Sequence[ChainSettings]) -> Estimator:
-    each = [_forces(contacts, own) for own in settings]
-    fifths = fifths_of(contacts.initial_kpa)
-    groups = [np.ones(len(contacts), bool), *(fifths == n for n in range(COUNT))]
+def _score_estimator(
+    name: str, contacts: CalibrationContacts, settings: Sequence[ChainSettings]
+) -> EstimatorScores:
+    estimates = [_forces(contacts, each) for each in settings]
+    bins = pressure_bin_indices(contacts.baseline_kpa)
+    masks = [np.ones(len(contacts), bool), *(bins == index for index in range(BIN_COUNT))]
     means = [
-        Score(*np.mean([_score(contacts.only(g), force[g], std[g]) for force, std in each], axis=0))
-        for g in groups
+        AccuracyScore(
+            *np.mean(
+                [_score(contacts.select(mask), force_n[mask], std_n[mask]) for force_n, std_n in estimates],
+                axis=0,
+            )
+        )
+        for mask in masks
     ]
-    return Estimator(name, means[0], tuple(means[1:]))
+    return EstimatorScores(name, means[0], tuple(means[1:]))
 
 
-def _score(contacts: Contacts, force_n: Numbers, std: Numbers) -> Score:
-    found = residual_of(force_n, contacts)
-    held = np.abs(force_n - contacts.force_n) <= 2 * np.hypot(std, contacts.std_n)
-    return Score(found.mean_error_percent, found.rmse_n, 100 * float(held.mean()))
+def _score(contacts: CalibrationContacts, force_n: Numbers, std_n: Numbers) -> AccuracyScore:
+    residual = force_residual(force_n, contacts)
+    covered = np.abs(force_n - contacts.force_n) <= 2 * np.hypot(std_n, contacts.std_n)
+    return AccuracyScore(residual.mean_error_percent, residual.rmse_n, 100 * float(covered.mean()))
 
 
-def _forces(contacts: Contacts, own: ChainSettings) -> tuple[Numbers, Numbers]:
-    """Force and standard uncertainty [N] of each contact, as the live chain would state them at rest."""
-    pairs = [_force(p, rise, own) for p, rise in zip(contacts.initial_kpa, contacts.rise_kpa, strict=True)]
+def _forces(contacts: CalibrationContacts, settings: ChainSettings) -> tuple[Numbers, Numbers]:
+    """Return force and standard uncertainty [N] of each contact, as the live chain reports them at rest."""
+    pairs = [
+        _force(baseline_kpa, rise_kpa, settings)
+        for baseline_kpa, rise_kpa in zip(
+            contacts.baseline_kpa.tolist(), contacts.rise_kpa.tolist(), strict=True
+        )
+    ]
     forces, stds = np.array(pairs).T
     return forces, stds
 
 
-def _force(initial_kpa: float, rise_kpa: float, own: ChainSettings) -> tuple[float, float]:
-    initial, rise = float(initial_kpa), float(rise_kpa)
-    curve = ContactCurve(initial, own.balloon, own.circuit, own.law, own.correction, own.errors)
-    point = curve.at(rise)
-    known = own.errors.at_rest(initial, initial + rise, CONTACT_S)
+def _force(baseline_kpa: float, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:
+    inputs, balloon = settings.input_uncertainties, settings.balloon
+    curve = ContactCurve(baseline_kpa, balloon, settings.circuit, settings.law, settings.correction, inputs)
+    point = curve.at(rise_kpa)
+    pressures = inputs.at_rest(baseline_kpa, baseline_kpa + rise_kpa, CONTACT_S)
     force_n = point.estimate.force_n
-    return force_n, std_n(force_n, point.spread, known, own.errors, own.model, own.balloon)
+    std_n = force_std_n(force_n, point.sensitivity, pressures, inputs, settings.model_uncertainty, balloon)
+    return force_n, std_n

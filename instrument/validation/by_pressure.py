@@ -1,4 +1,4 @@
-"""How good the peak forces of a recording are, by the pressure that the balloon was inflated to."""
+"""Quality of the peak forces of a recording in each pressure bin of ΔP_i."""
 
 from __future__ import annotations
 
@@ -9,60 +9,65 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.fifths import COUNT, EDGES_KPA, fifths_of
-from instrument.model.balloon import LOWEST_RISE_KPA
-from instrument.tape.contacts import ContactRow
-from instrument.validation.peaks import LEAST_FORCE_N
-from instrument.validation.trial import Floats
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT, BIN_EDGES_KPA, pressure_bin_indices
+from pneuforce.instrument.recording.contacts import ContactRow
+from pneuforce.instrument.validation.peaks import MIN_FORCE_N
+from pneuforce.instrument.validation.trial import Floats
 
 
-class Bar(NamedTuple):
-    """One fifth of the validated range."""
+class BinMean(NamedTuple):
+    """Mean of a quantity over the contacts in one pressure bin."""
 
     name: str
     contacts: int
     percent: float  #: NaN without contacts
 
 
-class Reference(NamedTuple):
-    """What a force cell read, on the clock of the recording."""
+class ReferenceForce(NamedTuple):
+    """Readings of a reference force sensor, on the clock of the recording."""
 
     t_s: Floats
     force_n: Floats
 
     def peak_n(self, row: ContactRow) -> float:
-        """Its greatest force during a contact; NaN where it read nothing then."""
+        """Return the highest force during a contact, NaN if there is no reading during the contact."""
         end_s = row.begin_s + row.duration_s
         first, last = np.searchsorted(self.t_s, [row.initial_s, end_s + 1e-9])
         return float(self.force_n[first:last].max()) if first < last else math.nan
 
 
-def uncertainties(rows: Iterable[ContactRow]) -> tuple[Bar, ...]:
-    """Mean relative standard uncertainty of the peak force in each fifth [%]."""
-    return _bars(appreciable(rows), lambda row: 100 * row.peak_std_n / row.peak_n)
+def uncertainty_by_bin(rows: Iterable[ContactRow]) -> tuple[BinMean, ...]:
+    """Return the mean relative standard uncertainty of the peak force in each bin [%]."""
+    return _bin_means(evaluable(rows), lambda row: 100 * row.peak_std_n / row.peak_n)
 
 
-def errors(rows: Iterable[ContactRow], reference: Reference) -> tuple[Bar, ...]:
-    """Mean absolute error over the reference's own peak in each fifth [%], where it felt the contact."""
-    felt = {row: reference.peak_n(row) for row in appreciable(rows)}
-    felt = {row: true_n for row, true_n in felt.items() if true_n >= LEAST_FORCE_N}
-    return _bars(list(felt), lambda row: 100 * abs(row.peak_n - felt[row]) / felt[row])
+def error_by_bin(rows: Iterable[ContactRow], reference: ReferenceForce) -> tuple[BinMean, ...]:
+    """Return the mean absolute error of the peak force in each bin, relative to the reference peak [%].
+
+    Contacts with a reference peak below `MIN_FORCE_N` are excluded.
+    """
+    reference_n = {row: reference.peak_n(row) for row in evaluable(rows)}
+    reference_n = {row: peak_n for row, peak_n in reference_n.items() if peak_n >= MIN_FORCE_N}
+    return _bin_means(
+        list(reference_n), lambda row: 100 * abs(row.peak_n - reference_n[row]) / reference_n[row]
+    )
 
 
-def appreciable(rows: Iterable[ContactRow]) -> list[ContactRow]:
-    """Contacts that are over, with a force and a rise of at least 0.5 kPa, as the paper evaluates them."""
+def evaluable(rows: Iterable[ContactRow]) -> list[ContactRow]:
+    """Return the finished contacts with a force and a rise of at least 0.5 kPa, as the paper selects them."""
     return [
         row
         for row in rows
-        if not row.open and row.peak_n > 0 and row.final_kpa - row.initial_kpa >= LOWEST_RISE_KPA
+        if not row.open and row.peak_n > 0 and row.final_kpa - row.baseline_kpa >= MIN_RISE_KPA
     ]
 
 
-def _bars(rows: Sequence[ContactRow], percent_of: Callable[[ContactRow], float]) -> tuple[Bar, ...]:
-    fifths = fifths_of(np.array([row.initial_kpa for row in rows], float))
-    bars = []
-    for n in range(COUNT):
-        found = [percent_of(row) for row, fifth in zip(rows, fifths, strict=True) if fifth == n]
-        name = f"{EDGES_KPA[n]:.2f}–{EDGES_KPA[n + 1]:.2f}"
-        bars.append(Bar(name, len(found), fmean(found) if found else math.nan))
-    return tuple(bars)
+def _bin_means(rows: Sequence[ContactRow], percent_of: Callable[[ContactRow], float]) -> tuple[BinMean, ...]:
+    bins = pressure_bin_indices(np.array([row.baseline_kpa for row in rows], float))
+    means = []
+    for index in range(BIN_COUNT):
+        values = [percent_of(row) for row, bin_index in zip(rows, bins, strict=True) if bin_index == index]
+        name = f"{BIN_EDGES_KPA[index]:.2f}–{BIN_EDGES_KPA[index + 1]:.2f}"
+        means.append(BinMean(name, len(values), fmean(values) if values else math.nan))
+    return tuple(means)

@@ -1,7 +1,8 @@
-"""The contacts of a course as the paper picks them: pressure before the peak and at it, and the true peak.
+"""Contacts of a trial as the paper defines them: pressure before the peak, peak pressure, true peak force.
 
-Section IV-B: ΔP_i is the lowest filtered pressure before the peak, ΔP_f the highest, the true force the peak
-of the filtered reference. That there is a contact is what the instrument's own tracker says.
+Section IV-B of the paper: ΔP_i is the lowest filtered pressure before the peak, ΔP_f is the highest filtered
+pressure, and the true force is the peak of the filtered reference. The contact tracker of the instrument
+finds the contacts.
 """
 
 from __future__ import annotations
@@ -11,58 +12,68 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.chain import ChainSettings
-from instrument.validation.course import Course
-from instrument.validation.trial import Floats
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.validation.processed_trial import ProcessedTrial
+from pneuforce.instrument.validation.trial import Floats
 
 
-class PickedContact(NamedTuple):
-    """One contact, and when its two pressures were read."""
+class EvaluatedContact(NamedTuple):
+    """Pressures and reference force of one contact, with the times of both pressures."""
 
-    initial_kpa: float  #: ΔP_i
+    baseline_kpa: float  #: ΔP_i
     final_kpa: float  #: ΔP_f
-    force_n: float  #: peak of the reference
-    initial_s: float
-    final_s: float
+    force_n: float  #: peak of the filtered reference force
+    initial_s: float  #: time of ΔP_i
+    final_s: float  #: time of ΔP_f
 
 
-def contacts_of(course: Course, settings: ChainSettings) -> list[PickedContact]:
-    """The contacts of one trial."""
-    bounds = [*_troughs(course), len(course.trial.t_s)]
-    return [_contact(course, trough, after, settings.tube_s) for trough, after in pairwise(bounds)]
+def find_contacts(processed: ProcessedTrial, settings: ChainSettings) -> list[EvaluatedContact]:
+    """Return the contacts of one trial in order of time."""
+    bounds = [*_trough_indices(processed), len(processed.trial.t_s)]
+    return [
+        _contact_between(processed, start, end, settings.tube_time_constant_s)
+        for start, end in pairwise(bounds)
+    ]
 
 
-def _troughs(course: Course) -> list[int]:
-    """Index of the lowest filtered pressure between the tops of any two contacts, and before the first.
+def _trough_indices(processed: ProcessedTrial) -> list[int]:
+    """Return the index of the lowest filtered pressure before the first peak, and between successive peaks.
 
-    Tops are taken from the unfiltered pressure: it has not yet turned where an overlapping contact is
-    recognised, while the filtered one may still be falling, and that in the balloon is overshot in a jolt.
+    The peaks are those of the unfiltered pressure. When the tracker separates two overlapping contacts, the
+    filtered pressure may still be falling. The lag-compensated pressure overshoots at a jolt.
     """
-    tops = [0, *(_highest(course.trial.pressure_kpa, at) for at in _stretches(course))]
-    return [low + int(np.argmin(course.filtered_kpa[low : high + 1])) for low, high in pairwise(tops)]
+    pressure_kpa = processed.trial.pressure_kpa
+    peaks = [0, *(_index_of_maximum(pressure_kpa, span) for span in _contact_spans(processed))]
+    return [start + int(np.argmin(processed.filtered_kpa[start : end + 1])) for start, end in pairwise(peaks)]
 
 
-def _stretches(course: Course) -> list[slice]:
-    """The samples of each contact."""
-    bounds = [0, *(np.flatnonzero(np.diff(course.contact)) + 1).tolist(), len(course.contact)]
-    return [slice(low, high) for low, high in pairwise(bounds) if course.contact[low]]
+def _contact_spans(processed: ProcessedTrial) -> list[slice]:
+    """Return the range of sample indices of each contact."""
+    contact = processed.contact
+    bounds = [0, *(np.flatnonzero(np.diff(contact)) + 1).tolist(), len(contact)]
+    return [slice(start, end) for start, end in pairwise(bounds) if contact[start]]
 
 
-def _highest(values: Floats, at: slice) -> int:
-    return int(at.start + np.argmax(values[at]))
+def _index_of_maximum(values: Floats, span: slice) -> int:
+    return int(span.start + np.argmax(values[span]))
 
 
-def _contact(course: Course, trough: int, after: int, tube_s: float) -> PickedContact:
-    """The contact between two troughs; those of the reference, which comes without a tube, are earlier."""
-    t_s, pressure_kpa = course.trial.t_s, course.filtered_kpa
-    peak = _highest(pressure_kpa, slice(trough, after))
-    end_s = t_s[after] if after < len(t_s) else np.inf
-    first, last = np.searchsorted(t_s, [t_s[trough] - tube_s, end_s - tube_s])
-    top_n = course.filtered_n[first : max(last, first + 1)].max()
-    return PickedContact(
-        float(pressure_kpa[trough]),
+def _contact_between(
+    processed: ProcessedTrial, start: int, end: int, tube_time_constant_s: float
+) -> EvaluatedContact:
+    """Return the contact between the sample indices of two troughs.
+
+    The reference force does not pass through the tube. Its troughs are therefore earlier by the lag.
+    """
+    t_s, pressure_kpa = processed.trial.t_s, processed.filtered_kpa
+    peak = _index_of_maximum(pressure_kpa, slice(start, end))
+    end_s = t_s[end] if end < len(t_s) else np.inf
+    first, last = np.searchsorted(t_s, [t_s[start] - tube_time_constant_s, end_s - tube_time_constant_s])
+    peak_n = processed.filtered_n[first : max(last, first + 1)].max()
+    return EvaluatedContact(
+        float(pressure_kpa[start]),
         float(pressure_kpa[peak]),
-        float(top_n),
-        float(t_s[trough]),
+        float(peak_n),
+        float(t_s[start]),
         float(t_s[peak]),
     )

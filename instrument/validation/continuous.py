@@ -1,4 +1,4 @@
-"""The force while it changes: the instrument's, the bare one, and that shifted with hindsight."""
+"""Errors of the continuous force: with lag compensation, without it, and with the best time shift."""
 
 from __future__ import annotations
 
@@ -7,94 +7,100 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument.chain import ChainSettings
-from instrument.model import estimate
-from instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.validation.course import Course
-from instrument.validation.trial import Bools, Floats, Trial
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model import estimate
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.validation.processed_trial import ProcessedTrial
+from pneuforce.instrument.validation.trial import Bools, Floats, Trial
 
-#: What belongs to a contact before it is recognised, and after it: the free time between is no merit.
-AROUND_S = 0.2
+#: Time before and after a contact that is evaluated too. Other free time is excluded, because a force of
+#: zero without contact would improve the mean.
+CONTACT_MARGIN_S = 0.2
 SHIFTS_S = np.arange(0.0, 0.3005, 0.005)
 
 
-class Forces(NamedTuple):
-    """Forces [N] of one trial, a value for each sample; NaN where the instrument shows none."""
+class TrialForces(NamedTuple):
+    """Forces [N] of one trial, one element for each sample. NaN if the instrument shows no force."""
 
     trial: Trial
-    compensated_n: Floats  #: what the instrument shows: the tube's lag undone as it comes
-    uncompensated_n: Floats  #: the same law from the filtered pressure
-    near: Bools  #: in contact, or close to one
+    compensated_n: Floats  #: force that the instrument shows, with the lag of the tube compensated
+    uncompensated_n: Floats  #: force of the same law from the filtered pressure
+    evaluated: Bools  #: whether the sample is in a contact, or within `CONTACT_MARGIN_S` of a contact
 
 
-class Continuous(NamedTuple):
-    """Root mean squares of the distance [N] to the reference as it was, in and around contacts."""
+class ContinuousErrors(NamedTuple):
+    """Root mean square differences [N] from the unfiltered reference force, in and around contacts."""
 
     compensated_n: float
     uncompensated_n: float
-    shifted_n: float  #: uncompensated, later shifted to where it fits best
+    shifted_n: float  #: uncompensated force, moved earlier by `shift_s`, the shift that fits best
     shift_s: float
-    looked_at_s: float  #: time in and around contacts
-    without_force_s: float  #: of it, time in which no force is shown
+    evaluated_s: float  #: time in and around contacts
+    without_force_s: float  #: part of `evaluated_s` in which the instrument shows no force
 
 
-def forces_of(course: Course, settings: ChainSettings) -> Forces:
-    """The forces of a course by the bare law: a correction is left out."""
-    pressed = course.contact > 0
-    initial_kpa = course.initial_kpa[pressed]
-    known = (initial_kpa >= VALID_LOW_KPA) & (initial_kpa <= VALID_HIGH_KPA)
+def compute_forces(processed: ProcessedTrial, settings: ChainSettings) -> TrialForces:
+    """Return the forces of a trial by the uncalibrated law. A correction in the settings is ignored."""
+    pressed = processed.contact > 0
+    baseline_kpa = processed.baseline_kpa[pressed]
+    in_range = (baseline_kpa >= VALID_LOW_KPA) & (baseline_kpa <= VALID_HIGH_KPA)
     forces = []
-    for pressure_kpa in (course.now_kpa, course.filtered_kpa):
-        final_kpa = pressure_kpa[pressed]
-        solved = estimate(initial_kpa, final_kpa, settings.balloon, settings.circuit, settings.law).force_n
+    for pressure_kpa in (processed.now_kpa, processed.filtered_kpa):
+        solved_n = estimate(
+            baseline_kpa, pressure_kpa[pressed], settings.balloon, settings.circuit, settings.law
+        ).force_n
         force_n = np.zeros(len(pressed))
-        force_n[pressed] = np.where(known, solved, np.nan)
+        force_n[pressed] = np.where(in_range, solved_n, np.nan)
         forces.append(force_n)
-    return Forces(course.trial, forces[0], forces[1], _around(pressed, course.trial.t_s))
+    trial = processed.trial
+    return TrialForces(trial, forces[0], forces[1], _near_contact(pressed, trial.t_s))
 
 
-def _around(pressed: Bools, t_s: Floats) -> Bools:
-    """Where there is contact within `AROUND_S`."""
+def _near_contact(pressed: Bools, t_s: Floats) -> Bools:
+    """Return a mask of the samples that are within `CONTACT_MARGIN_S` of a sample in contact."""
     pressed_s = t_s[pressed]
     if not len(pressed_s):
         return pressed
     after = np.searchsorted(pressed_s, t_s)
     next_s = pressed_s[np.minimum(after, len(pressed_s) - 1)]
     last_s = pressed_s[np.maximum(after - 1, 0)]
-    return np.minimum(np.abs(next_s - t_s), np.abs(last_s - t_s)) <= AROUND_S
+    return np.minimum(np.abs(next_s - t_s), np.abs(last_s - t_s)) <= CONTACT_MARGIN_S
 
 
-def continuous(forces: Sequence[Forces]) -> Continuous:
-    """How well the forces follow the reference over all trials; NaN where there was no contact."""
-    shifted = [_rmse_n(forces, shift_s) for shift_s in SHIFTS_S]
-    best = int(np.argmin(shifted))
-    looked_at_s = sum(float(part.trial.steps_s[part.near].sum()) for part in forces)
-    without_s = sum(
-        float(part.trial.steps_s[part.near & np.isnan(part.compensated_n)].sum()) for part in forces
+def continuous_errors(trials: Sequence[TrialForces]) -> ContinuousErrors:
+    """Return the errors over all trials. The differences are NaN if there is no contact."""
+    shifted_n = [_shifted_rmse_n(trials, shift_s) for shift_s in SHIFTS_S]
+    best = int(np.argmin(shifted_n))
+    evaluated_s = sum(float(forces.trial.steps_s[forces.evaluated].sum()) for forces in trials)
+    without_force_s = sum(
+        float(forces.trial.steps_s[forces.evaluated & np.isnan(forces.compensated_n)].sum())
+        for forces in trials
     )
-    gaps = [part.compensated_n - part.trial.force_n for part in forces]
-    return Continuous(
-        _root([gap[part.near] for gap, part in zip(gaps, forces, strict=True)]),
-        shifted[0],
-        shifted[best],
+    compensated_n = _root_mean_square(
+        [(forces.compensated_n - forces.trial.force_n)[forces.evaluated] for forces in trials]
+    )
+    return ContinuousErrors(
+        compensated_n,
+        shifted_n[0],
+        shifted_n[best],
         float(SHIFTS_S[best]),
-        looked_at_s,
-        without_s,
+        evaluated_s,
+        without_force_s,
     )
 
 
-def _rmse_n(forces: Sequence[Forces], shift_s: float) -> float:
-    """Of the uncompensated forces, shown `shift_s` earlier than they came [N]."""
-    gaps = []
-    for part in forces:
-        t_s = part.trial.t_s[part.near]
-        shown_n = np.interp(t_s + shift_s, part.trial.t_s, part.uncompensated_n)
-        gaps.append(shown_n - part.trial.force_n[part.near])
-    return _root(gaps)
+def _shifted_rmse_n(trials: Sequence[TrialForces], shift_s: float) -> float:
+    """Return the root mean square error [N] of the uncompensated force, moved `shift_s` earlier."""
+    errors = []
+    for forces in trials:
+        t_s = forces.trial.t_s[forces.evaluated]
+        shifted_n = np.interp(t_s + shift_s, forces.trial.t_s, forces.uncompensated_n)
+        errors.append(shifted_n - forces.trial.force_n[forces.evaluated])
+    return _root_mean_square(errors)
 
 
-def _root(gaps: Sequence[Floats]) -> float:
-    """Root mean square of the gaps that are known; NaN without any."""
-    gap = np.concatenate(gaps) if gaps else np.empty(0)
-    known = gap[np.isfinite(gap)]
+def _root_mean_square(errors: Sequence[Floats]) -> float:
+    """Return the root mean square of the finite errors, NaN if there are none."""
+    error = np.concatenate(errors) if errors else np.empty(0)
+    known = error[np.isfinite(error)]
     return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")

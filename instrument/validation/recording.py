@@ -1,4 +1,4 @@
-"""Recordings as CSV: pressure of the balloon beside a reference force, checked line by line."""
+"""Validation recordings as CSV files: pressure of the balloon beside a reference force, line by line."""
 
 from __future__ import annotations
 
@@ -7,74 +7,83 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from instrument import whole_file
-from instrument.columns import Row, Table, table_in
-from instrument.errors import ConfigurationError
-from instrument.validation.trial import LONGEST_GAP_S, SHORTEST_S, Sample, Trial, trials_of
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.validation.trial import MAX_GAP_S, MIN_DURATION_S, Trial, TrialSample, split_trials
+from pneuforce.support import atomic_file
+from pneuforce.support.columns import CsvRow, CsvTable, parse_table
 
-NEEDED = ("t_s", "pressure_kpa", "force_n")
-#: Optional columns, each change of which begins a new trial; where phase is empty the balloon is not locked.
-MARKS = ("phase", "setpoint_kpa")
+REQUIRED_COLUMNS = ("t_s", "pressure_kpa", "force_n")
+#: Optional columns that divide the recording into trials: a new trial starts when a value changes. The
+#: balloon is not locked in rows whose phase is empty.
+TRIAL_COLUMNS = ("phase", "setpoint_kpa")
 
 
-class Span(NamedTuple):
-    """What a column may contain, and what a number outside is usually mistaken for."""
+class ColumnRange(NamedTuple):
+    """Allowed values of a column, and the end of the error message for a value outside."""
 
     low: float
     high: float
-    suspicion: str
+    explanation: str
 
 
-SPANS: Mapping[str, Span] = {
-    "t_s": Span(-math.inf, math.inf, ""),
-    "pressure_kpa": Span(-60.0, 60.0, "more than the sensor can tell: is this Pa, hPa or absolute?"),
-    "force_n": Span(-50.0, 50.0, "more than the balloon can bear: is this mN or g?"),
+COLUMN_RANGES: Mapping[str, ColumnRange] = {
+    "t_s": ColumnRange(-math.inf, math.inf, ""),
+    "pressure_kpa": ColumnRange(
+        -60.0, 60.0, "beyond the range of the sensor: is the unit Pa or hPa, or the pressure absolute?"
+    ),
+    "force_n": ColumnRange(-50.0, 50.0, "more than the balloon can bear: is the unit mN or g?"),
 }
 
 
 def read(path: Path) -> tuple[Trial, ...]:
-    """The trials of a recording. Raises ConfigurationError with file, line and column."""
-    trials = trials_of(_samples(table_in(whole_file.content_of(path), str(path))))
+    """Return the trials of a recording.
+
+    Raises ConfigurationError with file, line and column if a row is invalid, or if there is no trial.
+    """
+    trials = split_trials(_samples(parse_table(atomic_file.read_file(path), str(path))))
     if not trials:
         raise ConfigurationError(
-            f"{path}: no samples of a locked balloon that are less than {LONGEST_GAP_S} s apart for "
-            f"{SHORTEST_S} s: is t_s in seconds?"
+            f"{path}: no samples of a locked balloon that are less than {MAX_GAP_S} s apart for "
+            f"{MIN_DURATION_S} s: is t_s in seconds?"
         )
     return trials
 
 
 def write(path: Path, trials: Iterable[Trial]) -> None:
-    """Write trials as a recording, numbered by phase from 1. Raises ConfigurationError."""
-    whole_file.write(path, _lines(trials))
+    """Write trials as a recording. The column `phase` numbers the trials from 1.
+
+    Raises ConfigurationError if the file cannot be written.
+    """
+    atomic_file.write_lines(path, _lines(trials))
 
 
 def _lines(trials: Iterable[Trial]) -> Iterator[str]:
-    yield ",".join([*NEEDED, "phase"]) + "\n"
+    yield ",".join([*REQUIRED_COLUMNS, "phase"]) + "\n"
     for number, trial in enumerate(trials, 1):
-        for t, kpa, n in zip(trial.t_s, trial.pressure_kpa, trial.force_n, strict=True):
-            yield f"{t:.3f},{kpa:.5f},{n:.5f},{number}\n"
+        for t_s, kpa, force_n in zip(trial.t_s, trial.pressure_kpa, trial.force_n, strict=True):
+            yield f"{t_s:.3f},{kpa:.5f},{force_n:.5f},{number}\n"
 
 
-def _samples(table: Table) -> Iterator[Sample]:
-    table.having(NEEDED)
-    marks = [name for name in MARKS if name in table.names]
+def _samples(table: CsvTable) -> Iterator[TrialSample]:
+    table.require_columns(REQUIRED_COLUMNS)
+    trial_columns = [name for name in TRIAL_COLUMNS if name in table.names]
     before_s = -math.inf
     for row in table.rows:
-        t_s, pressure_kpa, force_n = (_number(row, name) for name in NEEDED)
+        t_s, pressure_kpa, force_n = (_number(row, name) for name in REQUIRED_COLUMNS)
         if not t_s > before_s:
-            raise row.refusal(f"t_s: time must rise, from {before_s:g} s to {t_s:g} s")
+            raise row.error(f"t_s: time must rise, from {before_s:g} s to {t_s:g} s")
         before_s = t_s
-        yield Sample(t_s, pressure_kpa, force_n, _trial((name, row.cells[name]) for name in marks))
+        yield TrialSample(t_s, pressure_kpa, force_n, _trial_label(row, trial_columns))
 
 
-def _number(row: Row, name: str) -> float:
-    value, span = row.number(name), SPANS[name]
-    if not span.low <= value <= span.high:
-        raise row.refusal(f"{name} = {value:g} is {span.suspicion}")
+def _number(row: CsvRow, name: str) -> float:
+    value, allowed = row.number(name), COLUMN_RANGES[name]
+    if not allowed.low <= value <= allowed.high:
+        raise row.error(f"{name} = {value:g} is {allowed.explanation}")
     return value
 
 
-def _trial(marks: Iterable[tuple[str, str]]) -> tuple[str, ...] | None:
-    """What the marks of a row say together; None where they say that the balloon is not locked."""
-    known = dict(marks)
-    return None if known.get("phase") == "" else tuple(known.values())
+def _trial_label(row: CsvRow, trial_columns: Iterable[str]) -> tuple[str, ...] | None:
+    """Return the values that identify the trial of a row, None if the balloon is not locked."""
+    values = {name: row.cells[name] for name in trial_columns}
+    return None if values.get("phase") == "" else tuple(values.values())

@@ -1,7 +1,8 @@
-"""A reference force beside recorded pressures: what makes them a recording that can be validated."""
+"""Reference force beside recorded pressures: the two together become a recording that can be validated."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -9,68 +10,77 @@ from typing import NamedTuple
 
 import numpy as np
 
-from instrument import whole_file
-from instrument.columns import Numbers, Points, points_in
-from instrument.errors import ConfigurationError
-from instrument.validation.recording import NEEDED
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.validation.recording import REQUIRED_COLUMNS
+from pneuforce.support import atomic_file
+from pneuforce.support.columns import Numbers, Points, parse_points
 
-ROWS_AT_ONCE = 5000
-MOST_APART_S = 0.15  #: two points of the reference; a logger of 10 Hz may be late by half
+BATCH_SIZE = 5000
+#: Longest gap between two reference readings. A logger of 10 Hz may be late by half a period.
+MAX_REFERENCE_GAP_S = 0.15
 
 
-class Pressure(NamedTuple):
-    """One sample without a reference."""
+class PressureSample(NamedTuple):
+    """One sample of the pressure, without a reference force."""
 
     t_s: float
-    pressure_kpa: float  #: gauge, zeroed; NaN where the sensor is not believed
+    pressure_kpa: float  #: gauge, zeroed; NaN if the sensor reading is invalid
     locked: bool  #: whether the balloon is locked
 
 
 def read(path: Path) -> Points:
-    """A reference force over time, columns t_s and force_n. Raises ConfigurationError."""
-    points = points_in(whole_file.content_of(path), str(path), [("t_s", "force_n")])
-    points.at_least(2)
-    still = np.flatnonzero(~(np.diff(points["t_s"]) > 0.0))
-    if len(still):
-        raise points.refusal("t_s: time must rise", int(still[0]) + 1)
+    """Return a reference force over time, with the columns t_s and force_n.
+
+    Raises ConfigurationError if the file is invalid, or if the time does not rise.
+    """
+    points = parse_points(atomic_file.read_file(path), str(path), [("t_s", "force_n")])
+    points.require_rows(2)
+    not_rising = np.flatnonzero(~(np.diff(points["t_s"]) > 0.0))
+    if len(not_rising):
+        raise points.error("t_s: time must rise", int(not_rising[0]) + 1)
     return points
 
 
-def beside(samples: Iterable[Pressure], reference: Points) -> Iterator[str]:
-    """Lines of a recording: the samples that the reference covers, each with its force, phase by phase.
+def recording_lines(samples: Iterable[PressureSample], reference: Points) -> Iterator[str]:
+    """Yield the lines of a recording: each sample that the reference covers, with its force and phase.
 
-    Between two points of the reference the force is on the line, unless they are too far apart. Raises
-    ConfigurationError where not a single sample is covered.
+    The force is interpolated linearly between two readings of the reference. Raises ConfigurationError if the
+    reference covers no sample.
     """
-    yield ",".join([*NEEDED, "phase"]) + "\n"
-    rows, before_s = 0, -np.inf
-    numbered = _phases(samples)
-    while batch := list(islice(numbered, ROWS_AT_ONCE)):
+    yield ",".join([*REQUIRED_COLUMNS, "phase"]) + "\n"
+    row_count, before_s = 0, -np.inf
+    numbered = _with_phase(samples)
+    while batch := list(islice(numbered, BATCH_SIZE)):
         t_s = np.array([sample.t_s for sample, _ in batch])
         force_n = force_at(t_s, reference)
         for (sample, phase), force in zip(batch, force_n.tolist(), strict=True):
-            if force == force and sample.pressure_kpa == sample.pressure_kpa and sample.t_s > before_s:
-                before_s, rows = sample.t_s, rows + 1
+            has_values = math.isfinite(force) and math.isfinite(sample.pressure_kpa)
+            if has_values and sample.t_s > before_s:
+                before_s, row_count = sample.t_s, row_count + 1
                 yield f"{sample.t_s:.6f},{sample.pressure_kpa:.5f},{force:.5f},{phase}\n"
-    if not rows:
-        low_s, high_s = reference["t_s"][[0, -1]]
+    if not row_count:
+        first_s, last_s = reference["t_s"][[0, -1]]
         raise ConfigurationError(
-            f"{reference.name}: from {low_s:g} s to {high_s:g} s it covers no sample: "
+            f"{reference.name}: from {first_s:g} s to {last_s:g} s it covers no sample: "
             "its t_s must count from the beginning of the recording"
         )
 
 
 def force_at(t_s: Numbers, reference: Points) -> Numbers:
-    """The reference force [N] at these times; NaN where its points are too far apart, or there are none."""
+    """Return the reference force [N] at the times `t_s`.
+
+    The force is NaN outside the reference, and between readings that are more than `MAX_REFERENCE_GAP_S`
+    apart.
+    """
     known_s = reference["t_s"]
     after = np.clip(np.searchsorted(known_s, t_s), 1, len(known_s) - 1)
-    close = known_s[after] - known_s[after - 1] <= MOST_APART_S
+    close = known_s[after] - known_s[after - 1] <= MAX_REFERENCE_GAP_S
     force_n = np.interp(t_s, known_s, reference["force_n"], left=np.nan, right=np.nan)
     return np.where(close, force_n, np.nan)
 
 
-def _phases(samples: Iterable[Pressure]) -> Iterator[tuple[Pressure, str]]:
-    """Each sample with the number of its lock, empty where the balloon is not locked."""
+def _with_phase(samples: Iterable[PressureSample]) -> Iterator[tuple[PressureSample, str]]:
+    """Yield each sample with the number of its locked period, or with "" if the balloon is not locked."""
     number, locked = 0, False
     for sample in samples:
         number += sample.locked and not locked

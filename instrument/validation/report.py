@@ -1,4 +1,4 @@
-"""The report of a validation: figures of this recording beside those that the paper prints."""
+"""Validation report: the results of a recording beside the results that the paper publishes."""
 
 from __future__ import annotations
 
@@ -6,96 +6,110 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from instrument.chain import ChainSettings
-from instrument.model.balloon import LOWEST_RISE_KPA
-from instrument.validation import paper
-from instrument.validation.contacts import PickedContact, contacts_of
-from instrument.validation.continuous import Continuous, Forces, continuous, forces_of
-from instrument.validation.course import Course, courses_of
-from instrument.validation.peaks import Counts, GroupErrors, Peaks, errors_of, peaks_kept
-from instrument.validation.trial import Trial
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA
+from pneuforce.instrument.validation import paper
+from pneuforce.instrument.validation.contacts import EvaluatedContact, find_contacts
+from pneuforce.instrument.validation.continuous import (
+    ContinuousErrors,
+    TrialForces,
+    compute_forces,
+    continuous_errors,
+)
+from pneuforce.instrument.validation.peaks import (
+    ContactCounts,
+    GroupErrors,
+    PeakForces,
+    group_errors,
+    select_peaks,
+)
+from pneuforce.instrument.validation.processed_trial import ProcessedTrial, process_trials
+from pneuforce.instrument.validation.trial import Trial
 
 
-class Seen(NamedTuple):
-    """One trial, its contacts and its forces: what the figures show."""
+class TrialEvaluation(NamedTuple):
+    """One trial with its contacts and its forces, as the figures show them."""
 
-    course: Course
-    contacts: list[PickedContact]
-    forces: Forces
+    processed: ProcessedTrial
+    contacts: list[EvaluatedContact]
+    forces: TrialForces
 
     @property
-    def appreciable(self) -> list[PickedContact]:
-        """The contacts that the paper would not exclude: a rise of 0.5 kPa at least."""
-        return [c for c in self.contacts if c.final_kpa - c.initial_kpa >= LOWEST_RISE_KPA]
+    def evaluable_contacts(self) -> list[EvaluatedContact]:
+        """Return the contacts with a rise of at least 0.5 kPa. The paper excludes the others."""
+        return [c for c in self.contacts if c.final_kpa - c.baseline_kpa >= MIN_RISE_KPA]
 
 
 class VolumeChange(NamedTuple):
-    """ΔV/V_i above 8.85 kPa; NaN without contacts there."""
+    """ΔV/V_i of the contacts above 8.85 kPa. The values are NaN without such contacts."""
 
-    least: float
-    most: float
+    min: float
+    max: float
     mean: float
 
 
-class Report(NamedTuple):
-    """All that a validation says."""
+class ValidationReport(NamedTuple):
+    """Results of a validation."""
 
     trials: int
-    counts: Counts
+    counts: ContactCounts
     groups: tuple[GroupErrors, ...]
     volume_change: VolumeChange
-    continuous: Continuous
+    continuous: ContinuousErrors
 
 
-def seen(trials: Iterable[Trial], settings: ChainSettings) -> list[Seen]:
-    """Each trial as the instrument follows it."""
+def evaluate_trials(trials: Iterable[Trial], settings: ChainSettings) -> list[TrialEvaluation]:
+    """Return the contacts and the forces of each trial."""
     return [
-        Seen(course, contacts_of(course, settings), forces_of(course, settings))
-        for course in courses_of(trials, settings)
+        TrialEvaluation(processed, find_contacts(processed, settings), compute_forces(processed, settings))
+        for processed in process_trials(trials, settings)
     ]
 
 
-def report_of(trials: list[Seen], settings: ChainSettings) -> tuple[Report, Peaks]:
-    """The report, and the contacts that it is about."""
-    peaks, counts = peaks_kept([contact for trial in trials for contact in trial.contacts], settings)
-    report = Report(
+def build_report(
+    trials: list[TrialEvaluation], settings: ChainSettings
+) -> tuple[ValidationReport, PeakForces]:
+    """Return the report, and the peak forces of the contacts that the report evaluates."""
+    peaks, counts = select_peaks([contact for trial in trials for contact in trial.contacts], settings)
+    report = ValidationReport(
         len(trials),
         counts,
-        errors_of(peaks),
+        group_errors(peaks),
         _volume_change(peaks),
-        continuous([trial.forces for trial in trials]),
+        continuous_errors([trial.forces for trial in trials]),
     )
     return report, peaks
 
 
-def _volume_change(peaks: Peaks) -> VolumeChange:
-    change = peaks.volume_change[paper.STIFF.selects(peaks.initial_kpa, peaks.volume_change, peaks.force_n)]
+def _volume_change(peaks: PeakForces) -> VolumeChange:
+    members = paper.ABOVE_SWITCH.selects(peaks.baseline_kpa, peaks.volume_change, peaks.force_n)
+    change = peaks.volume_change[members]
     if not len(change):
         return VolumeChange(math.nan, math.nan, math.nan)
     return VolumeChange(float(change.min()), float(change.max()), float(change.mean()))
 
 
-def as_tables(report: Report) -> dict[str, Any]:
-    """The report for JSON: null for what there is not."""
-    own, printed = report.continuous, paper.VOLUME_CHANGE
+def report_to_json(report: ValidationReport) -> dict[str, Any]:
+    """Return the report as a JSON object. A value that is not available is null."""
+    continuous = report.continuous._asdict() | {"paper_n": paper.RMSE_N, "paper_shift_s": paper.SHIFT_S}
     return {
         "trials": report.trials,
         "contacts": report.counts._asdict(),
-        "paper_contacts": paper.CONTACTS,
-        "peak_errors_percent": [_group(group) for group in report.groups],
-        "volume_change": _known(report.volume_change._asdict() | {"paper": list(printed)}),
-        "continuous": _known(own._asdict() | {"paper_n": paper.RMSE_N, "paper_shift_s": paper.SHIFT_S}),
+        "paper_contacts": paper.CONTACT_COUNT,
+        "peak_errors_percent": [_group_to_json(group) for group in report.groups],
+        "volume_change": _nan_to_none(report.volume_change._asdict() | {"paper": list(paper.VOLUME_CHANGE)}),
+        "continuous": _nan_to_none(continuous),
     }
 
 
-def _group(group: GroupErrors) -> dict[str, Any]:
+def _group_to_json(group: GroupErrors) -> dict[str, Any]:
     methods: dict[str, Any] = {
-        method: _known(
+        method: _nan_to_none(
             {
                 "solved": errors.solved,
                 "absolute": errors.absolute_percent,
                 "signed": errors.signed_percent,
-                "paper": errors.printed_percent,
+                "paper": errors.published_percent,
             }
         )
         for method, errors in group.by_method.items()
@@ -103,7 +117,7 @@ def _group(group: GroupErrors) -> dict[str, Any]:
     return {"group": group.name, "count": group.contacts, **methods}
 
 
-def _known(table: dict[str, Any]) -> dict[str, Any]:
+def _nan_to_none(table: dict[str, Any]) -> dict[str, Any]:
     return {
         name: None if isinstance(value, float) and not math.isfinite(value) else value
         for name, value in table.items()

@@ -1,4 +1,4 @@
-"""Trials: stretches in which the balloon was locked, its pressure beside a reference force."""
+"""Trials: periods in which the balloon was locked, with pressure and reference force."""
 
 from __future__ import annotations
 
@@ -13,23 +13,26 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: A longer gap between two samples ends a trial; a shorter trial than this tells nothing.
-LONGEST_GAP_S = 0.1
-SHORTEST_S = 0.5
+#: A longer gap between two samples ends a trial.
+MAX_GAP_S = 0.1
+#: A shorter trial is ignored.
+MIN_DURATION_S = 0.5
 
 
-class Sample(NamedTuple):
+class TrialSample(NamedTuple):
     """One sample of a recording."""
 
     t_s: float
     pressure_kpa: float  #: gauge, zeroed
-    force_n: float  #: reference
-    trial: Hashable  #: another one begins a new trial; None where the balloon is not locked
+    force_n: float  #: reference force
+    trial: (
+        Hashable  #: label of the trial; a new label starts a new trial, None means that no balloon is locked
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """Samples of one locked balloon, in order of time."""
+    """Samples of one locked balloon in order of time, as arrays of equal length."""
 
     t_s: Floats
     pressure_kpa: Floats
@@ -37,23 +40,24 @@ class Trial:
 
     @property
     def steps_s(self) -> Floats:
-        """Time since the sample before [s]; the first one's is the second's."""
+        """Return the time since the previous sample [s]. The first element repeats the second."""
         steps = np.diff(self.t_s, prepend=0.0)
         steps[0] = steps[1]
         return steps
 
 
-def trials_of(rows: Iterable[Sample]) -> tuple[Trial, ...]:
-    """The trials of a recording whose time rises."""
+def split_trials(samples: Iterable[TrialSample]) -> tuple[Trial, ...]:
+    """Return the trials of a recording. The time must rise from sample to sample."""
     return tuple(
         Trial(t_s=part[:, 0], pressure_kpa=part[:, 1], force_n=part[:, 2])
-        for part in _locked(rows)
-        if len(part) > 1 and part[-1, 0] - part[0, 0] > SHORTEST_S
+        for part in _locked_parts(samples)
+        if len(part) > 1 and part[-1, 0] - part[0, 0] > MIN_DURATION_S
     )
 
 
-def _locked(rows: Iterable[Sample]) -> Iterator[Floats]:
-    for trial, samples in groupby(rows, key=lambda row: row.trial):
+def _locked_parts(samples: Iterable[TrialSample]) -> Iterator[Floats]:
+    """Yield the samples of each trial as an array of shape (samples, 3): time, pressure, force."""
+    for trial, group in groupby(samples, key=lambda sample: sample.trial):
         if trial is not None:
-            part = np.array([row[:3] for row in samples])
-            yield from np.split(part, np.flatnonzero(np.diff(part[:, 0]) > LONGEST_GAP_S) + 1)
+            part = np.array([sample[:3] for sample in group])
+            yield from np.split(part, np.flatnonzero(np.diff(part[:, 0]) > MAX_GAP_S) + 1)

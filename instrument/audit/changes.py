@@ -1,0 +1,48 @@
+"""Changes of the instrument's state that are logged although no bus requested them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from pneuforce.instrument.audit.record import RecordFields
+from pneuforce.instrument.core.faults import name_of
+from pneuforce.protocol.frames import BoardKind
+
+
+class ObservedState(NamedTuple):
+    """State of the instrument at one instant. The field names are the kinds of the records."""
+
+    board: tuple[int, int, int] | None  #: kind, serial number, firmware
+    faults: tuple[int, ...]
+    state: str
+    zero_kpa: float | None
+    force_alarm: bool
+
+
+def changes(before: ObservedState, now: ObservedState) -> list[RecordFields]:
+    """Return the fields of one record per change, causes before effects."""
+    return [
+        {"kind": name, "was": _formatted(name, old), "is": _formatted(name, new)}
+        for name, old, new in zip(ObservedState._fields, before, now, strict=True)
+        if old != new
+    ]
+
+
+def _format_board(board: tuple[int, int, int] | None) -> str | None:
+    if board is None:
+        return None
+    code, serial, firmware = board
+    kind = BoardKind(code).name.lower() if code in set(BoardKind) else f"of kind {code}"
+    return f"{kind}, serial {serial}, firmware {firmware >> 8}.{firmware & 0xFF}"
+
+
+#: Formatters of the fields whose values are codes.
+_FORMATTERS: Mapping[str, Callable[[Any], Any]] = {
+    "board": _format_board,
+    "faults": lambda codes: [name_of(code) for code in codes],
+}
+
+
+def _formatted(name: str, value: Any) -> Any:
+    return _FORMATTERS[name](value) if name in _FORMATTERS else value

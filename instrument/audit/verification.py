@@ -1,0 +1,69 @@
+"""Verification of the hash chain of an event log. The first wrong record is reported."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from pneuforce.instrument.audit.record import GENESIS, chain_digest
+
+
+class StoredRecord(NamedTuple):
+    """One record as stored in the file. In a manipulated file the values can have any type."""
+
+    number: Any
+    body: Any
+    digest: Any
+
+
+class VerifiedChain(NamedTuple):
+    """Result of a successful verification."""
+
+    records: int
+    first_at: str
+    last_at: str
+    head: str
+
+
+class BrokenChainError(Exception):
+    """First record that is wrong, described in a sentence."""
+
+
+def verify_chain(rows: Iterable[StoredRecord], noted_head: str | None = None) -> VerifiedChain:
+    """Verify all records of an event log, from the first on.
+
+    `noted_head` is a head that was noted earlier. The chain must still contain the record with this digest.
+    Raises BrokenChainError.
+    """
+    head, number, first, last = GENESIS, 0, b"", b""
+    found = noted_head in (None, GENESIS.hex())
+    for number, row in enumerate(rows, 1):
+        _check(row, number, head)
+        head = row.digest
+        found = found or head.hex() == noted_head
+        first, last = first or row.body, row.body
+    if not found:
+        raise BrokenChainError(
+            f"none of the {number} records has the head {noted_head}: "
+            "records up to this head were changed or cut off"
+        )
+    return VerifiedChain(number, record_time(first), record_time(last), head.hex())
+
+
+def record_time(body: bytes) -> str:
+    """Return the time `at` of a record, or an empty string if the record has none."""
+    try:
+        return str(json.loads(body)["at"])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return ""
+
+
+def _check(row: StoredRecord, number: int, previous: bytes) -> None:
+    if row.number != number:
+        raise BrokenChainError(f"record {number} is missing: record {number - 1} is followed by {row.number}")
+    if not isinstance(row.body, bytes) or row.digest != chain_digest(previous, row.body):
+        raise BrokenChainError(
+            f"record {number} does not match its digest: it was changed or is out of order, "
+            "or a record before it was removed"
+        )

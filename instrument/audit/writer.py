@@ -1,0 +1,150 @@
+"""Writer of the event log: a thread writes the records, so that the caller never waits for the disk."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import deque
+from pathlib import Path
+from threading import Event, Thread
+
+from pneuforce.instrument.audit.event_throttle import EventCounter
+from pneuforce.instrument.audit.record import AuditRecord, Timestamp, record_body
+from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
+
+log = logging.getLogger("pneuforce")
+
+#: Records that arrive within this time share a commit. The thread polls, so a caller need not wake it.
+GATHER_S = 0.1
+RETRY_S = 1.0
+MAX_WAITING = 10_000  #: records in memory while the disk is not available; minor records fill half of it only
+BATCH = 1000
+CLOSE_S = 0.5
+
+
+class EventLogWriter:
+    """Writer that appends records to a file, and keeps them in memory while the file cannot be written.
+
+    `write_error` is the reason why the file cannot be written now, or an empty string. The constructor raises
+    EventLogFileError if the file is not an event log or another instrument writes it. A full or missing disk
+    does not prevent the start.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.write_error = ""
+        self._waiting: deque[AuditRecord] = deque()
+        self._batch: list[bytes] = []  # bodies taken from `_waiting` that are not yet on the disk
+        self._lost: EventCounter | None = None
+        self._file: EventLogFile | None = None
+        self._head: bytes | None = None  # digest of the last record in the file
+        self._replaced = ""  # why a file was found to be removed or replaced, until a record reports it
+        self._expected_head: bytes | None = None  # head of the file if a failed commit succeeded after all
+        self._end = Event()
+        try:
+            self._open()
+        except EventLogFileError:
+            raise
+        except Exception as error:
+            self._set_error(error)
+        self._thread = Thread(target=self._run, name="events", daemon=True)
+        self._thread.start()
+
+    def append(self, record: AuditRecord) -> None:
+        """Append a record. If too many records wait, the record is lost and a later record counts it."""
+        room = MAX_WAITING - len(self._waiting) - len(self._batch)
+        if room < (MAX_WAITING // 2 if record.minor else 1):
+            self._lost = self._lost or EventCounter("lost", record.at, record.fields)
+            self._lost.add(record.at, record.fields.get("times", 1))
+            return
+        if self._lost is not None and room > 1:
+            self._waiting.extend(AuditRecord(record.at, fields) for fields in self._lost.report())
+            self._lost = None
+        self._waiting.append(record)
+
+    def close(self) -> None:
+        """Write the remaining records, for at most half a second, and end the thread."""
+        self._end.set()
+        self._thread.join(CLOSE_S)
+
+    # ---- the thread
+
+    def _run(self) -> None:
+        while not self._end.wait(RETRY_S if self.write_error else GATHER_S):
+            self._try()
+        self._try()  # records that were appended before `close`, for example the record `stop`
+        unwritten = len(self._waiting) + len(self._batch)
+        if unwritten:
+            log.error("event log %s: %d records could not be written", self.path, unwritten)
+        if self._file is not None:
+            self._file.close()
+
+    def _try(self) -> None:
+        try:
+            if self._file is None:
+                self._open()
+            self._write()
+        except Exception as error:  # no error may end this thread unnoticed
+            self._close_file()
+            self._set_error(error)
+        else:
+            if self.write_error:
+                self.write_error = ""
+                log.info("event log %s is written again", self.path)
+
+    def _open(self) -> None:
+        self._file = file = EventLogFile(self.path)
+        if self._head is not None and file.head == self._expected_head:
+            self._batch = []
+        elif self._replaced or self._head not in (None, file.head):
+            why = self._replaced or "the path now has another file"
+            fields = {"kind": "file_changed", "why": why, "head_before": (self._head or b"").hex()}
+            self._batch.insert(0, record_body(AuditRecord(_now(), fields)))
+        self._head, self._expected_head, self._replaced = file.head, None, ""
+
+    def _write(self) -> None:
+        assert self._file is not None
+        self._check_in_place(self._file)
+        while self._batch or self._waiting:
+            self._check_in_place(self._file)  # again, because a record may have arrived in the meantime
+            self._fill_batch()
+            self._expected_head = self._file.rows_of(self._batch)[-1][2]
+            self._file.append(self._batch)
+            self._batch, self._head, self._expected_head = [], self._file.head, None
+
+    def _check_in_place(self, file: EventLogFile) -> None:
+        try:
+            file.check_in_place()
+        except OSError as error:
+            self._replaced = _reason(error)
+            raise
+
+    def _fill_batch(self) -> None:
+        """Move records to the batch. Add before removing, so that `append` never counts too few records."""
+        while len(self._batch) < BATCH and self._waiting:
+            self._batch.append(record_body(self._waiting[0]))
+            self._waiting.popleft()
+
+    def _close_file(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _set_error(self, error: Exception) -> None:
+        """Set `write_error` and log the first error, and each later error that needs action by a user."""
+        why = _reason(error)
+        if not self.write_error or (isinstance(error, EventLogFileError) and why != self.write_error):
+            log.warning(
+                "event log %s cannot be written: %s; measuring continues, and records are kept in memory",
+                self.path,
+                why,
+            )
+        self.write_error = why
+
+
+def _now() -> Timestamp:
+    return Timestamp(time.time_ns() // 1000, time.monotonic())
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__

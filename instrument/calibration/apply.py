@@ -1,0 +1,161 @@
+"""Application of a calibration: chain settings in which measured values replace the defaults."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration.file import Calibration, ForceConditions, ForcePart, rounded
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model import ForceCorrection
+from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
+from pneuforce.instrument.model.law import BLEND_KPA
+from pneuforce.instrument.model.uncertainty import ModelUncertainty
+
+#: Keys of the radius part that are also fields of `Balloon`.
+RADIUS_KEYS = ("rest_radius_mm", "radius_linear_mm_per_kpa", "radius_quadratic_mm_per_kpa2")
+#: Configuration section of each key. Keys that are not listed belong to the section `balloon`.
+CONFIGURATION_SECTIONS = {
+    "method": "measurement",
+    "switch": "measurement",
+    "low": "measurement",
+    "volume_mm3": "circuit",
+    "tube_time_constant_s": "measurement",
+}
+#: Constants that a software release fixes, so that no configuration key can be named for them.
+RELEASE_CONSTANTS = {
+    "blend_kpa": "the width of the blend",
+    "middle_kpa": "the ΔP_i at which p is 0",
+}
+#: Inputs whose error is the same in every contact of one balloon on one circuit. A force calibration
+#: compensates these errors, and the residual of the calibration contains what remains of them.
+COMPENSATED_INPUTS = ("radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm", "poisson")
+
+
+def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
+    """Return the settings with the values of the calibration.
+
+    Raises ConfigurationError if the configured values contradict the calibration.
+    """
+    for apply_part in (_apply_radius, _apply_volume, _apply_lag, _apply_force):
+        settings = apply_part(settings, calibration)
+    return settings
+
+
+def force_conditions(settings: ChainSettings) -> ForceConditions:
+    """Return the conditions under which a force calibration of these settings is valid."""
+    law, balloon = settings.law, settings.balloon
+    return ForceConditions(
+        method=law.method,
+        switch=law.switch,
+        blend_kpa=BLEND_KPA,
+        low=law.low,
+        middle_kpa=REFERENCE_BASELINE_KPA,
+        young_kpa=balloon.young_kpa,
+        poisson=balloon.poisson,
+        rest_radius_mm=balloon.rest_radius_mm,
+        rest_thickness_mm=balloon.rest_thickness_mm,
+        radius_linear_mm_per_kpa=balloon.radius_linear_mm_per_kpa,
+        radius_quadratic_mm_per_kpa2=balloon.radius_quadratic_mm_per_kpa2,
+        volume_mm3=settings.circuit.volume_mm3,
+    )
+
+
+def changed_conditions(settings: ChainSettings, force: ForcePart) -> list[str]:
+    """Return a message for each value that differs between the settings and the force calibration."""
+    return [
+        f"{_display_name(key)} = {value!r}, and its force calibration was made for "
+        f"{getattr(force.made_for, key)!r}"
+        for key, value in force_conditions(settings)
+        if value != getattr(force.made_for, key)
+    ]
+
+
+def _display_name(key: str) -> str:
+    """Return the name of a key for a message: section and key, or a description of a release constant."""
+    return RELEASE_CONSTANTS.get(key) or f"{CONFIGURATION_SECTIONS.get(key, 'balloon')}.{key}"
+
+
+def _apply_radius(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
+    part = calibration.radius
+    if part is None:
+        return settings
+    default = ChainSettings().balloon
+    measured = {key: getattr(part, key) for key in RADIUS_KEYS}
+    for key, value in measured.items():
+        _check_agreement(key, getattr(settings.balloon, key), getattr(default, key), value)
+    return replace(
+        settings,
+        balloon=replace(settings.balloon, **measured),
+        input_uncertainties=replace(settings.input_uncertainties, radius_mm=part.residual_mm),
+    )
+
+
+def _apply_volume(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
+    part = calibration.volume
+    if part is None:
+        return settings
+    default = ChainSettings().circuit
+    _check_agreement("volume_mm3", settings.circuit.volume_mm3, default.volume_mm3, part.volume_mm3)
+    return replace(
+        settings,
+        circuit=replace(settings.circuit, volume_mm3=part.volume_mm3),
+        input_uncertainties=replace(settings.input_uncertainties, volume_mm3=part.volume_std_mm3),
+    )
+
+
+def _apply_lag(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
+    part = calibration.lag
+    if part is None:
+        return settings
+    _check_agreement(
+        "tube_time_constant_s",
+        settings.tube_time_constant_s,
+        ChainSettings().tube_time_constant_s,
+        part.tube_time_constant_s,
+    )
+    return replace(
+        settings,
+        tube_time_constant_s=part.tube_time_constant_s,
+        lag_relative_std=part.tube_std_s / part.tube_time_constant_s,
+    )
+
+
+def _check_agreement(key: str, configured: float, default: float, measured: float) -> None:
+    """Raise ConfigurationError if a user configured a value that differs from the measured value.
+
+    A value that equals the default counts as not configured, so that the measured value replaces it.
+    """
+    if rounded(configured) not in (rounded(default), measured):
+        raise ConfigurationError(
+            f"{_display_name(key)} = {configured!r} contradicts the calibration, which "
+            f"measured {measured!r}: delete one of them"
+        )
+
+
+def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
+    part = calibration.force
+    if part is None:
+        return settings
+    changed = changed_conditions(settings, part)
+    if changed:
+        raise ConfigurationError("; ".join(changed) + ": calibrate the force again, or change it back")
+    correction = ForceCorrection(
+        constant=part.constant,
+        by_rise=part.by_rise,
+        by_initial=part.by_initial_per_kpa,
+        by_both=part.by_both_per_kpa,
+        by_step=part.by_step,
+        law=settings.law,
+        balloon=settings.balloon,
+        rise_span_kpa=(part.rise_low_kpa, part.rise_high_kpa),
+        baseline_span_kpa=(part.initial_low_kpa, part.initial_high_kpa),
+    )
+    model = ModelUncertainty(
+        relative_std_below=part.residual_share,
+        relative_std_above=part.residual_share,
+        absolute_std_n=part.residual_floor_n,
+        interpolation=False,
+    )
+    inputs = replace(settings.input_uncertainties, **dict.fromkeys(COMPENSATED_INPUTS, 0.0))
+    return replace(settings, correction=correction, model_uncertainty=model, input_uncertainties=inputs)

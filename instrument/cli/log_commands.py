@@ -1,0 +1,100 @@
+"""The commands `pneuforce log …` for the event log."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pneuforce.instrument.cli.options import Json
+
+commands = typer.Typer(
+    help="Show or verify the event log: every write request with its result, faults, start and stop.",
+    no_args_is_help=True,
+)
+
+File = Annotated[
+    Path | None, typer.Option("--file", help="The event log; by default events.sqlite in this folder.")
+]
+Config = Annotated[
+    Path | None, typer.Option("--config", help="The instrument.toml that names the log, instead of --file.")
+]
+
+
+def _parse_time(text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise typer.BadParameter(
+            "a UTC time is expected, for example 2027-01-31 or 2027-01-31T08:00:00"
+        ) from None
+
+
+@commands.command()
+def show(
+    file: File = None,
+    config: Config = None,
+    last: Annotated[int, typer.Option("--last", min=0, help="Number of records; 0 shows all.")] = 50,
+    since: Annotated[
+        datetime | None,
+        typer.Option(
+            "--since",
+            help="Only records from this UTC time on, for example 2027-01-31T08:00:00.",
+            metavar="TIME",
+            parser=_parse_time,
+        ),
+    ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Also show new records, until Ctrl-C.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Show the latest records, even while the instrument is running.
+
+    With --json, each record is one line with its number, its fields and its digest.
+
+    Example: pneuforce log show --last 20
+    """
+    from pneuforce.instrument.cli.log_table import EventSelection, show_events
+
+    show_events(_log_file(file, config), EventSelection(last, since, follow), as_json)
+
+
+@commands.command()
+def verify(
+    file: File = None,
+    config: Config = None,
+    head: Annotated[
+        str | None, typer.Option("--head", help="A head that you noted earlier: it must still be in the log.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Recompute all digests to find records that were changed, removed or inserted.
+
+    The exit code is 1 if the chain of digests is broken.
+
+    A person who can write the file can also recompute the whole chain.
+    Therefore note the printed head in a place that others cannot write.
+    With --head, the command checks that all records up to the noted head are unchanged.
+
+    Example: pneuforce log verify --config instrument.toml
+    """
+    from pneuforce.instrument.cli.log_table import verify_events
+
+    raise typer.Exit(verify_events(_log_file(file, config), head, as_json))
+
+
+def _log_file(file: Path | None, config: Path | None) -> Path:
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.instrument.config import read, resolve_path
+
+    if config is None:
+        return file or Path("events.sqlite")
+    if file is not None:
+        raise ConfigurationError("--file and --config both name a log: give only one of them")
+    path = resolve_path(config, read(config).events.file)
+    if path is None:
+        raise ConfigurationError(
+            f'{config}: events.file = "" disables the event log: there is no log to read'
+        )
+    return path

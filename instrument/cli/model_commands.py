@@ -1,0 +1,109 @@
+"""The commands about the force model: estimate, uncertainty, validate, accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pneuforce.instrument.cli import estimate as output
+from pneuforce.instrument.cli.options import Json, Low, Method, PlantName, Switch
+from pneuforce.instrument.model import ForceLaw
+
+commands = typer.Typer()
+
+Dpi = Annotated[float, typer.Option("--dpi", help="Gauge pressure before the contact, ΔP_i, in kPa.")]
+Dpf = Annotated[float, typer.Option("--dpf", help="Gauge pressure during the contact, ΔP_f, in kPa.")]
+
+
+@commands.command()
+def estimate(
+    dpi: Dpi,
+    dpf: Dpf,
+    method: Method = "energetic",
+    switch: Switch = "paper",
+    low: Low = "line",
+    as_json: Json = False,
+) -> None:
+    """Calculate the force of one contact from the pressures before and during the contact.
+
+    Example: pneuforce estimate --dpi 8.0 --dpf 9.2
+    """
+    contact = output.estimate_contact(dpi, dpf, ForceLaw(method=method, switch=switch, low=low))
+    typer.echo(output.estimate_json(contact) if as_json else output.format_estimate(contact))
+
+
+@commands.command()
+def uncertainty(
+    dpi: Dpi,
+    dpf: Dpf,
+    method: Method = "energetic",
+    switch: Switch = "paper",
+    low: Low = "line",
+    as_json: Json = False,
+) -> None:
+    """Print the uncertainty budget of a force: the contribution of each input, as the GUM defines it.
+
+    Example: pneuforce uncertainty --dpi 8.0 --dpf 9.2
+    """
+    contact = output.estimate_contact(dpi, dpf, ForceLaw(method=method, switch=switch, low=low))
+    typer.echo(output.budget_json(contact) if as_json else output.format_budget(contact))
+
+
+@commands.command()
+def validate(
+    data: Annotated[
+        Path | None, typer.Option(help="A recording with a reference force, instead of the simulated rig.")
+    ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(help="Scenario to simulate, campaign by default; see pneuforce sim run --list."),
+    ] = None,
+    plant: Annotated[
+        PlantName | None, typer.Option(help="Simulated balloon, instead of that of the scenario.")
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Seed of the noise, instead of that of the scenario.", min=0, max=0xFFFF_FFFF),
+    ] = None,
+    switch: Switch = "paper",
+    low: Low = "line",
+    save: Annotated[Path | None, typer.Option(help="Write the simulated recording to this CSV file.")] = None,
+    figures: Annotated[
+        Path | None, typer.Option(help="Draw the figures of the paper into this folder.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Compare the force with a reference force, and the errors with those of the paper.
+
+    Example: pneuforce validate --plant membrane
+    """
+    from pneuforce.instrument.cli import validate
+    from pneuforce.instrument.cli.validation_source import SourceOptions
+
+    options = SourceOptions(data=data, scenario=scenario, plant=plant, seed=seed)
+    validate.validate(options, ForceLaw(switch=switch, low=low), save, figures, as_json)
+
+
+@commands.command()
+def accuracy(
+    contacts: Annotated[
+        int, typer.Option(help="Number of contacts for the evaluation.", min=30, max=5000)
+    ] = 480,
+    calibrations: Annotated[
+        int, typer.Option(help="Number of calibrations with 24 contacts to average.", min=1, max=50)
+    ] = 8,
+    seed: Annotated[int, typer.Option(help="Seed of the contacts and of their noise.", min=0)] = 1,
+    as_json: Json = False,
+) -> None:
+    """Compare each force estimator with the true force of both simulated balloons.
+
+    Prints the document docs/accuracy.md. The calculation takes some minutes.
+
+    Example: pneuforce accuracy > docs/accuracy.md
+    """
+    from pneuforce.instrument.cli.accuracy import accuracy
+    from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign
+
+    typer.echo(accuracy(AccuracyCampaign(contacts, calibrations, seed), as_json))

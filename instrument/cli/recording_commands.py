@@ -1,0 +1,182 @@
+"""The commands that make and use recordings: record, export, plot, replay."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pneuforce.instrument.cli.options import Json, Seconds
+
+commands = typer.Typer()
+
+RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="The recording.")]
+FromS = Annotated[
+    float | None, typer.Option("--from-s", help="Start at this time after the start of the recording, in s.")
+]
+ToS = Annotated[
+    float | None, typer.Option("--to-s", help="End at this time after the start of the recording, in s.")
+]
+
+
+class ExportFormat(Enum):
+    """File formats of an export."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+    VALIDATION = "validation"
+
+
+@commands.command()
+def record(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A new file.")],
+    config: Annotated[
+        Path | None, typer.Option("--config", help="The instrument.toml of the running instrument.")
+    ] = None,
+    socket: Annotated[
+        Path | None, typer.Option("--socket", help="Local socket of the instrument, instead of --config.")
+    ] = None,
+    seconds: Seconds = None,
+    as_json: Json = False,
+) -> None:
+    """Record all inputs and measurements of a running instrument into one file.
+
+    Without --config and --socket, the running demo is recorded.
+
+    Example: pneuforce record press.recording --config instrument.toml --seconds 60
+    """
+    from pneuforce.instrument.cli.record import record, socket_of_demo
+
+    socket_path = _socket_of(config, socket) or socket_of_demo()
+    raise typer.Exit(record(file, socket_path, seconds, as_json))
+
+
+def _socket_of(config: Path | None, socket: Path | None) -> Path | None:
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.instrument.config import read, resolve_path
+
+    if config is None:
+        return socket
+    if socket is not None:
+        raise ConfigurationError("--config and --socket both name an instrument: give only one of them")
+    path = resolve_path(config, read(config).local.socket)
+    if path is None:
+        raise ConfigurationError(
+            f'{config}: local.socket = "" disables the local socket: set it to record this instrument'
+        )
+    return path
+
+
+@commands.command()
+def export(
+    file: RecordingFile,
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Output file, .csv or .parquet.")],
+    form: Annotated[
+        ExportFormat | None, typer.Option("--format", help="File format; by default, by the name of OUT.")
+    ] = None,
+    from_s: FromS = None,
+    to_s: ToS = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            "--reference", help="For validation only: a CSV of the true force, columns t_s and force_n."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Write the samples of a recording as a table for a spreadsheet, pandas or pneuforce validate.
+
+    Example: pneuforce export press.recording press.parquet --from-s 10 --to-s 20
+    """
+    from pneuforce.instrument.cli.export import ExportOptions, export
+
+    options = ExportOptions(out, form.value if form else None, *_span(from_s, to_s), reference)
+    raise typer.Exit(export(file, options, as_json))
+
+
+@commands.command()
+def plot(
+    file: RecordingFile,
+    out: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="OUT", help="Output file, .png or .svg; by default, FILE with the suffix .png."
+        ),
+    ] = None,
+    from_s: FromS = None,
+    to_s: ToS = None,
+    by_pressure: Annotated[
+        bool,
+        typer.Option("--by-pressure", help="Draw the uncertainty of the peak forces by pressure bin."),
+    ] = False,
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --by-pressure: draw the errors against the true force, a CSV with t_s and force_n."
+        ),
+    ] = None,
+    title: Annotated[str | None, typer.Option(help="Title, instead of the name of the recording.")] = None,
+) -> None:
+    """Draw a recording: pressure with ΔP_i and ΔP_f of each contact, and force with ±2u.
+
+    Example: pneuforce plot press.recording press.svg --from-s 10 --to-s 40
+    """
+    from pneuforce.instrument.cli.plot import PlotOptions, plot
+
+    raise typer.Exit(plot(PlotOptions(file, out, *_span(from_s, to_s), by_pressure, reference, title)))
+
+
+def _span(from_s: float | None, to_s: float | None) -> tuple[float, float]:
+    """Return a time range. An end without a value is infinite."""
+    return -math.inf if from_s is None else from_s, math.inf if to_s is None else to_s
+
+
+@commands.command()
+def replay(
+    file: RecordingFile,
+    config: Annotated[
+        Path | None, typer.Option("--config", help="Play the recording on the buses of this instrument.toml.")
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option("--speed", min=0.1, max=100.0, help="Multiple of the recorded speed, 1 by default."),
+    ] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="Start again at the end, until Ctrl-C.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Verify a recording: measure its inputs again and compare every sample to the last bit.
+
+    The exit code is 1 if a sample differs or the file is damaged.
+
+    With --config, nothing is verified: the recording is played on the buses and marked as simulated.
+    Then every write except a vent is rejected.
+
+    Example: pneuforce replay press.recording --config instrument.toml --speed 0.5
+    """
+    from pneuforce.instrument.cli.replay import replay
+
+    if config is None:
+        _check_no_bus_options(speed, loop)
+        raise typer.Exit(replay(file, as_json))
+    _play(file, config, 1.0 if speed is None else speed, loop, as_json)
+
+
+def _check_no_bus_options(speed: float | None, loop: bool) -> None:
+    from pneuforce.errors import ConfigurationError
+
+    if speed is not None or loop:
+        raise ConfigurationError("--speed and --loop go with --config, which names the buses of the replay")
+
+
+def _play(file: Path, config: Path, speed: float, loop: bool, as_json: bool) -> None:
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.instrument.config import read, resolve_path
+    from pneuforce.instrument.service.replay_host import serve_replay
+
+    if as_json:
+        raise ConfigurationError("--json does not go with --config: a replay on buses has no result to print")
+    configuration = read(config)
+    serve_replay(file, configuration, resolve_path(config, configuration.local.socket), speed, loop)

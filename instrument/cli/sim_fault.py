@@ -1,0 +1,95 @@
+"""`pneuforce sim fault`: inject a fault into a running simulator, remove it, or list the faults."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from pneuforce.errors import ConfigurationError, RigError
+from pneuforce.sim.faults import CATALOGUE, SimulatorRequestError
+from pneuforce.sim.faults.document import format_arguments, format_response
+from pneuforce.sim.faults.kind import FaultKind
+from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding, control_port_file
+
+
+def show_catalogue(as_json: bool) -> None:
+    """Print every fault with its description, its arguments and the expected response."""
+    if as_json:
+        print(json.dumps([_facts(kind) for kind in CATALOGUE.values()], indent=2, ensure_ascii=False))
+        return
+    table = Table("name", "what happens", "arguments: default (range)", "response", box=SIMPLE_HEAD)
+    for kind in CATALOGUE.values():
+        table.add_row(kind.name, kind.description, format_arguments(kind), format_response(kind))
+    Console().print(table)
+
+
+def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off: bool, as_json: bool) -> str:
+    """Inject the named fault, or remove it if `off`. Return the active faults as text or JSON.
+
+    Without a name, nothing is changed. Raises ConfigurationError if the simulator rejects the request,
+    RigError if no simulator answers.
+    """
+    arguments = parse_arguments(pairs)
+    if off and (name is None or arguments):
+        raise ConfigurationError(
+            "--off takes the name of one fault and no arguments, for example: pneuforce sim fault leak --off"
+        )
+    simulator = SimulatorClient(control_port)
+    try:
+        before = simulator.faults()
+        if name is not None:
+            simulator.request(fault={"name": name, "on": not off, **arguments})
+        active = simulator.faults()
+    except SimulatorNotResponding as error:
+        raise RigError(str(error)) from None
+    except SimulatorRequestError as error:
+        raise ConfigurationError(str(error)) from None
+    lines = [_line(**fault) for fault in active] or ["no fault is active"]
+    if off and name not in [fault["name"] for fault in before]:
+        raise ConfigurationError(f"{name} was not active: {', '.join(lines)}")
+    return json.dumps(active) if as_json else "\n".join(lines)
+
+
+def control_port_of(link: Path) -> int:
+    """Return the control port of the simulator whose serial port is at `link`. Raises ConfigurationError."""
+    try:
+        return int(control_port_file(link).read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        raise ConfigurationError(
+            f"no simulator has its port at {link}: start pneuforce sim run, or name --link or --control PORT"
+        ) from None
+
+
+def _facts(kind: FaultKind) -> dict[str, Any]:
+    return {
+        "name": kind.name,
+        "what": kind.description,
+        "rule": kind.expected,
+        "where": kind.phase,
+        "arguments": [argument._asdict() for argument in kind.arguments],
+        "answer": format_response(kind),
+    }
+
+
+def parse_arguments(pairs: Iterable[str]) -> dict[str, float]:
+    """Return the arguments of a fault from texts `name=number`. Raises ConfigurationError."""
+    arguments: dict[str, float] = {}
+    for pair in pairs:
+        name, _, text = pair.partition("=")
+        try:
+            arguments[name.replace("-", "_")] = float(text)
+        except ValueError:
+            raise ConfigurationError(
+                f"{pair}: an argument has the form name=number, for example kpa_per_s=0.02"
+            ) from None
+    return arguments
+
+
+def _line(name: str, **arguments: float) -> str:
+    return " ".join([name, *(f"{argument}={value:g}" for argument, value in arguments.items())])

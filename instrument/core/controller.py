@@ -1,0 +1,157 @@
+"""Instrument: process samples, time and requests; produce board commands and snapshots. No I/O."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from pneuforce.instrument.core.authorization import authorize
+from pneuforce.instrument.core.faults import HostFault, codes_of
+from pneuforce.instrument.core.interlocks import InterlockMonitor
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.operations import finish_clearing
+from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.core.requests import execute, log_write, write_context_of
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.core.snapshot import Snapshot, snapshot_of
+from pneuforce.instrument.core.state import InstrumentState
+from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.rig.link import RawSample
+from pneuforce.protocol.frames import Command, CommandFlag, Hello, Mode, Sample
+
+log = logging.getLogger("pneuforce")
+
+
+class Instrument(InstrumentState):
+    """Measuring instrument without I/O: samples and requests in, board commands and snapshots out."""
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        self._interlocks = InterlockMonitor()
+        self._contact_peak_n = math.nan
+        self._finished_contacts = 0
+        self._snapshots: dict[tuple[int, float, str, RejectReason], Snapshot] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the state for a checkpoint, without cached snapshots."""
+        return vars(self) | {"_snapshots": {}}
+
+    # ---- input from the rig
+
+    def identify_board(self, hello: Hello) -> None:
+        """Store the identity of the board. Another board has another sensor: discard the zero and trip."""
+        self.revision += 1
+        if self.hello is not None and hello.serial != self.hello.serial:
+            self.chain.zero.clear()
+            self.trip(HostFault.BOARD_RESET)
+        self.hello = hello
+
+    def board_restarted(self) -> None:
+        """Trip because the uptime of the board went back. Nothing is restored."""
+        self.trip(HostFault.BOARD_RESET)
+
+    def disconnected(self) -> None:
+        """Trip because the port is gone, even if samples return within a moment."""
+        if self.raw is not None:
+            self.trip(HostFault.LINK_LOST)
+
+    def process(self, raw: RawSample) -> Measurement:
+        """Return the measurement of one sample, after the interlocks and the board's faults are checked."""
+        self.revision += 1
+        m = self.chain.step(raw)
+        self.raw, self.measurement = raw, m
+        self.sample_counter += 1
+        self.vent_monitor.step(raw, m.pressure_kpa, self.chain.zero.taken)
+        self._follow_board(raw.message, raw.t_s)
+        fault = self._interlocks.step(raw, m, self.settings.contact_limit_kpa)
+        if fault is not None:
+            self.trip(fault)
+        if not self.chain.zero.taken and self.chain.zero.take():
+            log.info("zero taken: the sensor reads %.3f kPa when vented", self.chain.zero.zero_kpa)
+        self._follow_contact(m)
+        return m
+
+    def _follow_board(self, sample: Sample, now_s: float) -> None:
+        for code in codes_of(sample.faults):
+            if code not in self.clearing.faults:
+                self.trip(code)
+        if not self.command_monitor.follow(sample.state, self.holding, now_s):
+            self.trip(HostFault.DISAGREEMENT if self.holding else HostFault.NOT_VENTED)
+
+    def _follow_contact(self, m: Measurement) -> None:
+        if self.chain.tracker.finished_count != self._finished_contacts:
+            self._finished_contacts = self.chain.tracker.finished_count
+            self.peak_force_n, self._contact_peak_n = self._contact_peak_n, math.nan
+        if m.in_contact and math.isfinite(m.force_n) and not m.force_n <= self._contact_peak_n:
+            self._contact_peak_n = m.force_n
+        if self.settings.vent_on_force_limit and self.holding and self.force_limit_exceeded:
+            self.trip(HostFault.FORCE_LIMIT)
+
+    # ---- input from the clock
+
+    def tick(self, now_s: float) -> None:
+        """Handle all that depends on time alone: lost link, leases, delayed vents, commands in progress."""
+        self.revision += 1
+        if self.link_lost(now_s) and self.sample is not None:
+            self.trip(HostFault.LINK_LOST)
+        self._check_lease(now_s)
+        self.command_monitor.set_command(self.holding, now_s)
+        if self.vent_due_s is not None and not (self.measurement.in_contact and now_s <= self.vent_due_s):
+            self.vent_due_s = None
+        result = finish_clearing(self, now_s)
+        if result is not None:
+            for block in self.command_blocks.values():
+                block.finish(result)
+
+    def _check_lease(self, now_s: float) -> None:
+        if self.lease.expire(now_s):
+            self.trip_after_contact(HostFault.LEASE_EXPIRED, now_s)
+
+    # ---- output to the rig
+
+    def command(self) -> Command:
+        """Return the command that the board shall follow now."""
+        hold = self.holding and not self.command_monitor.vent_due
+        zero = self.chain.zero
+        flags = CommandFlag.IN_CONTACT if self.measurement.in_contact else CommandFlag.NONE
+        if zero.taken:
+            flags |= CommandFlag.ZEROED
+        return Command(
+            mode=Mode.HOLD if hold else Mode.VENT,
+            flags=flags,
+            setpoint_pa=round(self.held_setpoint_kpa * 1e3) if hold else 0,
+            zero_pa=round(zero.zero_kpa * 1e3) if zero.taken else 0,
+            contact_limit_pa=round(self.settings.contact_limit_kpa * 1e3),
+            host_timeout_ms=round(self.settings.host_timeout_s * 1e3),
+            clear=self.clearing.count & 0xFF,
+        )
+
+    # ---- output to the buses
+
+    def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
+        """Return every quantity at one instant, as `peer` sees it. Peers with the same view share it."""
+        view = (self.revision, now_s, peer[0], self.peers.reject_reason_of(peer))
+        if view not in self._snapshots:
+            self._snapshots = {view: snapshot_of(self, peer, now_s)}
+        return self._snapshots[view]
+
+    # ---- requests from the buses
+
+    def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:
+        """Execute one request completely or not at all. A vent is executed even if the rest is rejected."""
+        self.revision += 1
+        self._check_lease(now_s)
+        record = self.peers.record_of(peer)
+        context = write_context_of(self, peer, now_s)
+        reject_reason = authorize(peer, values, record, self.requested.setpoint_kpa, self.lease, context)
+        if reject_reason is RejectReason.NONE:
+            execute(self, peer, values, now_s)
+        elif values.get("mode") == "vent":
+            self.vent(now_s)
+        record.reject_reason = reject_reason
+        if "mode" in values:
+            record.mode = values["mode"]
+        log_write(peer, values, record)
+        return reject_reason

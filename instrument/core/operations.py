@@ -1,0 +1,105 @@
+"""Operations that the command block starts: zero, restore zero, clear faults, self-test, new balloon."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+
+from pneuforce.instrument.core.arming import Step
+from pneuforce.instrument.core.interlocks import violated
+from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.core.state import InstrumentState
+
+log = logging.getLogger("pneuforce")
+
+CLEAR_HEARD_S = 0.1  #: time for the board to receive a clear and to report the faults that remain
+CLEAR_ANSWER_S = 0.5  #: time after which a clear fails
+
+
+def run(state: InstrumentState, code: str, argument: int, now_s: float) -> RejectReason | None:
+    """Run a command by its name.
+
+    Returns NONE if the command is done, None if it is in progress, STATE if the name is unknown, else the
+    reason for the rejection. Only clearing faults takes time.
+    """
+    operation = _OPERATIONS.get(code)
+    return operation(state, argument, now_s) if operation else RejectReason.STATE
+
+
+def _zero_pressure(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
+    if state.measurement.in_contact:
+        return RejectReason.IN_CONTACT
+    if state.link_lost(now_s):
+        return RejectReason.LINK_LOST
+    if not state.chain.zero.take():
+        return RejectReason.STATE
+    log.info("zero taken: the sensor reads %.3f kPa when vented", state.chain.zero.zero_kpa)
+    return RejectReason.NONE
+
+
+def _restore_zero(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
+    restored = state.vented(now_s) and state.chain.zero.restore_previous()
+    return RejectReason.NONE if restored else RejectReason.STATE
+
+
+def _self_test(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
+    if state.link_lost(now_s) or state.raw is None:
+        return RejectReason.LINK_LOST
+    if violated(state.raw, state.measurement, state.settings.contact_limit_kpa) is not None:
+        return RejectReason.CAUSE_PERSISTS
+    return RejectReason.NONE
+
+
+def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectReason:
+    if state.link_lost(now_s):
+        return RejectReason.LINK_LOST
+    if not state.vented(now_s):
+        return RejectReason.STATE
+    if argument != state.settings.identity.balloon_id:
+        state.chain.remove_calibration()
+    state.balloon_id, state.inflation_count = argument, 0
+    return RejectReason.NONE
+
+
+def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> RejectReason | None:
+    """Ask the board to clear its faults. The answer comes with its samples. No valve moves."""
+    if state.vent_pending:
+        return RejectReason.IN_CONTACT
+    if state.master_lost:
+        return RejectReason.CAUSE_PERSISTS
+    failed = _self_test(state, argument, now_s)
+    if failed is not RejectReason.NONE:
+        return failed
+    clearing = state.clearing
+    clearing.count += 1
+    clearing.faults = set(state.faults)
+    clearing.since_s = now_s
+    return None
+
+
+def finish_clearing(state: InstrumentState, now_s: float) -> RejectReason | None:
+    """Return the result of a clear that ends now, or None if none ends."""
+    clearing = state.clearing
+    if clearing.since_s is None or state.sample is None:
+        return None
+    waited_s = now_s - clearing.since_s
+    confirmed = state.sample.faults == 0 and waited_s >= CLEAR_HEARD_S
+    if not confirmed and waited_s <= CLEAR_ANSWER_S:
+        return None
+    if confirmed and _self_test(state, 0, now_s) is RejectReason.NONE:
+        state.faults.clear(clearing.faults)
+    clearing.faults = set()
+    clearing.since_s = None
+    if state.faults:
+        return RejectReason.CAUSE_PERSISTS
+    state.advance(Step.CLEAR)
+    return RejectReason.NONE
+
+
+_OPERATIONS: Mapping[str, Callable[[InstrumentState, int, float], RejectReason | None]] = {
+    "zero_pressure": _zero_pressure,
+    "clear_faults": _clear_faults,
+    "self_test": _self_test,
+    "restore_zero": _restore_zero,
+    "new_balloon": _new_balloon,
+}

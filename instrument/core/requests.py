@@ -1,0 +1,64 @@
+"""Execution of accepted writes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from pneuforce.instrument.core.arming import Arming
+from pneuforce.instrument.core.authorization import WriteContext
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.operations import run
+from pneuforce.instrument.core.peers import PeerRecord
+from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.core.state import InstrumentState
+
+log = logging.getLogger("pneuforce")
+
+
+def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteContext:
+    """Return the conditions that decide on a write of `peer` at `now_s`."""
+    block = state.command_block(peer)
+    return WriteContext(
+        arming=state.arming,
+        link_lost=state.link_lost(now_s),
+        zeroed=state.chain.zero.taken,
+        vented=state.vented(now_s),
+        in_contact=state.measurement.in_contact,
+        write_protect=state.settings.write_protect,
+        lease_required=state.settings.lease_required,
+        busy=state.clearing.pending,
+        pending_sequence=block.sequence if block.answer_state == "busy" else None,
+    )
+
+
+def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s: float) -> None:
+    """Execute an accepted write: first its values, then its mode, then its command."""
+    requested, lease = state.requested, state.lease
+    requested.setpoint_kpa = values.get("setpoint_requested_kpa", requested.setpoint_kpa)
+    requested.force_limit_n = values.get("force_limit_n", requested.force_limit_n)
+    if "reference_pressure_kpa" in values:
+        requested.reference_kpa = state.chain.reference_kpa = values["reference_pressure_kpa"]
+    if "lease_s" in values:
+        lease.take(peer, values["lease_s"], now_s)
+    lease.renew(peer, now_s)
+    if values.get("mode") == "vent":
+        state.vent(now_s)
+    elif values.get("mode") == "hold":
+        state.hold()
+    if state.arming is Arming.HOLDING:
+        state.held_setpoint_kpa = requested.setpoint_kpa
+    if any(name.startswith("command_") for name in values):
+        state.command_block(peer).write(peer, values, partial(run, state, now_s=now_s))
+
+
+def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord) -> None:
+    """Log a write and its result, but not repetitions: a PLC may write the same values in each cycle."""
+    written = ", ".join(f"{name} {value}" for name, value in values.items())
+    reason = record.reject_reason
+    line = f"{written}: {'done' if reason is RejectReason.NONE else f'rejected, {reason}'}"
+    if line != record.logged:
+        record.logged = line
+        log.info("%s wrote %s", " ".join(peer).strip(), line)

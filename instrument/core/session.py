@@ -1,0 +1,135 @@
+"""Session: the rig link and the instrument together, without I/O. Time is an argument.
+
+Each call is recorded as an entry before it is executed. The same calls in the same order give the same
+results, bit for bit.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.rig.link import Link, LinkPhase, RawSample
+from pneuforce.instrument.stream.entry import EntryKind
+
+MAX_SILENCE_S = 1.0  #: after this time without samples the handshake with the board starts again
+
+
+class EntrySink(Protocol):
+    """Destination of the entries of a session."""
+
+    def record(self, kind: EntryKind, t_s: float, body: bytes = b"") -> None:
+        """Store one entry. Never waits, never raises."""
+        ...
+
+    def record_tick(self, instrument: Instrument, t_s: float) -> None:
+        """Store a tick of the clock."""
+        ...
+
+    def record_measurement(self, raw: RawSample, measurement: Measurement, t_s: float) -> None:
+        """Store a sample and its measurement."""
+        ...
+
+
+class NullSink:
+    """Sink that discards all entries."""
+
+    def record(self, kind: EntryKind, t_s: float, body: bytes = b"") -> None:
+        """Discard the entry."""
+
+    def record_tick(self, instrument: Instrument, t_s: float) -> None:
+        """Discard the tick."""
+
+    def record_measurement(self, raw: RawSample, measurement: Measurement, t_s: float) -> None:
+        """Discard the measurement."""
+
+
+class Session:
+    """Link and instrument: bytes from the board in, bytes for the board out."""
+
+    def __init__(self, instrument: Instrument, sink: EntrySink | None = None) -> None:
+        self.instrument = instrument
+        self.link = Link(round(instrument.settings.host_timeout_s * 1e3))
+        self.sink: EntrySink = sink or NullSink()
+        self.heard_s = 0.0  #: time of the latest samples, or of the opening of the port
+        self._restarts_seen = 0
+
+    def attach(self, now_s: float) -> None:
+        """Start the handshake on a port that was opened."""
+        self.sink.record(EntryKind.ATTACHED, now_s)
+        self.heard_s = now_s
+        self.link.restart()
+
+    def detach(self, now_s: float) -> None:
+        """Trip the instrument because the port is gone."""
+        self.sink.record(EntryKind.DETACHED, now_s)
+        self.instrument.disconnected()
+
+    def tick(self, now_s: float) -> None:
+        """Advance the time."""
+        self.sink.record_tick(self.instrument, now_s)
+        self.instrument.tick(now_s)
+
+    def outgoing(self, now_s: float) -> bytes:
+        """Return the bytes to send to the board now. Call this after each tick while the port is open."""
+        self.sink.record(EntryKind.COMMAND, now_s)
+        if now_s - self.heard_s > MAX_SILENCE_S and self.link.phase is not LinkPhase.GREETING:
+            self.link.restart()
+        return self.link.tick(self.instrument.command(), now_s)
+
+    def receive(self, data: bytes, now_s: float) -> list[RawSample]:
+        """Return the samples that `data` completes. Pass each of them to `process`.
+
+        Raises ProtocolMismatch or TimeoutMismatch if the board is not compatible with this host.
+        """
+        self.sink.record(EntryKind.RECEIVED, now_s, data)
+        if self.instrument.link_lost(now_s):
+            self.instrument.tick(now_s)  # late bytes do not hide a lost link
+        try:
+            samples = self.link.feed(data, now_s)
+        except (ProtocolMismatch, TimeoutMismatch):
+            self.link.clear_hello()
+            raise
+        if self.link.board_restarts != self._restarts_seen:
+            self._restarts_seen = self.link.board_restarts
+            self.instrument.board_restarted()
+        if samples:
+            self.heard_s = now_s
+            if self.link.hello is not None:
+                self.instrument.identify_board(self.link.hello)
+        return samples
+
+    def process(self, raw: RawSample, now_s: float) -> Measurement:
+        """Return the measurement of one sample."""
+        measurement = self.instrument.process(raw)
+        self.sink.record_measurement(raw, measurement, now_s)
+        return measurement
+
+    def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:
+        """Execute one request of a bus; see `Instrument.write`."""
+        self.sink.record(EntryKind.WRITE, now_s, json.dumps([*peer, dict(values)]).encode())
+        return self.instrument.write(peer, values, now_s)
+
+    def master_lost(self, now_s: float) -> None:
+        """Trip because the heartbeat of the CANopen master is missing."""
+        self.sink.record(EntryKind.MASTER_LOST, now_s)
+        self.instrument.master_lost = True
+        self.instrument.trip_after_contact(HostFault.CAN_MASTER_LOST, now_s)
+
+    def master_recovered(self, now_s: float) -> None:
+        """Allow that the loss of the CANopen master is cleared."""
+        self.sink.record(EntryKind.MASTER_RECOVERED, now_s)
+        self.instrument.master_lost = False
+
+    def leave(self, now_s: float) -> None:
+        """Vent because the host ends."""
+        self.sink.record(EntryKind.SHUTDOWN, now_s)
+        self.instrument.vent(now_s)
+        self.link.vent()

@@ -1,0 +1,191 @@
+"""Snapshot: every quantity that a bus can show, at one instant, as one peer sees it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from pneuforce.instrument.core.command_block import CommandBlock
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.state import InstrumentState
+from pneuforce.instrument.core.status import STALE_S, status_of
+from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.protocol.frames import BoardState
+
+MAX_AGE_S = 1e6
+
+
+class Snapshot(NamedTuple):
+    """Quantities of one measurement at one instant. A quantity that is not available is NaN.
+
+    Each name ends in its unit. The register map refers to the quantities by name.
+    """
+
+    # the measurement
+    force_n: float
+    force_std_n: float
+    force_uncompensated_n: float
+    force_lower_range_limit_n: float
+    peak_force_n: float
+    pressure_kpa: float
+    baseline_pressure_kpa: float
+    rise_kpa: float
+    radius_mm: float
+    indentation_mm: float
+    contact_radius_mm: float
+    drift_kpa_per_s: float
+    baseline_age_s: float
+    delay_s: float
+    age_s: float
+    sample_counter: int
+    contact_counter: int
+    # the rig
+    state: str
+    status: frozenset[str]
+    setpoint_kpa: float
+    first_out_fault: int
+    active_fault_count: int
+    faults: tuple[int, ...]  # codes in the order of their occurrence
+    # requested values
+    setpoint_requested_kpa: float
+    force_limit_n: float
+    mode: str
+    reference_pressure_kpa: float
+    lease_s: float
+    lease_left_s: float
+    lease_holder: str
+    reject_reason: str
+    # the command block
+    command_key: int
+    command_code: str
+    command_argument: int
+    command_sequence: int
+    answer_sequence: int
+    answer_state: str
+    answer_result: str
+    # identity
+    method: str
+    configuration_hash: int
+    serial_number: int
+    calibration_date: int
+    balloon_id: int
+    inflation_count: int
+
+
+def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
+    """Return the snapshot for `peer` at `now_s`. A stale measurement is shown as not available."""
+    stale = not state.age_s(now_s) <= STALE_S
+    m = _available(state, stale)
+    return Snapshot(
+        state=state_of(state, state.link_lost(now_s)),
+        status=status_of(state, m, now_s),
+        **_measurement_values(state, m, now_s),
+        **_control_values(state, stale),
+        **_requested_values(state, peer, now_s),
+        **_command_values(state.command_block(peer)),
+        **_identity_values(state),
+    )
+
+
+def _available(state: InstrumentState, stale: bool) -> Measurement:
+    """Return the latest measurement without unavailable values: all if stale, the force if tripped."""
+    m = state.measurement
+    if stale:
+        return Measurement(t_s=m.t_s)
+    if state.tripped:
+        return Measurement(
+            t_s=m.t_s,
+            pressure_kpa=m.pressure_kpa,
+            unfiltered_kpa=m.unfiltered_kpa,
+            quality=m.quality | Quality.NOT_HOLDING,
+        )
+    return m
+
+
+def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) -> dict[str, Any]:
+    chain, age_s = state.chain, state.age_s(now_s)
+    locked = math.isfinite(m.rise_kpa)
+    return {
+        "force_n": m.force_n,
+        "force_std_n": m.force_std_n,
+        "force_uncompensated_n": math.nan if Quality.OUT_OF_RANGE in m.quality else m.force_uncompensated_n,
+        "force_lower_range_limit_n": m.force_lower_range_limit_n,
+        "peak_force_n": state.peak_force_n,
+        "pressure_kpa": m.pressure_kpa,
+        "baseline_pressure_kpa": m.baseline_kpa,
+        "rise_kpa": m.rise_kpa,
+        "radius_mm": m.radius_mm,
+        "indentation_mm": m.indentation_mm,
+        "contact_radius_mm": m.contact_radius_mm,
+        "drift_kpa_per_s": chain.tracker.drift_kpa_per_s if locked else math.nan,
+        "baseline_age_s": min(chain.tracker.baseline_age_s + age_s, MAX_AGE_S),
+        "delay_s": chain.delay_s if locked else math.nan,
+        "age_s": min(age_s, MAX_AGE_S),
+        "sample_counter": state.sample_counter,
+        "contact_counter": chain.tracker.contact_count,
+    }
+
+
+def _control_values(state: InstrumentState, stale: bool) -> dict[str, Any]:
+    in_effect = state.sample.setpoint_pa if state.sample and state.holding and not stale else 0
+    return {
+        "setpoint_kpa": in_effect / 1e3 if in_effect else math.nan,
+        "first_out_fault": state.faults.first,
+        "active_fault_count": len(state.faults),
+        "faults": tuple(state.faults),
+        "inflation_count": state.inflation_count,
+        "balloon_id": state.balloon_id,
+    }
+
+
+def _requested_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[str, Any]:
+    requested, lease = state.requested, state.lease
+    return {
+        "setpoint_requested_kpa": requested.setpoint_kpa,
+        "force_limit_n": requested.force_limit_n,
+        "mode": requested.mode,
+        "reference_pressure_kpa": requested.reference_kpa,
+        "lease_s": lease.duration_s,
+        "lease_left_s": lease.left_s(now_s),
+        "lease_holder": lease.holder[0] if lease.holder else "none",
+        "reject_reason": state.peers.reject_reason_of(peer),
+    }
+
+
+def writable_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[str, Any]:
+    """Return the present values of all quantities that can be written."""
+    return _requested_values(state, peer, now_s) | _command_values(state.command_block(peer))
+
+
+def _command_values(block: CommandBlock) -> dict[str, Any]:
+    return {
+        "command_key": block.key,
+        "command_code": block.code,
+        "command_argument": block.argument,
+        "command_sequence": block.sequence,
+        "answer_sequence": block.answer_sequence,
+        "answer_state": block.answer_state,
+        "answer_result": block.answer_result,
+    }
+
+
+def _identity_values(state: InstrumentState) -> dict[str, Any]:
+    identity, chain = (
+        state.settings.identity,
+        state.chain.settings,
+    )
+    return {
+        "method": chain.law.method + ("_calibrated" if chain.correction else ""),
+        "configuration_hash": identity.configuration_hash,
+        "serial_number": identity.serial_number,
+        "calibration_date": identity.calibration_date,
+    }
+
+
+def state_of(state: InstrumentState, lost: bool) -> str:
+    """Return the name of the rig's state: "boot" before the first sample, "tripped" after a host fault."""
+    if state.sample is None:
+        return "boot"
+    if lost or state.tripped:
+        return "tripped"
+    return BoardState(state.sample.state).name.lower()

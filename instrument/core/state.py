@@ -1,0 +1,170 @@
+"""State of the instrument: its data, its transitions and the properties derived from them."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass, field
+
+from pneuforce.instrument.core.arming import STEPS, Arming, Step
+from pneuforce.instrument.core.command_block import CommandBlock
+from pneuforce.instrument.core.command_monitor import CommandMonitor
+from pneuforce.instrument.core.faults import FaultLatch, name_of
+from pneuforce.instrument.core.lease import Lease, Peer
+from pneuforce.instrument.core.peers import Peers
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.core.vent_monitor import VentMonitor
+from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.rig.link import RawSample
+from pneuforce.protocol.frames import Hello, Sample
+from pneuforce.protocol.limits import HOST_SILENCE_S
+
+log = logging.getLogger("pneuforce")
+
+MAX_VENT_DELAY_S = 5.0  #: a contact delays the vent at most this long after the commanding peer is lost
+ALARM_RISE_KPA = 6.0  #: a pressure rise that is larger than any force in the measuring range causes
+
+
+@dataclass(slots=True)
+class RequestedValues:
+    """Values that the peers requested, as last accepted."""
+
+    setpoint_kpa: float = math.nan
+    force_limit_n: float = 5.0
+    mode: str = "vent"
+    reference_kpa: float = 0.0
+
+
+@dataclass(slots=True)
+class FaultClearing:
+    """Progress of the command that clears faults; the board takes part in it."""
+
+    count: int = 0  #: sent to the board, which clears its faults when the value changes
+    #: Faults being cleared, which the board may still report. A fault that occurs again is removed.
+    faults: set[int] = field(default_factory=set)
+    since_s: float | None = None
+
+    @property
+    def pending(self) -> bool:
+        """Return True while the answer of the board is awaited."""
+        return self.since_s is not None
+
+
+class InstrumentState:
+    """Data of the instrument and the transitions between its states. No I/O; time is an argument."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.chain = Chain(settings.chain)
+        self.measurement = Measurement(t_s=-math.inf)
+        self.raw: RawSample | None = None
+        self.hello: Hello | None = None
+        self.sample_counter = 0
+        self.arming = Arming.CLEARED
+        self.faults = FaultLatch()
+        self.clearing = FaultClearing()
+        self.lease = Lease()
+        self.peers = Peers()
+        self.requested = RequestedValues(force_limit_n=settings.force_limit_n)
+        self.held_setpoint_kpa = math.nan
+        self.command_blocks: dict[str, CommandBlock] = {}
+        self.can_down = False
+        self.master_lost = False  #: the heartbeat of the CANopen master is monitored and missing
+        self.log_down = False  #: the event log cannot be written
+        self.recording_down = False  #: a recording that was requested has stopped by itself
+        self.peak_force_n = math.nan
+        self.balloon_id = settings.identity.balloon_id
+        self.inflation_count = 0
+        self.revision = 0  #: grows with each change; snapshots are cached per revision
+        self.vent_due_s: float | None = None
+        self.command_monitor = CommandMonitor()
+        self.vent_monitor = VentMonitor()
+
+    # ---- derived properties
+
+    @property
+    def sample(self) -> Sample | None:
+        """Return the latest message of the board, or None before the first one."""
+        return self.raw.message if self.raw else None
+
+    def vented(self, now_s: float) -> bool:
+        """Return True if recent samples prove that the balloon is vented."""
+        return self.vent_monitor.vented and not self.link_lost(now_s)
+
+    @property
+    def tripped(self) -> bool:
+        """Return True if a fault has stopped the rig. False while a vent waits for the end of a contact."""
+        return self.arming is Arming.TRIPPED and not self.vent_pending
+
+    @property
+    def vent_pending(self) -> bool:
+        """Return True if the commanding peer is lost and the vent waits for the end of the contact."""
+        return self.vent_due_s is not None
+
+    @property
+    def holding(self) -> bool:
+        """Return True if the balloon shall be inflated now."""
+        return self.arming is Arming.HOLDING or self.vent_pending
+
+    @property
+    def force_limit_exceeded(self) -> bool:
+        """Return True if the force alarm is active: by the force, or by the unfiltered pressure rise.
+
+        The unfiltered pressure has no filter delay.
+        """
+        m = self.measurement
+        return (
+            m.force_uncompensated_n > self.requested.force_limit_n
+            or m.unfiltered_kpa - m.baseline_kpa > ALARM_RISE_KPA
+        )
+
+    def age_s(self, now_s: float) -> float:
+        """Return the age of the latest sample [s]. It is never negative."""
+        return max(0.0, now_s - self.measurement.t_s)
+
+    def link_lost(self, now_s: float) -> bool:
+        """Return True if no sample has arrived for more than 250 ms."""
+        return not self.age_s(now_s) <= HOST_SILENCE_S
+
+    def command_block(self, peer: Peer) -> CommandBlock:
+        """Return the command block of the peer's channel. Each bus has its own sequence numbers."""
+        return self.command_blocks.setdefault(peer[0], CommandBlock())
+
+    # ---- transitions
+
+    def advance(self, step: Step) -> None:
+        """Apply one transition of the arming table."""
+        self.revision += 1
+        self.arming = STEPS[self.arming][step]
+        self.requested.mode = "hold" if self.arming is Arming.HOLDING else "vent"
+
+    def trip(self, fault: int) -> None:
+        """Latch a fault and stop holding at once."""
+        is_new = self.faults.set(fault)
+        self.clearing.faults.discard(fault)
+        self.vent_due_s = None
+        self.advance(Step.TRIP)
+        if is_new:
+            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
+
+    def trip_after_contact(self, fault: int, now_s: float) -> None:
+        """Trip because the commanding peer is lost. A contact delays the vent, at most by 5 s."""
+        in_contact = self.arming is Arming.HOLDING and self.measurement.in_contact
+        due_s = now_s + MAX_VENT_DELAY_S if in_contact else self.vent_due_s
+        self.trip(fault)
+        self.vent_due_s = due_s
+
+    def vent(self, now_s: float) -> None:
+        """Vent in any state. The board receives the vent even if a hold follows at once."""
+        if self.holding:
+            self.command_monitor.request_vent(now_s)
+        self.vent_due_s = None
+        self.advance(Step.VENT)
+
+    def hold(self) -> None:
+        """Inflate to the setpoint, then lock. The caller has checked that arming allows it."""
+        if self.arming is not Arming.HOLDING:
+            self.inflation_count += 1
+            self.command_monitor.request_hold()
+        self.advance(Step.HOLD)

@@ -1,0 +1,71 @@
+"""Status: names of the conditions that are true now. The register map assigns a bit to each name."""
+
+from __future__ import annotations
+
+import math
+
+from pneuforce.instrument.core.state import InstrumentState
+from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.protocol.frames import BoardKind, BoardState
+
+STALE_S = 0.1
+OLD_BASELINE_S = 60.0
+MAX_DRIFT_KPA_PER_S = 0.02
+
+
+def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset[str]:
+    """Return the names of the conditions that are true at `now_s`.
+
+    `m` is the measurement as the buses show it: empty if it is stale.
+    """
+    names = {name for name, is_true in _conditions(state, m, now_s) if is_true}
+    names |= state.faults.status
+    if state.faults or "stale_or_lost" in names:
+        names |= {"failure", "any_failure"}
+    if "out_of_range" in names:
+        names.add("out_of_specification")
+    if "leak" in names or _maintenance_required(state):
+        names.add("maintenance_required")
+    if not names & {"holding", "failure"}:
+        names.add("function_check")
+    return frozenset(names)
+
+
+def _maintenance_required(state: InstrumentState) -> bool:
+    service_down = state.can_down or state.log_down or state.recording_down
+    clock_off = state.raw is not None and state.raw.clock_off
+    return service_down or clock_off or state.chain.leak.detected
+
+
+def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:
+    stale, lost = not state.age_s(now_s) <= STALE_S, state.link_lost(now_s)
+    shown = state.sample is not None and not stale and not state.tripped
+    board_state = state.sample.state if state.sample and shown else None
+    tracker = state.chain.tracker
+    holding = board_state == BoardState.HOLDING
+    baseline_kpa = m.baseline_kpa - state.chain.reference_kpa
+    outside = holding and not VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA
+    drifting = holding and not abs(tracker.drift_kpa_per_s) <= MAX_DRIFT_KPA_PER_S
+    return (
+        ("in_contact", m.in_contact),
+        ("inflating", board_state in (BoardState.INFLATING, BoardState.SETTLING)),
+        ("holding", holding),
+        ("vented", state.vented(now_s) and not stale),
+        ("interpolated", Quality.INTERPOLATED in m.quality),
+        ("out_of_range", outside or Quality.NO_SOLUTION in m.quality),
+        ("force_high_alarm", state.force_limit_exceeded and not stale),
+        ("stale", stale),
+        ("link_lost", lost),
+        ("stale_or_lost", stale or lost),
+        ("simulated", state.hello is not None and state.hello.board != BoardKind.REAL),
+        ("not_zeroed", not state.chain.zero.taken),
+        ("calibrated", state.chain.settings.correction is not None),
+        ("write_protect", state.settings.write_protect),
+        ("can_down", state.can_down),
+        (
+            "baseline_old",
+            holding and (drifting or tracker.baseline_lost or tracker.baseline_age_s > OLD_BASELINE_S),
+        ),
+        ("force_valid", math.isfinite(m.force_n + m.force_std_n) and not stale),
+    )

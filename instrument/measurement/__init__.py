@@ -1,0 +1,1 @@
+"""Measuring chain from raw samples to measurements: zero, lag, baseline, contact, force."""

@@ -1,0 +1,237 @@
+"""Measuring chain: one rig sample in, one measurement out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+from pneuforce.instrument.measurement.contact import ONSET_KPA, ContactTracker
+from pneuforce.instrument.measurement.lag import LagCompensator
+from pneuforce.instrument.measurement.leak import LeakMonitor
+from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.instrument.measurement.zero import ZeroAdjustment
+from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.curve import ContactCurve, ForceCurvePoint
+from pneuforce.instrument.model.uncertainty import (
+    InputUncertainties,
+    MeasuredPressures,
+    ModelUncertainty,
+    force_std_n,
+)
+from pneuforce.instrument.rig.link import RawSample
+from pneuforce.protocol.frames import BoardState
+from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
+
+#: Change of ΔP_i after which the force curve of a free balloon is computed again. Only the lower range limit
+#: and the detection limit depend on this curve.
+FREE_CURVE_TOLERANCE_KPA = 0.01
+#: Change of ΔP_i after which the curve is computed again during a contact. ΔP_i moves with a known leak.
+CONTACT_CURVE_TOLERANCE_KPA = 0.002
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainSettings:
+    """Parameters of the measuring chain."""
+
+    balloon: Balloon = field(default_factory=Balloon)
+    circuit: Circuit = field(default_factory=Circuit)
+    law: ForceLaw = LIVE_LAW
+    correction: ForceCorrection | None = None
+    input_uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
+    model_uncertainty: ModelUncertainty = field(default_factory=ModelUncertainty)
+    #: Time constant of the first-order low-pass filter of the displayed pressure.
+    filter_time_constant_s: float = 0.06
+    tube_time_constant_s: float = 0.06  #: first-order lag between balloon and sensor
+    lag_relative_std: float = 0.15  #: relative standard uncertainty of `tube_time_constant_s`
+
+
+@dataclass(slots=True)
+class Chain:
+    """Measuring chain with its state: counts → kPa → zero → filter → contact → force."""
+
+    settings: ChainSettings
+    zero: ZeroAdjustment = field(default_factory=ZeroAdjustment)
+    tracker: ContactTracker = field(default_factory=ContactTracker)
+    leak: LeakMonitor = field(default_factory=LeakMonitor)
+    reference_kpa: float = 0.0  #: pressure around the balloon above ambient (insufflation)
+    _lag: LagCompensator = field(init=False)
+    _filtered_kpa: float = math.nan  # before subtraction of the zero
+    _curve: tuple[ContactCurve, float] | None = None  # force curve, and its force at the contact onset
+
+    def __post_init__(self) -> None:
+        self._lag = LagCompensator(self.settings.tube_time_constant_s)
+
+    @property
+    def delay_s(self) -> float:
+        """Return the delay of the force that remains after lag compensation [s]."""
+        return self._lag.delay_s
+
+    def remove_calibration(self) -> None:
+        """Remove the force calibration, because another balloon is fitted.
+
+        The uncertainty becomes that of an unknown balloon.
+        """
+        settings = self.settings
+        model_uncertainty = ModelUncertainty.of(settings.law.method)
+        self.settings = replace(
+            settings,
+            correction=None,
+            input_uncertainties=InputUncertainties(),
+            model_uncertainty=model_uncertainty,
+        )
+        self._curve = None
+
+    def step(self, sample: RawSample) -> Measurement:
+        """Return the measurement of one sample.
+
+        Never raises, whatever the sensor reads: an invalid reading gives NaN, and `quality` gives the reason.
+        """
+        message, dt_s = sample.message, sample.elapsed_s
+        if sample.frozen or not adc_sum_is_valid(message.adc_sum):
+            return self._step_invalid(sample)
+        nominal_kpa = nominal_pressure_kpa(message.adc_sum)
+        self._filter(nominal_kpa, dt_s)
+        self.zero.observe(self._filtered_kpa, message.state == BoardState.VENTED, dt_s)
+        zero_kpa = self.zero.zero_kpa if self.zero.taken else 0.0
+        now_kpa = self._lag.step(nominal_kpa, dt_s) - zero_kpa
+        locked = message.state == BoardState.HOLDING and self.zero.taken
+        self.tracker.step(self._lag.smoothed_kpa - zero_kpa, now_kpa, locked, dt_s)
+        free = locked and not self.tracker.in_contact
+        self.leak.step(message.setpoint_pa, free, self.tracker.baseline_kpa, dt_s)
+        pressure_kpa, unfiltered_kpa = self._filtered_kpa - zero_kpa, nominal_kpa - zero_kpa
+        if not locked:
+            quality = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED
+            return Measurement(
+                t_s=sample.t_s, pressure_kpa=pressure_kpa, unfiltered_kpa=unfiltered_kpa, quality=quality
+            )
+        if self.tracker.in_contact:
+            return self._measure_contact(sample.t_s, pressure_kpa, unfiltered_kpa, now_kpa)
+        return self._measure_free(sample.t_s, pressure_kpa, unfiltered_kpa)
+
+    def _step_invalid(self, sample: RawSample) -> Measurement:
+        """Return the measurement of a sample without a valid reading.
+
+        A few such samples do not end a contact. More of them trip the board.
+        """
+        dt_s = sample.elapsed_s
+        self._filtered_kpa = math.nan
+        self._lag.step(math.nan, dt_s)
+        self.zero.observe(math.nan, False, dt_s)
+        if sample.message.state == BoardState.HOLDING:
+            self.tracker.skip(dt_s)
+        else:
+            self.tracker.step(math.nan, math.nan, False, dt_s)
+        return Measurement(t_s=sample.t_s, quality=Quality.SENSOR_FAULT)
+
+    def _filter(self, nominal_kpa: float, dt_s: float) -> None:
+        if not math.isfinite(self._filtered_kpa):
+            self._filtered_kpa = nominal_kpa
+        response = -math.expm1(-dt_s / self.settings.filter_time_constant_s)
+        self._filtered_kpa += response * (nominal_kpa - self._filtered_kpa)
+
+    def _measure_free(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float) -> Measurement:
+        """Return the measurement of a balloon without contact: a force of zero.
+
+        The uncertainty is the detection limit, which is the force at the onset of a contact. If the baseline
+        is lost, there is no force.
+        """
+        baseline_kpa = self.tracker.baseline_kpa
+        if self.tracker.baseline_lost:
+            return Measurement(
+                t_s=t_s,
+                pressure_kpa=pressure_kpa,
+                unfiltered_kpa=unfiltered_kpa,
+                baseline_kpa=baseline_kpa,
+                quality=Quality.NO_BASELINE,
+            )
+        curve, onset_n = self._curve_at(baseline_kpa - self.reference_kpa, FREE_CURVE_TOLERANCE_KPA)
+        return Measurement(
+            t_s=t_s,
+            pressure_kpa=pressure_kpa,
+            unfiltered_kpa=unfiltered_kpa,
+            baseline_kpa=baseline_kpa,
+            rise_kpa=0.0,
+            radius_mm=self.settings.balloon.radius_mm(baseline_kpa - self.reference_kpa),
+            indentation_mm=0.0,
+            contact_radius_mm=0.0,
+            force_n=0.0,
+            force_std_n=onset_n,
+            force_uncompensated_n=0.0,
+            force_lower_range_limit_n=curve.lower_range_limit_n,
+        )
+
+    def _measure_contact(
+        self, t_s: float, pressure_kpa: float, unfiltered_kpa: float, now_kpa: float
+    ) -> Measurement:
+        baseline_kpa = self.tracker.baseline_kpa
+        curve, _ = self._curve_at(baseline_kpa - self.reference_kpa, CONTACT_CURVE_TOLERANCE_KPA)
+        rise_kpa = now_kpa - baseline_kpa
+        force_n = std_n = math.nan
+        point = curve.at(rise_kpa)
+        if not VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA:
+            quality = Quality.OUT_OF_RANGE
+        elif not math.isfinite(point.estimate.force_n):
+            quality = Quality.NO_SOLUTION
+        else:
+            quality = Quality.INTERPOLATED if rise_kpa < MIN_RISE_KPA else Quality.GOOD
+            force_n, std_n = point.estimate.force_n, self._std_n(point, curve.baseline_kpa, rise_kpa)
+        has_force = math.isfinite(force_n)
+        return Measurement(
+            t_s=t_s,
+            pressure_kpa=pressure_kpa,
+            unfiltered_kpa=unfiltered_kpa,
+            baseline_kpa=baseline_kpa,
+            rise_kpa=rise_kpa,
+            radius_mm=self.settings.balloon.radius_mm(curve.baseline_kpa),
+            indentation_mm=point.estimate.indentation_mm if has_force else math.nan,
+            contact_radius_mm=point.estimate.contact_radius_mm if has_force else math.nan,
+            force_n=force_n,
+            force_std_n=std_n,
+            force_uncompensated_n=curve.force_n(pressure_kpa - baseline_kpa),
+            force_lower_range_limit_n=curve.lower_range_limit_n,
+            in_contact=True,
+            quality=quality,
+        )
+
+    def _std_n(self, point: ForceCurvePoint, baseline_kpa: float, rise_kpa: float) -> float:
+        settings, tracker, lag = self.settings, self.tracker, self._lag
+        lag_std_s = settings.lag_relative_std * settings.tube_time_constant_s
+        pressures = MeasuredPressures(
+            baseline_kpa,
+            baseline_kpa + rise_kpa,
+            settings.input_uncertainties.baseline_std_kpa(tracker.baseline_age_s, tracker.drifted_kpa),
+            math.hypot(lag.noise_kpa, lag_std_s * lag.rate_kpa_per_s),
+        )
+        return force_std_n(
+            point.estimate.force_n,
+            point.sensitivity,
+            pressures,
+            settings.input_uncertainties,
+            settings.model_uncertainty,
+            settings.balloon,
+        )
+
+    def _curve_at(self, baseline_kpa: float, tolerance_kpa: float) -> tuple[ContactCurve, float]:
+        """Return the force curve at one ΔP_i, and its force at the onset of a contact.
+
+        The cached curve is returned while ΔP_i differs from its ΔP_i by at most `tolerance_kpa`.
+        """
+        settings, cached = self.settings, self._curve
+        ambient_kpa = settings.circuit.ambient_kpa + self.reference_kpa
+        if (
+            cached is None
+            or not abs(cached[0].baseline_kpa - baseline_kpa) <= tolerance_kpa
+            or cached[0].circuit.ambient_kpa != ambient_kpa
+        ):
+            circuit = replace(settings.circuit, ambient_kpa=ambient_kpa)
+            curve = ContactCurve(
+                baseline_kpa,
+                settings.balloon,
+                circuit,
+                settings.law,
+                settings.correction,
+                settings.input_uncertainties,
+            )
+            cached = self._curve = curve, curve.at(ONSET_KPA).estimate.force_n
+        return cached

@@ -1,0 +1,55 @@
+"""Leak monitor: detects a slow leak of the locked balloon before the board trips.
+
+The leak is the slope of the pressure without contact.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+#: After a new setpoint, latex creeps and gas cools for this time. The slope is not used.
+CREEP_S = 60.0
+#: The slope is that of one minute without contact, in segments. A top-up or a contact discards only the
+#: segment in which it happens.
+SEGMENT_S, SEGMENTS = 10.0, 6
+#: Three top-ups of 0.14 kPa in ten minutes compensate this leak. The board trips on a larger leak.
+LEAK_LIMIT_KPA_PER_S = 0.0007
+
+
+@dataclass(slots=True)
+class LeakMonitor:
+    """Monitor of the baseline at one setpoint."""
+
+    detected: bool = False  #: the baseline falls faster than the board can compensate by top-ups
+    _setpoint_pa: int = 0
+    _free_s: float = 0.0
+    _segment_s: float = 0.0
+    _segment_start_kpa: float = 0.0
+    _falls_kpa: deque[float] = field(default_factory=lambda: deque(maxlen=SEGMENTS))
+
+    def step(self, setpoint_pa: int, free: bool, baseline_kpa: float, dt_s: float) -> None:
+        """Use the baseline of one sample, unless `free` (locked and without contact) is False."""
+        if setpoint_pa != self._setpoint_pa:
+            self._restart(setpoint_pa)
+        if not free:
+            self._segment_s = 0.0
+            return
+        if self._segment_s == 0:
+            self._segment_start_kpa = baseline_kpa
+        self._free_s += dt_s
+        self._segment_s += dt_s
+        if self._segment_s >= SEGMENT_S:
+            self._segment_s = 0.0
+            self._end_segment(self._segment_start_kpa - baseline_kpa)
+
+    def _end_segment(self, fall_kpa: float) -> None:
+        if self._free_s > CREEP_S:
+            self._falls_kpa.append(fall_kpa)
+        complete = len(self._falls_kpa) == SEGMENTS
+        self.detected = complete and sum(self._falls_kpa) > LEAK_LIMIT_KPA_PER_S * SEGMENT_S * SEGMENTS
+
+    def _restart(self, setpoint_pa: int) -> None:
+        self._setpoint_pa = setpoint_pa
+        self.detected, self._free_s, self._segment_s = False, 0.0, 0.0
+        self._falls_kpa.clear()

@@ -1,0 +1,43 @@
+"""Measurement and its quality: the quantities that follow from one rig frame."""
+
+from __future__ import annotations
+
+import math
+from enum import Flag, auto
+from typing import NamedTuple
+
+
+class Quality(Flag):
+    """Reasons why a measurement is limited or has no force. GOOD if there is none."""
+
+    GOOD = 0
+    INTERPOLATED = auto()  #: rise below 0.5 kPa: the force is interpolated to zero
+    OUT_OF_RANGE = auto()  #: ΔP_i outside the validated range: no force
+    NO_SOLUTION = auto()  #: the force law has no physical root: no force
+    NOT_HOLDING = auto()  #: the balloon is not locked at a setpoint: no force
+    SENSOR_FAULT = auto()  #: invalid reading of the pressure sensor: no pressure, no force
+    NO_BASELINE = auto()  #: drift may hide a contact that continues: no force until the next lock
+    NOT_ZEROED = auto()  #: no zero adjustment of the sensor: no force
+
+
+class Measurement(NamedTuple):
+    """Quantities at one instant, from exactly one rig frame. NaN marks a missing value.
+
+    A named tuple, because one is made every 2 ms and a frozen dataclass takes twice as long.
+    """
+
+    #: Time at which the board took the sample, on the monotonic clock of the host process [s].
+    t_s: float
+    pressure_kpa: float = math.nan  #: filtered gauge pressure
+    unfiltered_kpa: float = math.nan  #: gauge pressure as sampled, for the interlocks
+    baseline_kpa: float = math.nan  #: ΔP_i of the contact in progress; without contact, the baseline
+    rise_kpa: float = math.nan  #: ΔP_f − ΔP_i, with the lag-compensated ΔP_f in the balloon
+    radius_mm: float = math.nan  #: inflated radius R_i before contact
+    indentation_mm: float = math.nan  #: d
+    contact_radius_mm: float = math.nan  #: a
+    force_n: float = math.nan  #: contact force; if it is NaN, `quality` gives the reason
+    force_std_n: float = math.nan  #: standard uncertainty of `force_n`
+    force_uncompensated_n: float = math.nan  #: force from the filtered pressure, without lag compensation
+    force_lower_range_limit_n: float = math.nan  #: force at a rise of 0.5 kPa
+    in_contact: bool = False
+    quality: Quality = Quality.GOOD

@@ -1,0 +1,112 @@
+"""Interpolation of the contact to zero force at rises below 0.5 kPa.
+
+The force law alone does not go to zero with the rise.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit, Number
+from pneuforce.instrument.model.derivatives import ContactDerivative, ContactDifferentiator, ModelInputs
+from pneuforce.instrument.model.force import ContactEstimate, solve_contact
+from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
+
+
+class LowRiseInterpolation(NamedTuple):
+    """Interpolation between no contact and the contact at a rise of 0.5 kPa.
+
+    The slopes are those of the interpolation at 0.5 kPa, divided by the slope of a straight line to zero.
+    """
+
+    end: ContactEstimate  #: contact at a rise of 0.5 kPa
+    force_end_slope: Number = 1.0  #: 1 is the straight line
+    indentation_end_slope: Number = 1.0
+
+    @classmethod
+    def at_baseline(
+        cls, baseline_kpa: Number, balloon: Balloon, circuit: Circuit, law: ForceLaw = PAPER_LAW
+    ) -> LowRiseInterpolation:
+        """Return the interpolation at ΔP_i. Arrays are broadcast."""
+        final_kpa = baseline_kpa + MIN_RISE_KPA
+        end = solve_contact(baseline_kpa, final_kpa, balloon, circuit, law)
+        if law.low == "line" or _has_no_solution(end.force_n):
+            return cls(end)
+        inputs = ModelInputs(baseline_kpa, final_kpa, balloon, circuit)
+        return cls.smooth(end, ContactDifferentiator(end.indentation_mm, inputs, law).by(final_kpa=1.0))
+
+    @classmethod
+    def smooth(cls, end: ContactEstimate, by_final: ContactDerivative) -> LowRiseInterpolation:
+        """Return the smooth interpolation to a solved contact with the derivative `by_final` by ΔP_f."""
+        return cls(
+            end,
+            MIN_RISE_KPA * by_final.force_n / end.force_n,
+            MIN_RISE_KPA * by_final.indentation_mm / end.indentation_mm,
+        )
+
+    def at(self, rise_kpa: Number) -> ContactEstimate:
+        """Return the contact at a rise up to 0.5 kPa. The contact radius follows from eq. (1).
+
+        Without a rise there is no force.
+        """
+        fraction = (abs(rise_kpa) + rise_kpa) / (2 * MIN_RISE_KPA)
+        end = self.end
+        force = end.force_n * interpolant(fraction, self.force_end_slope)
+        d = end.indentation_mm * interpolant(fraction, self.indentation_end_slope)
+        gap = end.radius_mm - d
+        a_squared = force * 1e3 / (math.pi * self._final_kpa(rise_kpa))
+        return ContactEstimate(force, d, a_squared**0.5, end.radius_mm, (a_squared + gap * gap) ** 0.5)
+
+    def _final_kpa(self, rise_kpa: Number) -> Number:
+        """Return ΔP_f at a rise, with ΔP_i from eq. (1) at the end of the interpolation."""
+        end_kpa = self.end.force_n * 1e3 / (math.pi * self.end.contact_radius_mm**2)
+        return end_kpa - MIN_RISE_KPA + rise_kpa
+
+
+def interpolant(fraction: Number, end_slope: Number) -> Number:
+    """Return the curve 2(1−m)√x + (2m−1)x from (0, 0) to (1, 1) with slope m at its end. m = 1 is the line.
+
+    The square root is physical: the force of a flat disc on a soft sphere grows like the square root of the
+    displaced volume.
+    """
+    return 2 * (1 - end_slope) * fraction**0.5 + (2 * end_slope - 1) * fraction
+
+
+def interpolant_slope(fraction: Number, end_slope: Number) -> Number:
+    """Return the derivative of `interpolant` by the fraction, which must be above 0."""
+    return (1 - end_slope) / fraction**0.5 + (2 * end_slope - 1)
+
+
+def estimate(
+    baseline_kpa: Number, final_kpa: Number, balloon: Balloon, circuit: Circuit, law: ForceLaw = PAPER_LAW
+) -> ContactEstimate:
+    """Return the contact, interpolated to zero force below a rise of 0.5 kPa.
+
+    From 0.5 kPa the result is that of `solve_contact`. Below, `law.low` selects the straight line of the
+    paper (Section V-C) or the smooth curve. Floats give floats; arrays are broadcast.
+    """
+    rise_kpa = final_kpa - baseline_kpa
+    if isinstance(rise_kpa, float):
+        if not rise_kpa < MIN_RISE_KPA:
+            return solve_contact(baseline_kpa, final_kpa, balloon, circuit, law)
+        return LowRiseInterpolation.at_baseline(baseline_kpa, balloon, circuit, law).at(rise_kpa)
+
+    import numpy as np
+
+    baseline, rise = np.broadcast_arrays(np.asarray(baseline_kpa, float), np.asarray(rise_kpa, float))
+    result = solve_contact(baseline, baseline + rise, balloon, circuit, law)
+    below = rise < MIN_RISE_KPA
+    if not below.any():
+        return result
+    with np.errstate(all="ignore"):
+        interpolated = LowRiseInterpolation.at_baseline(baseline[below], balloon, circuit, law).at(
+            rise[below]
+        )
+    for values, low_values in zip(result, interpolated, strict=True):
+        values[below] = low_values
+    return result
+
+
+def _has_no_solution(force_n: Number) -> bool:
+    return isinstance(force_n, float) and not math.isfinite(force_n)

@@ -1,0 +1,24 @@
+"""Pressure bins: the validated range of ΔP_i in five bins of equal width, as in Fig. 7.
+
+The edge at 8.85 kPa is `Balloon.switch_kpa`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+
+BIN_COUNT = 5
+BIN_EDGES_KPA = tuple(
+    round(VALID_LOW_KPA + n * (VALID_HIGH_KPA - VALID_LOW_KPA) / BIN_COUNT, 2) for n in range(BIN_COUNT + 1)
+)
+
+
+def pressure_bin_indices(baseline_kpa: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the index of the bin of each pressure, from 0.
+
+    A pressure on an edge belongs to the lower bin. A pressure outside the range belongs to the nearest bin.
+    """
+    return np.searchsorted(BIN_EDGES_KPA[1:-1], baseline_kpa)

@@ -1,0 +1,108 @@
+"""Uncertainty budget of one contact: the contribution of each source to the uncertainty of the force."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit
+from pneuforce.instrument.model.correction import ForceCorrection
+from pneuforce.instrument.model.curve import ContactCurve
+from pneuforce.instrument.model.derivatives import ContactDifferentiator, ModelInputs
+from pneuforce.instrument.model.force import solve_contact
+from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
+from pneuforce.instrument.model.uncertainty import (
+    InputUncertainties,
+    ModelUncertainty,
+    contributions_n,
+    parameter_stds_n,
+)
+
+#: Default time since the start of the contact [s]. The baseline cannot be measured during a contact.
+CONTACT_S = 5.0
+#: Label and unit of each parameter.
+PARAMETER_LABELS = {
+    "radius_mm": ("radius R_i", "mm"),
+    "young_kpa": ("Young's modulus E", "kPa"),
+    "rest_thickness_mm": ("thickness h_0", "mm"),
+    "poisson": ("Poisson's ratio ν", ""),
+    "volume_mm3": ("volume of the pipes V_c", "mm³"),
+    "ambient_kpa": ("ambient pressure P_0", "kPa"),
+    "polytropic": ("gas exponent n, 1 to 1.2", ""),
+}
+
+
+class BudgetLine(NamedTuple):
+    """One source of uncertainty."""
+
+    source: str
+    std: float  #: standard uncertainty of the source
+    unit: str
+    force_n: float  #: contribution to the standard uncertainty of the force [N]
+
+
+def compute_budget(
+    baseline_kpa: float,
+    final_kpa: float,
+    balloon: Balloon,
+    circuit: Circuit,
+    law: ForceLaw = PAPER_LAW,
+    correction: ForceCorrection | None = None,
+    input_uncertainties: InputUncertainties | None = None,
+    model_uncertainty: ModelUncertainty | None = None,
+    contact_s: float = CONTACT_S,
+) -> tuple[BudgetLine, ...]:
+    """Return one line for each source of uncertainty, `contact_s` after the start of the contact."""
+    inputs = input_uncertainties or InputUncertainties()
+    model = model_uncertainty or ModelUncertainty.of(law.method)
+    rise_kpa, drift_kpa = final_kpa - baseline_kpa, inputs.drift_kpa_per_s * contact_s
+    curve = ContactCurve(baseline_kpa, balloon, circuit, law, correction, inputs)
+    point = curve.at(rise_kpa)
+    pressures = inputs.at_rest(baseline_kpa, final_kpa, 0.0)
+    force_n, sensitivity = point.estimate.force_n, point.sensitivity
+    by_baseline, by_final, by_gain, _, by_law, by_interpolation = contributions_n(
+        force_n, sensitivity, pressures, inputs, model, balloon
+    )
+    by_drift = sensitivity.baseline_n_per_kpa * drift_kpa
+    law_percent = 100 * model.relative_std(baseline_kpa, balloon)
+    interpolation_std_n = abs(sensitivity.interpolation_n) / math.sqrt(3)
+    return (
+        BudgetLine("noise of ΔP_i", inputs.baseline_noise_kpa, "kPa", abs(by_baseline)),
+        BudgetLine("noise of ΔP_f", inputs.final_noise_kpa, "kPa", abs(by_final)),
+        BudgetLine("sensor gain after zero adjustment", 100 * inputs.gain, "%", abs(by_gain)),
+        BudgetLine(f"drift of ΔP_i in {contact_s:g} s", drift_kpa, "kPa", abs(by_drift)),
+        *_parameter_lines(baseline_kpa, rise_kpa, sensitivity.parameters_n, balloon, circuit, law, inputs),
+        BudgetLine("force law", law_percent, "% of the force", by_law),
+        BudgetLine("interpolation to zero", interpolation_std_n, "N", abs(by_interpolation)),
+    )
+
+
+def _parameter_lines(
+    baseline_kpa: float,
+    rise_kpa: float,
+    total_n: float,
+    balloon: Balloon,
+    circuit: Circuit,
+    law: ForceLaw,
+    uncertainties: InputUncertainties,
+) -> list[BudgetLine]:
+    """Return one line for each parameter. `total_n` is their root sum of squares.
+
+    Below a rise of 0.5 kPa the parameters have the same proportions as at 0.5 kPa.
+    """
+    solved_kpa = baseline_kpa + max(rise_kpa, MIN_RISE_KPA)
+    d = solve_contact(baseline_kpa, solved_kpa, balloon, circuit, law).indentation_mm
+    inputs = ModelInputs(baseline_kpa, solved_kpa, balloon, circuit)
+    stds_n = parameter_stds_n(ContactDifferentiator(d, inputs, law), uncertainties)
+    scale = total_n / math.hypot(*stds_n.values())
+    return [
+        BudgetLine(
+            PARAMETER_LABELS[name][0], getattr(uncertainties, name), PARAMETER_LABELS[name][1], std_n * scale
+        )
+        for name, std_n in stds_n.items()
+    ]
+
+
+def combined_std_n(lines: tuple[BudgetLine, ...]) -> float:
+    """Return the combined standard uncertainty of the force [N]: the root sum of squares of the lines."""
+    return math.hypot(*(line.force_n for line in lines))

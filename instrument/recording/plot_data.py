@@ -1,0 +1,105 @@
+"""Data of the plot of a recording, collected sample by sample in constant memory."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow
+from pneuforce.instrument.recording.decimation import MinMaxDecimator
+from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.protocol.limits import HOST_SILENCE_S, PRESSURISED
+
+MAX_CONTACTS = 20_000
+VENTED, NO_SAMPLES = "vented", "no samples"
+Points = NDArray[np.float64]
+_PRESSURISED = frozenset(state.value for state in PRESSURISED)
+
+
+class UnmeasuredSpan(NamedTuple):
+    """Time span without a measurement, and the reason."""
+
+    begin_s: float
+    end_s: float
+    name: str
+    trip: bool
+
+
+class PlotData:
+    """Collector of samples and latched faults, in order of time, for one plot."""
+
+    def __init__(self, begin_s: float) -> None:
+        """Create an empty plot. `begin_s` is the beginning of the recording, the zero of the time axis."""
+        self.begin_s = begin_s
+        self.first_s = self.end_s = math.nan  #: times of the first and of the last sample
+        self.samples = 0
+        self.was_pressurised = False  #: the balloon was pressurised at any time
+        self.pressure = MinMaxDecimator()
+        self.contact_pressure = MinMaxDecimator()
+        self.setpoint = MinMaxDecimator()
+        self.force = MinMaxDecimator()
+        self._contacts = ContactHistory(capacity=MAX_CONTACTS)
+        self.spans: list[UnmeasuredSpan] = []  #: in order of time
+        self._latched: tuple[str, ...] = ()
+
+    def set_latched_faults(self, faults: tuple[str, ...]) -> None:
+        """Set the faults that are latched from now on, first-out fault first."""
+        self._latched = faults
+
+    def add_sample(self, m: SampleRecord) -> None:
+        """Use one sample."""
+        if not self.samples:
+            self.first_s = m.t_s
+        elif not 0 <= m.t_s - self.end_s <= HOST_SILENCE_S:
+            self.spans.append(UnmeasuredSpan(self.end_s, m.t_s, NO_SAMPLES, trip=False))
+        self._contacts.add_sample(m)
+        self._update_spans(m)
+        contact_kpa = m.baseline_kpa + m.rise_kpa if m.in_contact else math.nan
+        self.pressure.add(m.t_s, m.pressure_kpa)
+        self.contact_pressure.add(m.t_s, contact_kpa)
+        self.setpoint.add(m.t_s, m.setpoint_pa / 1e3 if m.setpoint_pa else math.nan)
+        self.force.add(m.t_s, m.force_n, m.force_std_n if m.in_contact else 0.0)
+        self.samples += 1
+        self.end_s = m.t_s
+
+    def _update_spans(self, m: SampleRecord) -> None:
+        if m.state in _PRESSURISED:
+            self.was_pressurised = True
+            return
+        names = (name_of(m.fault),) if m.fault else self._latched
+        name, last = (names or (VENTED,))[0], self.spans[-1] if self.spans else None
+        if last is not None and last.end_s == self.end_s and last.name == name:
+            self.spans[-1] = last._replace(end_s=m.t_s)
+        else:
+            self.spans.append(UnmeasuredSpan(m.t_s, m.t_s, name, trip=bool(names)))
+
+    def points(self, decimator: MinMaxDecimator) -> Points:
+        """Return a curve, shape (n, 3): time, value and uncertainty. NaN interrupts it between samples.
+
+        The curve is interrupted where the samples are more than HOST_SILENCE_S apart.
+        """
+        points = decimator.points()
+        silences = [span for span in self.spans if span.name == NO_SAMPLES]
+        where = np.searchsorted(points[:, 0], [span.begin_s for span in silences], side="right")
+        breaks = np.array([(span.end_s, math.nan, math.nan) for span in silences], float).reshape(-1, 3)
+        return np.insert(points, where, breaks, axis=0)
+
+    @property
+    def contacts(self) -> list[ContactRow]:
+        """Return the contacts in order."""
+        return self._contacts.rows
+
+    @property
+    def remark(self) -> str:
+        """Return a sentence about what the plot lacks. The sentence is empty if nothing is missing."""
+        if not self.samples:
+            return "no samples"
+        if not self.was_pressurised:
+            return "vented all the time: no force"
+        if not self.contacts:
+            return "no contact"
+        return "" if any(not math.isnan(row.peak_n) for row in self.contacts) else "no force in any contact"

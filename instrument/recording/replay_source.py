@@ -1,0 +1,56 @@
+"""Source that shows a replayed recording on the buses and rejects writes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.peers import Peers
+from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.core.requests import log_write
+from pneuforce.instrument.core.snapshot import Snapshot
+from pneuforce.instrument.recording.paced_replay import PacedReplay
+
+#: Status bits that are set during each replay, so that a robot does not use the values.
+REPLAY_STATUS = frozenset(("simulated", "function_check", "write_protect"))
+
+
+class ReplaySource:
+    """Recorded quantities for the buses, marked as simulated.
+
+    Each write is rejected because of write protection. A vent alone is accepted and has no effect.
+    """
+
+    def __init__(self, replay: PacedReplay) -> None:
+        self.can_down = False  #: the CAN bus that shows the replay is down
+        self._replay = replay
+        self._peers = Peers()
+
+    def snapshot(self, peer: Peer, now_s: float) -> Snapshot:  # noqa: ARG002
+        """Return the snapshot of the recorded instant that is due, as `peer` would have seen it."""
+        replay = self._replay
+        snapshot = replay.session.instrument.snapshot(peer, replay.t_s)
+        status = REPLAY_STATUS | {"can_down", "maintenance_required"} if self.can_down else REPLAY_STATUS
+        reject_reason = self._peers.reject_reason_of(peer)
+        return snapshot._replace(status=snapshot.status | status, reject_reason=reject_reason)
+
+    def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:  # noqa: ARG002
+        """Reject the write, unless it is a vent."""
+        record = self._peers.record_of(peer)
+        is_vent = dict(values) == {"mode": "vent"}
+        record.reject_reason = RejectReason.NONE if is_vent else RejectReason.WRITE_PROTECT
+        log_write(peer, values, record)
+        return record.reject_reason
+
+    def master_lost(self, now_s: float) -> None:
+        """Do nothing: no peer commands a replay."""
+
+    def master_recovered(self, now_s: float) -> None:
+        """Do nothing: no peer commands a replay."""
+
+    def end(self, why: str, now_s: float) -> None:
+        """Do nothing: a replay has no event log."""
+
+    def log_rejected_write(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
+        """Do nothing: a replay has no event log."""

@@ -1,0 +1,66 @@
+"""Export of samples as CSV or Parquet. Times count from the beginning of the recording."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.schema import SAMPLE_COLUMNS, SAMPLE_TYPES
+from pneuforce.instrument.stream.sample_record import SampleRecord
+
+ROWS_PER_BATCH = 50_000
+METADATA_PREFIX = "pneuforce."  #: of the metadata keys in a Parquet file
+
+
+def relative_to_begin(begin_s: float, samples: Iterable[SampleRecord]) -> Iterator[SampleRecord]:
+    """Yield the samples with times since `begin_s` [s], rounded to the microsecond."""
+    for sample in samples:
+        yield sample._replace(t_s=round(sample.t_s - begin_s, 6))
+
+
+def csv_lines(samples: Iterable[SampleRecord]) -> Iterator[str]:
+    """Yield lines of CSV. Numbers have full precision. A quantity that is not available is an empty cell."""
+    yield ",".join(SAMPLE_COLUMNS) + "\n"
+    for sample in samples:
+        yield ",".join(map(_cell, sample)) + "\n"
+
+
+def _cell(value: float) -> str:
+    if value != value:
+        return ""
+    return str(int(value)) if isinstance(value, bool) else repr(value)
+
+
+def check_parquet() -> None:
+    """Raise ConfigurationError if the library that writes Parquet is not installed."""
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise ConfigurationError(
+            f"the Parquet format needs the package pyarrow: {sys.executable} -m pip install pyarrow"
+        ) from None
+
+
+def write_parquet(path: Path, samples: Iterable[SampleRecord], metadata: Mapping[str, Any]) -> None:
+    """Write samples as Parquet. A quantity that is not available is null. Raises OSError."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    column_types = {int: pa.uint32(), float: pa.float64(), bool: pa.bool_()}
+    schema = pa.schema(
+        [(name, column_types[kind]) for name, kind in SAMPLE_TYPES.items()],
+        metadata={f"{METADATA_PREFIX}{key}": json.dumps(value) for key, value in metadata.items()},
+    )
+    remaining = iter(samples)
+    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
+        while rows := list(islice(remaining, ROWS_PER_BATCH)):
+            arrays = [
+                pa.array(column, field.type, from_pandas=True)
+                for column, field in zip(zip(*rows, strict=True), schema, strict=True)
+            ]
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))

@@ -1,0 +1,1 @@
+"""Long-running processes and servers of the instrument."""

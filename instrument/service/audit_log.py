@@ -1,0 +1,68 @@
+"""Event log of a running instrument, from its start to its end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from pneuforce.instrument.audit.audit_logger import AuditLogger, AuditSink, NullAuditSink
+from pneuforce.instrument.audit.record import AuditRecord, record_body
+from pneuforce.instrument.audit.writer import EventLogWriter
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
+from pneuforce.instrument.stream.entry import EntryKind
+from pneuforce.registers.map import MAP_HASH
+
+
+class PublishingAuditSink:
+    """Audit sink that passes each record to another sink and publishes it to the stream."""
+
+    def __init__(self, sink: AuditSink, broadcaster: EntryBroadcaster) -> None:
+        self._sink = sink
+        self._broadcaster = broadcaster
+
+    @property
+    def write_error(self) -> str:
+        """Return why records cannot be written now, or an empty string."""
+        return self._sink.write_error
+
+    def append(self, record: AuditRecord) -> None:
+        """Write and publish one record."""
+        self._sink.append(record)
+        if self._broadcaster.subscribers:
+            self._broadcaster.record(EntryKind.EVENT, record.at.mono_s, record_body(record))
+
+
+@contextmanager
+def audited(
+    session: Session, configuration: Configuration, file: Path | None, broadcaster: EntryBroadcaster
+) -> Iterator[AuditLogger]:
+    """Give the source for the buses, which writes the event log and publishes its records.
+
+    Without a `file` the records are only published. Raises ConfigurationError if the file is not an event log
+    or belongs to another instrument.
+    """
+    writer = EventLogWriter(file) if file else None
+    sink = PublishingAuditSink(writer or NullAuditSink(), broadcaster)
+    audit_logger = AuditLogger(session, sink)
+    identity = {"map_hash": f"{MAP_HASH:08x}", "configuration_hash": f"{configuration.hash:08x}"}
+    audit_logger.log_start(
+        {"version": version("pneuforce"), **identity, "serial_number": configuration.identity.serial_number},
+        time.monotonic(),
+    )
+    why = "stop requested"
+    try:
+        yield audit_logger
+    except BaseException as error:
+        why = str(error) or type(error).__name__
+        raise
+    finally:
+        try:
+            audit_logger.end(why, time.monotonic())
+        finally:
+            if writer is not None:
+                writer.close()

@@ -1,0 +1,139 @@
+"""CAN server of the host: the node's frames go out, received frames are handled in the event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+
+from pneuforce.errors import ServerError
+from pneuforce.instrument.config import CanSection
+from pneuforce.instrument.service.host_loop import ServedSource
+from pneuforce.registers.can.bus import CanAddress, import_interface
+from pneuforce.registers.can.connection import LOG_PERIOD_S, CanConnection
+from pneuforce.registers.can.counter_logger import CounterLogger
+from pneuforce.registers.can.node import CanNode
+from pneuforce.registers.can.options import CanOptions
+from pneuforce.registers.can.receive_queue import ReceiveQueue
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.canopen.node import CanopenNode
+from pneuforce.registers.canopen.node_values import CanopenIdentity
+from pneuforce.registers.source import Source
+from pneuforce.support.background import cancel_on, run_in_background
+from pneuforce.support.throttle import RateLimitedLogger
+
+log = logging.getLogger("pneuforce")
+
+
+def options_of(settings: CanSection) -> CanOptions:
+    """Return the options of the node. Raises ServerError if the bus load would exceed 60 %."""
+    try:
+        return CanOptions(
+            node_id=settings.node_id, force_rate_hz=settings.force_rate_hz, bit_rate=settings.bit_rate
+        )
+    except ValueError as error:
+        raise ServerError(str(error)) from None
+
+
+def node_of(source: Source, settings: CanSection) -> CanNode | CanopenNode:
+    """Return the configured node. Raises ServerError if the bus load would exceed 60 %."""
+    if settings.mode == "canopen":
+        return CanopenNode(source, options_of(settings), CanopenIdentity(software=version("pneuforce")))
+    return CanNode(source, options_of(settings))
+
+
+@dataclass(slots=True)
+class LastFrame:
+    """Last frame with one identifier, for the inspector of the web page."""
+
+    data: bytes = b""
+    count: int = 0
+    at_s: float = 0.0
+
+    def update(self, data: bytes, now_s: float) -> None:
+        """Store one more frame."""
+        self.data, self.at_s = data, now_s
+        self.count += 1
+
+
+class CanServer:
+    """Node on a CAN bus. The host calls it for each sample and each tick."""
+
+    def __init__(self, source: ServedSource, settings: CanSection) -> None:
+        """Create the node. Raises ServerError if the bus load would exceed 60 %."""
+        self.node = node_of(source, settings)
+        import_interface(settings.interface)
+        address = CanAddress(
+            interface=settings.interface, channel=settings.channel, host=settings.host, port=settings.port
+        )
+        self.bus = CanConnection(address, self._on_frame)
+        #: Last frames by identifier and direction: True for frames that the node sent.
+        self.last_frames: defaultdict[tuple[int, bool], LastFrame] = defaultdict(LastFrame)
+        self._received = ReceiveQueue(self.node.is_vent)
+        self._duplicate_id_frames = 0
+        self._errors = 0
+        self._warn = RateLimitedLogger(log, LOG_PERIOD_S).warning
+        self._counter_logger = CounterLogger()
+        self._source = source
+        self._loop = asyncio.get_running_loop()
+
+    async def open(self, stop: asyncio.Event) -> None:
+        """Open the bus and check for 1.2 s, or until `stop` is set, that the node id is free.
+
+        Raises ServerError if the bus cannot be opened or the node id is in use.
+        """
+        try:
+            await cancel_on(stop, run_in_background(partial(self.bus.open, self.node.transmit_ids)))
+        except OSError as error:
+            raise ServerError(str(error)) from None
+
+    def on_sample(self, now_s: float) -> None:
+        """Send the frames that are due because of a new sample."""
+        self._send(self.node.on_sample(now_s), now_s)
+
+    def tick(self, now_s: float) -> None:
+        """Send the frames that are due by time, and report the state of the bus to the source."""
+        self._source.can_down = not self.bus.is_up
+        self._send(self.node.tick(now_s), now_s)
+        if line := self._counter_logger.line(self._counts(), now_s):
+            log.warning("CAN: %s", line)
+
+    def _counts(self) -> dict[str, int]:
+        counters = self.bus.counters
+        return {
+            "frames not sent": self.bus.dropped,
+            "error frames": counters.error_frames,
+            "invalid frames with our identifiers ignored": self.node.counters.ignored,
+            "frames dropped because of a flood": self._received.dropped,
+            "internal errors": counters.errors + self._errors,
+            f"frames of another node with our id {self.node.options.node_id}": self._duplicate_id_frames,
+        }
+
+    def close(self) -> None:
+        """Close the bus."""
+        self.bus.close()
+
+    def _on_frame(self, frame: CanFrame) -> None:
+        """Queue a received frame. Runs in the thread of the bus."""
+        if self.node.accepts(frame) and self._received.put(frame):
+            self._loop.call_soon_threadsafe(self._handle_one)
+
+    def _handle_one(self) -> None:
+        frame = self._received.get()
+        self._duplicate_id_frames += frame.id in self.node.transmit_ids and not frame.kind
+        now_s = time.monotonic()
+        self.last_frames[frame.id, False].update(frame.data, now_s)
+        try:
+            self._send(self.node.receive(frame, now_s), now_s)
+        except Exception:
+            self._errors += 1
+            self._warn(now_s, "CAN frame %03Xh dropped after an internal error", frame.id, exc_info=True)
+
+    def _send(self, frames: list[CanFrame], now_s: float) -> None:
+        for frame in frames:
+            self.bus.send(frame)
+            self.last_frames[frame.id, True].update(frame.data, now_s)

@@ -1,0 +1,64 @@
+"""Interfaces of the loop in the instrument's process: a host that reads a rig, or a replay."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Protocol
+
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.rig.link import Link
+from pneuforce.registers.source import Source
+
+
+class OutputChannel(Protocol):
+    """Output channel that is called for each sample and each tick."""
+
+    def on_sample(self, now_s: float) -> None:
+        """Handle a new measurement."""
+        ...
+
+    def tick(self, now_s: float) -> None:
+        """Handle the passage of time, with or without samples."""
+        ...
+
+
+class HostLoop(Protocol):
+    """Loop that feeds a session and calls the output channels."""
+
+    channels: list[OutputChannel]
+    url: str  #: port of the rig, or file of the recording
+    reconnects: int
+
+    @property
+    def session(self) -> Session:
+        """Return the session that the loop feeds."""
+        ...
+
+    @property
+    def instrument(self) -> Instrument:
+        """Return the instrument of the session."""
+        ...
+
+    @property
+    def link(self) -> Link:
+        """Return the link of the session."""
+        ...
+
+    async def connect(self, stop: asyncio.Event) -> None:
+        """Connect to the rig, or return when `stop` is set. Raises RigError."""
+        ...
+
+    async def run(self, stop: asyncio.Event) -> None:
+        """Run until `stop` is set."""
+        ...
+
+
+class ServedSource(Source, Protocol):
+    """Source that receives the state of its CAN bus and the end of the instrument."""
+
+    can_down: bool
+
+    def end(self, why: str, now_s: float) -> None:
+        """Handle the end of the instrument, with its reason."""
+        ...

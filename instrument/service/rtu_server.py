@@ -1,0 +1,58 @@
+"""Modbus RTU server of the host, on its own serial port."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Mapping
+
+from pneuforce.errors import ConfigurationError, ServerError
+from pneuforce.instrument.config import Configuration
+from pneuforce.registers.modbus.rtu_server import ModbusRtuOptions, ModbusRtuServer
+from pneuforce.registers.source import Source
+
+log = logging.getLogger("pneuforce")
+
+
+def check_ports(configuration: Configuration) -> None:
+    """Raise ConfigurationError if Modbus RTU and the rig use the same port."""
+    rtu, rig = configuration.modbus_rtu, configuration.rig
+    if rtu.enabled and os.path.realpath(rtu.port) == os.path.realpath(rig.port):
+        raise ConfigurationError(
+            f"modbus_rtu.port = {rtu.port} is also the port of the rig (rig.port = {rig.port}): "
+            "connect Modbus RTU to another serial port"
+        )
+
+
+class RtuServer:
+    """Modbus RTU as configured. Does nothing if it is disabled."""
+
+    def __init__(self, configuration: Configuration, source: Source, identity: Mapping[int, str]) -> None:
+        """Create the server. Raises ConfigurationError if its port is also the port of the rig."""
+        check_ports(configuration)
+        settings = configuration.modbus_rtu
+        options = ModbusRtuOptions(
+            port=settings.port,
+            baud=settings.baud,
+            parity=settings.parity,
+            stop_bits=settings.stop_bits,
+            unit=settings.unit,
+            word_swap=settings.word_order == "CDAB",
+            read_only=settings.read_only,
+        )
+        self.line = ModbusRtuServer(source, options, identity) if settings.enabled else None
+
+    async def open(self) -> None:
+        """Open the port. Raises ServerError."""
+        if self.line is None:
+            return
+        try:
+            await self.line.start()
+        except OSError as error:
+            raise ServerError(f"Modbus RTU: {error}") from None
+        log.info("Modbus RTU on %s, unit %d", self.line.options, self.line.options.unit)
+
+    def close(self) -> None:
+        """Close the port."""
+        if self.line is not None:
+            self.line.close()

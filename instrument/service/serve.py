@@ -1,0 +1,246 @@
+"""Process of `pneuforce run`: host, instrument and servers together."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import gc
+import json
+import logging
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from pneuforce.errors import ServerError
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
+from pneuforce.instrument.recording.schema import STOP_REQUESTED
+from pneuforce.instrument.service.audit_log import audited
+from pneuforce.instrument.service.can_server import CanServer
+from pneuforce.instrument.service.health import (
+    can_health,
+    events_health,
+    modbus_health,
+    rig_health,
+    rtu_health,
+)
+from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
+from pneuforce.instrument.service.local_server import WEB, LocalServer
+from pneuforce.instrument.service.recorder_process import RecorderProcess
+from pneuforce.instrument.service.rtu_server import RtuServer
+from pneuforce.instrument.service.stderr_log import log_to_stderr
+from pneuforce.instrument.service.systemd_notify import systemd_notifier
+from pneuforce.instrument.service.web_process import WebProcess, web_process_of
+from pneuforce.registers.modbus.device_identification import IdentityObject
+from pneuforce.registers.modbus.tcp import ModbusTcpOptions, ModbusTcpServer
+from pneuforce.registers.source import Source
+from pneuforce.support.background import cancel_on
+
+log = logging.getLogger("pneuforce")
+
+SWITCH_INTERVAL_S = 0.0005  #: longest time that the thread of a bus delays the event loop
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceFiles:
+    """Files of a running instrument; None if it has none."""
+
+    events: Path | None = None
+    socket: Path | None = None
+    recording: Path | None = None
+
+
+def serve(configuration: Configuration, files: ServiceFiles) -> None:
+    """Run the instrument until SIGTERM or Ctrl-C, then vent and end.
+
+    Prints one JSON line when Modbus is served: its port, and the port of the web page if it is enabled (null
+    if the page is not served yet). CAN follows when the node id was found free. Until then the status bit
+    `can_down` is set.
+
+    Raises PneuforceError if the instrument cannot start.
+    """
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+    with log_to_stderr():
+        if configuration.warning:
+            log.warning("%s", configuration.warning)
+        asyncio.run(_serve(configuration, files))
+
+
+async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
+    broadcaster = EntryBroadcaster()
+    session = Session(Instrument(configuration.settings()), broadcaster)
+    with audited(session, configuration, files.events, broadcaster) as audit_logger:
+        host = Host(session, configuration.rig.port)
+        host.channels.append(audit_logger)
+        await run_until_stopped(Servers(configuration, host, audit_logger, broadcaster), files)
+
+
+class Servers:
+    """All servers of one instrument, or of a replay in its place."""
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        host: HostLoop,
+        source: ServedSource,
+        broadcaster: EntryBroadcaster,
+    ) -> None:
+        """Create the servers without opening them.
+
+        Raises PneuforceError if two servers need the same port or CAN would be overloaded.
+        """
+        self.configuration = configuration
+        self.host = host
+        self.source = source
+        self.modbus = modbus_server(configuration, source)
+        self.rtu = RtuServer(configuration, source, identity(configuration))
+        self.can = CanServer(source, configuration.can) if configuration.can.enabled else None
+        self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
+        self.systemd = systemd_notifier(source)
+        host.channels += [self.local, self.systemd]
+
+    def _health(self, now_s: float) -> dict[str, Any]:
+        return {
+            "rig": rig_health(self.host, self.source.snapshot(WEB, now_s).age_s),
+            "modbus_tcp": modbus_health(self.modbus, now_s),
+            "modbus_rtu": rtu_health(self.rtu),
+            "can": can_health(self.can, now_s),
+            "events": events_health(self.configuration.events.file, self.host.instrument.log_down),
+        }
+
+
+async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
+    """Open the servers and run until SIGTERM or Ctrl-C. Raises PneuforceError if a start fails."""
+    stop = asyncio.Event()
+    _stop_on_signals(stop, servers)
+    web = web_process_of(servers.configuration.web, files.socket)
+    await servers.local.open(files.socket)
+    recorder = (
+        RecorderProcess(servers.local, files.socket, files.recording)
+        if files.socket and files.recording
+        else None
+    )
+    joining = asyncio.create_task(_join_can(servers, stop))
+    why = STOP_REQUESTED
+    try:
+        if web is not None:
+            web.begin()
+        if recorder is not None:
+            await recorder.start()
+        await servers.host.connect(stop)
+        await _run(servers, web, joining, stop)
+    except BaseException as error:
+        why = str(error) or type(error).__name__
+        raise
+    finally:
+        servers.source.end(why, time.monotonic())  # first, because the rig is silent during the rest
+        stop.set()
+        if servers.can is not None:
+            servers.can.close()
+        await asyncio.gather(joining, return_exceptions=True)  # _run has raised its exception
+        await servers.local.close(why)
+        if web is not None:
+            await web.close()
+        if recorder is not None:
+            await recorder.wait_for_end()
+
+
+def _stop_on_signals(stop: asyncio.Event, servers: Servers) -> None:
+    def end() -> None:
+        stop.set()
+        servers.systemd.stopping()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # nohup ignores SIGHUP on purpose
+            asyncio.get_running_loop().add_signal_handler(number, end)
+
+
+async def _join_can(servers: Servers, stop: asyncio.Event) -> None:
+    """Join the CAN bus if CAN is enabled. Raises ServerError."""
+    if servers.can is not None:
+        servers.source.can_down = True
+        await servers.can.open(stop)
+        servers.host.channels.append(servers.can)
+
+
+async def _run(
+    servers: Servers, web: WebProcess | None, joining: asyncio.Task[None], stop: asyncio.Event
+) -> None:
+    host, modbus = servers.host, servers.modbus
+    running = asyncio.create_task(host.run(stop))
+    try:
+        if not stop.is_set():
+            await servers.rtu.open()
+            await (joining if modbus is None else _listen(modbus, servers.configuration))
+            ports = {"modbus": modbus.port if modbus else None}
+            if web is not None:
+                ports["web"] = await cancel_on(stop, web.first_port())
+            print(json.dumps(ports), flush=True)
+        await joining
+        if not stop.is_set():
+            servers.systemd.ready()
+        gc.freeze()
+        await running
+    finally:
+        servers.rtu.close()
+        if modbus is not None:
+            modbus.close()
+        stop.set()
+        await running
+
+
+def modbus_server(configuration: Configuration, source: Source) -> ModbusTcpServer | None:
+    """Return the Modbus TCP server of a configuration, or None if it is disabled."""
+    settings = configuration.modbus
+    if not settings.enabled:
+        return None
+    options = ModbusTcpOptions(
+        host=settings.host,
+        port=settings.port,
+        allow=tuple(settings.allow),
+        unit=settings.unit,
+        word_swap=settings.word_order == "CDAB",
+        read_only=settings.read_only,
+        max_connections=settings.max_connections,
+        idle_timeout_s=settings.idle_timeout_s,
+        frame_timeout_s=settings.frame_timeout_s,
+    )
+    return ModbusTcpServer(source, options, identity(configuration))
+
+
+async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None:
+    settings = configuration.modbus
+    try:
+        await modbus.start()
+    except OSError as error:
+        in_use = error.errno == errno.EADDRINUSE
+        why = "it is in use; end the other instrument, or change [modbus] port" if in_use else error.strerror
+        raise ServerError(
+            f"Modbus cannot listen on {settings.host}:{settings.port}: {why or error}"
+        ) from None
+    log.info("Modbus TCP on %s:%d, unit %d", settings.host, modbus.port, settings.unit)
+
+
+def identity(configuration: Configuration) -> dict[int, str]:
+    """Return the objects of Modbus function 43/14 (device identification)."""
+    settings = configuration.identity
+    calibrated = configuration.calibration_date
+    date = f"{calibrated:08d}"
+    return {
+        IdentityObject.VENDOR: "pneuforce",
+        IdentityObject.PRODUCT_CODE: "PF-1",
+        IdentityObject.REVISION: version("pneuforce"),
+        IdentityObject.URL: settings.url,
+        IdentityObject.PRODUCT_NAME: "Pneumatic force sensor",
+        IdentityObject.MODEL: "PF-1 field instrument",
+        IdentityObject.USER_APPLICATION: settings.application,
+        IdentityObject.SERIAL_NUMBER: str(settings.serial_number),
+        IdentityObject.CALIBRATION_DATE: f"{date[:4]}-{date[4:6]}-{date[6:]}" if calibrated else "",
+    }

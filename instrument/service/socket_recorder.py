@@ -1,0 +1,172 @@
+"""Recorder that reads the entries of a running instrument from its local socket and writes a recording."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, closing, suppress
+from pathlib import Path
+from tempfile import gettempdir
+from threading import Event
+from typing import NamedTuple
+
+from pneuforce.errors import ServerError
+from pneuforce.instrument.recording.schema import EndReason
+from pneuforce.instrument.recording.writer import RecordingWriteError, RecordingWriter, check_path_unused
+from pneuforce.instrument.stream.entry import (
+    EntryDecoder,
+    EntryKind,
+    StreamEntry,
+    StreamError,
+    encode,
+    json_entry,
+)
+
+COMMIT_PERIOD_S = 0.2  #: entries that are not committed yet are lost if the recorder is killed
+RECEIVE_TIMEOUT_S = 0.02  #: time between two checks of the stop event
+FIRST_ENTRY_TIMEOUT_S = 5.0
+MAX_RECEIVED_BYTES = 1 << 20
+TOO_SLOW = "the instrument is still running, and has disconnected this recorder, which lagged too far behind"
+#: Sockets of running demos, below the folder for temporary files.
+DEMO_SOCKETS = "pneuforce-*/pneuforce.sock"
+
+OnCommit = Callable[[RecordingWriter], None]
+
+
+class RecorderResult(NamedTuple):
+    """Content of a finished recording and the reason why it ended."""
+
+    path: Path
+    reason: EndReason
+    detail: str  #: details of the reason, empty if there are none
+    duration_s: float
+    samples: int
+    events: int
+    size_bytes: int
+
+    @property
+    def complete(self) -> bool:
+        """Return True if the recording ended on request or with the instrument."""
+        return self.reason in (EndReason.END, EndReason.STOPPED)
+
+
+class _End(NamedTuple):
+    """Reason why no more entries come."""
+
+    reason: EndReason
+    detail: str = ""
+
+
+def record_socket(path: Path, socket_path: Path, stop: Event, on_commit: OnCommit) -> RecorderResult:
+    """Record an instrument into the new file `path` until `stop` is set or the instrument ends.
+
+    `on_commit` is called after each commit.
+
+    Raises ConfigurationError if the file cannot be created, ServerError if no instrument answers.
+    """
+    check_path_unused(path)
+    with ExitStack() as stack:
+        connection = stack.enter_context(closing(_connect(socket_path)))
+        file = RecordingWriter(path)
+        stack.callback(file.close)
+        try:
+            end = _write_entries(connection, socket_path, file, stop, on_commit)
+            if not file.has_header:
+                file.discard()
+                raise ServerError(f"{socket_path}: {end.detail or 'no data came yet'}")
+            file.end(*end)
+            file.commit()
+        except RecordingWriteError as error:
+            end = _End(EndReason.UNWRITABLE, str(error))
+            _report_failure(connection, f"{path} cannot be written: {error}")
+    return RecorderResult(
+        path, *end, round(file.extent_s, 3), file.committed_samples, file.events, file.size_bytes
+    )
+
+
+def served_demo_sockets() -> list[Path]:
+    """Return the local sockets of the demos that this user runs."""
+    return [file for file in Path(gettempdir()).glob(DEMO_SOCKETS) if _is_served(file)]
+
+
+def _is_served(file: Path) -> bool:
+    """Return True if the socket belongs to this user and a program accepts connections."""
+    with suppress(OSError):
+        if file.stat().st_uid == os.getuid():
+            _connect(file).close()
+            return True
+    return False
+
+
+def _connect(socket_path: Path) -> socket.socket:
+    connection = socket.socket(socket.AF_UNIX)
+    try:
+        connection.connect(str(socket_path))
+    except OSError as error:
+        connection.close()
+        raise ServerError(f"{socket_path}: {error.strerror or error}") from None
+    connection.settimeout(RECEIVE_TIMEOUT_S)
+    return connection
+
+
+def _write_entries(
+    connection: socket.socket, socket_path: Path, file: RecordingWriter, stop: Event, on_commit: OnCommit
+) -> _End:
+    """Write the received entries until no more entries come. Raises RecordingWriteError."""
+    decoder, started_s = EntryDecoder(), time.monotonic()
+    commit_s = started_s + COMMIT_PERIOD_S
+    try:
+        connection.sendall(encode(json_entry(EntryKind.SUBSCRIBE, 0.0, {"want": "record"})))
+        while not stop.is_set():
+            data = _receive(connection)
+            for entry in decoder.feed(data or b""):
+                if entry.kind is EntryKind.END:
+                    return _End(EndReason.END, _detail_of(entry))
+                file.add_entry(entry)
+            if data == b"":
+                return _disconnected(socket_path, file, "the instrument closed the connection")
+            now_s = time.monotonic()
+            if now_s >= commit_s:
+                commit_s = now_s + COMMIT_PERIOD_S
+                file.commit()
+                on_commit(file)
+            if not file.has_header and now_s > started_s + FIRST_ENTRY_TIMEOUT_S:
+                return _End(EndReason.CUT_OFF, f"no data came for {FIRST_ENTRY_TIMEOUT_S:g} s")
+    except StreamError as error:
+        return _End(EndReason.CUT_OFF, f"the data has not the format of this version: {error}")
+    except RecordingWriteError:
+        raise
+    except OSError as error:
+        return _disconnected(socket_path, file, f"the connection was lost: {error.strerror or error}")
+    return _End(EndReason.STOPPED)
+
+
+def _disconnected(socket_path: Path, file: RecordingWriter, detail: str) -> _End:
+    """Return the end of a lost connection: `TOO_SLOW` if the instrument is still running, else `detail`."""
+    if file.has_header:
+        with suppress(ServerError):
+            _connect(socket_path).close()
+            detail = TOO_SLOW
+    return _End(EndReason.CUT_OFF, detail)
+
+
+def _receive(connection: socket.socket) -> bytes | None:
+    """Return the received bytes: None if no bytes have come yet, empty at the end of the connection."""
+    try:
+        return connection.recv(MAX_RECEIVED_BYTES)
+    except TimeoutError:
+        return None
+
+
+def _detail_of(entry: StreamEntry) -> str:
+    facts = entry.json_body
+    return str(facts.get("why", "")) if isinstance(facts, dict) else ""
+
+
+def _report_failure(connection: socket.socket, why: str) -> None:
+    """Report the failure to the instrument. Its maintenance bit stays set until the next recording starts."""
+    with suppress(OSError):
+        connection.settimeout(1.0)
+        connection.sendall(encode(StreamEntry(EntryKind.FAILURE, time.monotonic(), why.encode())))

@@ -1,0 +1,1 @@
+"""Entries that the host process sends to recorders and to the web process."""

@@ -1,0 +1,127 @@
+"""Entries of the local socket and of a recording, and their byte layout.
+
+    length of the body u32 · kind u8 · time f64 [s] · body       (little-endian)
+
+The time is the monotonic clock of the host process. The input entries alone determine all measurements: a
+session that is restored from the checkpoint and receives the inputs in order gives the same measurements, bit
+for bit.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from pneuforce.errors import PneuforceError
+
+HEAD = struct.Struct("<IBd")
+MAX_BODY_BYTES = 4_000_000
+
+
+class EntryKind(IntEnum):
+    """Kind of an entry. The comment of each kind describes the body."""
+
+    HEADER = 1  #: JSON: identity and configuration of the instrument
+    CHECKPOINT = 2  #: state of the session at the time of the entry
+    # inputs
+    ATTACHED = 8  #: empty: the port was opened
+    RECEIVED = 9  #: bytes from the rig
+    TICK = 10  #: one byte: the health flags of the instrument, see `broadcaster.py`
+    COMMAND = 11  #: empty: the bytes for the board were requested
+    DETACHED = 12  #: empty: the port was closed
+    WRITE = 13  #: JSON [channel, address, {quantity: value}]: a write request from a bus
+    MASTER_LOST = 14  #: empty
+    MASTER_RECOVERED = 15  #: empty
+    SHUTDOWN = 16  #: empty: the host process ends and vents
+    # results
+    SAMPLE = 32  #: one sample, raw and measured; see `sample_record.py`
+    EVENT = 33  #: JSON: a record of the event log
+    SNAPSHOT = 34  #: JSON: every quantity that a bus can show
+    HEALTH = 35  #: JSON: state of the link, the buses, the event log and the recording
+    END = 40  #: JSON: the instrument ended normally
+    # between the host process and its clients
+    SUBSCRIBE = 64  #: JSON {"want": "record" or "web"}: the first entry that a client sends
+    REQUEST = 65  #: JSON {"id": number, "values": {register: value}}
+    ANSWER = 66  #: JSON {"id": number, "reject_reason": name, "why": sentence}
+    FAILURE = 67  #: text: the reason why a recording stopped
+
+
+INPUTS = frozenset(range(EntryKind.ATTACHED, EntryKind.SHUTDOWN + 1))
+_KINDS = frozenset(EntryKind)
+
+
+class StreamError(PneuforceError, ValueError):
+    """Bytes that are not a valid entry, or an entry that this version does not write."""
+
+
+class StreamEntry(NamedTuple):
+    """One entry: an input of the instrument, one of its results, or a message of a client."""
+
+    kind: EntryKind
+    t_s: float
+    body: bytes = b""
+
+    @property
+    def json_body(self) -> Any:
+        """Return the decoded JSON body. Raises StreamError if the body is not JSON."""
+        try:
+            return json.loads(self.body)
+        except ValueError as error:
+            raise StreamError(f"an entry of kind {self.kind.name} is not JSON: {error}") from None
+
+
+def json_entry(kind: EntryKind, t_s: float, value: Mapping[str, Any] | list[Any]) -> StreamEntry:
+    """Return an entry whose body is `value` as JSON; see `json_safe`."""
+    return StreamEntry(
+        kind, t_s, json.dumps(json_safe(value), separators=(",", ":"), allow_nan=False).encode()
+    )
+
+
+def json_safe(value: Any) -> Any:
+    """Return `value` with JSON types: NaN and infinities become null, a set becomes a sorted list."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: json_safe(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_safe(part) for part in value]
+    return sorted(value) if isinstance(value, frozenset) else value
+
+
+def encode(entry: StreamEntry) -> bytes:
+    """Return the bytes of an entry."""
+    return HEAD.pack(len(entry.body), entry.kind, entry.t_s) + entry.body
+
+
+class EntryDecoder:
+    """Incremental decoder of entries."""
+
+    def __init__(self, max_body_bytes: int = MAX_BODY_BYTES) -> None:
+        self._buffer = bytearray()
+        self._max_body_bytes = max_body_bytes
+
+    def feed(self, data: bytes) -> list[StreamEntry]:
+        """Return the entries that `data` completes, in order. Raises StreamError if a header is invalid."""
+        buffer, at = self._buffer, 0
+        buffer += data
+        entries: list[StreamEntry] = []
+        while len(buffer) - at >= HEAD.size:
+            length, kind, t_s = HEAD.unpack_from(buffer, at)
+            if kind not in _KINDS or length > self._max_body_bytes:
+                raise StreamError(f"the header of an entry is invalid: kind {kind}, {length} bytes")
+            end = at + HEAD.size + length
+            if len(buffer) < end:
+                break
+            entries.append(StreamEntry(EntryKind(kind), t_s, bytes(buffer[at + HEAD.size : end])))
+            at = end
+        del buffer[:at]
+        return entries
+
+    @property
+    def has_partial_entry(self) -> bool:
+        """Return True if the last entry is incomplete."""
+        return bool(self._buffer)

@@ -1,0 +1,1 @@
+"""Studies on the simulated rig: accuracy of the force, validation, reference contacts."""

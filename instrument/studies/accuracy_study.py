@@ -1,0 +1,124 @@
+"""Accuracy study: each force estimator, compared with the true force of each simulated balloon."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import date
+from typing import NamedTuple, get_args
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration import file, parts
+from pneuforce.instrument.calibration.apply import apply_calibration
+from pneuforce.instrument.calibration.contacts import COLUMNS, OPTIONAL_COLUMNS, read_contacts
+from pneuforce.instrument.calibration.force import fit_force
+from pneuforce.instrument.calibration.residuals import errors_by_pressure
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
+from pneuforce.instrument.model.uncertainty import ModelUncertainty
+from pneuforce.instrument.studies.accuracy_document import (
+    CONTACTS_PER_CALIBRATION,
+    TITLES,
+    AccuracyCampaign,
+    BalloonAccuracy,
+)
+from pneuforce.instrument.studies.reference_contacts import as_csv
+from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores, score_estimators
+from pneuforce.support.columns import Points, parse_points
+
+LIVE_SETTINGS = ChainSettings()
+#: Estimators without a calibration: the default settings with each method.
+UNCALIBRATED = {
+    method: replace(
+        LIVE_SETTINGS,
+        law=replace(LIVE_SETTINGS.law, method=method),
+        model_uncertainty=ModelUncertainty.of(method),
+    )
+    for method in get_args(MethodName)
+}
+#: Estimators that are calibrated on contacts of the same balloon.
+CALIBRATED = {
+    "energetic, calibrated": LIVE_SETTINGS,
+    "energetic, calibrated, smooth": replace(LIVE_SETTINGS, law=replace(LIVE_SETTINGS.law, low="smooth")),
+}
+
+
+class _CalibratedEstimator(NamedTuple):
+    """Settings after a calibration. If the calibration was rejected, the settings are uncalibrated."""
+
+    settings: ChainSettings
+    rejected: bool
+
+
+def evaluate(
+    campaign: AccuracyCampaign, report_progress: Callable[[int, int], None]
+) -> dict[str, BalloonAccuracy]:
+    """Return the results on each simulated balloon, by the kind of balloon.
+
+    `report_progress` is called with the number of completed steps and the total number of steps.
+    """
+    results: dict[str, BalloonAccuracy] = {}
+    step_count, step = len(TITLES) * (campaign.calibrations + 1), itertools.count(1)
+    for plant in TITLES:
+        evaluated = _points(plant, campaign.contacts, campaign.seed)
+        report_progress(next(step), step_count)
+        calibrated: dict[str, list[_CalibratedEstimator]] = {name: [] for name in CALIBRATED}
+        # The seeds of the calibrations differ from the seed of the evaluated contacts.
+        for seed in range(campaign.seed + 1, campaign.seed + 1 + campaign.calibrations):
+            points = _points(plant, CONTACTS_PER_CALIBRATION, seed)
+            for name, settings in CALIBRATED.items():
+                calibrated[name].append(_calibrate(points, settings))
+            report_progress(next(step), step_count)
+        results[plant] = _score(evaluated, calibrated)
+    return results
+
+
+def _points(plant: str, count: int, seed: int) -> Points:
+    text = "\n".join(as_csv(plant, count, seed))
+    return parse_points(text.encode(), plant, COLUMNS, OPTIONAL_COLUMNS)
+
+
+def _calibrate(points: Points, settings: ChainSettings) -> _CalibratedEstimator:
+    try:
+        calibration = fit_force(read_contacts(points, settings), settings)
+    except ConfigurationError:
+        return _CalibratedEstimator(settings, rejected=True)
+    errors = errors_by_pressure(calibration.chosen.held_out_n, calibration.contacts)
+    part = parts.force_part(calibration, errors, points, settings, date.today())
+    content = file.empty(0).model_copy(update={"force": part})
+    return _CalibratedEstimator(apply_calibration(settings, content), rejected=False)
+
+
+def _score(points: Points, calibrated: dict[str, list[_CalibratedEstimator]]) -> BalloonAccuracy:
+    contacts = read_contacts(points, LIVE_SETTINGS)
+    estimators = {name: [settings] for name, settings in UNCALIBRATED.items()}
+    estimators |= {name: [each.settings for each in several] for name, several in calibrated.items()}
+    rejected = {name: sum(each.rejected for each in several) for name, several in calibrated.items()}
+    return BalloonAccuracy(len(contacts), score_estimators(contacts, estimators), rejected)
+
+
+def results_to_json(results: dict[str, BalloonAccuracy]) -> dict[str, object]:
+    """Return the results as a JSON object. A value that is not available is null."""
+    return {
+        plant: {
+            "contacts": result.contacts,
+            "rejected_calibrations": result.rejected,
+            "estimators": {estimator.name: _scores_to_json(estimator) for estimator in result.estimators},
+        }
+        for plant, result in results.items()
+    }
+
+
+def _scores_to_json(estimator: EstimatorScores) -> dict[str, object]:
+    bins = [f"{low:.2f}–{high:.2f}" for low, high in itertools.pairwise(BIN_EDGES_KPA)]
+    by_pressure = zip(bins, estimator.by_pressure, strict=True)
+    return {
+        "all": _nan_to_none(estimator.all),
+        "by_pressure_kpa": {name: _nan_to_none(score) for name, score in by_pressure},
+    }
+
+
+def _nan_to_none(score: AccuracyScore) -> dict[str, float | None]:
+    return {name: value if value == value else None for name, value in score._asdict().items()}
