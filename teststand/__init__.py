@@ -1,1 +1,1 @@
-"""The test stand: instrument, CAN hub and simulated rig as processes, for the demo and for users' tests."""
+"""Test stand: instrument, CAN hub and simulated rig as processes, for the demo and for tests of users."""

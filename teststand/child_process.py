@@ -1,4 +1,4 @@
-"""Child processes that end with their parent, whatever ends it."""
+"""Child processes that end together with their parent process."""
 
 from __future__ import annotations
 
@@ -15,37 +15,39 @@ from collections.abc import Sequence
 from threading import Event, Thread
 from typing import IO, Any, Self
 
-from instrument.errors import PneuforceError
+from pneuforce.errors import PneuforceError
 
 _PR_SET_PDEATHSIG = 1
-STOP_S = 0.6
-START_S = 20.0
+STOP_TIMEOUT_S = 0.6
+START_TIMEOUT_S = 20.0
 
 
-class ChildFailed(PneuforceError):
-    """A child process ended, or did not get ready."""
+class ChildProcessFailed(PneuforceError):
+    """Child process that has ended, or did not become ready."""
 
 
-class Stopped(Exception):
-    """Whoever waited for a child was asked to end."""
+class StartCancelled(Exception):
+    """Request to stop, received during the start of a child process."""
 
 
-class Child:
-    """A Python module run as a process; its stderr is kept for whoever asks why it ended.
+class ChildProcess:
+    """Python module that runs as a process. Its last lines on stderr are kept for error messages.
 
-    It is found among what is installed: a folder that is called alike where a user works is not it.
+    Only installed modules are found. A folder with the same name in the working directory is ignored.
     """
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
+        """Start `python -m` with these arguments. `name` describes the process in error messages."""
         self.name = name
-        self.said: deque[str] = deque(maxlen=200)
+        self.stderr_lines: deque[str] = deque(maxlen=200)
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            start_new_session=True,  # Ctrl-C reaches the parent alone, which ends its children in order
+            # Only the parent receives Ctrl-C. It then ends its children in the correct order.
+            start_new_session=True,
             preexec_fn=_end_with_parent,
         )
         assert self._process.stderr is not None
@@ -60,67 +62,71 @@ class Child:
 
     def _read(self, stream: IO[str]) -> None:
         for line in stream:
-            self.said.append(line.rstrip())
+            self.stderr_lines.append(line.rstrip())
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Return the process id."""
         return self._process.pid
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended."""
+        """Return True until the process has ended."""
         return self._process.poll() is None
 
     def ready(self, stop: Event | None = None) -> dict[str, Any]:
-        """The JSON line with which it says that it is ready.
+        """Wait until the process is ready. Return the JSON line that it then prints.
 
-        Raises ChildFailed, or Stopped where `stop` is set first.
+        Raises ChildProcessFailed if the process ends or is not ready in time, StartCancelled if `stop` is
+        set.
         """
         assert self._process.stdout is not None
-        until_s = time.monotonic() + START_S
+        until_s = time.monotonic() + START_TIMEOUT_S
         with selectors.DefaultSelector() as selector:
             selector.register(self._process.stdout, selectors.EVENT_READ)
             while not selector.select(0.05) and time.monotonic() < until_s:
                 if stop is not None and stop.is_set():
-                    raise Stopped
+                    raise StartCancelled
         line = self._process.stdout.readline() if time.monotonic() < until_s else ""
         if not line:
             raise self.failure()
         answer: dict[str, Any] = json.loads(line)
         return answer
 
-    def tell(self, text: str) -> None:
-        """All that it will ever read from its stdin."""
+    def write_stdin(self, text: str) -> None:
+        """Write the complete input of the process, and close its stdin."""
         assert self._process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # it has ended: `ready` says why
+        with contextlib.suppress(BrokenPipeError):  # the process has ended; `ready` raises the reason
             self._process.stdin.write(text)
             self._process.stdin.close()
 
     def send(self, number: signal.Signals) -> None:
-        """Send it a signal."""
+        """Send a signal to the process."""
         self._process.send_signal(number)
 
-    def last_words(self) -> Any:
-        """End it and return the JSON line that it prints last."""
+    def stop_and_read(self) -> Any:
+        """End the process. Return the JSON line that the process prints last."""
         self._process.send_signal(signal.SIGTERM)
         assert self._process.stdout is not None
         return json.loads(self._process.stdout.readlines()[-1])
 
-    def failure(self) -> ChildFailed:
-        """Why it ended, in its own last words."""
+    def failure(self) -> ChildProcessFailed:
+        """Return an exception with the last line on stderr as the reason."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         self._reader.join(1.0)
-        words = self.said[-1].removeprefix("pneuforce: ") if self.said else "it said nothing"
-        return ChildFailed(f"the {self.name} ended: {words}")
+        if self.stderr_lines:
+            reason = self.stderr_lines[-1].removeprefix("pneuforce: ")
+        else:
+            reason = "it printed no error message"
+        return ChildProcessFailed(f"the {self.name} ended: {reason}")
 
     def stop(self) -> None:
-        """End it: asked first, killed where it does not within 0.6 s."""
+        """End the process by SIGTERM. Kill the process if it does not end within 0.6 s."""
         if self.running:
             self._process.send_signal(signal.SIGTERM)
         try:
-            self._process.wait(STOP_S)
+            self._process.wait(STOP_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -132,5 +138,5 @@ class Child:
 
 
 def _end_with_parent() -> None:
-    """Let Linux send SIGTERM when the parent dies, however that comes."""
+    """Make Linux send SIGTERM to this process when the parent process ends for any reason."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)

@@ -1,4 +1,4 @@
-"""A running instrument on a simulated rig, as the tests of PLC and robot programs drive it."""
+"""Running instrument on a simulated rig, with methods for tests of PLC and robot programs."""
 
 from __future__ import annotations
 
@@ -8,182 +8,205 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
-from instrument.errors import PneuforceError
-from instrument.faults import name_of
-from registers.modbus.client import Plc
-from sim.remote import Remote
-from teststand.stack import Stack
+from pneuforce.errors import PneuforceError
+from pneuforce.instrument.core.faults import name_of
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.sim.server.client import SimulatorClient
+from pneuforce.teststand.stack import Stack
 
-LOOK_S = 0.02
-VENT_S = 10.0
-INFLATE_S = 20.0
-JOIN_S = 5.0  #: for the CAN node to find its id free
-PRESS_S = 5.0
-SETTLED_S = 0.6  #: five times the lag of 0.12 s between a force and what the instrument shows of it
+POLL_S = 0.02
+VENT_TIMEOUT_S = 10.0
+INFLATE_TIMEOUT_S = 20.0
+CAN_TIMEOUT_S = 5.0  #: for the CAN node to check that its id is free
+PRESS_TIMEOUT_S = 5.0
+SETTLED_S = 0.6  #: five times the time constant of 0.12 s from a force to the indicated force
 
 Values = dict[str, Any]
 
 
-class NotInTime(PneuforceError, TimeoutError):
-    """What was waited for did not come."""
+class WaitTimeout(PneuforceError, TimeoutError):
+    """Condition that did not become true in time."""
 
 
-class Tripped(PneuforceError):
-    """The rig has tripped and cannot be inflated."""
+class RigTripped(PneuforceError):
+    """Tripped rig, which cannot be inflated."""
 
 
-class NotHeld(PneuforceError):
-    """The balloon is not held, so that a press means nothing to the instrument."""
+class BalloonNotHeld(PneuforceError):
+    """Press of a balloon that is not held. The instrument measures no force then."""
 
 
 class LiveRig:
-    """The instrument's face, and the hand, the faults and the truth of the rig behind it.
+    """Instrument, and the hand, the faults and the true state of its simulated rig.
 
-    Whatever is not possible raises a sentence: PlcError where the instrument refuses (with the reason's
-    name), Refused where the simulator does, ChildFailed where one of the processes has ended.
+    Methods raise ModbusClientError if the instrument rejects a request (with the name of the reason),
+    SimulatorRequestError if the simulator rejects a request, and ChildProcessFailed if a process has ended.
     """
 
     def __init__(self, stack: Stack, unit: int = 1) -> None:
-        """Drive this stack; `unit` is its Modbus unit."""
+        """Use the processes of `stack`; `unit` is the Modbus unit of the instrument."""
         self.modbus_port = stack.modbus_port
         self._stack = stack
         self._unit = unit
-        self._remote = Remote(stack.control_port)
+        self._simulator = SimulatorClient(stack.control_port)
 
-    # ---- the instrument
+    # ---- instrument
 
     @property
-    def can(self) -> Values:
-        """Arguments of python-can's `Bus`; waits until the instrument sends. Raises NotInTime."""
-        self.wait_for(lambda registers: "can_down" not in registers["status"], JOIN_S)
-        at = {"interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": self._stack.can_port}
-        return {**at, "tcp_tune": True, "ignore_config": True}
+    def can_arguments(self) -> Values:
+        """Return the arguments of python-can's `Bus`. Wait until the instrument sends. Raises WaitTimeout."""
+        self.wait_for(lambda registers: "can_down" not in registers["status"], CAN_TIMEOUT_S)
+        address = {"channel": "can0", "host": "127.0.0.1", "port": self._stack.can_port}
+        return {"interface": "socketcand", **address, "tcp_tune": True, "ignore_config": True}
 
     def read(self) -> Values:
-        """Value of every register by name, in the quantity's unit (N, kPa, mm, s); NaN is not available."""
+        """Return the values of all registers by name, in N, kPa, mm or s. NaN means not available."""
         with self._plc() as plc:
             return plc.read_all()
 
     def write(self, name: str, value: object) -> None:
-        """Write a register by name: a number in the quantity's unit, or the name of a code."""
+        """Write a register by name: a number in N, kPa, mm or s, or the name of a code."""
         with self._plc() as plc:
             plc.write(name, value)
 
-    def wait_for(self, wanted: Callable[[Values], bool], timeout_s: float = 10.0) -> Values:
-        """The registers as soon as `wanted(registers)` holds. Raises NotInTime."""
+    def wait_for(self, condition: Callable[[Values], bool], timeout_s: float = 10.0) -> Values:
+        """Wait until `condition(registers)` is true. Return the registers. Raises WaitTimeout."""
         with self._plc() as plc:
-            return _awaited(plc.read_all, wanted, timeout_s, _in_words)
+            return _poll(plc.read_all, condition, timeout_s, _describe)
 
     def inflate(self, setpoint_kpa: float) -> None:
-        """Vent, take the zero, and inflate until the balloon is held. Raises NotInTime, Tripped."""
+        """Vent, take the zero, inflate, and wait until the balloon is held.
+
+        Raises WaitTimeout, RigTripped.
+        """
         with self._plc() as plc:
             plc.write("mode", "vent")
-            _awaited(lambda: _untripped(plc), _vented_and_zeroed, VENT_S, _in_words)
+            _poll(lambda: _read_untripped(plc), _vented_and_zeroed, VENT_TIMEOUT_S, _describe)
             plc.write("setpoint_requested", setpoint_kpa)
             plc.write("mode", "hold")
-            _awaited(lambda: _untripped(plc), lambda r: r["state"] == "holding", INFLATE_S, _in_words)
+            _poll(
+                lambda: _read_untripped(plc), lambda r: r["state"] == "holding", INFLATE_TIMEOUT_S, _describe
+            )
 
     def vent(self) -> None:
-        """Vent, and wait until the instrument has verified it. Raises NotInTime."""
+        """Vent, and wait until the instrument has verified the vent. Raises WaitTimeout."""
         self.write("mode", "vent")
-        self.wait_for(lambda registers: "vented" in registers["status"], VENT_S)
+        self.wait_for(lambda registers: "vented" in registers["status"], VENT_TIMEOUT_S)
 
-    # ---- the world
+    # ---- simulated rig
 
     def press(self, force_n: float, wait: bool = True) -> None:
-        """Press a held balloon with this force until it is released. Raises NotHeld, Tripped, NotInTime.
+        """Press the held balloon with this force until `release`.
 
-        With `wait` it comes back when the force stands, and the instrument has had time to follow; where the
-        press trips the rig, it raises Tripped. `contact` presses whatever state the balloon is in.
+        With `wait`, return when the force is constant and the instrument indicates the force, and raise
+        RigTripped if the press trips the rig. To press a balloon in any state, use `start_contact`.
+
+        Raises BalloonNotHeld, RigTripped, WaitTimeout.
         """
-        registers = self._untripped()
+        registers = self._check_untripped()
         if registers["state"] != "holding":
-            raise NotHeld(f"the balloon is not held, inflate it first: {_in_words(registers)}")
-        self._remote.order(press=force_n)
+            raise BalloonNotHeld(
+                f"the balloon is not held: {_describe(registers)}; inflate the balloon first"
+            )
+        self._simulator.request(press=force_n)
         if wait:
-            self._settle(force_n)
-            self._untripped()
+            self._wait_settled(force_n)
+            self._check_untripped()
 
     def release(self, wait: bool = True) -> None:
-        """Let go. `wait` as for `press`."""
-        self._remote.order(release=True)
+        """End the contact. With `wait`, return when the instrument indicates the end."""
+        self._simulator.request(release=True)
         if wait:
-            self._settle(0.0)
+            self._wait_settled(0.0)
 
-    def contact(self, **contact: Any) -> None:
-        """Begin one contact, written as in a scenario: `kind="tap", force_n=1.5`; comes back at once."""
-        self._remote.order(contact=contact)
+    def start_contact(self, **contact: Any) -> None:
+        """Start one contact, and do not wait. The arguments are the keys of a contact in a scenario.
 
-    def fault(self, name: str, **arguments: float) -> AbstractContextManager[Any]:
-        """Put in a fault of the catalogue (`pneuforce fault --list`); the end of a `with` takes it out."""
-        self._remote.order(fault={"name": name, **arguments})
-        present = ExitStack()
-        present.callback(self.fault_off, name)
-        return present
+        For example `kind="tap", force_n=1.5`.
+        """
+        self._simulator.request(contact=contact)
 
-    def fault_off(self, name: str) -> None:
-        """Take a fault out."""
-        self._remote.order(fault={"name": name, "on": False})
+    def inject_fault(self, name: str, **arguments: float) -> AbstractContextManager[Any]:
+        """Inject a fault of the catalogue (`pneuforce sim fault --list`).
+
+        In a `with` statement, the end of the block removes the fault.
+        """
+        self._simulator.request(fault={"name": name, **arguments})
+        removal = ExitStack()
+        removal.callback(self.remove_fault, name)
+        return removal
+
+    def remove_fault(self, name: str) -> None:
+        """Remove a fault."""
+        self._simulator.request(fault={"name": name, "on": False})
 
     def truth(self) -> Values:
-        """What is really so at the next sample: `force_n`, `initial_kpa`, `indentation_mm` and more."""
-        return self._remote.truth()
+        """Return the true state at the next sample: `force_n`, `baseline_kpa`, `indentation_mm` and more."""
+        return self._simulator.truth()
 
-    # ---- how
+    # ---- implementation
 
     @contextmanager
-    def _plc(self) -> Iterator[Plc]:
-        """A connection for each question: an instrument closes those that are idle."""
+    def _plc(self) -> Iterator[ModbusClient]:
+        """Connect for one request, because the instrument closes idle connections."""
         self._stack.check()
-        with Plc.connect(port=self.modbus_port, unit=self._unit) as plc:
+        with ModbusClient.connect(port=self.modbus_port, unit=self._unit) as plc:
             yield plc
 
-    def _untripped(self) -> Values:
+    def _check_untripped(self) -> Values:
         with self._plc() as plc:
-            return _untripped(plc)
+            return _read_untripped(plc)
 
-    def _settle(self, force_n: float) -> None:
-        def told(truth: Values) -> str:
-            return f"the hand presses with {truth['applied_n']:.3f} N, {force_n:g} N was ordered"
+    def _wait_settled(self, force_n: float) -> None:
+        def describe(truth: Values) -> str:
+            return f"the hand presses with {truth['applied_n']:.3f} N instead of {force_n:g} N"
 
-        stands = _awaited(self.truth, lambda t: math.isclose(t["applied_n"], force_n), PRESS_S, told)
-        _awaited(self.truth, lambda t: t["t_s"] >= stands["t_s"] + SETTLED_S, PRESS_S, told)
+        reached = _poll(
+            self.truth, lambda t: math.isclose(t["applied_n"], force_n), PRESS_TIMEOUT_S, describe
+        )
+        _poll(self.truth, lambda t: t["t_s"] >= reached["t_s"] + SETTLED_S, PRESS_TIMEOUT_S, describe)
 
 
-def _awaited(
-    look: Callable[[], Values],
-    wanted: Callable[[Values], bool],
+def _poll(
+    read: Callable[[], Values],
+    condition: Callable[[Values], bool],
     timeout_s: float,
-    told: Callable[[Values], str],
+    describe: Callable[[Values], str],
 ) -> Values:
+    """Read until the condition is true. Return the values. Raises WaitTimeout with their description."""
     until_s = time.monotonic() + timeout_s
-    while not wanted(seen := look()):
+    while not condition(values := read()):
         if time.monotonic() > until_s:
-            raise NotInTime(f"what was waited for did not come in {timeout_s:g} s: {told(seen)}")
-        time.sleep(LOOK_S)
-    return seen
+            raise WaitTimeout(
+                f"the expected condition was not reached in {timeout_s:g} s: {describe(values)}"
+            )
+        time.sleep(POLL_S)
+    return values
 
 
 def _vented_and_zeroed(registers: Mapping[str, Any]) -> bool:
     return "vented" in registers["status"] and "not_zeroed" not in registers["status"]
 
 
-def _untripped(plc: Plc) -> Values:
+def _read_untripped(plc: ModbusClient) -> Values:
+    """Return all registers. Raises RigTripped if the rig has tripped."""
     registers = plc.read_all()
     if registers["state"] == "tripped":
-        raise Tripped(f"the rig has tripped: {_fault_in_words(registers)}; remove its cause, clear it")
+        raise RigTripped(
+            f"the rig has tripped: {_describe_fault(registers)}; remove the cause and clear the fault"
+        )
     return registers
 
 
-def _fault_in_words(registers: Mapping[str, Any]) -> str:
-    code = registers["first_fault"]
+def _describe_fault(registers: Mapping[str, Any]) -> str:
+    code = registers["first_out_fault"]
     return f"{name_of(code)} (fault {code})" if code else "no fault"
 
 
-def _in_words(registers: Mapping[str, Any]) -> str:
+def _describe(registers: Mapping[str, Any]) -> str:
     return (
         f"state {registers['state']}, pressure {registers['pressure']:.3f} kPa, "
         f"setpoint {registers['setpoint_requested']:.3f} kPa, force {registers['force']:.3f} N, "
-        f"status {' '.join(sorted(registers['status'])) or 'none'}, refusal {registers['refusal']}, "
-        f"{_fault_in_words(registers)}"
+        f"status {' '.join(sorted(registers['status'])) or 'none'}, "
+        f"reject reason {registers['reject_reason']}, {_describe_fault(registers)}"
     )

@@ -1,7 +1,11 @@
-"""What a request must say of itself before anybody looks at what it asks; and what each answer forbids.
+"""Protection against requests from other web sites, and the security headers of each response.
 
-A page of somebody else's, in a browser on this machine, can send requests here. Its name stands in `Origin`,
-and where it has made its own name point to this machine, that name stands in `Host`.
+A web page of another site can make a browser on this machine send requests to the instrument. The browser
+puts the name of the other site into the header `Origin`. If the other site has pointed its own name to this
+machine (DNS rebinding), that name is in the header `Host`.
+
+The check of `Host` allows every IP address, because DNS rebinding needs a name. Starlette's
+TrustedHostMiddleware compares `Host` with a fixed list, and the list cannot contain every IP address.
 """
 
 from __future__ import annotations
@@ -13,28 +17,29 @@ from ipaddress import ip_address
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from page.answers import told
+from pneuforce.web.http_json import error_response
 
-SECURITY: Mapping[str, str] = {
+SECURITY_HEADERS: Mapping[str, str] = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
     "connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "same-origin",  # a form of ours must name its origin, too
+    # "no-referrer" would make the browser send "Origin: null" with the form of the VENT button
+    "Referrer-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-_SAFE = frozenset(("GET", "HEAD"))
+_SAFE_METHODS = frozenset(("GET", "HEAD"))
 
 
-def own_names() -> frozenset[str]:
-    """What this machine is called, on a network with mDNS too."""
+def machine_names() -> frozenset[str]:
+    """Return the host names of this machine, including the mDNS name (.local)."""
     name = socket.gethostname().lower()
     short = name.partition(".")[0]
     return frozenset(("localhost", name, short, f"{short}.local"))
 
 
-def is_own(host: str, names: frozenset[str]) -> bool:
-    """Whether a Host header names this machine: by an address, or one of `names`."""
+def is_this_machine(host: str, names: frozenset[str]) -> bool:
+    """Return True if a Host header holds an IP address or one of `names`, with or without a port."""
     name, bracket, port = host.strip().rpartition("]")
     if not bracket:
         name, _, port = host.strip().partition(":")
@@ -50,40 +55,45 @@ def is_own(host: str, names: frozenset[str]) -> bool:
 
 
 def is_same_origin(headers: Mapping[str, str]) -> bool:
-    """Whether our own page sends this, or a program that is no browser: those name no origin."""
+    """Return True if a request comes from the instrument's web page or from a program that is not a browser.
+
+    Programs that are not browsers send no origin.
+    """
     origin = headers.get("origin")
     if origin is None:
         return headers.get("sec-fetch-site", "same-origin") in ("same-origin", "none")
-    scheme, _, whose = origin.lower().partition("://")
-    return scheme in ("http", "https") and whose == headers.get("host", "").lower()
+    scheme, _, authority = origin.lower().partition("://")
+    return scheme in ("http", "https") and authority == headers.get("host", "").lower()
 
 
-class Guard:
-    """Lets only requests through that are meant for this page, and puts the restrictions into each answer."""
+class RequestGuard:
+    """ASGI middleware that rejects requests from other sites and adds the security headers."""
 
     def __init__(self, app: ASGIApp, names: frozenset[str] | None = None) -> None:
         self._app = app
-        self._names = own_names() if names is None else names
+        self._names = machine_names() if names is None else names
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer 403 or pass the request on."""
+        """Respond with status 403, or pass the request to the application."""
 
-        async def restricted(message: Message) -> None:
+        async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                headers.update(SECURITY)
+                headers.update(SECURITY_HEADERS)
                 headers.setdefault(
                     "Cache-Control", "no-store" if scope["path"].startswith("/api/") else "no-cache"
                 )
             await send(message)
 
-        why = self._objection(scope, Headers(scope=scope))
-        await (self._app if why is None else told(403, why))(scope, receive, restricted)
+        reason = self._reject_reason(scope, Headers(scope=scope))
+        app = self._app if reason is None else error_response(403, reason)
+        await app(scope, receive, send_with_headers)
 
-    def _objection(self, scope: Scope, headers: Headers) -> str | None:
-        if not is_own(headers.get("host", ""), self._names):
-            return "The Host header does not name this machine: use its address or its name."
-        is_link = scope["method"] in _SAFE and not scope["path"].startswith("/api/")
+    def _reject_reason(self, scope: Scope, headers: Headers) -> str | None:
+        if not is_this_machine(headers.get("host", ""), self._names):
+            return "The Host header does not name this machine. Use its IP address or its host name."
+        # a link on another site may open the web page, but another site may not read or change anything
+        is_link = scope["method"] in _SAFE_METHODS and not scope["path"].startswith("/api/")
         if not is_link and not is_same_origin(headers):
-            return "This request comes from another site's page."
+            return "The request comes from the web page of another site. Open the instrument's own address."
         return None

@@ -1,28 +1,31 @@
-// Questions to the page's own server.
+// HTTP requests to the web server.
 
-const PATIENCE_MS = 3000;
+const TIMEOUT_MS = 3000;
 
-/** What became of a request: the HTTP status and the answer; status 0 with a sentence where there was none. */
+/** Send a POST request. Return the HTTP status and the JSON answer; status 0 and a text without an answer. */
 export async function post(path, body) {
   try {
     const response = await fetch(path, {
       method: "POST",
       headers: { "Content-Type": "application/json" },
       body: JSON.stringify(body),
-      signal: AbortSignal.timeout(PATIENCE_MS),
+      signal: AbortSignal.timeout(TIMEOUT_MS),
     });
     return { status: response.status, answer: await response.json().catch(() => ({})) };
   } catch {
-    return { status: 0, answer: { text: "No answer: it is not known whether the instrument was asked." } };
+    return {
+      status: 0,
+      answer: { text: "No answer. It is unknown whether the instrument got the request." },
+    };
   }
 }
 
-/** What is to be looked at there. Raises where there is no answer. */
+/** Return the JSON of a GET request. Throws an error if the request fails. */
 export async function get(path) {
-  const response = await fetch(path, { signal: AbortSignal.timeout(PATIENCE_MS) });
+  const response = await fetch(path, { signal: AbortSignal.timeout(TIMEOUT_MS) });
   if (!response.ok) throw new Error(String(response.status));
   return response.json();
 }
 
-/** What is known of an instrument before it has said anything. */
-export const UNKNOWN = { registers: [], faults: {}, status: {}, refusals: {}, states: {} };
+/** Facts about an instrument that has not been reached yet. */
+export const UNKNOWN_INFO = { registers: [], faults: {}, status: {}, reject_reasons: {}, states: {} };

@@ -1,9 +1,9 @@
-// The last minute of samples, and never more.
+// Samples of the last minute.
 
-export const KEPT_S = 62;
+export const KEEP_S = 62;
 const GAP_S = 0.5;
 
-/** Columns of samples in the order of their time, of which the last KEPT_S are kept. */
+/** Columns of samples in order of time. At least the last `KEEP_S` are kept, and at most twice that. */
 export class Series {
   #columns;
   #names;
@@ -21,43 +21,49 @@ export class Series {
     return this.#columns[0].at(-1) ?? -Infinity;
   }
 
-  /** Append a batch {t_s: [...], name: [...]}; a clock that went back begins anew, and a pause stays a gap. */
+  /**
+   * Append a batch {t_s: [...], name: [...]}.
+   *
+   * A batch that ends before the last sample clears the series, because the clock was reset. A pause that is
+   * longer than `GAP_S` becomes a gap.
+   */
   push(batch) {
     if (batch.t_s.length && batch.t_s.at(-1) < this.#last_s) this.#clear();
-    batch.t_s.forEach((t_s, at) => {
+    batch.t_s.forEach((t_s, index) => {
       if (t_s <= this.#last_s) return;
       if (t_s - this.#last_s > GAP_S && this.#columns[0].length) this.#append(t_s - 1e-3, () => null);
-      this.#append(t_s, (name) => batch[name][at]);
+      this.#append(t_s, (name) => batch[name][index]);
     });
-    this.#forget();
+    this.#trim();
   }
 
-  /** Put a batch of the past in its place: it is whole there. */
+  /** Insert a batch of older samples. The batch replaces all samples in its time span. */
   insert(batch) {
     if (!batch.t_s.length) return;
-    const first = this.#from(batch.t_s[0]);
-    const count = this.#from(batch.t_s.at(-1) + 1e-4) - first;
-    [batch.t_s, ...this.#names.map((name) => batch[name])].forEach((values, at) =>
-      this.#columns[at].splice(first, count, ...values),
+    const first = this.#indexAt(batch.t_s[0]);
+    const count = this.#indexAt(batch.t_s.at(-1) + 1e-4) - first;
+    [batch.t_s, ...this.#names.map((name) => batch[name])].forEach((values, index) =>
+      this.#columns[index].splice(first, count, ...values),
     );
   }
 
   #append(t_s, value) {
     this.#columns[0].push(t_s);
-    this.#names.forEach((name, at) => this.#columns[at + 1].push(value(name)));
+    this.#names.forEach((name, index) => this.#columns[index + 1].push(value(name)));
   }
 
-  #forget() {
+  #trim() {
     const times = this.#columns[0];
-    if (times.length && times[0] < this.#last_s - 2 * KEPT_S) this.#cut(this.#from(this.#last_s - KEPT_S));
+    if (times.length && times[0] < this.#last_s - 2 * KEEP_S)
+      this.#removeFirst(this.#indexAt(this.#last_s - KEEP_S));
   }
 
-  #cut(count) {
+  #removeFirst(count) {
     for (const column of this.#columns) column.splice(0, count);
   }
 
-  /** Index of the first sample at or after a time. */
-  #from(t_s) {
+  /** Return the index of the first sample at or after a time (binary search). */
+  #indexAt(t_s) {
     const times = this.#columns[0];
     let low = 0;
     let high = times.length;
@@ -69,9 +75,9 @@ export class Series {
     return low;
   }
 
-  /** The columns [t_s, ...names] of the last seconds, with one sample before them so that the curve has no stump. */
+  /** Return the columns [t_s, ...names] of the last `span_s`, and one earlier sample to fill the plot. */
   latest(span_s) {
-    const first = Math.max(0, this.#from(this.#last_s - span_s) - 1);
+    const first = Math.max(0, this.#indexAt(this.#last_s - span_s) - 1);
     return this.#columns.map((column) => column.slice(first));
   }
 }

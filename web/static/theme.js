@@ -1,12 +1,12 @@
-// Dark, light, or as the system: set before anything is drawn, hence no module.
+// Colour theme: light, dark, or as the system. This is not a module, so that it runs before the first paint.
 (() => {
   const KEY = "theme";
   const root = document.documentElement;
-  const stored = () => {
+  const storedTheme = () => {
     try {
       return localStorage.getItem(KEY) ?? "";
     } catch {
-      return ""; // storage may be forbidden
+      return ""; // the browser may forbid storage
     }
   };
   const apply = (theme) => {
@@ -14,7 +14,7 @@
     else delete root.dataset.theme;
     document.dispatchEvent(new Event("theme"));
   };
-  apply(stored());
+  apply(storedTheme());
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
     apply(root.dataset.theme ?? ""),
   );
@@ -26,7 +26,7 @@
       try {
         localStorage.setItem(KEY, choice.value);
       } catch {
-        // it holds until the page is closed
+        // the browser may forbid storage: the choice is then lost at a reload
       }
     });
   });

@@ -1,0 +1,1 @@
+"""Web server of the instrument: a separate process between the local socket and the browsers."""

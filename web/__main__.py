@@ -1,0 +1,166 @@
+"""Web process: `python -P -m pneuforce.web` serves the web page of an instrument until stdin is closed.
+
+stdin: one line of JSON with the keys of `WebProcessOptions`.
+stdout: one line {"web": port} when the server listens, or {"web": null, "why": sentence} if the server cannot
+listen. Then {"heartbeat": n} each second. A missing heartbeat means that the process hangs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import json
+import logging
+import os
+import select
+import socket
+import sys
+import time
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+from types import FrameType
+from typing import Any, NamedTuple
+
+from uvicorn import Config, Server
+
+from pneuforce.web.app import WebServices, create_app
+from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.connection import connection_class
+from pneuforce.web.connection_limiter import ConnectionLimiter
+from pneuforce.web.event_stream import KEEP_ALIVE, EventBroadcaster
+from pneuforce.web.instrument_client import InstrumentClient
+from pneuforce.web.listener import ACCEPTS_PER_ROUND, open_listener
+from pneuforce.web.operator_token import TokenVerifier
+
+BROADCAST_PERIOD_S = 0.05
+KEEP_ALIVE_PERIOD_S = 10.0
+HEARTBEAT_PERIOD_S = 1.0
+NICENESS = 5  #: lower priority than the host process, if the machine is busy
+
+
+class WebProcessOptions(NamedTuple):
+    """Options of the web process, sent by the host process as one line of JSON."""
+
+    socket: str  #: path of the local socket
+    host: str
+    port: int
+    allow: list[str]
+    token: str
+
+
+class WebServer(Server):
+    """uvicorn server that stops at once, without waiting for open event streams."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:  # noqa: ARG002
+        """Stop after SIGINT or SIGTERM."""
+        self.stop()
+
+    def stop(self) -> None:
+        """Stop serving."""
+        self.should_exit = self.force_exit = True
+
+
+def create_services(options: WebProcessOptions) -> WebServices:
+    """Return the objects of a web server.
+
+    Raises ValueError if an item of `allow` is neither an address nor a network.
+    """
+    feed = BrowserFeed()
+    return WebServices(
+        feed=feed,
+        instrument=InstrumentClient(Path(options.socket), feed),
+        broadcaster=EventBroadcaster(),
+        limiter=ConnectionLimiter(options.allow),
+        tokens=TokenVerifier(options.token),
+    )
+
+
+def create_server(services: WebServices) -> WebServer:
+    """Return the HTTP server for these services."""
+    return WebServer(
+        Config(
+            create_app(services),
+            http=connection_class(services.limiter),
+            ws="none",
+            lifespan="off",
+            proxy_headers=False,  # a client could forge its address with X-Forwarded-For
+            server_header=False,
+            access_log=False,
+            log_config=None,
+            backlog=ACCEPTS_PER_ROUND,
+            log_level=logging.CRITICAL,  # malformed requests of clients must not fill the log
+        )
+    )
+
+
+async def serve(services: WebServices, server: WebServer, listener: socket.socket) -> None:
+    """Serve until the server is stopped."""
+    async with asyncio.TaskGroup() as group:
+        tasks = [group.create_task(services.instrument.run()), group.create_task(_broadcast(services))]
+        await server.serve([listener])
+        services.broadcaster.close()
+        for task in tasks:
+            task.cancel()
+
+
+async def _broadcast(services: WebServices) -> None:
+    """Send due messages to all browsers, and a keep-alive comment each `KEEP_ALIVE_PERIOD_S`."""
+    keep_alive_due_s = 0.0
+    while True:
+        now_s = time.monotonic()
+        services.broadcaster.send(services.feed.due_messages(now_s), now_s)
+        if now_s >= keep_alive_due_s:
+            keep_alive_due_s = now_s + KEEP_ALIVE_PERIOD_S
+            services.broadcaster.send_bytes(KEEP_ALIVE, now_s)
+        await asyncio.sleep(BROADCAST_PERIOD_S)
+
+
+async def _run(options: WebProcessOptions, listener: socket.socket) -> None:
+    services = create_services(options)
+    server = create_server(services)
+    asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _stop_at_end_of_stdin, server)
+    print(json.dumps({"web": listener.getsockname()[1]}), flush=True)
+    heartbeat = asyncio.create_task(_write_heartbeats(sys.stdout.fileno()))
+    await serve(services, server, listener)
+    heartbeat.cancel()
+
+
+async def _write_heartbeats(stdout: int) -> None:
+    """Write a heartbeat each second.
+
+    A full or closed pipe is ignored, so that the web page works even if the host process reads nothing.
+    """
+    for number in count(1):
+        await asyncio.sleep(HEARTBEAT_PERIOD_S)
+        with suppress(OSError):
+            if select.select((), (stdout,), (), 0)[1]:
+                os.write(stdout, b'{"heartbeat": %d}\n' % number)
+
+
+def _stop_at_end_of_stdin(server: WebServer) -> None:
+    if not os.read(sys.stdin.fileno(), 4096):
+        asyncio.get_running_loop().remove_reader(sys.stdin.fileno())
+        server.stop()
+
+
+def main() -> int:
+    """Run the web process. Return the exit code."""
+    os.nice(NICENESS)
+    logging.basicConfig(format="%(message)s")
+    values: dict[str, Any] = json.loads(sys.stdin.readline() or "null")
+    options = WebProcessOptions(**values)
+    try:
+        listener = open_listener(options.host, options.port)
+    except OSError as error:
+        in_use = error.errno == errno.EADDRINUSE
+        reason = "another program uses the port; change [web] port" if in_use else error.strerror or error
+        sentence = f"the web server cannot listen on {options.host}:{options.port}: {reason}"
+        print(json.dumps({"web": None, "why": sentence}), flush=True)
+        return 1
+    asyncio.run(_run(options, listener))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

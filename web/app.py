@@ -1,0 +1,225 @@
+"""HTTP routes of the web server."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response, StreamingResponse
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from pneuforce.registers.advice import REJECT_REASON_ADVICE
+from pneuforce.support.throttle import RateLimitedLogger
+from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.connection_limiter import ClientAddress, ConnectionLimiter
+from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream
+from pneuforce.web.http_json import (
+    VENT,
+    HttpRequestError,
+    error_response,
+    json_response,
+    parse_seen_s,
+    parse_values,
+    read_json_object,
+)
+from pneuforce.web.inspector import can_frames, register_blocks
+from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
+from pneuforce.web.instrument_info import instrument_info
+from pneuforce.web.operator_token import ATTEMPT_PERIOD_S, TokenResult, TokenVerifier
+from pneuforce.web.request_guard import RequestGuard
+
+STATIC = Path(__file__).parent / "static"
+VENT_UNCONFIRMED = "It is unknown whether the balloon is vented. Use the stop switch."
+WRITE_UNCONFIRMED = "It is unknown whether the request was executed. Check the state before you try again."
+STATUS_TEXTS = {
+    HTTPStatus.NOT_FOUND: "This address does not exist.",
+    HTTPStatus.METHOD_NOT_ALLOWED: "This address does not support the method of the request.",
+}
+
+_log = RateLimitedLogger(logging.getLogger("pneuforce"), 60.0)
+
+
+@dataclass(frozen=True, slots=True)
+class WebServices:
+    """Objects that the request handlers use."""
+
+    feed: BrowserFeed
+    instrument: InstrumentClient
+    broadcaster: EventBroadcaster
+    limiter: ConnectionLimiter
+    tokens: TokenVerifier
+
+
+Handler = Callable[[WebServices, Request], Awaitable[Response]]
+
+
+class EventStreamResponse(StreamingResponse):
+    """Response that sends an event stream until the browser disconnects."""
+
+    def __init__(self, broadcaster: EventBroadcaster, stream: EventStream) -> None:
+        super().__init__(stream.read(), media_type="text/event-stream")
+        self._broadcaster, self._stream = broadcaster, stream
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the stream, and close the stream when the browser disconnects."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._broadcaster.close_stream(self._stream)
+
+
+def create_app(services: WebServices) -> ASGIApp:
+    """Return the ASGI application with all routes, inside the request guard."""
+    routes = [
+        Route("/", _index),
+        Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
+        *(Route(path, _bound(services, handler)) for path, handler in _GET_HANDLERS.items()),
+        *(
+            Route(path, _bound(services, handler), methods=["POST"])
+            for path, handler in _POST_HANDLERS.items()
+        ),
+    ]
+    exception_handlers: dict[Any, Any] = {
+        HttpRequestError: _on_request_error,
+        HTTPException: _on_http_exception,
+        Exception: _on_internal_error,
+    }
+    return RequestGuard(Starlette(routes=routes, exception_handlers=exception_handlers))
+
+
+def _bound(services: WebServices, handler: Handler) -> Callable[[Request], Awaitable[Response]]:
+    async def handle(request: Request) -> Response:
+        return await handler(services, request)
+
+    return handle
+
+
+async def _index(_request: Request) -> Response:
+    return FileResponse(STATIC / "index.html")
+
+
+# ---- read
+
+
+async def _about(services: WebServices, _request: Request) -> Response:
+    return json_response(instrument_info(services.feed.header, services.tokens.is_configured))
+
+
+async def _live(services: WebServices, request: Request) -> Response:
+    if request.method == "HEAD":
+        return Response(media_type="text/event-stream")
+    if services.broadcaster.is_full:
+        return error_response(
+            503, f"{MAX_STREAMS} browsers are already connected. Close one of them. VENT still works."
+        )
+    client, feed = _client_address(request), services.feed
+    services.limiter.start_streaming(client)
+    stream = services.broadcaster.open_stream(
+        feed.initial_messages(),
+        feed.history_messages(),
+        lambda: services.limiter.disconnect(client),
+        time.monotonic(),
+    )
+    return EventStreamResponse(services.broadcaster, stream)
+
+
+async def _registers(services: WebServices, _request: Request) -> Response:
+    if services.feed.snapshot is None:
+        return error_response(503, services.feed.down_reason)
+    return json_response({"blocks": register_blocks(services.feed.snapshot)})
+
+
+async def _frames(services: WebServices, _request: Request) -> Response:
+    if services.feed.snapshot is None:
+        return error_response(503, services.feed.down_reason)
+    return json_response({"frames": can_frames(services.feed.health)})
+
+
+# ---- write
+
+
+async def _vent(services: WebServices, _request: Request) -> Response:
+    """Vent. The handler ignores the body and needs no token, so that nothing can prevent a vent."""
+    try:
+        answer = await services.instrument.write(VENT)
+    except InstrumentUnavailable as error:
+        return error_response(503, f"{error} {VENT_UNCONFIRMED}")
+    return _answer_response(answer)
+
+
+async def _write(services: WebServices, request: Request) -> Response:
+    body = await read_json_object(request)
+    _check_token(services, body, request)
+    values, seen_s = parse_values(body), parse_seen_s(body)
+    try:
+        answer = await services.instrument.write(values, seen_s)
+    except InstrumentUnavailable as error:
+        return error_response(503, f"{error} {WRITE_UNCONFIRMED}")
+    return _answer_response(answer)
+
+
+async def _token(services: WebServices, request: Request) -> Response:
+    _check_token(services, await read_json_object(request), request)
+    return json_response({})
+
+
+def _answer_response(answer: Mapping[str, Any]) -> Response:
+    """Return the instrument's answer: status 400 if the request was invalid, else the reject reason."""
+    reject_reason, invalid = str(answer.get("reject_reason")), answer.get("why")
+    if invalid:
+        return json_response({"reject_reason": reject_reason, "text": invalid}, 400)
+    text = REJECT_REASON_ADVICE.get(reject_reason, reject_reason)
+    return json_response({"reject_reason": reject_reason, "text": text})
+
+
+def _check_token(services: WebServices, body: Mapping[str, Any], request: Request) -> None:
+    """Raise HttpRequestError if no token is configured or the token of the request is invalid."""
+    if not services.tokens.is_configured:
+        raise HttpRequestError(
+            401, "Writing is disabled because no token is configured. Set [web] token in the configuration."
+        )
+    result = services.tokens.verify(body.get("token"), _client_address(request)[0], time.monotonic())
+    if result is TokenResult.INVALID:
+        raise HttpRequestError(401, "The operator's token is wrong.")
+    if result is TokenResult.RATE_LIMITED:
+        raise HttpRequestError(
+            429, f"Too many wrong tokens were sent from your address. Wait {ATTEMPT_PERIOD_S:.0f} s."
+        )
+
+
+def _client_address(request: Request) -> ClientAddress:
+    return (request.client.host, request.client.port) if request.client else ("", 0)
+
+
+_GET_HANDLERS: Mapping[str, Handler] = {
+    "/api/about": _about,
+    "/api/live": _live,
+    "/api/registers": _registers,
+    "/api/frames": _frames,
+}
+_POST_HANDLERS: Mapping[str, Handler] = {"/api/vent": _vent, "/api/write": _write, "/api/token": _token}
+
+# ---- errors
+
+
+async def _on_request_error(_request: Request, error: HttpRequestError) -> Response:
+    return error_response(error.status, str(error))
+
+
+async def _on_http_exception(_request: Request, error: HTTPException) -> Response:
+    return error_response(error.status_code, STATUS_TEXTS.get(HTTPStatus(error.status_code), error.detail))
+
+
+async def _on_internal_error(request: Request, _error: Exception) -> Response:
+    _log.warning(time.monotonic(), "web: internal error in %s", request.url.path, exc_info=True)
+    return error_response(500, "The web server had an internal error. See the log of the host process.")

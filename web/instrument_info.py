@@ -1,0 +1,62 @@
+"""Static facts about the instrument for the browsers: identity, register map, and texts for codes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pneuforce.registers.advice import (
+    FAULT_ADVICE,
+    REJECT_REASON_ADVICE,
+    STATE_DESCRIPTIONS,
+    STATUS_ADVICE,
+    Advice,
+)
+from pneuforce.registers.codes import FAULTS, STATUS
+from pneuforce.registers.document_text import TYPE_NAMES
+from pneuforce.registers.map import MAP_HASH, MAP_VERSION, REGISTERS, Register
+
+_IDENTITY = ("version", "configuration_hash", "serial_number", "simulated")
+
+
+def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]:
+    """Return the facts that a browser requests once per connection, as JSON values.
+
+    `header` is the stream header of the instrument. The header is empty if the instrument has not been
+    reached yet. The identity is null then. `writable` is True if an operator's token is configured.
+    """
+    return {
+        **{name: header.get(name) for name in _IDENTITY},
+        "replay": header.get("replay", ""),
+        "map_version": MAP_VERSION,
+        "map_hash": f"{MAP_HASH:08x}",
+        "writable": writable,
+        "registers": [_register(register) for register in REGISTERS],
+        "faults": {
+            code: {"name": FAULTS.names[code], **_advice(advice)} for code, advice in FAULT_ADVICE.items()
+        },
+        "status": {bit.name: {"bit": bit.number, **_advice(STATUS_ADVICE[bit.name])} for bit in STATUS.bits},
+        "reject_reasons": dict(REJECT_REASON_ADVICE),
+        "states": dict(STATE_DESCRIPTIONS),
+    }
+
+
+def _advice(advice: Advice) -> dict[str, str]:
+    return {"meaning": advice.what, "action": advice.do}
+
+
+def _register(register: Register) -> dict[str, Any]:
+    return {
+        "address": register.address,
+        "words": register.wire.words,
+        "name": register.name,
+        "unit": register.unit,
+        "always_available": register.always_available,
+        "type": TYPE_NAMES[register.wire],
+        "doc": register.doc,
+        "writable": register.writable,
+        "low": register.low,
+        "high": register.high,
+        "codes": register.code_names,
+        "bits": {bit.number: bit.name for bit in register.bits.bits} if register.bits else {},
+    }

@@ -1,0 +1,63 @@
+// Announcements for screen readers: changes of the state, faults, and status bits that need attention.
+// Measured values are not announced.
+
+import { setText } from "./elements.js";
+import { attentionBits, faultName } from "./faults.js";
+import { formatName, formatNumber } from "./format.js";
+
+/** Delay that joins related changes: a trip and its faults, or a short state and the next state. */
+const DELAY_MS = 700;
+
+/** Announcer with two live regions: trips and faults interrupt the screen reader, other changes do not. */
+export class Announcer {
+  #polite;
+  #alarms;
+  #previous = null;
+
+  constructor(politeRegion, alarmRegion) {
+    this.#polite = new LiveRegion(politeRegion);
+    this.#alarms = new LiveRegion(alarmRegion);
+  }
+
+  /** Announce the differences from the previous state; null means that there is no state. */
+  update(state, info) {
+    const previous = this.#previous;
+    this.#previous = state;
+    if (!state) return;
+    const isTripped = state.state === "tripped";
+    if (state.state !== previous?.state)
+      (isTripped ? this.#alarms : this.#polite).announce("state", stateSentence(state));
+    for (const code of added(state.faults, previous?.faults))
+      this.#alarms.announce(code, `Fault: ${faultName(code, info)}. ${info.faults[code]?.meaning ?? ""}`);
+    if (previous?.faults.length && !state.faults.length) this.#polite.announce("cleared", "Faults cleared.");
+    for (const name of isTripped ? [] : added(attentionBits(state), attentionBits(previous)))
+      this.#polite.announce(name, `Status: ${formatName(name)}. ${info.status[name]?.action ?? ""}`);
+  }
+}
+
+/** ARIA live region that collects sentences for `DELAY_MS` and keeps the latest sentence of each subject. */
+class LiveRegion {
+  #element;
+  #pending = new Map();
+  #timer = 0;
+
+  constructor(element) {
+    this.#element = element;
+  }
+
+  announce(subject, sentence) {
+    this.#pending.set(subject, sentence);
+    this.#timer ||= setTimeout(() => {
+      setText(this.#element, [...this.#pending.values()].join(" "));
+      this.#pending.clear();
+      this.#timer = 0;
+    }, DELAY_MS);
+  }
+}
+
+const added = (current, previous = []) => current.filter((item) => !previous.includes(item));
+
+const stateSentence = ({ state, setpoint_kpa }) =>
+  setpoint_kpa === null || setpoint_kpa === undefined
+    ? `State: ${formatName(state)}.`
+    : `State: ${formatName(state)}, setpoint ${formatNumber(setpoint_kpa, 2)} kilopascals.`;

@@ -1,0 +1,23 @@
+// Arming: the instrument requires a vent from this page before a hold, after a start, a trip or a hold.
+
+/** Estimate of the arming state. A vent is due at the start, and after the connection was lost. */
+export class Arming {
+  isVentDue = true;
+
+  /** Update from the current state: a trip or a lost connection makes a vent due. */
+  update(model) {
+    this.isVentDue ||= isLocked(model);
+  }
+
+  /** Record an accepted vent. A vent during a trip does not arm. */
+  ventAccepted(model) {
+    this.isVentDue = isLocked(model);
+  }
+
+  /** Record a hold request, which needs a new vent afterwards. */
+  holdRequested() {
+    this.isVentDue = true;
+  }
+}
+
+const isLocked = ({ link, state }) => !link.up || state?.state === "tripped" || state?.faults.length > 0;

@@ -1,0 +1,36 @@
+// Table of contacts.
+
+import { byId, showRows } from "./elements.js";
+import { NOT_AVAILABLE, formatNumber } from "./format.js";
+
+const MAX_ROWS = 50;
+
+/** Return the rows with an update. The update replaces all rows from its first number on. */
+export const mergeContacts = (rows, update) =>
+  update.length
+    ? [...rows.filter(({ number }) => number < update[0].number), ...update].slice(-MAX_ROWS)
+    : [];
+
+/** Show the contacts, the latest first. `now_s` is the current time of the host process. */
+export function showContacts(rows, now_s) {
+  byId("no-contacts").hidden = rows.length > 0;
+  showRows(
+    byId("contacts"),
+    [...rows].reverse().map((row) => cells(row, now_s)),
+  );
+}
+
+const cells = (row, now_s) => [
+  String(row.number),
+  row.open && Number.isFinite(now_s) ? "now" : formatTimeAgo(now_s - row.begin_s),
+  row.peak_n === null ? NOT_AVAILABLE : `${formatNumber(row.peak_n, 2)} ± ${formatNumber(row.peak_std_n, 2)}`,
+  formatNumber(row.baseline_kpa, 2),
+  formatNumber(row.final_kpa, 2),
+  formatNumber(row.radius_mm, 2),
+  row.open && Number.isFinite(now_s) ? "in contact" : formatNumber(row.open ? NaN : row.duration_s, 1),
+];
+
+function formatTimeAgo(seconds) {
+  if (!Number.isFinite(seconds)) return NOT_AVAILABLE;
+  return seconds < 120 ? `${formatNumber(seconds, 0)} s ago` : `${formatNumber(seconds / 60, 0)} min ago`;
+}

@@ -1,0 +1,214 @@
+// Controls: setpoint, hold, clear faults and zero. The requests and rules are the same as for a PLC.
+
+import { Arming } from "./arming.js";
+import { askConfirmation, cancelConfirmation, startConfirmation } from "./confirm.js";
+import { byId, setText, showText } from "./elements.js";
+import { formatDuration, formatName, formatNumber, formatTime } from "./format.js";
+import { blockedBy } from "./permissions.js";
+import { post } from "./requests.js";
+
+const COMMAND_KEY = 0x5046;
+const MAX_SEQUENCE = 0xffff;
+const COMMAND_TIMEOUT_MS = 10000;
+const STATE_DELAY_S = 1; // until the state shows the effect of an accepted request
+const ACTIONS = ["setpoint", "hold", "clear", "zero"];
+
+/** Panel of controls. `getModel()` returns the current link, info, token and state. */
+export class Controls {
+  #getModel;
+  #arming = new Arming();
+  #question = null; // the open confirmation dialog: action, and the values that the question shows
+  #command = null; // the command that waits for an answer
+  #result = null; // the message about the last request
+
+  constructor(getModel) {
+    this.#getModel = () => ({ ...getModel(), arming: this.#arming });
+    startConfirmation();
+    document.addEventListener("vent-accepted", () => this.#arming.ventAccepted(this.#getModel()));
+    const handlers = {
+      setpoint: () => this.#requestSetpoint(),
+      hold: () => this.#requestHold(),
+      clear: () => this.#requestCommand("clear_faults"),
+      zero: () => this.#requestCommand("zero_pressure"),
+    };
+    for (const [action, handler] of Object.entries(handlers))
+      byId(`${action}-button`).addEventListener("click", () => {
+        const blocked = blockedBy(action, this.#getModel());
+        if (blocked) this.#showError(blocked.code, blocked.text);
+        else handler();
+      });
+    byId("setpoint-form").addEventListener("submit", (event) => event.preventDefault());
+  }
+
+  /** Update the panel from the current state, and remove a question or message that is no longer valid. */
+  update() {
+    const model = this.#getModel();
+    this.#arming.update(model);
+    if (this.#question && isOutdated(this.#question, model)) cancelConfirmation();
+    if (this.#result && isContradicted(this.#result, model)) this.#showResult("", "");
+    const blocked = ACTIONS.map((action) => blockedBy(action, model));
+    const texts = blocked.map((each) => each?.text);
+    ACTIONS.forEach((action, index) =>
+      showBlocked(action, blocked[index], texts.indexOf(texts[index]) < index),
+    );
+    this.#showState(model);
+    this.#checkCommand(model);
+  }
+
+  #showState({ state, info }) {
+    const { low, high } = setpointSpan(info);
+    setText(byId("setpoint-span"), low === undefined ? "" : `${low} to ${high} kPa`);
+    const requested = state && formatNumber(state.setpoint_requested_kpa, 2);
+    setText(
+      byId("setpoint-requested"),
+      requested ? `Requested: ${requested} kPa, mode ${formatName(state.mode)}` : "",
+    );
+    const isHeld = state && state.lease_holder !== "none";
+    setText(
+      byId("lease"),
+      isHeld
+        ? `Lease: held by ${formatName(state.lease_holder)}, ${formatDuration(state.lease_left_s)} left`
+        : "",
+    );
+  }
+
+  async #requestSetpoint() {
+    const { info, state } = this.#getModel();
+    const { low, high } = setpointSpan(info);
+    const setpoint_kpa = Number(byId("setpoint-input").value.trim().replace(",", ".") || NaN);
+    if (!(setpoint_kpa >= low && setpoint_kpa <= high))
+      return this.#showError(
+        "invalid_setpoint",
+        `The setpoint is invalid. Enter a number from ${low} to ${high} kPa.`,
+      );
+    if (state.mode === "hold" && !(await this.#confirm("setpoint", moveQuestion(setpoint_kpa)))) return;
+    if (await this.#write({ setpoint_requested: setpoint_kpa }))
+      this.#showResult(
+        "setpoint_accepted",
+        `Setpoint ${formatNumber(setpoint_kpa, 3)} kPa accepted.`,
+        (now) => isNear(now, setpoint_kpa),
+      );
+  }
+
+  async #requestHold() {
+    const { state } = this.#getModel();
+    const setpoint_kpa = state.setpoint_requested_kpa;
+    if (!(await this.#confirm("hold", inflateQuestion(state.pressure_kpa, setpoint_kpa)))) return;
+    const isAccepted = await this.#write({ setpoint_requested: setpoint_kpa, mode: "hold" });
+    this.#arming.holdRequested();
+    if (!isAccepted) return;
+    this.#showResult(
+      "inflating",
+      `Inflating to ${formatNumber(setpoint_kpa, 3)} kPa.`,
+      (now) => ["inflating", "settling"].includes(now.state) && isNear(now, setpoint_kpa),
+    );
+  }
+
+  /** Return true if the operator confirms the action and the action is still possible then. */
+  async #confirm(action, { title, text, confirmLabel }) {
+    const { mode, setpoint_requested_kpa } = this.#getModel().state;
+    this.#question = { action, values: { mode, setpoint_requested_kpa } };
+    const isConfirmed = await askConfirmation(title, text, confirmLabel);
+    const outdated = isOutdated(this.#question, this.#getModel());
+    this.#question = null;
+    return isConfirmed && !outdated;
+  }
+
+  async #requestCommand(code) {
+    const sequence = (this.#getModel().state.answer_sequence + 1) & MAX_SEQUENCE;
+    const values = {
+      command_key: COMMAND_KEY,
+      command_code: code,
+      command_argument: 0,
+      command_sequence: sequence,
+    };
+    if (!(await this.#write(values))) return;
+    this.#showResult("command_sent", `${capitalized(formatName(code))} requested …`);
+    this.#command = { sequence, code, until_ms: performance.now() + COMMAND_TIMEOUT_MS };
+  }
+
+  /** Show the answer to the command when the state contains the answer, or a timeout. */
+  #checkCommand({ state, info }) {
+    const command = this.#command;
+    if (!command || !state) return;
+    const isAnswered =
+      state.answer_sequence === command.sequence && ["done", "failed"].includes(state.answer_state);
+    if (!isAnswered && performance.now() < command.until_ms) return;
+    this.#command = null;
+    const name = capitalized(formatName(command.code));
+    if (!isAnswered)
+      this.#showError("command_timeout", `${name}: no answer within ${COMMAND_TIMEOUT_MS / 1e3} s.`);
+    else if (state.answer_state === "done")
+      this.#showResult("command_done", `${name}: done.`, ({ faults }) => !faults.length);
+    else this.#showError("command_failed", `${name} failed. ${rejectText(info, state.answer_result)}`);
+  }
+
+  /** Send a write request. Return true if the instrument accepts the request, else show the reject reason. */
+  async #write(values) {
+    const { info, token, state } = this.#getModel();
+    const seen_s = state?.t_s; // the instrument rejects a request that arrives long after this state
+    const { status, answer } = await post("/api/write", { token: token.value, values, seen_s });
+    if (status === 401) token.expire();
+    const isAccepted = status === 200 && answer.reject_reason === "none";
+    if (!isAccepted)
+      this.#showError("rejected", `Rejected. ${answer.text || rejectText(info, answer.reject_reason)}`);
+    return isAccepted;
+  }
+
+  #showError(code, text) {
+    this.#showResult(code, text, () => true, true);
+  }
+
+  /** Show a message with the time until `holds(state)` is false for a later state. */
+  #showResult(code, text, holds = () => true, isError = false) {
+    const box = byId("result");
+    showText(box, text && `${formatTime(new Date())} ${text}`);
+    box.dataset.code = code;
+    box.dataset.error = isError;
+    this.#result = { holds, from_s: (this.#getModel().state?.t_s ?? 0) + STATE_DELAY_S };
+  }
+}
+
+/** Return true if the action of a question is blocked, or if the values in the question have changed. */
+const isOutdated = ({ action, values }, model) =>
+  blockedBy(action, model) !== null || Object.keys(values).some((name) => model.state[name] !== values[name]);
+
+const isContradicted = ({ holds, from_s }, { state }) => state?.t_s > from_s && !holds(state);
+
+const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
+
+const moveQuestion = (to_kpa) => ({
+  title: `Move to ${formatNumber(to_kpa, 2)} kPa?`,
+  text:
+    `The balloon is held. Its pressure will move to ${formatNumber(to_kpa, 3)} kPa ` +
+    "as soon as the balloon is not in contact.",
+  confirmLabel: "Move",
+});
+
+const inflateQuestion = (from_kpa, to_kpa) => ({
+  title: `Inflate to ${formatNumber(to_kpa, 2)} kPa?`,
+  text:
+    `The balloon will be inflated from ${formatNumber(from_kpa, 2)} kPa to ` +
+    `${formatNumber(to_kpa, 3)} kPa and held. Nothing may touch the balloon until the state is holding.`,
+  confirmLabel: `Inflate to ${formatNumber(to_kpa, 2)} kPa`,
+});
+
+const setpointSpan = (info) => info.registers.find(({ name }) => name === "setpoint_requested") ?? {};
+
+const rejectText = (info, reason) => info.reject_reasons[reason] ?? capitalized(formatName(reason));
+
+const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+/**
+ * Show whether an action is blocked, and the reason.
+ *
+ * A blocked button can still have the focus, so that screen readers read the reason. A reason that is already
+ * shown at another button is visually hidden.
+ */
+function showBlocked(action, blocked, isRepeated) {
+  byId(`${action}-button`).setAttribute("aria-disabled", String(blocked !== null));
+  const reason = byId(`${action}-reason`);
+  showText(reason, blocked?.text ?? "");
+  reason.dataset.code = blocked?.code ?? "";
+  reason.classList.toggle("visually-hidden", isRepeated);
+}

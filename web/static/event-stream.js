@@ -1,0 +1,92 @@
+// Connection to the event stream of the web server, with detection of old and missing data.
+
+import { AgeEstimator } from "./age.js";
+
+const MAX_AGE_S = 1;
+const SILENT_MS = 2500; // an instrument that is up sends several messages per second
+const DISCONNECTED_SILENT_MS = 15000; // without an instrument the server sends a comment each 10 s
+const CHECK_PERIOD_MS = 500;
+const SERVER_SILENT = "The web server sends no data.";
+const SERVER_UNREACHABLE = "The web server does not answer.";
+const SERVER_FULL = "Too many browsers are connected. Close one of them.";
+const PAGE_HIDDEN = "This page was hidden.";
+
+/**
+ * Follow /api/live while the page is visible.
+ *
+ * A hidden page closes its stream, because a browser opens only a few connections to one host. Forgotten tabs
+ * would delay a vent.
+ *
+ * `handlers` has a function for each type of message, and `opened`, which is called when a stream starts.
+ * `onLink({up, reason, started_s})` is called when current data of the instrument becomes available or
+ * unavailable. `started_s` differs after a restart of the instrument.
+ */
+export function followEventStream(handlers, onLink) {
+  let stream = null;
+  let received_ms = 0;
+  let isUp = false;
+  let shownReason = null;
+  let serverLink = { up: false }; // the link between the web server and the instrument
+  const ageEstimator = new AgeEstimator();
+
+  const setLink = (up, reason) => {
+    if (up === isUp && reason === shownReason) return;
+    isUp = up;
+    shownReason = reason;
+    onLink({ up, reason, started_s: serverLink.started_s });
+  };
+
+  const open = () => {
+    received_ms = performance.now();
+    stream?.close();
+    stream = new EventSource("/api/live");
+    stream.onopen = handlers.opened;
+    stream.onerror = () =>
+      setLink(false, stream.readyState === EventSource.CLOSED ? SERVER_FULL : SERVER_UNREACHABLE);
+    listen("link", (link) => {
+      serverLink = link;
+      ageEstimator.start(link.started_s);
+      if (!link.up) setLink(false, link.reason);
+    });
+    listen("state", (state) => {
+      if (serverLink.up) checkAge(state);
+      if (isUp) handlers.state(state);
+    });
+    for (const type of ["samples", "history", "contacts", "health", "event"])
+      listen(type, (data) => (isUp || type === "event") && handlers[type](data));
+  };
+
+  /** Treat the instrument as disconnected if its data arrives too late. */
+  const checkAge = ({ t_s }) => {
+    const age_s = ageEstimator.age(t_s, performance.now() / 1e3);
+    const isOld = age_s > MAX_AGE_S;
+    setLink(!isOld, isOld ? `The data is ${age_s.toFixed(0)} s old: the network is too slow.` : "");
+  };
+
+  const listen = (type, handle) => {
+    const source = stream;
+    source.addEventListener(type, ({ data }) => {
+      if (source !== stream) return;
+      received_ms = performance.now();
+      handle(JSON.parse(data));
+    });
+  };
+
+  const timeout_ms = () =>
+    isUp || stream.readyState === EventSource.CLOSED ? SILENT_MS : DISCONNECTED_SILENT_MS;
+
+  const check = () => {
+    if (document.hidden || (stream && performance.now() - received_ms < timeout_ms())) return;
+    if (isUp) setLink(false, SERVER_SILENT);
+    open();
+  };
+
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) return check();
+    stream?.close();
+    stream = null;
+    setLink(false, PAGE_HIDDEN);
+  });
+  setInterval(check, CHECK_PERIOD_MS);
+  check();
+}

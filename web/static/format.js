@@ -1,0 +1,37 @@
+// Formatting of numbers, times and names.
+
+export const NOT_AVAILABLE = "–";
+
+/** Format a number with a fixed number of decimals; "–" if the number is not available. */
+export function formatNumber(value, decimals) {
+  if (!Number.isFinite(value)) return NOT_AVAILABLE;
+  const text = value.toFixed(decimals);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+/** Format a count or a rate with a thin space between thousands. */
+export function formatCount(value, decimals = 0) {
+  return formatNumber(value, decimals).replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f");
+}
+
+/** Format a duration [s] in ms, s, min or h. */
+export function formatDuration(seconds) {
+  if (!Number.isFinite(seconds)) return NOT_AVAILABLE;
+  if (seconds < 1) return `${formatNumber(seconds * 1e3, 0)} ms`;
+  if (seconds < 100) return `${formatNumber(seconds, 1)} s`;
+  if (seconds < 6000) return `${formatNumber(seconds / 60, 0)} min`;
+  return `${formatNumber(seconds / 3600, 1)} h`;
+}
+
+/** Format the local time of day of a Date as hh:mm:ss. */
+export const formatTime = (date) => date.toLocaleTimeString("en-GB");
+
+/** Format the name of a code as words: "in_contact" becomes "in contact". */
+export const formatName = (name) => String(name ?? "").replaceAll("_", " ");
+
+/** Format an integer in hexadecimal with at least this number of digits. */
+export const formatHex = (number, digits) => number.toString(16).toUpperCase().padStart(digits, "0");
+
+/** Format a number with six significant digits, the precision of a 32-bit float; "–" if not available. */
+export const formatFloat = (number) =>
+  Number.isFinite(number) ? String(Number(number.toPrecision(6))).replace("-", "−") : NOT_AVAILABLE;

@@ -1,0 +1,29 @@
+// Login form for the operator's token, and the read-only banner.
+
+import { byId, setText, showText } from "./elements.js";
+
+/** Connect the login form with the token. */
+export function startLogin(token) {
+  byId("log-in").addEventListener("submit", async (event) => {
+    event.preventDefault();
+    if (token.value) return token.logOut();
+    const field = byId("token");
+    const error = await token.logIn(field.value);
+    setText(byId("token-message"), error);
+    if (!error) field.value = "";
+  });
+}
+
+/** Show whether the operator is logged in. */
+export function showLogin(token, info, isConnected) {
+  byId("log-in").hidden = isConnected && info.writable === false;
+  const field = byId("token");
+  field.disabled = token.value !== "";
+  field.placeholder = token.value ? "logged in" : "";
+  setText(byId("log-in-button"), token.value ? "Log out" : "Log in");
+  if (token.value) setText(byId("token-message"), "");
+  showText(
+    byId("read-only"),
+    token.isExpired ? "READ-ONLY: the operator’s token is no longer valid. VENT still works." : "",
+  );
+}

@@ -1,0 +1,130 @@
+// Entry point of the page: distributes the messages of the event stream to the panels.
+
+import { Announcer } from "./announcements.js";
+import { mergeContacts, showContacts } from "./contacts.js";
+import { Controls } from "./controls.js";
+import { byId, setText, showText } from "./elements.js";
+import { followEventStream } from "./event-stream.js";
+import { clearEvents, showEvent } from "./events.js";
+import { showFaults } from "./faults.js";
+import { NOT_AVAILABLE, formatTime } from "./format.js";
+import { showHealth } from "./health.js";
+import { setRegisters, startInspector } from "./inspector.js";
+import { showLogin, startLogin } from "./login.js";
+import { showReadings } from "./readings.js";
+import { UNKNOWN_INFO, get } from "./requests.js";
+import { OperatorToken } from "./token.js";
+
+const PLOT_LABEL_PERIOD_MS = 2000;
+const RETRY_MS = 1000;
+
+const model = { link: { up: false, reason: "" }, info: UNKNOWN_INFO, state: null };
+let disconnectedSince = new Date();
+let contacts = [];
+let infoOf = null; // start time of the instrument whose info was loaded
+
+const plots = await loadPlots();
+const announcer = new Announcer(byId("announcements"), byId("alarm-announcements"));
+const token = new OperatorToken(() => refresh());
+model.token = token;
+const controls = new Controls(() => model);
+
+/** Return the plots; null if uPlot is not installed. The page works without plots. */
+async function loadPlots() {
+  const module = await import("./plots.js").catch(() => null);
+  if (module) return new module.Plots(byId("force-plot"), byId("pressure-plot"));
+  showText(byId("no-plots"), "No plots, because uPlot is not installed. Run: make vendor.");
+  return null;
+}
+
+function refresh() {
+  const { link, info, state } = model;
+  showReadings(state, info);
+  showFaults(state, info);
+  announcer.update(state, info);
+  showLogin(token, info, link.up);
+  showContacts(contacts, state?.t_s ?? NaN);
+  showText(byId("simulated"), sourceText(info, state));
+  document.body.classList.toggle("stale", state?.status.includes("stale") ?? false);
+  controls.update();
+  document.dispatchEvent(new CustomEvent("instrument-state", { detail: state }));
+}
+
+function sourceText({ replay, simulated }, state) {
+  if (replay) return `REPLAY of ${replay}: the data is not live`;
+  return simulated || state?.status.includes("simulated") ? "SIMULATED: no real rig is connected" : "";
+}
+
+function showLink({ up, reason, started_s }) {
+  if (model.link.up && !up) disconnectedSince = new Date();
+  if (up && started_s !== infoOf) {
+    infoOf = started_s;
+    loadInfo();
+    token.check();
+  }
+  model.link = { up, reason };
+  if (!up) {
+    model.state = null;
+    showHealth(null);
+  }
+  document.body.classList.toggle("disconnected", !up);
+  byId("link").dataset.link = up ? "up" : "down";
+  setText(byId("link"), up ? "connected" : "not connected");
+  const since = `NOT CONNECTED since ${formatTime(disconnectedSince)}`;
+  showText(byId("disconnected"), up ? "" : `${since}${reason ? `: ${reason}` : ""}`);
+  refresh();
+}
+
+/** Load the facts about the instrument, and retry until the request succeeds. Codes have no texts until then. */
+async function loadInfo() {
+  try {
+    model.info = await get("/api/about");
+  } catch {
+    return void setTimeout(loadInfo, RETRY_MS);
+  }
+  const { info } = model;
+  setRegisters(info);
+  document.body.classList.toggle("replay", Boolean(info.replay));
+  setText(byId("serial"), info.serial_number ? `no. ${info.serial_number}` : "");
+  const map = `register map ${info.map_version} (${info.map_hash})`;
+  setText(
+    byId("identity"),
+    `Version ${info.version}, ${map}, configuration ${info.configuration_hash ?? NOT_AVAILABLE}`,
+  );
+  refresh();
+}
+
+const handlers = {
+  opened: clearEvents, // the server sends the latest events again
+  samples: (batch) => plots?.addSamples(batch),
+  state: (state) => {
+    model.state = state;
+    plots?.setTime(state.t_s);
+    refresh();
+  },
+  history: (batch) => plots?.addHistory(batch),
+  contacts: ({ rows }) => {
+    contacts = mergeContacts(contacts, rows);
+    plots?.setContacts(contacts);
+    showContacts(contacts, model.state?.t_s ?? NaN);
+  },
+  health: (health) => showHealth(health, Boolean(model.info.replay)),
+  event: showEvent,
+};
+
+for (const choice of document.querySelectorAll("input[name=span]")) {
+  choice.addEventListener("change", () => plots?.setSpan(Number(choice.value)));
+  if (choice.checked) plots?.setSpan(Number(choice.value)); // browsers restore the choice after a reload
+}
+const belowTopBar = {
+  rootMargin: `-${document.querySelector(".top-bar").offsetHeight}px 0px 0px`,
+  threshold: 1,
+};
+new IntersectionObserver((entries) => {
+  byId("summary").hidden = entries.at(-1).isIntersecting; // shown while the large force is not in view
+}, belowTopBar).observe(byId("force"));
+setInterval(() => plots?.updateLabels(), PLOT_LABEL_PERIOD_MS);
+startLogin(token);
+startInspector();
+token.load();
+followEventStream(handlers, showLink);

@@ -1,0 +1,62 @@
+// Large readings: force with its standard uncertainty, pressure, radius, setpoint and state.
+
+import { byId, setText, showReading, showText } from "./elements.js";
+import { attentionBits } from "./faults.js";
+import { NOT_AVAILABLE, formatName, formatNumber } from "./format.js";
+
+/** Id of the element, quantity of the state, decimals, unit, and unit in words for screen readers. */
+const QUANTITIES = [
+  ["pressure", "pressure_kpa", 2, "kPa", "kilopascals"],
+  ["radius", "radius_mm", 2, "mm", "millimetres"],
+  ["setpoint", "setpoint_kpa", 2, "kPa", "kilopascals"],
+];
+
+/** Show the numbers of a state; a state of null shows dashes. */
+export function showReadings(state, info) {
+  showForce(state ?? {});
+  for (const [id, name, decimals, unit, unitWords] of QUANTITIES) {
+    const number = formatNumber(state?.[name], decimals);
+    showReading(
+      byId(id),
+      number,
+      unit,
+      number === NOT_AVAILABLE ? "not available" : `${number} ${unitWords}`,
+    );
+  }
+  showState(state, info);
+}
+
+function showForce({ force_n, force_std_n, force_limit_n, status = [] }) {
+  const [force, u] = [formatNumber(force_n, 2), formatNumber(force_std_n, 2)];
+  const isAvailable = force !== NOT_AVAILABLE;
+  const sentence = isAvailable
+    ? `${force} newtons, plus or minus ${u} newtons standard uncertainty`
+    : "not available";
+  const isHigh = status.includes("force_high_alarm");
+  const above = isHigh ? `above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
+  showReading(byId("force"), force, isAvailable ? `± ${u} N` : "N", sentence);
+  showText(byId("force-above"), above);
+  showText(byId("force-limit"), above && `FORCE ${above}. Stop pushing and back off.`);
+}
+
+function showState(state, info) {
+  const name = state ? formatName(state.state) : NOT_AVAILABLE;
+  const isInContact = state?.status.includes("in_contact");
+  const box = byId("state");
+  box.dataset.state = state?.state ?? "";
+  showReading(
+    box,
+    name,
+    isInContact ? "in contact" : "",
+    state ? `${name}${isInContact ? ", in contact" : ""}` : "not available",
+  );
+  showText(byId("attention"), attentionBits(state).map(formatName).join(" · "));
+  box.title = info.states[state?.state] ?? "";
+  document.title = state ? `${name} · pneuforce` : "not connected · pneuforce";
+  setText(
+    byId("summary"),
+    state
+      ? `${formatNumber(state.force_n, 2)} N   ${formatNumber(state.pressure_kpa, 2)} kPa   ${name}`
+      : NOT_AVAILABLE,
+  );
+}

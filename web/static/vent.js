@@ -1,0 +1,105 @@
+// VENT. This module imports nothing, so that VENT works even if another script fails.
+
+const TIMEOUT_MS = 3000;
+const VERIFY_TIMEOUT_MS = 10000;
+const USE_STOP_SWITCH = "use the stop switch of the rig, which cuts the current of both valves and vents.";
+
+const form = document.getElementById("vent");
+const status = document.getElementById("vent-status");
+const failed = document.getElementById("vent-failed");
+const timeOfDay = () => new Date().toLocaleTimeString("en-GB");
+const isReplay = () => document.body.classList.contains("replay");
+
+let requestCount = 0;
+let verifyTimer = 0;
+
+/** Request a vent and show the result. Other modules are informed with DOM events. */
+async function vent() {
+  const request = ++requestCount;
+  document.dispatchEvent(new Event("vent-requested"));
+  show("requested", "Vent requested …");
+  const error = await errorOf(sendRequest());
+  if (!error) document.dispatchEvent(new Event("vent-accepted"));
+  if (request !== requestCount) return;
+  if (error) return fail(`NOT VENTED at ${timeOfDay()}: ${error} ${remedy(error)}`);
+  if (isReplay()) return show("accepted", "Accepted. A replay has no balloon to vent.");
+  show("accepted", `Accepted ${timeOfDay()}, venting …`);
+  clearTimeout(verifyTimer);
+  verifyTimer = setTimeout(() => {
+    verifyTimer = 0;
+    fail(
+      `The vent was accepted, but the instrument did not report a vented balloon within ` +
+        `${VERIFY_TIMEOUT_MS / 1e3} s: ${USE_STOP_SWITCH}`,
+    );
+  }, VERIFY_TIMEOUT_MS);
+}
+
+const sendRequest = () =>
+  fetch("/api/vent", {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: "{}",
+    keepalive: true,
+    priority: "high",
+    signal: AbortSignal.timeout(TIMEOUT_MS),
+  });
+
+/** Return the reason why the vent failed as a sentence; "" if the vent was accepted. */
+async function errorOf(request) {
+  try {
+    const response = await request;
+    const answer = await response.json().catch(() => ({}));
+    if (response.ok && answer.reject_reason === "none") return "";
+    return asSentence(answer.text ?? `The instrument answered “${answer.reject_reason ?? response.status}”`);
+  } catch (error) {
+    return error.name === "TimeoutError"
+      ? `The web server did not answer within ${TIMEOUT_MS / 1e3} s.`
+      : "The web server cannot be reached.";
+  }
+}
+
+const remedy = (error) =>
+  error.includes("stop switch") ? "Or press VENT again." : `Press VENT again, or ${USE_STOP_SWITCH}`;
+
+const asSentence = (text) => (/[.!?]$/.test(text) ? text : `${text}.`);
+
+/** Show the status of the request, and an alarm if there is one. `state` is for the style and the tests. */
+function show(state, text, alarm = "") {
+  status.textContent = text;
+  status.dataset.state = state;
+  failed.textContent = alarm;
+  failed.hidden = !alarm;
+}
+
+function fail(alarm) {
+  clearTimeout(verifyTimer);
+  verifyTimer = 0;
+  show("failed", "NOT VENTED", alarm);
+}
+
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  vent();
+});
+
+// With a Latin layout the letter counts, else the position of the key. On a Mac, Option+V types another sign.
+const isV = ({ key, code }) => (/^[a-z]$/i.test(key) ? key.toLowerCase() === "v" : code === "KeyV");
+
+addEventListener(
+  "keydown",
+  (event) => {
+    if (!event.altKey || event.ctrlKey || event.metaKey || event.repeat || !isV(event)) return;
+    event.preventDefault();
+    vent();
+  },
+  { capture: true },
+);
+
+document.addEventListener("instrument-state", ({ detail: state }) => {
+  const isVented = !isReplay() && state?.status?.includes("vented");
+  if ((verifyTimer || !failed.hidden) && isVented) {
+    clearTimeout(verifyTimer);
+    verifyTimer = 0;
+    show("verified", `Vented, verified ${timeOfDay()}.`);
+  } else if (!verifyTimer && state && !isVented && status.dataset.state === "verified") show("", "");
+});
