@@ -1,6 +1,6 @@
-"""What holds for all tests."""
+"""Settings for all tests."""
 
 import signal
 
-# What a script starts in its background ignores Ctrl-C, and so would every program that a test starts.
+# A background job of a shell ignores Ctrl-C, and every program that a test starts would inherit this.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,10 +1,10 @@
-"""The end of $NOTIFY_SOCKET that is systemd's."""
+"""Receiver of the notifications that a service sends to $NOTIFY_SOCKET, in place of systemd."""
 
 import socket
 
 
 class Manager:
-    """Hears what a service says, as systemd would."""
+    """Receiver of notifications."""
 
     def __init__(self, address):
         self.address = address
@@ -12,7 +12,7 @@ class Manager:
         self.socket.bind("\0" + address[1:] if address.startswith("@") else address)
 
     def heard(self):
-        """The lines that have come since."""
+        """Return the lines received since the last call."""
         lines = []
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Programs that others wrote and that tests run: skipped by name where they are missing, but never in CI."""
+"""Third-party programs that tests run. Without them a test is skipped, except in CI."""
 
 import os
 import shutil
@@ -8,9 +8,9 @@ import pytest
 
 
 def needs(package, *shown_by):
-    """A mark: without the Debian package these tests are skipped, in CI they run and fail.
+    """Return a mark that skips tests without a Debian package; in CI these tests run and fail.
 
-    It is there where its program is, or the files that show it.
+    The package is installed if its program exists, or the files that `shown_by` lists.
     """
     there = all(Path(path).exists() for path in shown_by) if shown_by else shutil.which(package)
     missing = not there and not os.environ.get("CI")

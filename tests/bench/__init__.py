@@ -1,1 +1,1 @@
-"""Figures of speed, measured in one run and printed beside a peer: `make bench`."""
+"""Benchmarks, measured in one run and printed beside a peer: `make bench`."""

@@ -1,4 +1,4 @@
-"""`make bench`: the figures that the instrument promises, in one run."""
+"""`make bench`: all benchmarks in one run."""
 
 import json
 import os
@@ -12,21 +12,21 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from instrument.rig.frames import Command, CommandFlag, Identify, Mode, encode
-from registers.modbus.client import Plc
-from sim.hand import Hand
-from sim.membrane.plant import MembranePlant
-from sim.pneumatics import PneumaticSettings
-from sim.published import PublishedPlant
-from sim.rig import STEP_S, Rig
-from sim.sensor import SensorSettings
+from pneuforce.protocol.frames import Command, CommandFlag, Identify, Mode, encode
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.membrane.plant import MembranePlant
+from pneuforce.sim.plants.published import PublishedPlant
+from pneuforce.sim.pneumatics import PneumaticSettings
+from pneuforce.sim.rig import STEP_S, Rig
+from pneuforce.sim.sensor import SensorSettings
+from pneuforce.teststand.child_process import ChildProcess
+from pneuforce.teststand.stack import free_port
 from tests.bench.avr import bench_avr
 from tests.bench.can import bench_burst, bench_can
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.model import bench_arrays, bench_chain
 from tests.system.waiting import inflate
-from teststand.children import Child
-from teststand.stack import free_port
 
 CLIENTS, POLL_HZ, SECONDS = 8, 50, 20
 
@@ -42,8 +42,8 @@ def seconds_of(command):
 
 
 def bench_estimate():
-    """A new process that answers `pneuforce estimate`, beside one that only starts."""
-    command = [sys.executable, "-m", "instrument", "estimate", "--dpi", "8", "--dpf", "9"]
+    """Measure a new process `pneuforce estimate`, beside an empty Python process."""
+    command = [sys.executable, "-m", "pneuforce", "estimate", "--dpi", "8", "--dpf", "9"]
     mine = [seconds_of(command) for _ in range(10)]
     bare = [seconds_of([sys.executable, "-c", "pass"]) for _ in range(10)]
     print(
@@ -53,11 +53,12 @@ def bench_estimate():
 
 
 def bench_latency(force_hz=500):
-    """Rig frame read → CAN frame sent, while Modbus clients poll."""
+    """Measure the time from a rig frame to its CAN frame, while Modbus clients poll."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus, hub_port = Path(folder) / "rig", free_port(), free_port()
-        sim = stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)]))
-        hub = stack.enter_context(Child("hub", ["registers.can.hub", "--port", str(hub_port)]))
+        sim = stack.enter_context(ChildProcess("simulator", ["pneuforce", "sim", "run", "--link", str(link)]))
+        hub_command = ["pneuforce.registers.can.hub", "--port", str(hub_port)]
+        hub = stack.enter_context(ChildProcess("hub", hub_command))
         sim.ready()
         hub.ready()
         file = Path(folder) / "instrument.toml"
@@ -65,17 +66,17 @@ def bench_latency(force_hz=500):
             f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus}\n[can]\nenabled = true\n'
             f'interface = "socketcand"\nport = {hub_port}\nforce_rate_hz = {force_hz}\n'
         )
-        os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])  # the probe is not among what is installed
-        host = stack.enter_context(Child("host", ["tests.bench.probe", str(file)]))
+        os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])  # the probe is not installed
+        host = stack.enter_context(ChildProcess("host", ["tests.bench.probe", str(file)]))
         host.ready()
-        with Plc.connect(port=modbus) as plc:
+        with ModbusClient.connect(port=modbus) as plc:
             inflate(plc, 8.0)
         polls = subprocess.run(
             [sys.executable, "-m", "tests.bench.pollers", *map(str, (modbus, CLIENTS, POLL_HZ, SECONDS))],
             check=True,
             capture_output=True,
         )
-        report = host.last_words()
+        report = host.stop_and_read()
     _print_latency(report, json.loads(polls.stdout))
 
 
@@ -95,7 +96,7 @@ def _print_latency(report, polls_ms):
 
 
 def _us_per_step(rig, steps=500):
-    """Best of many, with a command each 50 ms."""
+    """Return the best of many runs, with a command each 50 ms."""
     command = encode(Command(Mode.HOLD, CommandFlag.ZEROED, 8000, 250), 1)
 
     def run():
@@ -106,18 +107,18 @@ def _us_per_step(rig, steps=500):
 
 
 def _held(plant, pneumatics=None, sensor=None):
-    """A rig that holds 8 kPa."""
+    """Return a rig that holds 8 kPa."""
     rig = Rig(plant, Hand(False), 1, pneumatics, sensor)
     rig.step(encode(Identify(), 0))
     for n in range(4000):
         mode = Mode.VENT if n < 1000 else Mode.HOLD
         rig.step(b"" if n % 25 else encode(Command(mode, CommandFlag.ZEROED, 8000, 250), n))
-    assert rig.board.holds
+    assert rig.board.is_holding
     return rig
 
 
 def bench_rig():
-    """The simulated rig without a port, in virtual time: each balloon, bare and with every effect on."""
+    """Measure the simulated rig in virtual time: each balloon, without and with all effects."""
     effects = (
         PneumaticSettings(polytropic=1.2, creep=0.01, ambient_swing_kpa=0.05, reference_kpa=0.2),
         SensorSettings(gain_error=0.005, bow_kpa=0.2, ripple_mv=20.0),
@@ -125,7 +126,8 @@ def bench_rig():
     for plant, settings in product((PublishedPlant(), MembranePlant()), ((), effects)):
         rig = _held(plant, *settings)
         if settings:
-            rig.pneumatics.balloon_warmth.target_k, rig.pneumatics.circuit_warmth.target_k = 15.0, 2.0
+            rig.pneumatics.balloon_temperature.target_k = 15.0
+            rig.pneumatics.circuit_temperature.target_k = 2.0
         idle_us = _us_per_step(rig)
         rig.hand.press(2.0)
         pressed_us = _us_per_step(rig)

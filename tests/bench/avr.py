@@ -1,59 +1,60 @@
-"""Figures of the firmware's binary on the emulated chip, in the board's own time."""
+"""Benchmarks of the firmware's binary on the emulated chip, in board time."""
 
 import subprocess
 import time
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     BoardState,
     Command,
     CommandFlag,
-    Decoder,
+    FrameDecoder,
     Identify,
     Mode,
     Sample,
     Valve,
     encode,
 )
-from sim.avr.board import AvrBoard
-from sim.avr.emulator import CYCLES_PER_US
-from sim.avr.toolchain import program
-from sim.board import Board
-from sim.hand import Hand
-from sim.published import PublishedPlant
-from sim.rig import STEP_S, Rig
+from pneuforce.sim.avr.board import AvrBoard
+from pneuforce.sim.avr.emulator import CYCLES_PER_US
+from pneuforce.sim.avr.toolchain import program
+from pneuforce.sim.board import SimulatedBoard
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.published import PublishedPlant
+from pneuforce.sim.rig import STEP_S, Rig
 from tests.firmware.test_on_chip import BEGINNINGS, flooded
 from tests.sim.conftest import Bench
 
 CYCLES_PER_MS = 1000 * CYCLES_PER_US
 LOOK_EACH_CYCLES = 20 * CYCLES_PER_US
-PHASES = 10  #: moments within one sample at which the world changes
+PHASES = 10  #: phases within one sample at which the input changes
 SUM_OF_19_KPA, SUM_OF_26_KPA = (round(16384 * (0.018 * (kpa + 0.25) + 0.04) - 8) for kpa in (19.0, 26.0))
 
 
 def _ms_to_vent(adc_sum, phase):
-    """From the change at the sensor to the vent's pin."""
+    """Measure the time from a change at the sensor to the pin of the vent valve."""
     board = Bench(AvrBoard()).holding().board
     chip, supply_mv = board.chip, 5000
     chip.run(chip.cycle + phase * 2 * CYCLES_PER_MS // PHASES)
     begun = chip.cycle
-    chip.convert(adc_sum, supply_mv)
+    chip.set_inputs(adc_sum, supply_mv)
     while board.valves & Valve.VENT_CLOSED and chip.cycle < begun + 200 * CYCLES_PER_MS:
         chip.run(chip.cycle + LOOK_EACH_CYCLES)
     return (chip.cycle - begun) / CYCLES_PER_MS
 
 
 def _ms_to_shut():
-    """From the host's last command to the inlet's pin, while inflating."""
+    """Measure the time from the last command of the host to the pin of the inlet valve, while inflating."""
     bench = Bench(AvrBoard()).inflating(12_000)
     bench.until(lambda: bench.last().command == bench._sequence & 0xFF, 0.1)
     sent_us = next(s for s in bench.all(Sample) if s.command == bench.last().command).board_time_us
-    bench.wanted = None
+    bench.command = None
     bench.until(lambda: not bench.board.valves & Valve.INLET_OPEN, 1)
-    return (bench.now_us - sent_us) / 1e3 + 2  # it was sent at most one sample before it was obeyed
+    # The command was sent at most one sample before it was executed.
+    return (bench.now_us - sent_us) / 1e3 + 2
 
 
 def bench_reactions():
-    """How fast the valves answer."""
+    """Measure the reaction times of the valves."""
     for name, adc_sum, limit_ms in (
         ("contact limit passed (19 kPa) → vent pin", SUM_OF_19_KPA, 20),
         ("hard limit passed (26 kPa) → vent pin", SUM_OF_26_KPA, 20),
@@ -66,8 +67,8 @@ def bench_reactions():
 
 
 def _settle(new_board, setpoint_pa):
-    """Seconds from the command to HOLDING, valve actions, and the balloon's pressure 2 s later."""
-    rig, decoder = Rig(PublishedPlant(), Hand(False), new_board=new_board), Decoder.of_board()
+    """Return seconds from the command to HOLDING, valve actions, and the pressure 2 s later."""
+    rig, decoder = Rig(PublishedPlant(), Hand(False), new_board=new_board), FrameDecoder.for_board_frames()
     state, valves, actions, held_s = BoardState.BOOT, 0, 0, None
     for n in range(round(12 / STEP_S)):
         mode = Mode.VENT if n * STEP_S < 1.5 else Mode.HOLD
@@ -85,9 +86,9 @@ def _settle(new_board, setpoint_pa):
 
 
 def bench_settling():
-    """The way to three setpoints on the whole simulated rig."""
+    """Measure the inflation to three setpoints on the complete simulated rig."""
     for setpoint_pa in (5000, 8000, 11_450):
-        for new_board in (AvrBoard, Board):
+        for new_board in (AvrBoard, SimulatedBoard):
             held_s, actions, balloon_kpa = _settle(new_board, setpoint_pa)
             print(
                 f"{new_board.__name__} to {setpoint_pa / 1e3:g} kPa: held after {held_s:.2f} s (target 8), "
@@ -96,7 +97,7 @@ def bench_settling():
 
 
 def bench_speed(seconds=10):
-    """Virtual time over processor time, while holding, and how long a sample takes the chip."""
+    """Measure virtual time over processor time while holding, and the duration of a sample on the chip."""
     bench = Bench(AvrBoard()).holding()
     begun_s = time.process_time()
     bench.run(seconds)
@@ -110,21 +111,21 @@ def bench_speed(seconds=10):
 
 
 def bench_flood():
-    """How long a sample takes the chip while a host floods the line."""
+    """Measure the duration of a sample on the chip while a host floods the line."""
     for beginning in BEGINNINGS:
         longest = flooded(beginning).board.chip.longest_cycles
         print(f"longest work on one sample, line full of beginnings {beginning}: {longest} of 32000 cycles")
 
 
 def bench_size():
-    """Flash and RAM."""
+    """Print the use of flash and RAM."""
     said = subprocess.run(["avr-size", program()], check=True, capture_output=True, text=True).stdout
     text, data, bss = map(int, said.splitlines()[1].split()[:3])
     print(f"firmware: {text + data} bytes of flash (limit 30720), {data + bss} of RAM (limit 1600)")
 
 
 def bench_avr():
-    """All of them."""
+    """Run all benchmarks of the board."""
     bench_size()
     bench_speed()
     bench_flood()

@@ -1,9 +1,9 @@
 """Force frames at 500 Hz as another process receives them: `python -m tests.bench.can [SECONDS]`.
 
-The whole instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable notes
-when each sample's last byte goes to the instrument, a listener on the hub when each frame is there. At the
-end the relay passes no more: the last sample and the last frame with a value belong together, and so do all
-before them.
+The complete instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable
+records when the last byte of each sample goes to the instrument. A listener on the hub records when each
+frame arrives. At the end the relay stops: the last sample and the last frame with a value belong together,
+and so do all before them.
 """
 
 import json
@@ -18,19 +18,20 @@ from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from instrument.rig.frames import Decoder, Sample
-from instrument.rig.port import SerialPort
-from registers.can.bus import Bus, BusAt, BusFull
-from registers.can.frames import DEFAULT_NODE_ID, FORCE
-from registers.can.wire import CanFrame
-from registers.modbus.client import Plc
-from sim.cable import Cable
+from pneuforce.protocol.frames import FrameDecoder, Sample
+from pneuforce.registers.can.bus import CanAddress, CanBus, TxBufferFullError
+from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.sim.line.pty_link import PtyLink
+from pneuforce.support.serial_port import SerialPort
+from pneuforce.teststand.child_process import ChildProcess
+from pneuforce.teststand.stack import free_port, toml
 from tests.bench.modbus import built, load
 from tests.system.waiting import inflate
-from teststand.children import Child
-from teststand.stack import free_port, toml
 
 POLLERS, POLL_HZ, SECONDS, RATE_HZ = 32, 20, 20, 500
+HUB = ["pneuforce.registers.can.hub", "--port", "0"]
 INTERVAL_MS, DELAY_MS = 4, 5  #: targets for the 99th percentile
 WARM_S = 2.0
 BURST = 10_000
@@ -38,7 +39,7 @@ FORCE_ID = FORCE.base_id + DEFAULT_NODE_ID
 
 
 def at(port):
-    return BusAt(interface="socketcand", port=port)
+    return CanAddress(interface="socketcand", port=port)
 
 
 def asked_to_end():
@@ -46,9 +47,9 @@ def asked_to_end():
 
 
 def relay(link):
-    """Carry bytes between a host and the simulator at `link` and note the samples, until stdin ends it."""
-    samples_s, decoder = [], Decoder.of_board()
-    with closing(SerialPort(link)) as board, closing(Cable()) as host:
+    """Carry bytes between a host and the simulator at `link` and record the samples, until stdin closes."""
+    samples_s, decoder = [], FrameDecoder.for_board_frames()
+    with closing(SerialPort(link)) as board, closing(PtyLink()) as host:
         print(json.dumps({"port": host.port}), flush=True)
         while not asked_to_end():
             readable, _, _ = select.select([board, host], [], [], 0.01)
@@ -59,14 +60,14 @@ def relay(link):
                 host.write(data)
             if host in readable:
                 board.write(host.read())
-        time.sleep(0.5)  # nothing goes to the host any more: what it sends now is of the samples above
+        time.sleep(0.5)  # the host receives nothing more, so its frames belong to the samples above
         print(json.dumps(samples_s), flush=True)
 
 
 def listen(port):
-    """Note when each Force frame came, its counter, and whether it has a value, until stdin ends it."""
+    """Record time and counter of each Force frame, and whether it has a value, until stdin closes."""
     frames = []
-    with closing(Bus(at(int(port)))) as bus:
+    with closing(CanBus(at(int(port)))) as bus:
         print(json.dumps({}), flush=True)
         while not asked_to_end():
             heard = bus.receive()
@@ -78,7 +79,7 @@ def listen(port):
 
 
 def sleep():
-    """Sleep until one time after another, as often as frames come, and note by how much too long."""
+    """Sleep as often as frames arrive, and record how much too long each sleep was."""
     late_ms, due_s = [], time.monotonic()
     print(json.dumps({}), flush=True)
     while not asked_to_end():
@@ -95,7 +96,7 @@ def spread(values_ms):
 
 
 class Part:
-    """A process of this bench, which says one line of JSON when it works, and one at its end."""
+    """Process of this benchmark that prints one line of JSON when it works and one at its end."""
 
     def __init__(self, stack, *words):
         self._process = subprocess.Popen(
@@ -112,7 +113,7 @@ class Part:
 
 
 def poll(folder, port, seconds):
-    """Have the Modbus clients poll for so long; what they are written in."""
+    """Run the Modbus clients for some seconds; return the language they are written in."""
     if shutil.which("pkg-config") and not subprocess.call(["pkg-config", "--exists", "libmodbus"]):
         load(built(folder, "load"), port, POLLERS, seconds, (POLL_HZ,))
         return "C"
@@ -125,15 +126,16 @@ def bench_can(seconds=SECONDS):
     """Print frames lost, their intervals, and the delay from the rig's byte to the frame received."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus = Path(folder) / "rig", free_port()
-        stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)])).ready()
-        hub = stack.enter_context(Child("hub", ["registers.can.hub", "--port", "0"])).ready()["port"]
+        simulator = ["pneuforce", "sim", "run", "--link", str(link)]
+        stack.enter_context(ChildProcess("simulator", simulator)).ready()
+        hub = stack.enter_context(ChildProcess("hub", HUB)).ready()["port"]
         cable = Part(stack, "--relay", link)
         can = {"enabled": True, "interface": "socketcand", "port": hub, "force_rate_hz": RATE_HZ}
         tables = {"rig": cable.began, "modbus": {"port": modbus}, "can": can}
         file = Path(folder) / "instrument.toml"
         file.write_text(toml(tables))
-        stack.enter_context(Child("host", ["instrument", "run", "--config", str(file)])).ready()
-        with Plc.connect(port=modbus) as plc:
+        stack.enter_context(ChildProcess("host", ["pneuforce", "run", "--config", str(file)])).ready()
+        with ModbusClient.connect(port=modbus) as plc:
             inflate(plc, 8.0)
         listener, sleeper = Part(stack, "--listen", hub), Part(stack, "--sleep")
         begun_s = time.monotonic()
@@ -146,7 +148,7 @@ def bench_can(seconds=SECONDS):
 
 def _print_force(samples_s, frames, window, pollers, late_ms):
     while frames and not frames[-1][2]:
-        frames.pop()  # said of a silent rig
+        frames.pop()  # a frame about the silent rig
     paired = list(zip(reversed(samples_s), reversed(frames), strict=False))
     inside = [(t_s, frame) for t_s, frame in paired[::-1] if window[0] <= frame[0] <= window[1]]
     came_s, counters = [frame[0] for _, frame in inside], [frame[1] for _, frame in inside]
@@ -172,11 +174,11 @@ def _print_force(samples_s, frames, window, pollers, late_ms):
 
 
 def bench_burst():
-    """Print what became of 10 000 frames that one client of the hub sends as fast as it can."""
+    """Print how many of 10 000 frames arrive that one client of the hub sends as fast as it can."""
     with ExitStack() as stack:
-        port = stack.enter_context(Child("hub", ["registers.can.hub", "--port", "0"])).ready()["port"]
+        port = stack.enter_context(ChildProcess("hub", HUB)).ready()["port"]
         listener = Part(stack, "--count", port)
-        sender = stack.enter_context(closing(Bus(at(port))))
+        sender = stack.enter_context(closing(CanBus(at(port))))
         begun_s, full = time.monotonic(), 0
         for n in range(BURST):
             frame = CanFrame(FORCE_ID, n.to_bytes(8, "little"))
@@ -194,15 +196,15 @@ def bench_burst():
 def _sent(bus, frame):
     try:
         bus.send(frame)
-    except BusFull:
+    except TxBufferFullError:
         return False
     return True
 
 
 def count(port):
-    """How many frames came in their order, and when the last one came."""
+    """Return how many frames arrived in order, and when the last one arrived."""
     in_order, last_s = 0, 0.0
-    with closing(Bus(at(int(port)))) as bus:
+    with closing(CanBus(at(int(port)))) as bus:
         print(json.dumps({}), flush=True)
         while (heard := bus.receive()) or not asked_to_end():
             if heard:

@@ -1,4 +1,4 @@
-"""Peers that send garbage without pause, closed or not: `python -m tests.bench.flood PORT PEERS`."""
+"""Clients that send garbage without pause: `python -m tests.bench.flood PORT CLIENTS`."""
 
 import asyncio
 import os
@@ -9,7 +9,7 @@ REQUEST = bytes.fromhex("0001 0000 0006 01 04 0000 007d")
 
 
 async def peer(port, chance):
-    """Random bytes, requests with flipped bits, and good requests without end."""
+    """Yield random bytes, requests with flipped bits, and good requests, endlessly."""
     while True:
         try:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)

@@ -1,7 +1,7 @@
-"""The longest time for which the board heard no command: `python -m tests.bench.keep_alive [SECONDS]`.
+"""Longest time without a command to the board: `python -m tests.bench.keep_alive [SECONDS]`.
 
-The whole instrument runs on the simulated rig, with its page in browsers and a recorder, while 32 Modbus
-clients poll. A relay on the serial cable notes when commands pass to the board.
+The complete instrument runs on the simulated rig, with its web page in browsers and a recorder, while 32
+Modbus clients poll. A relay on the serial cable records when commands pass to the board.
 """
 
 import json
@@ -17,21 +17,21 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from urllib.request import urlopen
 
-from instrument.rig.frames import Command, Decoder
-from instrument.rig.port import SerialPort
-from registers.modbus.client import Plc
-from sim.cable import Cable
+from pneuforce.protocol.frames import Command, FrameDecoder
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.sim.line.pty_link import PtyLink
+from pneuforce.support.serial_port import SerialPort
+from pneuforce.teststand.child_process import ChildProcess
+from pneuforce.teststand.stack import free_port, toml
 from tests.system.waiting import inflate
-from teststand.children import Child
-from teststand.stack import free_port, toml
 
 POLLERS, POLL_HZ, BROWSERS, SECONDS = 32, 20, 4, 20
 TARGET_S = 0.1
-WARM_S = 2.0  #: reads nothing into the start of the pollers
+WARM_S = 2.0  #: time that is not counted, while the clients start
 
 
 class Browser(Thread):
-    """Reads the page's stream until it is closed."""
+    """Reader of the event stream of the web page."""
 
     def __init__(self, port):
         super().__init__(daemon=True)
@@ -39,27 +39,27 @@ class Browser(Thread):
         self.start()
 
     def run(self):
-        """Read."""
+        """Read until the stream is closed."""
         with suppress(OSError, ValueError, AttributeError):
             while self._stream.readline():
                 pass
 
     def close(self):
-        """Leave."""
+        """Close the stream."""
         self._stream.close()
 
 
 class Relay:
-    """Carries bytes between two ends of a cable and notes the commands among them."""
+    """Relay between two ends of a cable that records the commands."""
 
     def __init__(self, board, host):
         self._board, self._host = board, host
-        self._decoder = Decoder.of_host()
+        self._decoder = FrameDecoder.for_host_frames()
         self.heard_s = []
-        self.looked_s = []  # when it had the processor: it asks for that every 10 ms
+        self.looked_s = []  # times at which the relay ran; it asks for the processor every 10 ms
 
     def carry(self, until):
-        """Work until `until()`."""
+        """Relay until `until()` is true."""
         while not until():
             readable, _, _ = select.select([self._board, self._host], [], [], 0.01)
             self.looked_s.append(time.monotonic())
@@ -74,8 +74,8 @@ class Relay:
 
 
 def relay_process(link):
-    """Stand between the simulator at `link` and a host, until stdin ends; then print the gaps."""
-    with closing(SerialPort(link)) as board, closing(Cable()) as host:
+    """Relay between the simulator at `link` and a host until stdin closes; then print the gaps."""
+    with closing(SerialPort(link)) as board, closing(PtyLink()) as host:
         print(json.dumps({"port": host.port}), flush=True)
         relay = Relay(board, host)
         relay.carry(lambda: bool(select.select([sys.stdin], [], [], 0)[0]))
@@ -86,7 +86,8 @@ def bench_keep_alive(seconds=SECONDS):
     """Print the longest gap between two commands."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus, page = Path(folder) / "rig", free_port(), free_port()
-        stack.enter_context(Child("simulator", ["instrument", "sim", "--link", str(link)])).ready()
+        simulator = ["pneuforce", "sim", "run", "--link", str(link)]
+        stack.enter_context(ChildProcess("simulator", simulator)).ready()
         relay = subprocess.Popen(
             [sys.executable, "-m", "tests.bench.keep_alive", "--relay", str(link)],
             stdin=subprocess.PIPE,
@@ -96,11 +97,11 @@ def bench_keep_alive(seconds=SECONDS):
         stack.callback(relay.kill)
         file = Path(folder) / "instrument.toml"
         port = json.loads(relay.stdout.readline())["port"]
-        tables = {"rig": {"port": port}, "modbus": {"port": modbus}, "page": {"enabled": True, "port": page}}
+        tables = {"rig": {"port": port}, "modbus": {"port": modbus}, "web": {"enabled": True, "port": page}}
         file.write_text(toml(tables))
-        words = ["instrument", "run", "--config", str(file), "--record", str(Path(folder) / "a.tape")]
-        stack.enter_context(Child("host", words)).ready()
-        with Plc.connect(port=modbus) as plc:
+        words = ["pneuforce", "run", "--config", str(file), "--record", str(Path(folder) / "a.recording")]
+        stack.enter_context(ChildProcess("host", words)).ready()
+        with ModbusClient.connect(port=modbus) as plc:
             inflate(plc, 8.0)
         for _ in range(BROWSERS):
             stack.callback(Browser(page).close)

@@ -1,7 +1,7 @@
 """Modbus servers side by side, under clients in C: `python -m tests.bench.modbus [SECONDS]`.
 
-Ours is the whole instrument on the simulated rig at 500 samples/s; those of pymodbus and libmodbus serve
-constants.
+The server of the instrument runs with the simulated rig at 500 samples/s. Those of pymodbus and libmodbus
+serve constants.
 """
 
 import json
@@ -15,12 +15,12 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from registers.modbus.client import Plc
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.teststand.stack import free_port, start
 from tests.system.waiting import inflate
-from teststand.stack import free_port, start
 
 OURS = Path(__file__).parent / "libmodbus"
-SERVERS = Path(__file__).parents[1] / "hostile/rivals/servers"
+SERVERS = Path(__file__).parents[1] / "hostile/other_servers/servers"
 START_S = 10.0
 SECONDS = 4
 CLIENTS = (1, 8, 32)
@@ -30,7 +30,7 @@ READ = bytes.fromhex("0001 0000 0006 01 04 0000 0014")
 
 
 def built(folder, name, sources=OURS):
-    """A program in C that uses libmodbus, compiled."""
+    """Return a compiled C program that uses libmodbus."""
     flags = subprocess.check_output(["pkg-config", "--cflags", "--libs", "libmodbus"], text=True).split()
     source, program = sources / f"{name}.c", Path(folder) / name
     subprocess.run(["gcc", "-O2", "-o", program, source, *flags, "-lpthread"], check=True)
@@ -38,7 +38,7 @@ def built(folder, name, sources=OURS):
 
 
 def load(program, port, clients, seconds, hz=()):
-    """What the clients saw."""
+    """Measurements of the clients."""
     answer = subprocess.run(
         [program, *map(str, (port, clients, seconds, *hz))], check=True, capture_output=True, text=True
     )
@@ -47,7 +47,7 @@ def load(program, port, clients, seconds, hz=()):
 
 @contextmanager
 def listening(command):
-    """A server process that says one line when it listens."""
+    """Start a server process that prints one line when it listens."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         server.stdout.readline()
         try:
@@ -58,7 +58,7 @@ def listening(command):
 
 @contextmanager
 def serving(*command):
-    """A server of others; the port that it listens on, which is told it as its last word."""
+    """Start a third-party server; return its port, which is the last argument of its command."""
     port = free_port()
     with subprocess.Popen([*command, str(port)], stderr=subprocess.DEVNULL) as server:
         try:
@@ -78,7 +78,7 @@ def accepts(port):
 
 @contextmanager
 def rivals(folder):
-    """Ports of pymodbus's and libmodbus's servers."""
+    """Return the ports of the servers of pymodbus and libmodbus."""
     in_c = built(folder, "stock_libmodbus", SERVERS)
     with serving(sys.executable, SERVERS / "stock_pymodbus.py") as pymodbus, serving(in_c) as libmodbus:
         yield {"pymodbus": pymodbus, "libmodbus, C": libmodbus}
@@ -86,16 +86,16 @@ def rivals(folder):
 
 @contextmanager
 def instrument(folder):
-    """The instrument, which holds 8 kPa."""
+    """Start the instrument and inflate it to 8 kPa."""
     with ExitStack() as children:
-        stack = start(children, Path(folder) / "rig", tables={"modbus": {"connections": 200}})
-        with Plc.connect(port=stack.modbus_port) as plc:
+        stack = start(children, Path(folder) / "rig", tables={"modbus": {"max_connections": 200}})
+        with ModbusClient.connect(port=stack.modbus_port) as plc:
             inflate(plc, 8.0)
         yield stack
 
 
 def bench_modbus(seconds=SECONDS):
-    """Print requests/s and round trips, then what calm clients see, alone and beside a flood of garbage."""
+    """Print requests/s and round trips; then those of slow clients, alone and beside a flood of garbage."""
     with TemporaryDirectory() as folder, instrument(folder) as stack, rivals(folder) as others:
         program = built(folder, "load")
         servers = {"pneuforce": stack.modbus_port, **others}
@@ -129,14 +129,14 @@ def _bench_calm(program, stack, seconds):
 
 
 def _bench_endurance(program, stack):
-    """10⁶ requests and 10⁴ connections: what stays of them in the instrument's process."""
+    """Measure memory and descriptors of the instrument after 10⁶ requests and 10⁴ connections."""
     load(program, stack.modbus_port, 32, 2)
     before, begun_s, asked = occupied(stack.host.pid), time.monotonic(), 0
     while asked < REQUESTS:
         asked += load(program, stack.modbus_port, 32, 5)["trips"]
     for n in range(CONNECTIONS):
         with socket.create_connection(("127.0.0.1", stack.modbus_port)) as client:
-            client.sendall(READ[: n % len(READ)])  # most are left in the middle of a request
+            client.sendall(READ[: n % len(READ)])  # most connections end in the middle of a request
     time.sleep(1.0)
     memory_kb, descriptors = (b - a for a, b in zip(before, occupied(stack.host.pid), strict=True))
     print(
@@ -146,13 +146,13 @@ def _bench_endurance(program, stack):
 
 
 def occupied(pid):
-    """Resident memory [kB] and number of open descriptors of a process."""
+    """Return resident memory [kB] and number of open descriptors of a process."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmRSS:\s+(\d+)", status)[1]), len(os.listdir(f"/proc/{pid}/fd"))
 
 
 def samples(stack):
-    with Plc.connect(port=stack.modbus_port) as plc:
+    with ModbusClient.connect(port=stack.modbus_port) as plc:
         return plc.read()["sample_counter"]
 
 

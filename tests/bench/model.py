@@ -1,4 +1,4 @@
-"""Speed of the force model: arrays beside what scipy offers for the same equations; a sample in the chain."""
+"""Benchmarks of the force model: arrays beside solvers of scipy, and one sample in the chain."""
 
 import statistics
 import time
@@ -7,44 +7,44 @@ import warnings
 import numpy as np
 from scipy.optimize import brentq, fsolve
 
-from instrument.chain import Chain, ChainSettings
-from instrument.model import PAPER, Balloon, Circuit, contact
-from instrument.model.methods import METHODS
-from instrument.model.pressed import Pressed
-from instrument.rig.frames import BoardState, Sample
-from instrument.rig.link import RawSample
-from tests.instrument.driving import adc_sum_of
+from pneuforce.instrument.measurement.chain import Chain, ChainSettings
+from pneuforce.instrument.model import PAPER_LAW, Balloon, Circuit, solve_contact
+from pneuforce.instrument.model.contact_geometry import ContactGeometry
+from pneuforce.instrument.model.methods import METHODS
+from pneuforce.instrument.rig.link import RawSample
+from pneuforce.protocol.frames import BoardState, Sample
+from tests.instrument.instrument_harness import adc_sum_of
 
 BALLOON, CIRCUIT = Balloon(), Circuit()
-ONE_BY_ONE = 300  #: samples that a solver of others gets; its time per sample does not depend on their number
+ONE_BY_ONE = 300  #: samples for the solvers of scipy, whose time per sample does not depend on their number
 
 
 def pairs(count):
-    """Pressures before and during contacts over the whole validated range."""
+    """Return pressures before and during contacts in the validated range."""
     draw = np.random.default_rng(1)
     initial = draw.uniform(4.95, 11.45, count)
     return initial, initial + draw.uniform(0.5, 6.0, count)
 
 
-def bracketed(initial_kpa, final_kpa):
-    """The energetic balance of one contact by d, and where its root lies."""
-    weight = PAPER.small_strain(initial_kpa, BALLOON)
-    pressed = Pressed.between(initial_kpa, final_kpa, weight, BALLOON, CIRCUIT)
+def bracketed(baseline_kpa, final_kpa):
+    """Return the energetic balance of one contact as a function of d, and an interval with its root."""
+    weight = PAPER_LAW.small_strain_weight(baseline_kpa, BALLOON)
+    pressed = ContactGeometry.between(baseline_kpa, final_kpa, weight, BALLOON, CIRCUIT)
     method = METHODS["energetic"]
 
     def balance(d):
-        return method.balance(float(np.ravel(d)[0]), pressed)[0].real  # outside its domain it is complex
+        return method.balance(float(np.ravel(d)[0]), pressed)[0].real  # complex outside its domain
 
-    return balance, method.lowest_mm(pressed), pressed.radius_mm
+    return balance, method.lower_bound_mm(pressed), pressed.radius_mm
 
 
-def by_brentq(initial_kpa, final_kpa):
-    balance, low, high = bracketed(initial_kpa, final_kpa)
+def by_brentq(baseline_kpa, final_kpa):
+    balance, low, high = bracketed(baseline_kpa, final_kpa)
     return brentq(balance, low, high * (1 - 1e-9))
 
 
-def by_fsolve(initial_kpa, final_kpa):
-    balance, low, high = bracketed(initial_kpa, final_kpa)
+def by_fsolve(baseline_kpa, final_kpa):
+    balance, low, high = bracketed(baseline_kpa, final_kpa)
     return fsolve(balance, low + 0.4 * (high - low))[0]
 
 
@@ -58,9 +58,9 @@ def us_per_sample(work, count, repeats):
 
 
 def bench_arrays():
-    """µs per solved contact; every solver's answers agree."""
+    """Print µs per solved contact; the results of all solvers must agree."""
     initial, final = pairs(ONE_BY_ONE)
-    exact = contact(initial, final, BALLOON, CIRCUIT).indentation_mm
+    exact = solve_contact(initial, final, BALLOON, CIRCUIT).indentation_mm
     peers = {}
     for name, solve in (("brentq", by_brentq), ("fsolve", by_fsolve)):
 
@@ -77,7 +77,7 @@ def bench_arrays():
         if count == 1:
             p, q = float(p[0]), float(q[0])
         us = us_per_sample(
-            lambda p=p, q=q: contact(p, q, BALLOON, CIRCUIT), count, 3 if count > 1000 else 200
+            lambda p=p, q=q: solve_contact(p, q, BALLOON, CIRCUIT), count, 3 if count > 1000 else 200
         )
         print(
             f"contacts solved, {count} at once: {us:.2f} µs each; "
@@ -87,7 +87,7 @@ def bench_arrays():
 
 
 def bench_chain():
-    """µs per sample of the live chain: free, and during presses at 10 N/s at most."""
+    """Print µs per sample of the live chain: without contact, and during presses of up to 10 N/s."""
     chain = Chain(ChainSettings())
     chain.zero.zero_kpa = 0.0
     rises = np.clip(2.0 * np.sin(np.linspace(0, 60, 15_000)), 0.0, None)

@@ -1,4 +1,4 @@
-"""The host process with stop-watches at both ends: `python -m tests.bench.probe instrument.toml`.
+"""Host process with timers at both ends: `python -m tests.bench.probe instrument.toml`.
 
 Prints one JSON line when it is asked to end: latencies [ms] from the read that completed a rig frame to the
 return of the call that sent its CAN Force frame, samples used and lost.
@@ -9,19 +9,19 @@ import sys
 import time
 from pathlib import Path
 
-from instrument.cli import serve
-from instrument.cli.can_face import CanFace
-from instrument.config import load
-from instrument.host import Host
-from registers.can.bus import Bus
-from registers.can.frames import DEFAULT_NODE_ID, FORCE
+from pneuforce.instrument.config import load
+from pneuforce.instrument.service import serve
+from pneuforce.instrument.service.can_server import CanServer
+from pneuforce.instrument.service.host import Host
+from pneuforce.registers.can.bus import CanBus
+from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE
 
 FORCE_ID = FORCE.base_id + DEFAULT_NODE_ID
-WARM_UP = 500  #: samples that are not counted
+WARM_UP = 500  #: samples that do not count
 
 
 class Probe:
-    """Wraps the two ends of the way of a sample."""
+    """Timers around the arrival of a sample and the sending of its frame."""
 
     def __init__(self):
         self.read_s = {}
@@ -29,8 +29,8 @@ class Probe:
         self.hosts = []
 
     def install(self):
-        send, on_frames, start = Bus.send, CanFace._send, Host.run
-        node_sample = CanFace.on_sample
+        send, on_frames, start = CanBus.send, CanServer._send, Host.run
+        node_sample = CanServer.on_sample
         arrived = []
 
         def timed_sample(face, now_s):
@@ -53,7 +53,8 @@ class Probe:
             self.hosts.append(host)
             return start(host, stop)
 
-        CanFace.on_sample, CanFace._send, Bus.send, Host.run = timed_sample, noted_send, timed_send, noted_run
+        CanServer.on_sample, CanServer._send = timed_sample, noted_send
+        CanBus.send, Host.run = timed_send, noted_run
 
     def report(self):
         (host,) = self.hosts

@@ -1,11 +1,11 @@
-"""The firmware with a piece of its sketch changed, on the emulated chip."""
+"""Firmware with a modified sketch on the emulated chip."""
 
 import subprocess
 from pathlib import Path
 
-from sim.avr.board import AvrBoard
-from sim.avr.emulator import Emulator
-from sim.avr.toolchain import SKETCH
+from pneuforce.sim.avr.board import AvrBoard
+from pneuforce.sim.avr.emulator import Emulator
+from pneuforce.sim.avr.toolchain import SKETCH
 
 ROOT = Path(__file__).parents[2]
 
@@ -17,13 +17,13 @@ def run(*command):
 
 
 def altered(tmp_path, **changes):
-    """A board with another sketch: each text in the place of the one before it."""
+    """Return a board with a modified sketch. Each change is a pair (old text, new text)."""
     for header in SKETCH.parent.glob("*.h"):
         (tmp_path / header.name).write_bytes(header.read_bytes())
     source = SKETCH.read_text(encoding="utf-8")
-    for text, other in changes.values():
-        assert source.count(text) == 1, text
-        source = source.replace(text, other)
+    for old, new in changes.values():
+        assert source.count(old) == 1, old
+        source = source.replace(old, new)
     sketch, program = tmp_path / SKETCH.name, tmp_path / "altered.elf"
     sketch.write_text(source)
     run("avr-gcc", "@firmware/flags", "-x", "c", sketch, "-o", program)
@@ -33,5 +33,9 @@ def altered(tmp_path, **changes):
 
 
 def waiting(tmp_path, condition, **changes):
-    """A board whose main loop waits within a pass, while this holds."""
-    return altered(tmp_path, wait=("    show();\n", f"    show();\n    while ({condition});\n"), **changes)
+    """Return a board whose main loop waits while the C condition holds."""
+    return altered(
+        tmp_path,
+        wait=("    set_indicators();\n", f"    set_indicators();\n    while ({condition});\n"),
+        **changes,
+    )

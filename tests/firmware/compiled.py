@@ -1,38 +1,53 @@
-"""The firmware's headers, compiled for this machine and called by ctypes."""
+"""Headers of the firmware, compiled for this machine and called by ctypes."""
 
 import ctypes
+import os
 import subprocess
 import tempfile
 from functools import cache
 from pathlib import Path
 
-from instrument.rig.frames import FRAME_BYTES, BoardKind
-from sim.board.states import UNASKED, ResetCause
+from pneuforce.protocol.frames import FRAME_BYTES, BoardKind
+from pneuforce.sim.board.states import UNEXPECTED_RESETS, ResetCause
 
 ROOT = Path(__file__).parents[2]
 STRICT = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Werror")
 
 
+#: Folder for coverage data of gcov; see tests/firmware/coverage.py.
+COVERAGE_FOLDER = os.environ.get("PNEUFORCE_GCOV", "")
+
+
 @cache
 def library():
-    """Built once in a run of the tests; it is gone with the folder that it was loaded from."""
-    with tempfile.TemporaryDirectory() as folder:
-        built = Path(folder) / "firmware.so"
-        sources = ("-I", ROOT / "firmware/pneuforce", ROOT / "tests/firmware/shared.c")
-        subprocess.run(["gcc", *STRICT, "-shared", "-fPIC", *sources, "-lm", "-o", built], check=True)
-        loaded = ctypes.CDLL(str(built))
+    """Compile and load the library once per test run. Its folder is deleted after loading."""
+    if COVERAGE_FOLDER:
+        Path(COVERAGE_FOLDER).mkdir(parents=True, exist_ok=True)
+        loaded = load_from(COVERAGE_FOLDER, "--coverage", "-O0")
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            loaded = load_from(folder)
     loaded.board_new.restype = ctypes.c_void_p
     loaded.board_is_ok.restype = ctypes.c_bool
     return loaded
 
 
+def load_from(folder, *options):
+    """Compile the library in a folder and load it."""
+    built = Path(folder) / "firmware.so"
+    sources = ("-I", ROOT / "firmware/pneuforce", ROOT / "tests/firmware/shared.c")
+    command = ("gcc", *STRICT, *options, "-shared", "-fPIC", *sources, "-lm", "-o", built)
+    subprocess.run(command, check=True, cwd=folder)
+    return ctypes.CDLL(str(built))
+
+
 class CBoard:
-    """The board that the firmware has in C, at the seam of `sim.board.Board`."""
+    """Board of the C firmware with the interface of `pneuforce.sim.board.SimulatedBoard`."""
 
     def __init__(self, serial=1, reset_cause=ResetCause.POWER_ON):
         self._c = library()
         self._board = ctypes.c_void_p(
-            self._c.board_new(BoardKind.SIMULATED, serial, reset_cause in UNASKED),
+            self._c.board_new(BoardKind.SIMULATED, serial, reset_cause in UNEXPECTED_RESETS),
         )
 
     @property
@@ -41,22 +56,24 @@ class CBoard:
 
     @property
     def ok(self):
-        """What the contact for others says."""
+        """Return True if the output contact "instrument OK" is closed."""
         return self._c.board_is_ok(self._board)
 
     def step(self, board_time_us, adc_sum, supply_mv, received):
         out = ctypes.c_void_p()
         time_us = ctypes.c_uint32(board_time_us & 0xFFFF_FFFF)
-        count = self._c.board_take(
+        count = self._c.board_process(
             self._board, time_us, adc_sum, supply_mv, received, len(received), ctypes.byref(out)
         )
         return ctypes.string_at(out, count)
 
 
 def decode_in_c(stream):
-    """Frames of a stream as bytes, and how many candidates were refused and how many bytes skipped."""
+    """Return the frames of a stream as bytes, the number of rejected frames and of skipped bytes."""
     frames = ctypes.create_string_buffer(len(stream) + FRAME_BYTES)
-    refused, skipped = ctypes.c_uint32(), ctypes.c_uint32()
-    count = library().decode_stream(stream, len(stream), frames, ctypes.byref(refused), ctypes.byref(skipped))
+    rejected, skipped = ctypes.c_uint32(), ctypes.c_uint32()
+    count = library().decode_stream(
+        stream, len(stream), frames, ctypes.byref(rejected), ctypes.byref(skipped)
+    )
     found = [frames.raw[n * FRAME_BYTES : (n + 1) * FRAME_BYTES] for n in range(count)]
-    return found, refused.value, skipped.value
+    return found, rejected.value, skipped.value

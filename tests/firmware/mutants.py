@@ -1,7 +1,8 @@
-"""Do the contract tests notice a firmware that is wrong? `python -m tests.firmware.mutants [header …]`
+"""Mutation test of the firmware: `python -m tests.firmware.mutants [header …]`.
 
-In a copy of this tree one thing at a time is changed in the headers that decide about pressure. The contract
-(tests/sim/test_board*.py) then runs on the headers as compiled for this machine, until its first failure.
+A mutant is one change in one line of the headers that control the pressure. For each mutant, the contract
+tests (tests/sim/test_board*.py) run on the changed headers, compiled for this machine, until the first
+failure. A mutant that fails no test survives. All changes are made in a copy of this tree.
 """
 
 import os
@@ -27,20 +28,30 @@ from tests.firmware.compiled import ROOT
 
 HEADERS, SHARED = Path("firmware/pneuforce"), Path("tests/firmware/shared.c")
 NUMBERS = "numbers.h"
-#: The wire has tests of its own; pins are the sketch's.
-NOT_JUDGED = {"board.h", "wire.h", "hardware.h"}
-COPIED = ("firmware", "instrument", "sim", "tests", "pyproject.toml")
-#: Those that notice most come first.
+#: Headers without mutants: the wire has its own tests, and the sketch drives the pins.
+NOT_MUTATED = {"board.h", "wire.h", "hardware.h"}
+COPIED = (
+    "firmware",
+    "instrument",
+    "pneuforce",
+    "protocol",
+    "registers",
+    "sim",
+    "support",
+    "tests",
+    "pyproject.toml",
+)
+#: The tests that detect most mutants run first.
 CONTRACT = [f"tests/sim/test_board{name}.py" for name in ("_filling", "_limits", "")]
-#: On the board named "c" alone; what is compiled is not kept.
+#: Runs the contract on the board "c" only, without bytecode files.
 ON_C = ("-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-k", "[c] or [c-", *CONTRACT)
-#: The contract takes 12 s of one core. A mutant that never ends is noticed too.
-BOUND = ("prlimit", "--cpu=60")
+#: CPU time limit, so that an endless loop is detected too. The contract takes 12 s of one core.
+CPU_LIMIT = ("prlimit", "--cpu=60")
 WITHOUT_PLUGINS = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-#: In an order that is drawn once, so that those tried in this time stand for all.
-MOST_S = 600.0
+#: Time limit for all mutants. Their order is random with a fixed seed, so the tested mutants represent all.
+MAX_RUN_S = 600.0
 
-#: What is changed in code, and into what.
+#: Changes in code: text found, and its replacement.
 FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 OPPOSITE = {"&&": "||", "||": "&&", "+": "-", "-": "+", "*": "/", "/": "*", "true": "false", "false": "true"}
 VALVES = {"SAFE": "LOCKED", "LOCKED": "SAFE", "FILL": "LOCKED"}
@@ -62,56 +73,59 @@ IN_TABLES: Changes = {
 
 
 def scaled(factor: int) -> Changes:
-    """A number that is too small and too large."""
+    """Return the changes that divide and multiply a number by a factor."""
     return {r"(?<= )\d+(\.\d+)?[uf]$": lambda found: [f"({found} / {factor})", f"({found} * {factor})"]}
 
 
-#: What is changed in each section of the numbers; the others are what is on the wire.
+#: Changes by section of numbers.h. The other sections define the wire format.
 IN_NUMBERS: dict[str, Changes] = {
-    r"instrument\.rig\.limits|sim\.board\.(limits|pressure|situation|watches) \*": scaled(2),
-    r"sim\.board\.(reading|filling|supply) \*": scaled(10),  # chosen with room on both sides
-    r"sim\.board\.(states|limits): |When a latched": IN_TABLES,
+    r"pneuforce\.(protocol\.limits|sim\.board\.(limits|pressure_control|board_status|monitors)) \*": scaled(
+        2
+    ),
+    r"pneuforce\.sim\.board\.(reading|filling|supply) \*": scaled(10),  # these numbers have a wide margin
+    r"pneuforce\.sim\.board\.(states|limits): |Condition under which": IN_TABLES,
 }
 
 
 class Mutant(NamedTuple):
-    """One change in one line."""
+    """One change in one line of a header."""
 
     header: str
-    number: int  # of the line, from 1
+    number: int  # line number, from 1
     line: str
     start: int
     end: int
-    other: str
+    replacement: str
 
     @property
     def changed(self) -> str:
-        return self.line[: self.start] + self.other + self.line[self.end :]
+        return self.line[: self.start] + self.replacement + self.line[self.end :]
 
     @property
-    def told(self) -> str:
-        """What it is, as `before → after` in its line."""
+    def description(self) -> str:
+        """Return the line with the change as `before → after`."""
         before = self.line[self.start : self.end].strip()
-        return f"{self.line[: self.start]}⟦{before} → {self.other}⟧{self.line[self.end :]}".strip()
+        return f"{self.line[: self.start]}⟦{before} → {self.replacement}⟧{self.line[self.end :]}".strip()
 
 
 def mutants_of(header: str, text: str) -> Iterator[Mutant]:
-    """Every change of a header that is tried."""
+    """Yield every mutant of a header."""
     in_comment, changes = False, {} if header == NUMBERS else IN_CODE
     for number, line in enumerate(text.splitlines(), 1):
         if header == NUMBERS and line.startswith("/* "):
-            changes = next((c for begin, c in IN_NUMBERS.items() if re.match(begin, line[3:])), {})
+            changes = next((c for section, c in IN_NUMBERS.items() if re.match(section, line[3:])), {})
         code, in_comment = without_comment(line, in_comment)
         if header == NUMBERS or not code.startswith("#"):
-            for pattern, others in changes.items():
+            for pattern, replacements in changes.items():
                 for match in re.finditer(pattern, code):
                     yield from (
-                        Mutant(header, number, line, *match.span(), other) for other in others(match[0])
+                        Mutant(header, number, line, *match.span(), replacement)
+                        for replacement in replacements(match[0])
                     )
 
 
 def without_comment(line: str, in_comment: bool) -> tuple[str, bool]:
-    """The code of a line, and whether a comment is still open at its end."""
+    """Return the code of a line, and True if a comment is still open at its end."""
     if in_comment:
         return "", "*/" not in line
     begins = line.find("/*")
@@ -119,98 +133,100 @@ def without_comment(line: str, in_comment: bool) -> tuple[str, bool]:
 
 
 class Tree:
-    """A copy of this tree, in which one mutant at a time lives."""
+    """Copy of this tree for one mutant at a time."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         for name in COPIED:
             source, target = ROOT / name, folder / name
-            shutil.copytree(source, target) if source.is_dir() else shutil.copy(source, target)
-        for header in (folder / HEADERS).glob("*.h"):  # what a mutant leaves unused is no reason to refuse it
+            shutil.copytree(source, target, symlinks=True) if source.is_dir() else shutil.copy(source, target)
+        for header in (folder / HEADERS).glob("*.h"):  # no warnings about code that a mutant leaves unused
             header.write_text("#pragma GCC system_header\n" + header.read_text(encoding="utf-8"))
 
-    def judge(self, mutant: Mutant) -> bool | None:
-        """Whether the contract notices; None where the mutant is no program."""
+    def detects(self, mutant: Mutant) -> bool | None:
+        """Return True if the contract fails for the mutant, None if the mutant does not compile."""
         header = self._folder / HEADERS / mutant.header
-        sound = header.read_text(encoding="utf-8")
-        lines = sound.splitlines()
+        original = header.read_text(encoding="utf-8")
+        lines = original.splitlines()
         assert lines[mutant.number] == mutant.line  # below the pragma
         lines[mutant.number] = mutant.changed
         header.write_text("\n".join(lines) + "\n", encoding="utf-8")
         try:
             return self.fails() if self._builds() else None
         finally:
-            header.write_text(sound, encoding="utf-8")
+            header.write_text(original, encoding="utf-8")
 
     def _builds(self) -> bool:
         command = ("gcc", "-std=c11", "-fsyntax-only", "-I", HEADERS, SHARED)
         return subprocess.run(command, cwd=self._folder, capture_output=True, check=False).returncode == 0
 
     def fails(self) -> bool:
-        """Whether the contract is broken, or does not come to an end."""
-        command = (*BOUND, sys.executable, *ON_C)
+        """Return True if the contract fails or exceeds the CPU time limit."""
+        command = (*CPU_LIMIT, sys.executable, *ON_C)
         done = subprocess.run(
             command, cwd=self._folder, env=WITHOUT_PLUGINS, capture_output=True, check=False
         )
         return done.returncode != 0
 
 
-def judged(mutants: list[Mutant], folder: Path) -> Iterator[tuple[Mutant, bool | None]]:
-    """Each mutant and its verdict, None where it was not tried, on as many copies as there are cores."""
-    cores, until_s = os.cpu_count() or 1, monotonic() + MOST_S
+def run_mutants(mutants: list[Mutant], folder: Path) -> Iterator[tuple[Mutant, bool | None]]:
+    """Yield each mutant and True if it was detected, None if it was not tested. Use all cores."""
+    cores, until_s = os.cpu_count() or 1, monotonic() + MAX_RUN_S
     trees: SimpleQueue[Tree] = SimpleQueue()
     for n in range(cores):
         trees.put(Tree(folder / str(n)))
 
-    def judge(mutant: Mutant) -> bool | None:
+    def run(mutant: Mutant) -> bool | None:
         if monotonic() > until_s:
             return None
         tree = trees.get()
         try:
-            return tree.judge(mutant)
+            return tree.detects(mutant)
         finally:
             trees.put(tree)
 
     with ThreadPoolExecutor(cores) as pool:
-        yield from zip(mutants, pool.map(judge, mutants), strict=True)
+        yield from zip(mutants, pool.map(run, mutants), strict=True)
 
 
-def table_of(verdicts: list[tuple[Mutant, bool]]) -> Table:
-    """What was tried, line by line."""
+def result_table(results: list[tuple[Mutant, bool]]) -> Table:
+    """Return a table of the tested mutants."""
     table = Table("", "line", "change", box=None)
-    for mutant, noticed in verdicts:
-        said = Text("noticed", "dim") if noticed else Text("survives", "bold red")
-        table.add_row(said, f"{mutant.header}:{mutant.number}", Text(mutant.told))
+    for mutant, detected in results:
+        result = Text("detected", "dim") if detected else Text("survives", "bold red")
+        table.add_row(result, f"{mutant.header}:{mutant.number}", Text(mutant.description))
     return table
 
 
-def verdicts_of(mutants: list[Mutant], console: Console) -> list[tuple[Mutant, bool]]:
-    """What was tried, and whether it was noticed; what survives is printed at once."""
-    tried = []
+def results_of(mutants: list[Mutant], console: Console) -> list[tuple[Mutant, bool]]:
+    """Return the tested mutants and their results. Print each surviving mutant immediately."""
+    tested = []
     with tempfile.TemporaryDirectory() as folder:
-        if Tree(Path(folder) / "sound").fails():
-            sys.exit("the contract is broken without any change")
-        verdicts = judged(mutants, Path(folder))
-        for mutant, noticed in track(verdicts, "mutants", len(mutants), console=Console(stderr=True)):
-            if noticed is not None:
-                tried.append((mutant, noticed))
-            if noticed is False:
-                console.print(Text(f"survives: {mutant.header}:{mutant.number}  {mutant.told}"))
-    return tried
+        if Tree(Path(folder) / "original").fails():
+            sys.exit("the contract tests fail without any change: run pytest tests/sim/test_board*.py first")
+        results = run_mutants(mutants, Path(folder))
+        for mutant, detected in track(results, "mutants", len(mutants), console=Console(stderr=True)):
+            if detected is not None:
+                tested.append((mutant, detected))
+            if detected is False:
+                console.print(Text(f"survives: {mutant.header}:{mutant.number}  {mutant.description}"))
+    return tested
 
 
 def main(headers: list[str]) -> int:
-    """Try the mutants of these headers, or of every one that is judged; 1 where one survives."""
+    """Test the mutants of these headers, or of all headers. Return 1 if a mutant survives."""
     console = Console()
-    names = headers or sorted({path.name for path in (ROOT / HEADERS).glob("*.h")} - NOT_JUDGED)
+    names = headers or sorted({path.name for path in (ROOT / HEADERS).glob("*.h")} - NOT_MUTATED)
     texts = {name: (ROOT / HEADERS / name).read_text(encoding="utf-8") for name in names}
     mutants = [mutant for name in names for mutant in mutants_of(name, texts[name])]
     Random(1).shuffle(mutants)
-    tried = verdicts_of(mutants, console)
-    console.print(table_of(sorted(tried)))
-    noticed = sum(noticed for _, noticed in tried)
-    console.print(f"{len(tried)} of {len(mutants)} tried, {noticed} noticed: {noticed / len(tried):.1%}")
-    return int(noticed < len(tried))
+    tested = results_of(mutants, console)
+    console.print(result_table(sorted(tested)))
+    detected = sum(detected for _, detected in tested)
+    console.print(
+        f"{len(tested)} of {len(mutants)} tested, {detected} detected: {detected / len(tested):.1%}"
+    )
+    return int(detected < len(tested))
 
 
 if __name__ == "__main__":

@@ -1,23 +1,23 @@
-/* The firmware's headers as a library for the tests. */
+/* Library with the headers of the firmware for the tests. */
 #include <stdlib.h>
 
 #include "board.h"
 
-struct board *board_new(uint8_t kind, uint32_t serial, bool unasked)
+struct board *board_new(uint8_t kind, uint32_t serial, bool unexpected_reset)
 {
     struct board *b = malloc(sizeof *b);
 
-    board_begin(b, kind, serial, unasked);
+    board_init(b, kind, serial, unexpected_reset);
     return b;
 }
 
-/* Bytes to send stand in `*out`; their number is returned. */
-uint8_t board_take(struct board *b, uint32_t time_us, uint16_t adc_sum, uint16_t supply_mv, const uint8_t *received,
-                   uint32_t n, const uint8_t **out)
+/* Process the received bytes and one sample. Set `*out` to the bytes to send and return their number. */
+uint8_t board_process(struct board *b, uint32_t time_us, uint16_t adc_sum, uint16_t supply_mv, const uint8_t *received,
+                      uint32_t n, const uint8_t **out)
 {
-    board_tick(b, time_us);
+    board_start_sample(b, time_us);
     while (n--)
-        board_hear(b, *received++);
+        board_receive(b, *received++);
     board_step(b, adc_sum, supply_mv);
     *out = b->out;
     return b->out_bytes;
@@ -25,7 +25,7 @@ uint8_t board_take(struct board *b, uint32_t time_us, uint16_t adc_sum, uint16_t
 
 uint8_t board_valves(const struct board *b)
 {
-    return b->pressure.now.valves;
+    return b->pressure.status.valves;
 }
 
 bool board_is_ok(const struct board *b)
@@ -33,16 +33,17 @@ bool board_is_ok(const struct board *b)
     return board_ok(b);
 }
 
-/* The frames in a stream, one after the other in `frames`; their number is returned. */
-uint32_t decode_stream(const uint8_t *stream, uint32_t n, uint8_t *frames, uint32_t *refused, uint32_t *skipped_bytes)
+/* Copy the frames in a stream to `frames` and return their number. */
+uint32_t decode_stream(const uint8_t *stream, uint32_t n, uint8_t *frames, uint32_t *rejected_frames,
+                       uint32_t *skipped_bytes)
 {
-    struct decoder d = {{0}, 0, 0, 0};
+    struct frame_decoder d = {{0}, 0, 0, 0};
     uint32_t count = 0;
 
     while (n--)
         if (decode(&d, *stream++))
             memcpy(frames + FRAME_BYTES * count++, d.frame, FRAME_BYTES);
-    *refused = d.refused;
+    *rejected_frames = d.rejected_frames;
     *skipped_bytes = d.skipped_bytes;
     return count;
 }

@@ -1,11 +1,11 @@
-"""One wire, two ears: the decoders in C and in Python hear the same in any stream."""
+"""Tests of the decoders in C and in Python: both decode the same frames from any stream."""
 
 import json
 import random
 
 import pytest
 
-from instrument.rig.frames import KINDS, SYNC, Command, Decoder, Frame, Identify, Vent, encode
+from pneuforce.protocol.frames import KINDS, SYNC, Command, Frame, FrameDecoder, Identify, Vent, encode
 from tests.firmware.compiled import decode_in_c
 from tests.firmware.vectors import VECTORS, render
 from tests.tools import needs
@@ -16,15 +16,15 @@ STREAMS = 20_000
 CASES = json.loads(VECTORS.read_text(encoding="utf-8"))
 
 
-def hear_in_python(stream):
-    """Frames in a stream, and how many candidates were refused and how many bytes skipped."""
-    decoder = Decoder.of_host()
-    return decoder.feed(stream), decoder.refused, decoder.skipped_bytes
+def decode_by_python(stream):
+    """Return the frames in a stream, the number of rejected frames and of skipped bytes."""
+    decoder = FrameDecoder.for_host_frames()
+    return decoder.feed(stream), decoder.rejected_frames, decoder.skipped_bytes
 
 
-def hear_in_c(stream):
-    found, refused, skipped_bytes = decode_in_c(stream)
-    return [as_frame(found_frame) for found_frame in found], refused, skipped_bytes
+def decode_by_c(stream):
+    found, rejected, skipped_bytes = decode_in_c(stream)
+    return [as_frame(found_frame) for found_frame in found], rejected, skipped_bytes
 
 
 def as_frame(data):
@@ -33,17 +33,17 @@ def as_frame(data):
     return Frame(int.from_bytes(data[4:6], "little"), message_type(*values), data[3])
 
 
-each_ear = pytest.mark.parametrize("hear", [hear_in_python, hear_in_c])
+each_decoder = pytest.mark.parametrize("decode", [decode_by_python, decode_by_c])
 
 
-def test_the_committed_vectors_are_those_of_the_frames():
+def test_the_committed_vectors_are_the_generated_vectors():
     assert VECTORS.read_text(encoding="utf-8") == render()
 
 
-@each_ear
+@each_decoder
 @pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])
-def test_each_ear_hears_the_frames_of_each_vector(hear, case):
-    frames, _, _ = hear(bytes.fromhex(case["stream"]))
+def test_each_decoder_returns_the_frames_of_each_vector(decode, case):
+    frames, _, _ = decode(bytes.fromhex(case["stream"]))
     assert [encode(f.message, f.sequence, f.version).hex() for f in frames] == case["frames"]
 
 
@@ -59,7 +59,7 @@ def a_frame(draw):
 
 
 def damaged(draw, stream):
-    """Flipped bits, lost and doubled bytes, starts where none belong: mostly none or one, at times many."""
+    """Return the stream with flipped bits, lost bytes, doubled bytes and false starts: mostly none or one."""
     stream = bytearray(stream)
     for _ in range(min(draw.choice([0, 0, 1, 1, 2, 10]), len(stream))):
         position = draw.randrange(len(stream))
@@ -83,21 +83,21 @@ def a_stream(draw):
     return damaged(draw, b"".join(pieces))
 
 
-def hear_the_same(streams, seed):
-    """Compare both ears on random streams; frames heard in all."""
-    draw, heard = random.Random(seed), 0
+def compare_decoders(streams, seed):
+    """Compare both decoders on random streams. Return the number of decoded frames."""
+    draw, decoded = random.Random(seed), 0
     for _ in range(streams):
         stream = a_stream(draw)
-        in_c = hear_in_c(stream)
-        assert in_c == hear_in_python(stream), stream.hex()
-        heard += len(in_c[0])
-    return heard
+        in_c = decode_by_c(stream)
+        assert in_c == decode_by_python(stream), stream.hex()
+        decoded += len(in_c[0])
+    return decoded
 
 
-def test_both_ears_hear_the_same_in_random_and_damaged_streams():
-    assert hear_the_same(STREAMS, seed=1) > STREAMS / 2
+def test_both_decoders_agree_on_random_and_damaged_streams():
+    assert compare_decoders(STREAMS, seed=1) > STREAMS / 2
 
 
 @pytest.mark.slow
-def test_both_ears_hear_the_same_in_a_million_streams():
-    assert hear_the_same(1_000_000, seed=2) > 500_000
+def test_both_decoders_agree_on_a_million_streams():
+    assert compare_decoders(1_000_000, seed=2) > 500_000

@@ -1,4 +1,4 @@
-"""What a hostile case is made of: steps on one connection, and what a server may do about them."""
+"""Structure of a hostile case: steps on one connection, and the answers that a server may give."""
 
 from __future__ import annotations
 
@@ -10,107 +10,112 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tests.hostile.line import Server
+    from tests.hostile.connection import ServerUnderTest
 
-CLOSE = "close"  #: among the legal answers: the server may close instead
-#: Functions that a server need not offer: it answers 01 to all of their requests, and that is no fault.
+CLOSE = "close"  #: entry in the legal answers: the server may close the connection instead
+#: Optional functions. A server may answer exception 01 to all requests with one of them.
 OPTIONAL = frozenset((1, 2, 4, 5, 6, 8, 15, 16, 22, 23, 43))
 
 
-class Wrong(Exception):
-    """What a server did and may not do."""
+class CaseFailure(Exception):
+    """Behaviour of a server that is not legal. The message describes it."""
 
 
-class NotOffered(Exception):
-    """The server, or the machine, has not what the case is about."""
+class NotSupported(Exception):
+    """The server or the machine does not support the subject of the case."""
 
 
-class End(Enum):
-    """What must become of the connection behind the last step."""
+class ExpectedEnd(Enum):
+    """Expected state of the connection after the last step."""
 
-    ANSWERS = "goes on answering"
+    OPEN = "goes on answering"
     CLOSED = "closed at once"
-    OVERDUE = "closed in time"  #: a frame was left unfinished
+    TIMED_OUT = "closed in time"  #: closed after a time-out, because a frame is incomplete
     FIN = "FIN"
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
-    """One request PDU in hex, and the legal answers: PDUs in hex, as regular expressions, or CLOSE."""
+class ModbusRequest:
+    """One request PDU as hex text, and its legal answers: regular expressions for hex PDUs, or CLOSE."""
 
     pdu: str
     legal: tuple[str, ...]
-    unit: int | None = None  #: the server's own where none is named
-    number: int | None = None  #: of the transaction; a new one where none is named
+    unit: int | None = None  #: None: unit of the server
+    transaction: int | None = None  #: None: a new transaction identifier
 
     def allows(self, answer: str) -> bool:
-        """Whether this is a legal answer, in hex without spaces."""
+        """Return True if `answer` is legal. `answer` is a hex text without spaces."""
         return any(re.fullmatch(legal.replace(" ", ""), answer) for legal in self.legal)
 
-    def not_offered(self, answer: str) -> bool:
-        """Whether the answer says that the server has no such function, which it need not have."""
+    def is_not_supported(self, answer: str) -> bool:
+        """Return True if `answer` means that the server does not support the function, and need not."""
         function = int(self.pdu[:2], 16)
         return function in OPTIONAL and answer == f"{function | 0x80:02x}01"
 
 
 @dataclass(frozen=True, slots=True)
-class Together:
-    """Requests sent without waiting for an answer, in pieces of so many bytes."""
+class Pipelined:
+    """Requests that are sent without waiting for answers, in segments of the given sizes."""
 
-    asks: tuple[Ask, ...]
-    pieces: tuple[int, ...] = (1 << 20,)  #: used in turn
-    apart_s: float = 0.0
-    then_fin: bool = False  #: before an answer is read
+    requests: tuple[ModbusRequest, ...]
+    segment_sizes: tuple[int, ...] = (1 << 20,)  #: repeated as often as needed
+    delay_s: float = 0.0  #: between two segments
+    then_fin: bool = False  #: send FIN before the first answer is read
 
 
 @dataclass(frozen=True, slots=True)
-class Raw:
-    """Bytes that are no request, or not a whole one."""
+class RawBytes:
+    """Bytes that are not a request, or only a part of one."""
 
     data: bytes
 
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """Nothing, for a while."""
+    """Pause in which nothing is sent."""
 
     pause_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class HalfClose:
-    """The client sends no more, and goes on reading."""
+    """End of sending (FIN). The client continues to read."""
 
 
-Step = Ask | Together | Raw | Pause | HalfClose
-Play = Callable[["Server"], str]
+Step = ModbusRequest | Pipelined | RawBytes | Pause | HalfClose
+CaseFunction = Callable[["ServerUnderTest"], str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
-    """One case; `ours` needs the register map of this instrument, all others any Modbus TCP server.
+class HostileCase:
+    """One case. It consists of steps on one connection, or of a function if one connection is not enough.
 
-    What one connection cannot show is a `play`: it tells what it got, or raises Wrong.
+    The function returns a description of the result, or raises CaseFailure. A case with `needs_pneuforce`
+    needs the register map of this instrument. All other cases are for any Modbus TCP server.
     """
 
     group: str
     name: str
     steps: tuple[Step, ...] = ()
-    end: End = End.ANSWERS
-    ours: bool = False
-    play: Play | None = None
-    wanted: str = ""
+    end: ExpectedEnd = ExpectedEnd.OPEN
+    needs_pneuforce: bool = False
+    run: CaseFunction | None = None
+    expected_text: str = ""
 
     @property
     def expected(self) -> str:
-        """What is legal, in a few words."""
-        if self.wanted:
-            return self.wanted
-        asks = [step for step in self.steps if isinstance(step, Ask)]
-        answers = " or ".join(asks[-1].legal) if asks else ""
-        return ", ".join(filter(None, (answers, "" if self.end is End.ANSWERS and asks else self.end.value)))
+        """Return a short description of the legal behaviour."""
+        if self.expected_text:
+            return self.expected_text
+        requests = [step for step in self.steps if isinstance(step, ModbusRequest)]
+        answers = " or ".join(requests[-1].legal) if requests else ""
+        end = "" if self.end is ExpectedEnd.OPEN and requests else self.end.value
+        return ", ".join(filter(None, (answers, end)))
 
 
-def framed(number: int, unit: int, pdu: bytes, length: int | None = None, protocol: int = 0) -> bytes:
-    """A frame, whose length and protocol identifier may be wrong."""
-    return struct.pack(">HHHB", number, protocol, len(pdu) + 1 if length is None else length, unit) + pdu
+def build_frame(
+    transaction: int, unit: int, pdu: bytes, length: int | None = None, protocol: int = 0
+) -> bytes:
+    """Return a frame. `length` and `protocol` may be invalid."""
+    header = struct.pack(">HHHB", transaction, protocol, len(pdu) + 1 if length is None else length, unit)
+    return header + pdu

@@ -1,4 +1,4 @@
-"""Every hostile case against the instrument as it is sold, and no case that any bad server passes."""
+"""Tests of the hostile cases: the instrument passes all of them, and defective servers fail all of them."""
 
 import os
 import re
@@ -10,43 +10,47 @@ from pathlib import Path
 
 import pytest
 
-from tests.hostile.__main__ import play_all
+from tests.hostile.__main__ import run_all
 from tests.hostile.cases import CASES
-from tests.hostile.line import Server
-from tests.hostile.play import FAIL, PASS, played
+from tests.hostile.connection import ServerUnderTest
+from tests.hostile.runner import FAIL, PASS, run_case
 from tests.registers.modbus.serving import eventually
 
-LIMITS = {"frame_s": 0.5, "idle_s": 1.0}
-MOST_GROWTH_KB = 20_000
-SCRIPTED = [case for case in CASES if not case.play]
+LIMITS = {"frame_timeout_s": 0.5, "idle_timeout_s": 1.0}
+MAX_GROWTH_KB = 20_000
+STEP_CASES = [case for case in CASES if not case.run]
 
 
 @pytest.mark.pneuforce(instrument={"modbus": LIMITS})
-def test_every_case_is_passed_and_nothing_is_left_behind(pneuforce_rig):
-    server = Server(port=pneuforce_rig.modbus_port, patience_s=10.0, ours=True, **LIMITS)
-    assert server.is_pneuforce()
+def test_the_instrument_passes_every_case_without_leaking_files_or_memory(pneuforce_rig):
+    server = ServerUnderTest(
+        port=pneuforce_rig.modbus_port, answer_timeout_s=10.0, is_pneuforce_server=True, **LIMITS
+    )
+    assert server.shows_test_pattern()
     process = owner_of(server.port)
     before, before_kb = descriptors(process), resident_kb(process)
-    outcomes = play_all(server)
-    assert [(o.case.name, o.case.expected, o.got) for o in outcomes if o.verdict != PASS] == []
-    assert len(outcomes) == len(CASES)
+    results = run_all(server)
+    assert [(o.case.name, o.case.expected, o.got) for o in results if o.verdict != PASS] == []
+    assert len(results) == len(CASES)
     assert eventually(lambda: descriptors(process) <= before)
-    assert resident_kb(process) - before_kb < MOST_GROWTH_KB
+    assert resident_kb(process) - before_kb < MAX_GROWTH_KB
     pneuforce_rig.inflate(5.0)
 
 
 def owner_of(port):
-    """The process that listens on a port of the loopback."""
+    """Return the id of the process that listens on a port of the loopback."""
     hex_port = f"0100007F:{port:04X} 00000000:0000 0A"
     with open("/proc/net/tcp") as table:
         inode = next(line.split()[9] for line in table if hex_port in line)
-    return next(pid for pid in filter(str.isdigit, os.listdir("/proc")) if f"socket:[{inode}]" in opened(pid))
+    return next(
+        pid for pid in filter(str.isdigit, os.listdir("/proc")) if f"socket:[{inode}]" in open_files(pid)
+    )
 
 
-def opened(pid):
+def open_files(pid):
     try:
         return [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in os.listdir(f"/proc/{pid}/fd")]
-    except OSError:  # not ours, or gone
+    except OSError:  # a process of another user, or ended
         return []
 
 
@@ -59,23 +63,23 @@ def resident_kb(pid):
         return next(int(line.split()[1]) for line in status if line.startswith("VmRSS:"))
 
 
-def says_nothing(client):
+def never_answers(client):
     while client.recv(65536):
         pass
 
 
-def echoes(client):
+def echoes_requests(client):
     while data := client.recv(65536):
         client.sendall(data)
 
 
-def closes(client):
+def closes_at_once(client):
     client.recv(1)
 
 
 @contextmanager
-def bad(behaviour):
-    """A server that does one wrong thing with each client."""
+def defective_server(behaviour):
+    """Run a server with the given behaviour towards each client."""
 
     def serve(client):
         with client, suppress(OSError):
@@ -91,23 +95,28 @@ def bad(behaviour):
 
     with socket.create_server(("127.0.0.1", 0), backlog=128) as listener:
         threading.Thread(target=accept, daemon=True).start()
-        yield Server(port=listener.getsockname()[1], patience_s=0.02, frame_s=0.02, ours=True)
+        yield ServerUnderTest(
+            port=listener.getsockname()[1],
+            answer_timeout_s=0.02,
+            frame_timeout_s=0.02,
+            is_pneuforce_server=True,
+        )
 
 
-@pytest.mark.parametrize("behaviour", [says_nothing, echoes, closes])
-def test_no_case_is_passed_by_a_bad_server(behaviour):
-    with bad(behaviour) as server:
-        assert {case.name for case in SCRIPTED if played(case, server).verdict != FAIL} == set()
+@pytest.mark.parametrize("behaviour", [never_answers, echoes_requests, closes_at_once])
+def test_a_defective_server_passes_no_case(behaviour):
+    with defective_server(behaviour) as server:
+        assert {case.name for case in STEP_CASES if run_case(case, server).verdict != FAIL} == set()
 
 
-def test_cases_have_names_of_their_own():
+def test_names_of_cases_are_unique():
     names = [(case.group, case.name) for case in CASES]
     assert len(set(names)) == len(names)
 
 
-def test_the_page_was_measured_with_these_cases():
+def test_the_page_contains_these_cases():
     page = (Path(__file__).parents[2] / "docs/hostile.md").read_text(encoding="utf-8")
-    generic = Counter(case.group for case in CASES if not case.ours)
-    told = re.findall(r"### (.*)\n\n(\d+) cases", page)
-    assert {group.lower(): int(count) for group, count in told} == generic
+    generic = Counter(case.group for case in CASES if not case.needs_pneuforce)
+    listed = re.findall(r"### (.*)\n\n(\d+) cases", page)
+    assert {group.lower(): int(count) for group, count in listed} == generic
     assert f"The {generic.total()} cases below" in page

@@ -1,4 +1,4 @@
-"""A small board in a thread behind a pty, and the symlink that stands for its cable."""
+"""Fake board: a thread behind a pseudo terminal, and a symbolic link that stands for its cable."""
 
 import contextlib
 import os
@@ -7,12 +7,12 @@ import threading
 import time
 import tty
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     PROTOCOL_VERSION,
     BoardKind,
     BoardState,
     Command,
-    Decoder,
+    FrameDecoder,
     Hello,
     Identify,
     Mode,
@@ -21,28 +21,31 @@ from instrument.rig.frames import (
     Vent,
     encode,
 )
-from tests.instrument.driving import adc_sum_of
+from tests.instrument.instrument_harness import adc_sum_of
 
 
-class Board(threading.Thread):
-    """Obeys at once and streams 500 samples a second; its log is what it heard, and when."""
+class FakeBoard(threading.Thread):
+    """Board that follows each command at once and sends 500 samples a second.
 
-    def __init__(self, uptime_ms=1000, version=PROTOCOL_VERSION, silence_ms=250, vent_after_ms=2000):
+    `received` lists the messages from the host process with their times.
+    """
+
+    def __init__(self, uptime_ms=1000, version=PROTOCOL_VERSION, silence_ms=250, host_timeout_ms=2000):
         super().__init__(daemon=True)
-        self.far, self._near = os.openpty()
-        tty.setraw(self._near)
-        self.path = os.ttyname(self._near)
-        self.heard = []
+        self._board_fd, self._port_fd = os.openpty()
+        tty.setraw(self._port_fd)
+        self.path = os.ttyname(self._port_fd)
+        self.received = []
         self.state = BoardState.VENTED
-        self.mute = False
+        self.mute = False  #: sends no samples
         self.uptime_ms, self.version = uptime_ms, version
-        self.silence_ms, self.vent_after_ms = silence_ms, vent_after_ms
-        self.deaf_to_time_outs = False
-        self.noise = b""
+        self.silence_ms, self.host_timeout_ms = silence_ms, host_timeout_ms
+        self.ignores_host_timeout = False
+        self.noise = b""  #: sent every 2 ms
         self._identified = False
         self._started_s = time.monotonic()
-        self._samples = self._obeyed = 0
-        self._decoder = Decoder.of_host()
+        self._samples = self._command_echo = 0
+        self._decoder = FrameDecoder.for_host_frames()
         self._ended = threading.Event()
 
     def run(self):
@@ -50,75 +53,79 @@ class Board(threading.Thread):
         with contextlib.suppress(OSError):
             while not self._ended.is_set():
                 due_s = max(due_s + 0.002, time.monotonic() - 0.02)
-                while select.select([self.far], [], [], max(0.0, due_s - time.monotonic()))[0]:
-                    self._listen(os.read(self.far, 4096))
-                self._speak()
+                while select.select([self._board_fd], [], [], max(0.0, due_s - time.monotonic()))[0]:
+                    self._receive(os.read(self._board_fd, 4096))
+                self._send_sample()
 
-    def _listen(self, data):
+    def _receive(self, data):
         for frame in self._decoder.feed(data):
             message = frame.message
-            self.heard.append((time.monotonic(), message))
+            self.received.append((time.monotonic(), message))
             if isinstance(message, Identify):
                 self._identified = self.version == PROTOCOL_VERSION
                 self._send(self._hello())
             elif isinstance(message, Vent):
                 self.state = BoardState.VENTED
             elif isinstance(message, Command):
-                self._obeyed = frame.sequence & 0xFF
+                self._command_echo = frame.sequence & 0xFF
                 self.state = BoardState.HOLDING if message.mode == Mode.HOLD else BoardState.VENTED
-                if not self.deaf_to_time_outs:
-                    self.vent_after_ms = message.vent_after_ms
+                if not self.ignores_host_timeout:
+                    self.host_timeout_ms = message.host_timeout_ms
 
     def _hello(self):
-        return Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, self.silence_ms, self.vent_after_ms)
+        return Hello(BoardKind.EMULATED, 0x100, self._age_ms(), 7, self.silence_ms, self.host_timeout_ms)
 
     def _age_ms(self):
         return self.uptime_ms + round((time.monotonic() - self._started_s) * 1e3)
 
-    def _speak(self):
+    def _send_sample(self):
         if self.noise:
-            os.write(self.far, self.noise)
+            os.write(self._board_fd, self.noise)
         if self._identified and not self.mute:
             held = self.state is BoardState.HOLDING
             pressure_kpa, valves, setpoint_pa = (8.0, Valve.VENT_CLOSED, 8000) if held else (0.0, 0, 0)
             adc_sum, time_us = adc_sum_of(pressure_kpa + 0.2), self._samples * 2000
-            self._send(Sample(time_us, adc_sum, 5000, valves, self.state, 0, 0, self._obeyed, setpoint_pa))
+            self._send(
+                Sample(time_us, adc_sum, 5000, valves, self.state, 0, 0, self._command_echo, setpoint_pa)
+            )
 
     def _send(self, message):
-        os.write(self.far, encode(message, self._samples, self.version))
+        os.write(self._board_fd, encode(message, self._samples, self.version))
         self._samples += isinstance(message, Sample)
 
     def restart(self):
-        """Like a brown-out: vented, forgotten, and a greeting of its own."""
+        """Restart as after a brown-out: vented, without memory of the host, with a new Hello."""
         self.state, self._identified, self._samples = BoardState.VENTED, False, 0
         self.uptime_ms, self._started_s = 0, time.monotonic()
         self._send(self._hello())
 
     def messages(self, kind):
-        return [(t_s, message) for t_s, message in list(self.heard) if isinstance(message, kind)]
+        """Return the received messages of one kind, each with its time."""
+        return [(t_s, message) for t_s, message in list(self.received) if isinstance(message, kind)]
 
     def end(self):
         self._ended.set()
         if self.is_alive():
             self.join(5.0)
-        for descriptor in (self.far, self._near):
+        for descriptor in (self._board_fd, self._port_fd):
             with contextlib.suppress(OSError):
                 os.close(descriptor)
 
 
-class Cable:
-    """A symlink that stands for the port's name, and the boards that were at its end."""
+class FakeCable:
+    """Symbolic link that stands for the port, and all boards that were plugged in so far."""
 
     def __init__(self, path):
         self.path, self.boards = path, []
 
     def plug(self, **board):
-        self.boards.append(Board(**board))
+        """Start a new board, link the port to it, and return it."""
+        self.boards.append(FakeBoard(**board))
         self.path.unlink(missing_ok=True)
         self.path.symlink_to(self.boards[-1].path)
         self.boards[-1].start()
         return self.boards[-1]
 
-    def pull(self):
+    def unplug(self):
         self.path.unlink()
         self.boards[-1].end()

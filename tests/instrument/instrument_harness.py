@@ -1,101 +1,105 @@
-"""Drives the core in virtual time: samples made by hand, or by a board that obeys at once."""
+"""Test harness that runs an instrument in virtual time, with a simple board or with samples made by hand."""
 
 import itertools
 import math
 from dataclasses import dataclass, field
 
-from instrument.core import Instrument
-from instrument.rig.frames import BoardKind, BoardState, Hello, Mode, Sample, Valve
-from instrument.rig.link import RawSample
-from instrument.settings import Settings
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.rig.link import RawSample
+from pneuforce.protocol.frames import BoardKind, BoardState, Hello, Mode, Sample, Valve
 
 DT_S = 0.002
-PLC, ROBOT, PAGE = ("modbus_tcp", "10.0.0.1"), ("can", ""), ("page", "")
+PLC, ROBOT, WEB = ("modbus_tcp", "10.0.0.1"), ("can", ""), ("web", "")
 SETPOINT, FORCE_LIMIT = {"setpoint_requested_kpa": 8.0}, {"force_limit_n": 5.0}
 VENT, HOLD = {"mode": "vent"}, {"mode": "hold"}
 HOLD_8 = HOLD | SETPOINT
 KEY = {"command_key": 0x5046}
 
+TUBE_S = 0.06
+MAX_RATE_KPA_PER_S = 20.0
+
 
 def adc_sum_of(pressure_kpa):
-    """Sum of 16 conversions that reads as a pressure [kPa], by the MPXV5050's transfer function."""
+    """Return the sum of 16 conversions at a pressure [kPa], by the transfer function of the MPXV5050."""
     return round(16 * 1024 * (0.018 * pressure_kpa + 0.04) - 8)
-
-
-TUBE_S = 0.06
-STEEPEST_KPA_PER_S = 20.0
 
 
 @dataclass
 class Tube:
-    """No pressure jumps: a hand takes its time, and the tube from the balloon to the sensor lags."""
+    """Balloon and tube: a hand changes the pressure at a limited rate, and the sensor lags behind."""
 
     balloon_kpa: float = 0.0
     sensor_kpa: float = 0.0
 
     def step(self, target_kpa, dt_s=DT_S):
-        most_kpa = STEEPEST_KPA_PER_S * dt_s
-        self.balloon_kpa += min(max(target_kpa - self.balloon_kpa, -most_kpa), most_kpa)
+        """Move the balloon towards `target_kpa` and return the pressure at the sensor."""
+        max_step_kpa = MAX_RATE_KPA_PER_S * dt_s
+        self.balloon_kpa += min(max(target_kpa - self.balloon_kpa, -max_step_kpa), max_step_kpa)
         self.sensor_kpa += (self.balloon_kpa - self.sensor_kpa) * -math.expm1(-dt_s / TUBE_S)
         return self.sensor_kpa
 
 
 @dataclass
-class Drive:
-    """An instrument and the board that it talks to."""
+class InstrumentHarness:
+    """Instrument and simple board. The board follows each command within 0.6 s."""
 
     instrument: Instrument
     now_s: float = 1000.0
     state: BoardState = BoardState.VENTED
-    push_kpa: float = 0.0  #: what a hand adds to the locked pressure
+    push_kpa: float = 0.0  #: pressure that a hand adds to the locked pressure
     hand: Tube = field(default_factory=Tube)
-    offset_kpa: float = 0.3  #: the sensor's own zero
-    adc_sum: int | None = None  #: overrides what the sensor reads
+    offset_kpa: float = 0.3  #: reading of the sensor at no pressure
+    adc_sum: int | None = None  #: overrides the reading of the sensor
     supply_mv: int = 5000
-    causes: set = field(default_factory=set)  #: faults whose cause lasts
+    causes: set = field(default_factory=set)  #: faults whose cause persists
     latched: set = field(default_factory=set)
-    obeys: bool = True
+    follows_commands: bool = True
     frozen: bool = False
     board_time_us: int = 0
     holding_pa: int = 0
     pressure_kpa: float = 0.0  #: of the balloon without a hand
     settled_s: float = 0.0
     clear: int | None = None
-    sent: list = field(default_factory=list)  #: modes commanded, in order
-    orders: itertools.count = field(default_factory=lambda: itertools.count(1))
+    sent: list = field(default_factory=list)  #: commanded modes in order, without repetitions
+    command_sequences: itertools.count = field(default_factory=lambda: itertools.count(1))
 
     @classmethod
     def new(cls, **settings):
-        drive = cls(Instrument(Settings(**settings)))
-        drive.instrument.greeted(Hello(BoardKind.SIMULATED, 0x100, 1000, 1, 250, 2000))
-        return drive
+        """Return a harness whose board has identified itself but has sent no samples."""
+        harness = cls(Instrument(Settings(**settings)))
+        harness.instrument.identify_board(Hello(BoardKind.SIMULATED, 0x100, 1000, 1, 250, 2000))
+        return harness
 
     @classmethod
     def zeroed(cls, **settings):
+        """Return a vented harness with a zero."""
         return cls.new(**settings).run(1.2)
 
     @classmethod
     def ready(cls, **settings):
-        drive = cls.zeroed(**settings)
-        drive.must(VENT)
-        return drive
+        """Return a zeroed harness that has received the command to vent, so that it can be armed."""
+        harness = cls.zeroed(**settings)
+        harness.write_ok(VENT)
+        return harness
 
     @classmethod
     def holding(cls, peer=PLC, request=None, **settings):
-        drive = cls.ready(**settings)
-        drive.must(HOLD_8 | (request or {}), peer)
-        return drive.renew(1.0, peer)
+        """Return a harness that holds 8 kPa by command of `peer`."""
+        harness = cls.ready(**settings)
+        harness.write_ok(HOLD_8 | (request or {}), peer)
+        return harness.renew(1.0, peer)
 
     def renew(self, seconds, peer=PLC, request=FORCE_LIMIT):
-        """Run, and write again and again as the holder of a lease must."""
+        """Run for a time and write every 0.1 s, to renew the lease of `peer`."""
         for _ in range(round(seconds / 0.1)):
             self.run(0.1)
-            self.must(request, peer)
+            self.write_ok(request, peer)
         return self
 
     # ---- the board
 
-    def obey(self):
+    def follow_command(self):
         command = self.instrument.command()
         if not self.sent or self.sent[-1] != command.mode:
             self.sent.append(command.mode)
@@ -106,7 +110,7 @@ class Drive:
         if self.latched or command.mode == Mode.VENT:
             self.state = BoardState.TRIPPED if self.latched else BoardState.VENTED
             self.holding_pa, self.pressure_kpa = 0, 0.0
-        elif self.obeys:
+        elif self.follows_commands:
             self.fill(command.setpoint_pa)
 
     def fill(self, setpoint_pa):
@@ -117,16 +121,17 @@ class Drive:
             self.state = BoardState.HOLDING
 
     @property
-    def reading(self):
+    def adc_reading(self):
         if self.adc_sum is not None:
             return self.adc_sum
         pushed_kpa = self.hand.sensor_kpa if self.state is BoardState.HOLDING else 0.0
         return adc_sum_of(self.pressure_kpa + pushed_kpa + self.offset_kpa)
 
     def sample(self, **changes):
+        """Return the present sample of the board, with some fields changed."""
         values = {
             "board_time_us": self.board_time_us,
-            "adc_sum": self.reading,
+            "adc_sum": self.adc_reading,
             "supply_mv": self.supply_mv,
             "valves": Valve.VENT_CLOSED if self.holding_pa else Valve.NONE,
             "state": self.state,
@@ -138,56 +143,60 @@ class Drive:
         return Sample(**(values | changes))
 
     def feed(self, **changes):
-        """One sample by hand, 2 ms later; the board does nothing."""
+        """Send one sample, 2 ms after the last one, with some fields changed. The board does not react."""
         self.now_s += DT_S
         self.hand.step(self.push_kpa)
         self.board_time_us = (self.board_time_us + 2000) & 0xFFFF_FFFF
-        return self.instrument.take(RawSample(0, self.now_s, self.sample(**changes), frozen=self.frozen))
+        return self.instrument.process(RawSample(0, self.now_s, self.sample(**changes), frozen=self.frozen))
 
     def run(self, seconds, until=None):
-        """Samples and ticks for a time, or until something is so."""
+        """Send samples and ticks for a time, or until a condition is true. Fails if it never is."""
         for step in range(round(seconds / DT_S)):
             if step % 5 == 0:
                 self.instrument.tick(self.now_s)
-                self.obey()
+                self.follow_command()
             self.feed()
             if until and until():
                 return self
-        assert until is None, "what was waited for did not come"
+        assert until is None, "the expected condition did not occur"
         return self
 
-    def hit(self, push_kpa):
-        """A pressure that the sensor shows at once: a blow on the tube itself."""
+    def set_sensor_push(self, push_kpa):
+        """Set a push that the sensor shows at once, as from a blow on the tube."""
         self.push_kpa = push_kpa
         self.hand = Tube(push_kpa, push_kpa)
 
-    def silence(self, seconds):
-        """Ticks without samples."""
+    def run_without_samples(self, seconds):
+        """Send ticks but no samples for a time."""
         for _ in range(round(seconds / 0.01)):
             self.now_s += 0.01
             self.instrument.tick(self.now_s)
         return self
 
-    # ---- those who ask
+    # ---- the peers
 
     def write(self, request, peer=PLC):
+        """Write as a peer and return the reject reason."""
         return str(self.instrument.write(peer, request, self.now_s))
 
-    def must(self, request, peer=PLC):
+    def write_ok(self, request, peer=PLC):
+        """Write as a peer. Fails if the write is rejected."""
         assert self.write(request, peer) == "none"
 
-    def see(self, peer=PLC):
+    def snapshot(self, peer=PLC):
         return self.instrument.snapshot(peer, self.now_s)
 
-    def order(self, code, argument=0, peer=PLC):
-        """Run a command to its end; its state and result."""
-        request = {"command_code": code, "command_argument": argument, "command_sequence": next(self.orders)}
-        refusal = self.write(KEY | request, peer)
-        if refusal != "none":
-            return "refused", refusal
-        self.run(1.0, lambda: self.see(peer).answer_state != "busy")
-        return self.see(peer).answer_state, str(self.see(peer).answer_result)
+    def run_command(self, code, argument=0, peer=PLC):
+        """Run a command to its end. Return its state and result, or "rejected" and the reject reason."""
+        sequence = next(self.command_sequences)
+        request = {"command_code": code, "command_argument": argument, "command_sequence": sequence}
+        reject_reason = self.write(KEY | request, peer)
+        if reject_reason != "none":
+            return "rejected", reject_reason
+        self.run(1.0, lambda: self.snapshot(peer).answer_state != "busy")
+        return self.snapshot(peer).answer_state, str(self.snapshot(peer).answer_result)
 
     @property
-    def inflates(self):
+    def commands_hold(self):
+        """Return True if the instrument commands the board to inflate or hold."""
         return self.instrument.command().mode == Mode.HOLD

@@ -1,10 +1,10 @@
-"""Debian's mbpoll, a client that others wrote, against our server."""
+"""Tests of the TCP server with mbpoll of Debian."""
 
 import subprocess
 
 import pytest
 
-from tests.registers.modbus.memory import MemorySource
+from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import serving
 from tests.tools import needs
 
@@ -35,11 +35,11 @@ def test_mbpoll_sets_the_pressure(mbpoll, source):
 
 
 @pytest.mark.parametrize(("order", "value"), [("", "8.0"), ("-B", "12.5"), ("-B", "1.99"), ("-B", "nan")])
-def test_swapped_words_and_values_out_of_span_are_refused(mbpoll, source, order, value):
+def test_swapped_words_and_values_out_of_range_are_rejected(mbpoll, source, order, value):
     done = mbpoll(f"{order} -t 4:float -r 512", value)
     assert done.returncode != 0
     assert "Illegal data value" in done.stderr
-    assert source.asked == []
+    assert source.write_requests == []
 
 
 def test_mbpoll_reads_force_and_test_pattern(mbpoll):
@@ -58,6 +58,6 @@ def test_mbpoll_holds_and_vents(mbpoll, source):
     assert source.values["mode"] == "vent"
 
 
-def test_mbpoll_is_told_what_does_not_exist(mbpoll):
+def test_mbpoll_reports_registers_that_do_not_exist(mbpoll):
     assert "Illegal data address" in mbpoll("-t 4 -r 200").stderr
     assert "Illegal data address" in mbpoll("-t 0 -r 0").stderr

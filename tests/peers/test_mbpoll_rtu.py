@@ -1,10 +1,10 @@
-"""Debian's mbpoll, and with it libmodbus, as the master of a serial line; socat is the cable."""
+"""Tests of the RTU server with mbpoll of Debian (libmodbus) as master; socat connects the ptys."""
 
 import subprocess
 
 import pytest
 
-from tests.registers.modbus.memory import MemorySource
+from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serial_lines import serving_on
 from tests.registers.modbus.serving import eventually
 from tests.tools import needs
@@ -14,11 +14,11 @@ pytestmark = [needs("mbpoll"), needs("socat")]
 
 @pytest.fixture
 def ends(tmp_path):
-    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
-    socat = subprocess.Popen(["socat", f"pty,raw,echo=0,link={ours}", f"pty,raw,echo=0,link={theirs}"])
+    instrument, master = tmp_path / "instrument", tmp_path / "master"
+    socat = subprocess.Popen(["socat", f"pty,raw,echo=0,link={instrument}", f"pty,raw,echo=0,link={master}"])
     try:
-        assert eventually(lambda: ours.exists() and theirs.exists())
-        yield ours, theirs
+        assert eventually(lambda: instrument.exists() and master.exists())
+        yield instrument, master
     finally:
         socat.terminate()
         socat.wait()
@@ -54,12 +54,12 @@ def test_mbpoll_sets_the_pressure_holds_and_vents(mbpoll, source):
         assert source.values["mode"] == name
 
 
-def test_mbpoll_is_told_why_it_is_refused(mbpoll, source):
+def test_mbpoll_reports_the_exception_of_rejected_requests(mbpoll, source):
     assert "Illegal data value" in mbpoll("-B -t 4:float -r 512", "12.5").stderr
     assert "Illegal data address" in mbpoll("-t 4 -r 200").stderr
-    assert source.asked == []
+    assert source.write_requests == []
 
 
-def test_another_unit_is_not_there(mbpoll):
+def test_requests_to_another_unit_time_out(mbpoll):
     assert "timed out" in mbpoll("-a 2 -t 4 -r 0").stderr
     assert mbpoll("-a 1 -t 4 -r 0").returncode == 0

@@ -1,4 +1,4 @@
-"""nmap's scan for Modbus devices finds the instrument and learns who it is."""
+"""Test that the Modbus scan of nmap finds and identifies the instrument."""
 
 import re
 import subprocess
@@ -9,8 +9,9 @@ from tests.tools import needs
 pytestmark = needs("nmap")
 
 
-def test_nmap_finds_the_one_unit_and_who_it_is(instrument):
-    # "+" for a port that is not 502; function 17, with which it knocks, is not served: an answer all the same
+def test_nmap_finds_exactly_one_unit_and_identifies_it(instrument):
+    # "+" runs the script for a port other than 502. The script sends function 17, which is not supported: the
+    # exception is an answer as well.
     script = ["--script", "+modbus-discover", "--script-args", "modbus-discover.aggressive=true"]
     command = ["nmap", "-Pn", "-p", str(instrument.port), *script, "127.0.0.1"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)

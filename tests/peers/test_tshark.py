@@ -1,4 +1,4 @@
-"""Wireshark's dissector as judge: it reads in every answer what was meant, and finds nothing malformed."""
+"""Tests of all answers with the Modbus dissector of Wireshark: it reads the intended values and no errors."""
 
 import struct
 import subprocess
@@ -7,36 +7,38 @@ from dataclasses import replace
 import pytest
 import serial
 
-from registers.modbus.rtu import frame
-from tests.hostile.case import CLOSE, Ask, Case, End, Together
+from pneuforce.registers.modbus.rtu import encode_frame
+from tests.hostile.case import CLOSE, ExpectedEnd, HostileCase, ModbusRequest, Pipelined
 from tests.hostile.cases import CASES
-from tests.hostile.line import Server
-from tests.hostile.play import PASS, played
-from tests.peers.recording import Said, answers, recording, tcp_capture, udp_capture
+from tests.hostile.connection import ServerUnderTest
+from tests.hostile.runner import PASS, run_case
+from tests.peers.traffic_capture import Transfer, recorded_port, split_answers, tcp_capture, udp_capture
 from tests.tools import needs
 
 pytestmark = needs("tshark")
 
-#: Cases in which each request gets an answer of its own.
+#: Cases in which each request is answered.
 ANSWERED = [
     case
     for case in CASES
-    if case.steps and case.end is End.ANSWERS and all(isinstance(step, Ask | Together) for step in case.steps)
+    if case.steps
+    and case.end is ExpectedEnd.OPEN
+    and all(isinstance(step, ModbusRequest | Pipelined) for step in case.steps)
 ]
-#: What no hostile case asks for.
+#: Requests that no hostile case contains.
 MORE = [
-    Ask("02 0000 0020", ("02 04 .{8}",)),
-    Ask("03 0000 007d", ("03 fa .{500}",)),
-    Ask("04 0200 0022", ("04 44 .{136}",)),
-    Ask("10 0220 0002 04 1b58 0fa0", ("10 0220 0002",)),
-    Ask("17 0220 0002 0220 0001 02 1770", ("17 04 1770 0fa0",)),
-    Ask("11", ("91 01",)),
-    *(Ask(f"2b 0e 0{code} 00", (f"2b 0e 0{code} 83 00 00 .*",)) for code in (1, 2, 3, 4)),
+    ModbusRequest("02 0000 0020", ("02 04 .{8}",)),
+    ModbusRequest("03 0000 007d", ("03 fa .{500}",)),
+    ModbusRequest("04 0200 0022", ("04 44 .{136}",)),
+    ModbusRequest("10 0220 0002 04 1b58 0fa0", ("10 0220 0002",)),
+    ModbusRequest("17 0220 0002 0220 0001 02 1770", ("17 04 1770 0fa0",)),
+    ModbusRequest("11", ("91 01",)),
+    *(ModbusRequest(f"2b 0e 0{code} 00", (f"2b 0e 0{code} 83 00 00 .*",)) for code in (1, 2, 3, 4)),
 ]
-BUSY = Ask("06 0220 1388", ("86 06",))
-SHORTEST = 5  #: answer on a serial line: an exception
-ON_A_LINE = {"quantities and addresses", "functions", "map", "values"}
-#: A frame in a datagram stands for a frame between two silences, for which a capture has no type.
+BUSY = ModbusRequest("06 0220 1388", ("86 06",))
+MIN_ANSWER_BYTES = 5  #: shortest answer on a serial line: an exception
+RTU_GROUPS = {"quantities and addresses", "functions", "map", "values"}
+#: Each RTU frame is put into a datagram, because capture files have no type for silences on a line.
 AS_RTU = ("-d", "udp.port==502,mbrtu", "-o", "mbrtu.udp.port:502", "-o", "mbrtu.crc_verification:TRUE")
 FIELDS = (
     "modbus.func_code",
@@ -49,96 +51,110 @@ FIELDS = (
 
 
 @pytest.fixture(scope="module")
-def conversations(instrument):
-    """All that went to and fro over TCP."""
-    with recording(instrument.port) as (port, said):
-        server = Server(port=port, patience_s=10.0, ours=True)
-        cases = [*ANSWERED, Case(group="", name="more", steps=tuple(MORE))]
-        assert [o for o in (played(case, server) for case in cases) if o.verdict != PASS] == []
+def tcp_transfers(instrument):
+    """Return all requests and answers over TCP."""
+    with recorded_port(instrument.port) as (port, transfers):
+        server = ServerUnderTest(port=port, answer_timeout_s=10.0, is_pneuforce_server=True)
+        cases = [*ANSWERED, HostileCase(group="", name="more", steps=tuple(MORE))]
+        assert [o for o in (run_case(case, server) for case in cases) if o.verdict != PASS] == []
         with instrument.leased():
-            assert played(Case(group="", name="busy", steps=(BUSY,)), server).verdict == PASS
-        return list(answers(said))
+            assert run_case(HostileCase(group="", name="busy", steps=(BUSY,)), server).verdict == PASS
+        return list(split_answers(transfers))
 
 
 def dissected(folder, capture, *options):
-    """The fields of each answer as tshark reads them."""
-    file = folder / "conversation.pcap"
+    """Return the fields of each answer as tshark decodes them."""
+    file = folder / "traffic.pcap"
     file.write_bytes(capture)
     command = ["tshark", "-r", str(file), *options, "-Y", "modbus && ip.src == 10.0.0.1", "-T", "fields"]
-    fields = [word for field in FIELDS for word in ("-e", field)]
+    fields = [argument for field in FIELDS for argument in ("-e", field)]
     done = subprocess.run([*command, *fields], capture_output=True, text=True, timeout=60, check=True)
     return [line.split("\t") for line in done.stdout.splitlines()]
 
 
-def meant(pdu):
-    """What tshark is to say of an answer: function, exception, bytes, words; not malformed, no complaint."""
+def expected_fields(pdu):
+    """Return the expected output: function, exception, byte count, words, no error, no warning."""
     function = pdu[0] & 0x7F
     if pdu[0] & 0x80:
         return [str(function), str(pdu[1]), "", "", "", ""]
     size = str(pdu[1]) if function in (2, 3, 4, 23) else ""
-    words = struct.unpack(f">{pdu[1] // 2}H", pdu[2:]) if function in (3, 4) else ()  # it shows none of 23
+    words = (
+        struct.unpack(f">{pdu[1] // 2}H", pdu[2:]) if function in (3, 4) else ()
+    )  # tshark does not show the words of function 23
     return [str(function), "", size, ",".join(map(str, words)), "", ""]
 
 
-def test_every_answer_over_tcp_is_what_was_meant(conversations, tmp_path):
-    read = dissected(tmp_path, tcp_capture(conversations))
-    wanted = [meant(one.data[7:]) for one in conversations if one.answer]
-    assert len(wanted) > 1000
-    assert [pair for pair in zip(read, wanted, strict=True) if pair[0] != pair[1]] == []
+def test_every_answer_over_tcp_is_decoded_as_intended(tcp_transfers, tmp_path):
+    read = dissected(tmp_path, tcp_capture(tcp_transfers))
+    expected = [expected_fields(transfer.data[7:]) for transfer in tcp_transfers if transfer.answer]
+    assert len(expected) > 1000
+    assert [pair for pair in zip(read, expected, strict=True) if pair[0] != pair[1]] == []
 
 
-def test_every_function_and_every_exception_was_among_them(conversations):
-    pdus = [one.data[7:] for one in conversations if one.answer]
+def test_the_answers_contain_every_function_and_every_exception(tcp_transfers):
+    pdus = [transfer.data[7:] for transfer in tcp_transfers if transfer.answer]
     assert {pdu[0] for pdu in pdus if pdu[0] < 0x80} == {2, 3, 4, 6, 8, 16, 22, 23, 43}
     assert {pdu[1] for pdu in pdus if pdu[0] >= 0x80} == {1, 2, 3, 6, 11}
 
 
-def test_a_wrong_answer_does_not_pass(conversations, tmp_path):
-    read = [spoiled(one) if one.answer and one.data[7] == 3 else one for one in conversations]
-    wanted = [meant(one.data[7:]) for one in conversations if one.answer]
-    told = dissected(tmp_path, tcp_capture(read))
-    pairs = [(line, want) for line, want in zip(told, wanted, strict=True) if want[0] == "3" and not want[1]]
+def test_a_wrong_answer_is_detected(tcp_transfers, tmp_path):
+    read = [
+        with_wrong_count(transfer) if transfer.answer and transfer.data[7] == 3 else transfer
+        for transfer in tcp_transfers
+    ]
+    expected = [expected_fields(transfer.data[7:]) for transfer in tcp_transfers if transfer.answer]
+    lines = dissected(tmp_path, tcp_capture(read))
+    pairs = [
+        (line, fields)
+        for line, fields in zip(lines, expected, strict=True)
+        if fields[0] == "3" and not fields[1]
+    ]
     assert len(pairs) > 1000
-    assert [line for line, want in pairs if line == want] == []
+    assert [line for line, fields in pairs if line == fields] == []
 
 
-def spoiled(said):
-    """It counts two bytes more than it has."""
-    return replace(said, data=said.data[:8] + bytes((said.data[8] + 2,)) + said.data[9:])
+def with_wrong_count(transfer):
+    """Return the transfer with a byte count that is too large by 2."""
+    return replace(transfer, data=transfer.data[:8] + bytes((transfer.data[8] + 2,)) + transfer.data[9:])
 
 
-def asked(line, at, pdu):
-    """A request and its answer, which ends where its CRC is right."""
-    line.write(frame(1, pdu))
+def exchange(line, number, pdu):
+    """Return a request and its answer. The answer is complete when its CRC is correct."""
+    line.write(encode_frame(1, pdu))
     answer = b""
-    while len(answer) < SHORTEST or frame(answer[0], answer[1:-2]) != answer:
+    while len(answer) < MIN_ANSWER_BYTES or encode_frame(answer[0], answer[1:-2]) != answer:
         more = line.read(1)
         assert more, f"{pdu.hex(' ')} is answered {answer.hex(' ')}"
         answer += more
-    return Said(at, False, frame(1, pdu)), Said(at, True, answer)
+    return Transfer(number, False, encode_frame(1, pdu)), Transfer(number, True, answer)
 
 
 @pytest.fixture(scope="module")
-def on_the_line(instrument):
-    """Requests in good form on the serial line, and their answers, frame by frame."""
-    asks = [step for case in ANSWERED if case.group in ON_A_LINE for step in case.steps if step.unit is None]
+def rtu_transfers(instrument):
+    """Return valid requests on the serial line and their answers, frame by frame."""
+    requests = [
+        step for case in ANSWERED if case.group in RTU_GROUPS for step in case.steps if step.unit is None
+    ]
     with serial.Serial(instrument.line, 19200, timeout=5.0) as line:
         return [
-            said
-            for at, ask in enumerate([*asks, *MORE])
-            if CLOSE not in ask.legal
-            for said in asked(line, at, bytes.fromhex(ask.pdu))
+            transfer
+            for number, request in enumerate([*requests, *MORE])
+            if CLOSE not in request.legal
+            for transfer in exchange(line, number, bytes.fromhex(request.pdu))
         ]
 
 
-def test_every_answer_on_the_line_is_what_was_meant_and_its_crc_is_right(on_the_line, tmp_path):
-    read = dissected(tmp_path, udp_capture(on_the_line), *AS_RTU)
-    wanted = [meant(one.data[1:-2]) for one in on_the_line if one.answer]
-    assert len(wanted) > 50
-    assert [pair for pair in zip(read, wanted, strict=True) if pair[0] != pair[1]] == []
+def test_every_answer_on_the_serial_line_is_decoded_as_intended(rtu_transfers, tmp_path):
+    read = dissected(tmp_path, udp_capture(rtu_transfers), *AS_RTU)
+    expected = [expected_fields(transfer.data[1:-2]) for transfer in rtu_transfers if transfer.answer]
+    assert len(expected) > 50
+    assert [pair for pair in zip(read, expected, strict=True) if pair[0] != pair[1]] == []
 
 
-def test_a_wrong_crc_does_not_pass(on_the_line, tmp_path):
-    read = [replace(one, data=one.data[:-1] + bytes((one.data[-1] ^ 1,))) for one in on_the_line]
-    told = dissected(tmp_path, udp_capture(read), *AS_RTU)
-    assert [line for line in told if not line[5]] == []
+def test_a_wrong_crc_is_detected(rtu_transfers, tmp_path):
+    read = [
+        replace(transfer, data=transfer.data[:-1] + bytes((transfer.data[-1] ^ 1,)))
+        for transfer in rtu_transfers
+    ]
+    lines = dissected(tmp_path, udp_capture(read), *AS_RTU)
+    assert [line for line in lines if not line[5]] == []

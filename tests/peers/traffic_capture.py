@@ -1,4 +1,4 @@
-"""Conversations with the instrument kept byte by byte, and written as a capture that Wireshark reads."""
+"""Recorder for Modbus traffic, and writer of capture files that Wireshark reads."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import threading
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-RAW_IPV4 = 101  # LINKTYPE_RAW of libpcap
+RAW_IPV4 = 101  # LINKTYPE_RAW in libpcap
 TCP, UDP = 6, 17
-OURS = socket.inet_aton("10.0.0.1")
-THEIRS = socket.inet_aton("10.0.0.2")
-MOST_IN_A_PACKET = 1400
+SERVER_ADDRESS = socket.inet_aton("10.0.0.1")
+CLIENT_ADDRESS = socket.inet_aton("10.0.0.2")
+MAX_SEGMENT_BYTES = 1400
 
 
 @dataclass(frozen=True)
-class Said:
-    """Bytes that went one way over one connection."""
+class Transfer:
+    """Bytes sent in one direction over one connection."""
 
     connection: int
     answer: bool
@@ -26,18 +26,18 @@ class Said:
 
 
 @contextmanager
-def recording(port):
-    """Yields the port of a line to the instrument's, and the list of all that goes over it."""
-    said = []
+def recorded_port(port):
+    """Yield a port that forwards to `port`, and the list of all transfers."""
+    transfers = []
     with socket.create_server(("127.0.0.1", 0), backlog=128) as listener:
-        threading.Thread(target=_accept, args=(listener, port, said), daemon=True).start()
+        threading.Thread(target=_accept, args=(listener, port, transfers), daemon=True).start()
         try:
-            yield listener.getsockname()[1], said
+            yield listener.getsockname()[1], transfers
         finally:
             listener.shutdown(socket.SHUT_RDWR)
 
 
-def _accept(listener, port, said):
+def _accept(listener, port, transfers):
     connection = 0
     while True:
         try:
@@ -46,11 +46,11 @@ def _accept(listener, port, said):
             return
         connection += 1
         server = socket.create_connection(("127.0.0.1", port))
-        threading.Thread(target=_carry, args=(connection, client, server, said), daemon=True).start()
+        threading.Thread(target=_forward, args=(connection, client, server, transfers), daemon=True).start()
 
 
-def _carry(connection, client, server, said):
-    """Pass on until one side ends."""
+def _forward(connection, client, server, transfers):
+    """Forward bytes in both directions until one side closes."""
     with client, server:
         while True:
             for source in select.select([client, server], [], [])[0]:
@@ -58,7 +58,7 @@ def _carry(connection, client, server, said):
                     data = source.recv(65536)
                     other = client if source is server else server
                     if data:
-                        said.append(Said(connection, source is server, data))
+                        transfers.append(Transfer(connection, source is server, data))
                         other.sendall(data)
                 except OSError:
                     data = b""
@@ -66,53 +66,57 @@ def _carry(connection, client, server, said):
                     return
 
 
-def answers(said):
-    """The same, each answer by itself as its header's length tells."""
+def split_answers(transfers):
+    """Yield the transfers with one answer each, split by the length in the header."""
     rest = {}
-    for one in said:
-        if not one.answer:
-            yield one
+    for transfer in transfers:
+        if not transfer.answer:
+            yield transfer
             continue
-        data = rest.get(one.connection, b"") + one.data
+        data = rest.get(transfer.connection, b"") + transfer.data
         while len(data) >= 6 and len(data) >= (size := 6 + int.from_bytes(data[4:6], "big")):
-            yield Said(one.connection, True, data[:size])
+            yield Transfer(transfer.connection, True, data[:size])
             data = data[size:]
-        rest[one.connection] = data
+        rest[transfer.connection] = data
     assert not any(rest.values())
 
 
-def tcp_capture(said, port=502):
-    """A capture file of conversations with a server on a port."""
+def tcp_capture(transfers, port=502):
+    """Return a capture file of TCP connections to a server on `port`."""
     sent = {}
     packets = []
-    for one in said:
-        way = (one.connection, one.answer)
-        back = (one.connection, not one.answer)
-        for at in range(0, len(one.data), MOST_IN_A_PACKET):
-            piece = one.data[at : at + MOST_IN_A_PACKET]
-            ports = _ports(one, port)
-            numbers = (sent.get(way, 0) + 1, sent.get(back, 0) + 1)
+    for transfer in transfers:
+        direction = (transfer.connection, transfer.answer)
+        opposite = (transfer.connection, not transfer.answer)
+        for at in range(0, len(transfer.data), MAX_SEGMENT_BYTES):
+            piece = transfer.data[at : at + MAX_SEGMENT_BYTES]
+            ports = _ports(transfer, port)
+            numbers = (sent.get(direction, 0) + 1, sent.get(opposite, 0) + 1)
             packets.append(
-                _ip(one, TCP, struct.pack(">HHIIHHHH", *ports, *numbers, 0x5018, 8192, 0, 0) + piece)
+                _ip(transfer, TCP, struct.pack(">HHIIHHHH", *ports, *numbers, 0x5018, 8192, 0, 0) + piece)
             )
-            sent[way] = sent.get(way, 0) + len(piece)
+            sent[direction] = sent.get(direction, 0) + len(piece)
     return _file(packets)
 
 
-def udp_capture(said, port=502):
-    """A capture file with each frame in a datagram."""
+def udp_capture(transfers, port=502):
+    """Return a capture file with each frame in a UDP datagram."""
     return _file(
-        _ip(one, UDP, struct.pack(">HHHH", *_ports(one, port), 8 + len(one.data), 0) + one.data)
-        for one in said
+        _ip(
+            transfer,
+            UDP,
+            struct.pack(">HHHH", *_ports(transfer, port), 8 + len(transfer.data), 0) + transfer.data,
+        )
+        for transfer in transfers
     )
 
 
-def _ports(one, port):
-    return (port, 10000 + one.connection) if one.answer else (10000 + one.connection, port)
+def _ports(transfer, port):
+    return (port, 10000 + transfer.connection) if transfer.answer else (10000 + transfer.connection, port)
 
 
-def _ip(one, protocol, payload):
-    addresses = (OURS, THEIRS) if one.answer else (THEIRS, OURS)
+def _ip(transfer, protocol, payload):
+    addresses = (SERVER_ADDRESS, CLIENT_ADDRESS) if transfer.answer else (CLIENT_ADDRESS, SERVER_ADDRESS)
     return (
         struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + len(payload), 0, 0, 64, protocol, 0, *addresses) + payload
     )

@@ -1,29 +1,29 @@
-"""Requests by name: what a Modbus client may write may be asked, and nothing else."""
+"""Tests of write requests with register names: the same writes are valid as for a Modbus client."""
 
 import math
 
 import pytest
 
-from registers.asked import Malformed, asked
-from registers.map import REGISTERS
+from pneuforce.registers.map import REGISTERS
+from pneuforce.registers.write_request import MalformedWriteRequest, parse_write_request
 
 
 @pytest.mark.parametrize("register", [r for r in REGISTERS if r.writable], ids=lambda r: r.name)
-def test_the_ends_of_each_span_may_be_asked_and_what_lies_beyond_may_not(register):
+def test_the_limits_of_each_range_are_accepted_and_values_beyond_are_rejected(register):
     if register.low is None:
         return
     for value in (register.low, register.high):
-        whole = value if register.wire.name == "F32" else int(value)
-        assert asked({register.name: whole})[register.quantity] == register.decode(whole)
+        number = value if register.wire.name == "F32" else int(value)
+        assert parse_write_request({register.name: number})[register.quantity] == register.decode(number)
     for value in (register.low - 1, register.high + 1):
-        with pytest.raises(Malformed, match=register.name):
-            asked({register.name: value})
+        with pytest.raises(MalformedWriteRequest, match=register.name):
+            parse_write_request({register.name: value})
 
 
 @pytest.mark.parametrize("register", [r for r in REGISTERS if not r.writable], ids=lambda r: r.name)
-def test_what_is_read_only_may_not_be_asked(register):
-    with pytest.raises(Malformed, match="no register that can be written"):
-        asked({register.name: 1})
+def test_read_only_registers_are_rejected(register):
+    with pytest.raises(MalformedWriteRequest, match=rf"^{register.name}: .*read-only"):
+        parse_write_request({register.name: 1})
 
 
 @pytest.mark.parametrize(
@@ -48,17 +48,20 @@ def test_what_is_read_only_may_not_be_asked(register):
         ("no_such", 1),
     ],
 )
-def test_values_that_are_none_are_refused_in_a_sentence(name, value):
-    with pytest.raises(Malformed) as refusal:
-        asked({name: value})
-    assert len(str(refusal.value)) < 500
+def test_invalid_values_are_rejected_with_a_short_message(name, value):
+    with pytest.raises(MalformedWriteRequest) as error:
+        parse_write_request({name: value})
+    assert len(str(error.value)) < 500
 
 
-def test_codes_may_be_asked_by_name_and_by_number():
-    assert asked({"mode": "hold"}) == asked({"mode": 1}) == {"mode": "hold"}
-    assert asked({"lease": 0, "setpoint_requested": 8}) == {"lease_s": 0.0, "setpoint_requested_kpa": 8.0}
+def test_codes_are_accepted_by_name_and_by_number():
+    assert parse_write_request({"mode": "hold"}) == parse_write_request({"mode": 1}) == {"mode": "hold"}
+    assert parse_write_request({"lease": 0, "setpoint_requested": 8}) == {
+        "lease_s": 0.0,
+        "setpoint_requested_kpa": 8.0,
+    }
 
 
-def test_nothing_is_no_request():
-    with pytest.raises(Malformed):
-        asked({})
+def test_an_empty_request_is_rejected():
+    with pytest.raises(MalformedWriteRequest):
+        parse_write_request({})

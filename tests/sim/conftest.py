@@ -1,4 +1,4 @@
-"""A bench for any board that speaks the rig link: bytes on one side, a pressure on the other."""
+"""Test bench for any board with the rig link: a host on one side, a simulated pressure on the other."""
 
 import math
 import random
@@ -6,13 +6,13 @@ from collections import deque
 
 import pytest
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     SAMPLES_PER_S,
     BoardState,
     Command,
     CommandFlag,
-    Decoder,
     Event,
+    FrameDecoder,
     Hello,
     Identify,
     Mode,
@@ -20,13 +20,14 @@ from instrument.rig.frames import (
     Valve,
     encode,
 )
-from instrument.rig.limits import HALVED_KPA, HALVING_S
-from sim.avr.board import AvrBoard
-from sim.board import Board
+from pneuforce.protocol.limits import HALVING_FROM_KPA, HALVING_TIME_S
+from pneuforce.sim.avr.board import AvrBoard
+from pneuforce.sim.board import SimulatedBoard
 from tests.firmware.compiled import CBoard
 from tests.tools import needs
 
-#: Short enough to run on the emulated board each time; the others do so in `make test-board`.
+#: Tests that are short enough to run on the emulated board each time. The others run there in `make
+#: test-board`.
 brief = pytest.mark.brief
 
 DT_S = 1 / SAMPLES_PER_S
@@ -34,50 +35,54 @@ ZERO_PA = 250
 
 
 def sum_at(pressure_kpa):
-    """The ADC sum of a pressure, by the data sheet; each of 16 conversions cuts off half a count."""
+    """Return the ADC sum of a pressure, by the data sheet. Each of 16 conversions truncates half a count."""
     return 16384 * (0.018 * (pressure_kpa + ZERO_PA / 1e3) + 0.04) - 8
 
 
-def hold(setpoint_pa=8000, **more):
-    usual = {"mode": Mode.HOLD, "flags": CommandFlag.ZEROED, "zero_pa": ZERO_PA}
-    return Command(setpoint_pa=setpoint_pa, **{**usual, **more})
+def hold(setpoint_pa=8000, **fields):
+    defaults = {"mode": Mode.HOLD, "flags": CommandFlag.ZEROED, "zero_pa": ZERO_PA}
+    return Command(setpoint_pa=setpoint_pa, **{**defaults, **fields})
 
 
-def vent(**more):
-    return hold(0, **{"mode": Mode.VENT, **more})
+def vent(**fields):
+    return hold(0, **{"mode": Mode.VENT, **fields})
 
 
 class Bench:
-    """A balloon of constant capacity behind slow valves and a laggy tube; knobs break each part."""
+    """Balloon of constant capacity behind slow valves and a tube with lag.
+
+    Attributes simulate faults of each part.
+    """
 
     def __init__(self, board, start_us=0):
         self.board = board
         self.now_us = start_us
-        self.wanted = None  # the host's command; None: the host is silent
+        self.command = None  #: command that the host keeps sending, None if the host is silent
         self.to_send = b""
         self.fill_kpa_per_s = 5.0
-        self.vent_s = HALVING_S  #: in which the vent halves 8 kPa; 0 where it is shut
+        self.halving_s = HALVING_TIME_S  #: time in which the vent halves 8 kPa, 0 if the vent is shut
         self.leak_kpa_per_s = 0.0
         self.gas_kpa = 0.0
-        self.contact_kpa = 0.0  # what a hand adds
-        self.adc_sum = None  # overrides the sensor
+        self.contact_kpa = 0.0  #: pressure added by a contact
+        self.adc_sum = None  #: overrides the sensor
         self.supply_mv = 5000
-        self.supply_step_mv = getattr(board, "supply_step_mv", 1)  # finer it does not see
+        self.supply_step_mv = getattr(board, "supply_step_mv", 1)  #: resolution of the supply measurement
         self.frames = []
         self.valve_actions = 0
         self._sensed_kpa = 0.0
-        self._late = deque([Valve.NONE] * 6)  # 12 ms
-        self._decoder = Decoder.of_board()
+        self._valve_delay = deque([Valve.NONE] * 6)  # 12 ms
+        self._decoder = FrameDecoder.for_board_frames()
         self._random = random.Random(1)
         self._sequence = 0
         self._since_command_s = 1.0
 
     def switched_on_at(self, pressure_kpa):
-        """With gas left in the balloon from before."""
+        """Start with gas in the balloon."""
         self.gas_kpa = self._sensed_kpa = pressure_kpa
         return self
 
-    # what the host sees
+    # what the host receives
+
     def last(self, kind=Sample):
         return next(f.message for f in reversed(self.frames) if isinstance(f.message, kind))
 
@@ -93,13 +98,14 @@ class Bench:
         return self.gas_kpa + self.contact_kpa
 
     # time
+
     def run(self, seconds):
         for _ in range(round(seconds * SAMPLES_PER_S)):
             self.step()
         return self
 
     def until(self, condition, within_s):
-        """Seconds until the condition holds."""
+        """Run until the condition holds. Return the elapsed seconds."""
         for n in range(round(within_s * SAMPLES_PER_S)):
             if condition():
                 return n * DT_S
@@ -120,13 +126,13 @@ class Bench:
         self.valve_actions += self.board.valves != before
 
     def _flow(self):
-        self._late.append(self.board.valves)
-        valves = self._late.popleft()
+        self._valve_delay.append(self.board.valves)
+        valves = self._valve_delay.popleft()
         self.gas_kpa -= self.leak_kpa_per_s * DT_S
         if valves & Valve.INLET_OPEN:
             self.gas_kpa += self.fill_kpa_per_s * DT_S
-        if not valves & Valve.VENT_CLOSED and self.vent_s:
-            root_fall = math.sqrt(HALVED_KPA) * (1 - math.sqrt(0.5)) * DT_S / self.vent_s
+        if not valves & Valve.VENT_CLOSED and self.halving_s:
+            root_fall = math.sqrt(HALVING_FROM_KPA) * (1 - math.sqrt(0.5)) * DT_S / self.halving_s
             left = max(math.sqrt(abs(self.gas_kpa)) - root_fall, 0.0)
             self.gas_kpa = math.copysign(left**2, self.gas_kpa)
         self._sensed_kpa += (self.pressure_kpa - self._sensed_kpa) * -math.expm1(-DT_S / 0.06)
@@ -138,34 +144,35 @@ class Bench:
 
     def _keep_alive(self):
         self._since_command_s += DT_S
-        if self.wanted is None or self._since_command_s < 0.05:
+        if self.command is None or self._since_command_s < 0.05:
             return b""
         self._since_command_s = 0.0
-        return self.frame(self.wanted)
+        return self.frame(self.command)
 
-    def frame(self, message, **more):
+    def frame(self, message, **header):
         self._sequence += 1
-        return encode(message, self._sequence, **more)
+        return encode(message, self._sequence, **header)
 
-    # what a host does
-    def tell(self, command):
-        """From now on keep sending this command."""
-        self.wanted = command
+    # what the host sends
+
+    def keep_sending(self, command):
+        """Send this command now and every 50 ms."""
+        self.command = command
         self._since_command_s = 1.0
         return self
 
-    def greet(self):
+    def identify(self):
         self.to_send += self.frame(Identify())
         self.step()
         return self
 
     def vented(self):
-        self.greet().tell(vent()).until_state(BoardState.VENTED, 3)
+        self.identify().keep_sending(vent()).until_state(BoardState.VENTED, 3)
         self.run(1.0)
         return self
 
     def inflating(self, setpoint_pa=8000):
-        self.vented().tell(hold(setpoint_pa)).until_state(BoardState.INFLATING, 0.2)
+        self.vented().keep_sending(hold(setpoint_pa)).until_state(BoardState.INFLATING, 0.2)
         self.run(0.5)
         assert self.state is BoardState.INFLATING
         return self
@@ -175,12 +182,12 @@ class Bench:
         return self
 
     def holding(self, setpoint_pa=8000):
-        self.vented().tell(hold(setpoint_pa)).until_state(BoardState.HOLDING, 8)
+        self.vented().keep_sending(hold(setpoint_pa)).until_state(BoardState.HOLDING, 8)
         self.run(0.5)
         return self
 
     def tripped(self):
-        """Tripped by a supply that has come back since."""
+        """Trip the board by a low supply, then restore the supply."""
         self.holding()
         self.supply_mv = 4000
         self.until_state(BoardState.TRIPPED, 0.1)
@@ -188,16 +195,16 @@ class Bench:
         self.run(2.0)
         return self
 
-    def rests(self, seconds):
-        """Nothing moves and nobody looks: ten times as quick."""
-        frame, adc_sum = self.frame(self.wanted), self.last().adc_sum
+    def idle(self, seconds):
+        """Run with a constant pressure and without decoding: ten times as fast."""
+        frame, adc_sum = self.frame(self.command), self.last().adc_sum
         for n in range(round(seconds * SAMPLES_PER_S)):
             self.now_us += 2000
             self.board.step(self.now_us, adc_sum + n % 2, self.supply_mv, b"" if n % 25 else frame)
         return self
 
     @property
-    def moved_a_valve(self):
+    def valve_moved(self):
         return any(s.valves != Valve.NONE for s in self.all(Sample))
 
     def __repr__(self):
@@ -214,18 +221,22 @@ AVR_MARKS = [
 
 
 def emulated(test):
-    """A test of the emulated board alone: run each time."""
+    """Mark a test of the emulated board alone that runs each time."""
     for mark in (*AVR_MARKS, brief):
         test = mark(test)
     return test
 
 
 @pytest.fixture(
-    params=[Board, pytest.param(CBoard, marks=needs("gcc")), pytest.param(AvrBoard, marks=AVR_MARKS)],
+    params=[
+        SimulatedBoard,
+        pytest.param(CBoard, marks=needs("gcc")),
+        pytest.param(AvrBoard, marks=AVR_MARKS),
+    ],
     ids=["python", "c", "avr"],
 )
 def board_type(request):
-    """Each board that there is: what is said of a board is said of all."""
+    """Run the test on every implementation of the board."""
     return request.param
 
 

@@ -1,28 +1,34 @@
-"""Each fault of the catalogue in virtual time: the real board and the real instrument answer."""
+"""Tests of each fault of the catalogue with board and instrument in virtual time."""
 
 import math
 
 import pytest
 
-from instrument.rig.frames import Valve
-from sim.faults import CATALOGUE, Faults, Planned, Refused, Schedule
-from sim.faults.kind import Given
-from sim.hand import Hand
-from sim.published import PublishedPlant
-from sim.rig import Rig
-from sim.world import World
+from pneuforce.protocol.frames import Valve
+from pneuforce.sim.faults import (
+    CATALOGUE,
+    FaultInjector,
+    FaultSchedule,
+    ScheduledFault,
+    SimulatorRequestError,
+)
+from pneuforce.sim.faults.kind import FromArgument
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.published import PublishedPlant
+from pneuforce.sim.rig import Rig
+from pneuforce.sim.world import World
 from tests.sim.station import Station
 
 PLANT = PublishedPlant()
-BOARD = [kind for kind in CATALOGUE.values() if kind.board is not None]
-MAINTENANCE = [kind for kind in CATALOGUE.values() if kind.shows == "maintenance"]
-HARMLESS = [kind for kind in CATALOGUE.values() if kind.board is None and kind.shows == ""]
-DRIFTING = [kind for kind in CATALOGUE.values() if kind.shows == "drift"]
-LOSSES = [kind for kind in CATALOGUE.values() if kind.shows == "losses"]
-HELD = ("", "drift", "losses", "maintenance")  #: the rig goes on holding
-STATUS = [k for k in CATALOGUE.values() if k.board is None and k.shows not in HELD]
-#: How long the instrument may take, where it is not a matter of a second or two.
-TAKES_S = {"leak": 60.0, "inlet_open": 6.0, "vent_shut": 5.0, "regulator_high": 5.0}
+BOARD = [kind for kind in CATALOGUE.values() if kind.board_fault is not None]
+MAINTENANCE = [kind for kind in CATALOGUE.values() if kind.effect == "maintenance_required"]
+HARMLESS = [kind for kind in CATALOGUE.values() if kind.board_fault is None and kind.effect == ""]
+DRIFTING = [kind for kind in CATALOGUE.values() if kind.effect == "drift"]
+LOSSES = [kind for kind in CATALOGUE.values() if kind.effect == "losses"]
+NO_TRIP = ("", "drift", "losses", "maintenance_required")  #: effects that do not trip the rig
+STATUS = [k for k in CATALOGUE.values() if k.board_fault is None and k.effect not in NO_TRIP]
+#: Time limits of slow reactions [s]. The other faults must trip within 3 s.
+TIME_LIMITS_S = {"leak": 60.0, "inlet_open": 6.0, "vent_shut": 5.0, "regulator_high": 5.0}
 
 
 def each(kinds):
@@ -30,127 +36,131 @@ def each(kinds):
 
 
 def station_with(kind):
-    """The fault is in, and what it shows in has begun."""
-    begins = {"vented": "vented", "inflating": "inflating", "holding": "holding", "venting": "holding"}
-    station = getattr(Station(PLANT), begins[kind.where])()
-    station.world.faults.put_in(kind.name)
-    if kind.where == "vented":
-        station.ask(mode="hold", setpoint_requested_kpa=8.0)
-    if kind.where == "venting":
-        station.ask(mode="vent")
+    """Return a station with the fault, in the phase in which the fault has an effect."""
+    start_phases = {"vented": "vented", "inflating": "inflating", "holding": "holding", "venting": "holding"}
+    station = getattr(Station(PLANT), start_phases[kind.phase])()
+    station.world.faults.inject(kind.name)
+    if kind.phase == "vented":
+        station.write(mode="hold", setpoint_requested_kpa=8.0)
+    if kind.phase == "venting":
+        station.write(mode="vent")
     return station
 
 
 @each(BOARD)
-def test_the_board_latches_the_fault_that_the_catalogue_says_and_is_safe(kind):
+def test_the_board_latches_the_fault_of_the_catalogue_and_is_safe(kind):
     station = station_with(kind)
-    assert station.run(TAKES_S.get(kind.name, 3.0), lambda: station.latched), station.see()
-    assert station.latched == {kind.board}
+    assert station.run(TIME_LIMITS_S.get(kind.name, 3.0), lambda: station.latched_faults), station.snapshot()
+    assert station.latched_faults == {kind.board_fault}
     assert station.world.rig.board.valves == Valve.NONE
     station.run(0.2)
-    assert station.see().state == "tripped"
-    assert kind.board in station.see().faults
+    assert station.snapshot().state == "tripped"
+    assert kind.board_fault in station.snapshot().faults
 
 
 @each(STATUS)
-def test_what_the_board_cannot_see_the_instrument_shows_as_the_catalogue_says(kind):
+def test_a_fault_that_the_board_cannot_detect_sets_the_status_bit_of_the_catalogue(kind):
     station = station_with(kind)
-    assert station.run(2.0, lambda: kind.shows in station.see().status), station.see()
-    assert station.see().state == "tripped"
-    assert math.isnan(station.see().force_n)
+    assert station.run(2.0, lambda: kind.effect in station.snapshot().status), station.snapshot()
+    assert station.snapshot().state == "tripped"
+    assert math.isnan(station.snapshot().force_n)
 
 
 @each(HARMLESS)
-def test_what_nobody_needs_to_see_trips_nothing(kind):
+def test_a_harmless_fault_trips_nothing(kind):
     station = station_with(kind)
     station.run(5.0)
-    assert station.see().faults == ()
-    assert station.see().state == "holding"
+    assert station.snapshot().faults == ()
+    assert station.snapshot().state == "holding"
 
 
 @each(MAINTENANCE)
-def test_what_wants_maintenance_says_so_and_the_rig_goes_on_measuring(kind):
+def test_a_fault_that_needs_maintenance_sets_its_bit_and_the_rig_goes_on_measuring(kind):
     station = Station(PLANT).holding()
     station.run(10.0)
-    assert "maintenance" not in station.see().status
-    station.world.faults.put_in(kind.name)
-    assert station.run(12.0, lambda: kind.shows in station.see().status)
-    assert (station.see().state, station.see().faults, station.see().force_n) == ("holding", (), 0.0)
-    station.world.faults.take_out(kind.name)
-    assert station.run(12.0, lambda: kind.shows not in station.see().status)
+    assert "maintenance_required" not in station.snapshot().status
+    station.world.faults.inject(kind.name)
+    assert station.run(12.0, lambda: kind.effect in station.snapshot().status)
+    assert (station.snapshot().state, station.snapshot().faults, station.snapshot().force_n) == (
+        "holding",
+        (),
+        0.0,
+    )
+    station.world.faults.remove(kind.name)
+    assert station.run(12.0, lambda: kind.effect not in station.snapshot().status)
 
 
 @pytest.mark.parametrize("rate", [0.995, 1.005])
-def test_a_resonator_that_is_off_as_far_as_it_may_be_shows_nowhere_and_ages_are_true(rate):
+def test_a_resonator_within_its_tolerance_sets_no_bit_and_ages_are_true(rate):
     station = Station(PLANT).holding()
-    station.world.faults.put_in("clock_off", {"rate": rate})
+    station.world.faults.inject("clock_off", {"rate": rate})
     station.run(10.0)
-    assert station.see().status & {"maintenance", "stale", "failure"} == set()
+    assert station.snapshot().status & {"maintenance_required", "stale", "failure"} == set()
     assert station.link.clock.rate_error == pytest.approx(rate - 1, abs=1e-4)
-    assert station.see().age_s <= 0.01
+    assert station.snapshot().age_s <= 0.01
 
 
 @pytest.fixture(scope="module")
 def healthy_kpa():
-    """The balloon of a rig without a fault at the same time."""
+    """Return the pressure of the balloon of a rig without a fault after the same time."""
     station = Station(PLANT).holding()
     station.run(20.0)
     return station.world.rig.truth.balloon_kpa
 
 
 @each(DRIFTING)
-def test_what_is_slow_is_drift_and_no_contact(kind, healthy_kpa):
+def test_a_slow_change_is_drift_and_no_contact(kind, healthy_kpa):
     station = station_with(kind)
     station.run(20.0)
     assert abs(station.world.rig.truth.balloon_kpa - healthy_kpa) > 0.005
-    assert station.see().contact_counter == 0
-    assert station.see().state == "holding"
-    assert station.see().faults == ()
+    assert station.snapshot().contact_counter == 0
+    assert station.snapshot().state == "holding"
+    assert station.snapshot().faults == ()
 
 
 @each(LOSSES)
 def test_a_disturbed_line_loses_frames_which_are_counted_and_the_rig_goes_on_holding(kind):
     station = station_with(kind)
     assert station.run(5.0, lambda: station.link.decoder.skipped_bytes > 20)
-    station.world.faults.take_out(kind.name)
+    station.world.faults.remove(kind.name)
     station.run(0.1)
-    lost, used = station.link.lost_frames, station.used
+    lost, used = station.link.lost_frames, station.used_samples
     station.run(1.0)
-    assert (station.link.lost_frames, station.used) == (lost, used + 500)
+    assert (station.link.lost_frames, station.used_samples) == (lost, used + 500)
     assert station.link.implausible_frames == 0
-    assert station.see().faults == ()
-    assert station.see().state == "holding"
+    assert station.snapshot().faults == ()
+    assert station.snapshot().state == "holding"
 
 
-def test_every_fault_says_who_must_see_it():
+def test_every_fault_belongs_to_one_group():
     groups = (BOARD, MAINTENANCE, HARMLESS, DRIFTING, LOSSES, STATUS)
     assert sum(map(len, groups)) == len(CATALOGUE)
 
 
-def test_a_sensor_that_freezes_while_the_balloon_is_held_shows_once_it_is_vented():
+def test_a_sensor_that_freezes_while_the_balloon_is_held_is_detected_at_the_vent():
     station = Station(PLANT).holding()
-    station.world.faults.put_in("sensor_frozen")
+    station.world.faults.inject("sensor_frozen")
     station.run(2.0)
-    assert station.see().state == "holding"
-    station.ask(mode="vent")
-    assert station.run(1.0, lambda: station.latched)
-    assert station.latched == {CATALOGUE["sensor_frozen"].board}
+    assert station.snapshot().state == "holding"
+    station.write(mode="vent")
+    assert station.run(1.0, lambda: station.latched_faults)
+    assert station.latched_faults == {CATALOGUE["sensor_frozen"].board_fault}
 
 
-def test_the_board_refuses_to_inflate_for_a_host_that_refused_its_version():
+def test_the_board_does_not_inflate_for_a_host_that_rejected_its_version():
     station = Station(PLANT)
-    station.world.faults.put_in("other_version")
+    station.world.faults.inject("other_version")
     station.run(2.0)
-    assert "version 2" in str(station.refused)
-    assert station.used == 0
+    assert "version 2" in str(station.rejection)
+    assert station.used_samples == 0
 
 
-# putting in and taking out
+# injection and removal
 
 
 def state_of(world):
-    """Every attribute that a fault may change."""
-    paths = {path for kind in CATALOGUE.values() for path in kind.sets}
+    """Return the value of every attribute that a fault may change."""
+    paths = {path for kind in CATALOGUE.values() for path in kind.attributes}
     return {path: eval(f"world.{path}", {"world": world}) for path in paths}
 
 
@@ -159,83 +169,83 @@ def world():
     return World(Rig(PLANT, Hand(False)))
 
 
-@each([kind for kind in CATALOGUE.values() if kind.lasts])
-def test_a_fault_that_is_taken_out_leaves_a_healthy_rig(world, kind):
+@each([kind for kind in CATALOGUE.values() if kind.is_persistent])
+def test_a_fault_that_is_removed_leaves_a_healthy_rig(world, kind):
     healthy = state_of(world)
-    world.faults.put_in(kind.name)
-    assert list(world.faults.present) == [kind.name]
-    assert (state_of(world) != healthy) == bool(kind.sets)
-    world.faults.take_out(kind.name)
+    world.faults.inject(kind.name)
+    assert list(world.faults.active) == [kind.name]
+    assert (state_of(world) != healthy) == bool(kind.attributes)
+    world.faults.remove(kind.name)
     assert state_of(world) == healthy
-    assert world.faults.present == {}
+    assert world.faults.active == {}
 
 
 @each(list(CATALOGUE.values()))
-def test_an_argument_outside_its_span_changes_nothing(world, kind):
+def test_an_argument_out_of_range_changes_nothing(world, kind):
     healthy = state_of(world)
     for argument in kind.arguments:
-        for value in (math.nan, math.inf, argument.low - 1, argument.high + 1, "1", None, True):
-            with pytest.raises(Refused, match=f"{argument.name} of {kind.name} is a number from"):
-                world.faults.put_in(kind.name, {argument.name: value})
-    with pytest.raises(Refused, match=f"{kind.name} takes .*, not 'colour'"):
-        world.faults.put_in(kind.name, {"colour": 1.0})
+        for value in (math.nan, math.inf, argument.minimum - 1, argument.maximum + 1, "1", None, True):
+            with pytest.raises(SimulatorRequestError, match=f"{argument.name} of {kind.name}"):
+                world.faults.inject(kind.name, {argument.name: value})
+    with pytest.raises(SimulatorRequestError, match=f"{kind.name} takes .*, not 'colour'"):
+        world.faults.inject(kind.name, {"colour": 1.0})
     assert state_of(world) == healthy
-    assert world.faults.present == {}
+    assert world.faults.active == {}
 
 
-@each([kind for kind in CATALOGUE.values() if kind.arguments and kind.sets])
+@each([kind for kind in CATALOGUE.values() if kind.arguments and kind.attributes])
 def test_an_argument_reaches_the_rig(world, kind):
     [argument] = kind.arguments
-    value = 0.7 * argument.high + 0.3 * argument.low
-    world.faults.put_in(kind.name, {argument.name: value})
-    [path] = [path for path, given in kind.sets.items() if isinstance(given, Given)]
-    taken = round(value) if argument.whole else value
-    assert state_of(world)[path] == taken
-    assert world.faults.present[kind.name] == {argument.name: taken}
+    value = 0.7 * argument.maximum + 0.3 * argument.minimum
+    world.faults.inject(kind.name, {argument.name: value})
+    [path] = [path for path, value in kind.attributes.items() if isinstance(value, FromArgument)]
+    applied = round(value) if argument.integer else value
+    assert state_of(world)[path] == applied
+    assert world.faults.active[kind.name] == {argument.name: applied}
 
 
-def test_of_two_faults_of_one_part_the_later_one_is_in(world):
-    world.faults.put_in("inlet_open")
-    world.faults.put_in("inlet_shut")
-    assert list(world.faults.present) == ["inlet_shut"]
+def test_of_two_faults_of_one_part_the_later_fault_is_active(world):
+    world.faults.inject("inlet_open")
+    world.faults.inject("inlet_shut")
+    assert list(world.faults.active) == ["inlet_shut"]
     assert world.rig.pneumatics.inlet.stuck is False
-    world.faults.take_out("inlet_open")
+    world.faults.remove("inlet_open")
     assert world.rig.pneumatics.inlet.stuck is False
 
 
-def test_faults_of_different_parts_are_in_side_by_side(world):
-    world.faults.put_in("leak", {"kpa_per_s": 0.5})
-    world.faults.put_in("sensor_short")
-    assert world.faults.present == {"leak": {"kpa_per_s": 0.5}, "sensor_short": {}}
+def test_faults_of_different_parts_are_active_together(world):
+    world.faults.inject("leak", {"kpa_per_s": 0.5})
+    world.faults.inject("sensor_short")
+    assert world.faults.active == {"leak": {"kpa_per_s": 0.5}, "sensor_short": {}}
 
 
-def test_an_unknown_fault_is_refused_by_the_names_of_those_that_there_are(world):
-    for act in (world.faults.put_in, world.faults.take_out):
-        with pytest.raises(Refused, match="there is no fault 'gremlin'; pneuforce fault --list shows all"):
+def test_an_unknown_fault_is_rejected_with_the_command_that_lists_all_faults(world):
+    for act in (world.faults.inject, world.faults.remove):
+        with pytest.raises(SimulatorRequestError, match=r"'gremlin'.*pneuforce sim fault --list"):
             act("gremlin")
 
 
-def test_taking_out_what_is_not_in_changes_nothing(world):
-    world.faults.put_in("sensor_short")
-    world.faults.take_out("sensor_open")
+def test_removal_of_an_inactive_fault_changes_nothing(world):
+    world.faults.inject("sensor_short")
+    world.faults.remove("sensor_open")
     assert world.rig.sensor.stuck_at == 0
 
 
 # on a schedule
 
 
-def test_faults_come_and_go_at_their_times():
-    plan = [
-        Planned(0.10, 0.06, "leak", {"kpa_per_s": 0.5}),
-        Planned(0.12, math.inf, "supply_low", {}),
-        Planned(0.15, 0.02, "leak", {"kpa_per_s": 0.7}),
-        Planned(0.15, math.inf, "board_reset", {}),
+def test_faults_start_and_end_at_their_times():
+    faults = [
+        ScheduledFault(0.10, 0.06, "leak", {"kpa_per_s": 0.5}),
+        ScheduledFault(0.12, math.inf, "supply_low", {}),
+        ScheduledFault(0.15, 0.02, "leak", {"kpa_per_s": 0.7}),
+        ScheduledFault(0.15, math.inf, "board_reset", {}),
     ]
-    world = World(Rig(PLANT, Hand(False)), Schedule(plan))
+    world = World(Rig(PLANT, Hand(False)), FaultSchedule(faults))
     seen = {}
     for _ in range(100):
         world.step()
-        seen[round(world.now_s, 3)] = dict(world.faults.present)
+        seen[round(world.now_s, 3)] = dict(world.faults.active)
     leaking = {t_s: faults["leak"]["kpa_per_s"] for t_s, faults in seen.items() if "leak" in faults}
     assert set(leaking.values()) == {0.5, 0.7}
     assert min(leaking) == pytest.approx(0.10, abs=0.002)
@@ -244,34 +254,34 @@ def test_faults_come_and_go_at_their_times():
     assert "supply_low" in seen[0.2]
 
 
-def test_a_fault_that_lasts_no_time_comes_and_goes_in_one_step():
-    plan = [
-        Planned(0.1, 0.0, "leak", {}),
-        Planned(0.1, 0.0, "board_reset", {}),
-        Planned(0.14, 1e-18, "burst", {}),
-        Planned(0.14, 0.02, "leak", {}),
-        Planned(0.16, 0.02, "leak", {}),
+def test_a_fault_of_zero_duration_starts_and_ends_in_one_step():
+    faults = [
+        ScheduledFault(0.1, 0.0, "leak", {}),
+        ScheduledFault(0.1, 0.0, "board_reset", {}),
+        ScheduledFault(0.14, 1e-18, "burst", {}),
+        ScheduledFault(0.14, 0.02, "leak", {}),
+        ScheduledFault(0.16, 0.02, "leak", {}),
     ]
-    world = World(Rig(PLANT, Hand(False)), Schedule(plan))
+    world = World(Rig(PLANT, Hand(False)), FaultSchedule(faults))
     present = {}
     for _ in range(100):
         world.step()
-        present[round(world.now_s, 3)] = list(world.faults.present)
+        present[round(world.now_s, 3)] = list(world.faults.active)
     assert present[0.1] == []
     assert present[0.14] == present[0.15] == present[0.162] == present[0.17] == ["leak"]
     assert present[0.182] == []
     assert world.rig.truth.t_s == pytest.approx(world.now_s - 0.1, abs=0.003)
 
 
-def test_a_plan_with_a_fault_that_cannot_be_is_refused_before_it_begins():
-    with pytest.raises(Refused, match="there is no fault 'gremlin'"):
-        Schedule([Planned(1.0, 1.0, "gremlin", {})])
-    with pytest.raises(Refused, match="kpa_per_s of leak"):
-        Schedule([Planned(1.0, 1.0, "leak", {"kpa_per_s": -1.0})])
+def test_a_schedule_with_an_invalid_fault_is_rejected_when_it_is_created():
+    with pytest.raises(SimulatorRequestError, match="'gremlin'"):
+        FaultSchedule([ScheduledFault(1.0, 1.0, "gremlin", {})])
+    with pytest.raises(SimulatorRequestError, match="kpa_per_s of leak"):
+        FaultSchedule([ScheduledFault(1.0, 1.0, "leak", {"kpa_per_s": -1.0})])
 
 
-def test_the_faults_of_one_rig_are_not_those_of_another():
+def test_each_rig_has_its_own_faults():
     one, other = (World(Rig(PLANT, Hand(False))) for _ in range(2))
-    one.faults.put_in("leak")
-    assert other.faults.present == {}
-    assert isinstance(other.faults, Faults)
+    one.faults.inject("leak")
+    assert other.faults.active == {}
+    assert isinstance(other.faults, FaultInjector)

@@ -1,33 +1,33 @@
-"""The whole simulated rig in virtual time."""
+"""The simulated rig in virtual time."""
 
 import math
 import time
 
 import pytest
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     BoardState,
     Command,
     CommandFlag,
-    Decoder,
+    FrameDecoder,
     Hello,
     Identify,
     Mode,
     Sample,
     encode,
 )
-from sim.hand import Hand
-from sim.pneumatics import PneumaticSettings
-from sim.published import PublishedPlant
-from sim.rig import STEP_S, Rig
-from sim.sensor import SensorSettings
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.published import PublishedPlant
+from pneuforce.sim.pneumatics import PneumaticSettings
+from pneuforce.sim.rig import STEP_S, Rig
+from pneuforce.sim.sensor import SensorSettings
 
 PLANT = PublishedPlant()
 
 
 def drive(rig, seconds, setpoint_pa=8000):
-    """Frames of a rig that is greeted, zeroed, inflated and kept alive; its bytes; the truth per sample."""
-    decoder, frames, sent, truths = Decoder.of_board(), [], [], {}
+    """Identify, zero, inflate and hold. Return the frames, the sent bytes, and the truth by sample count."""
+    decoder, frames, sent, truths = FrameDecoder.for_board_frames(), [], [], {}
     for n in range(round(seconds / STEP_S)):
         received = encode(Identify(), 0) if n == 0 else b""
         if n % 25 == 1:
@@ -47,14 +47,14 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not():
 
 
 @pytest.mark.parametrize("setpoint_pa", [2000, 5000, 8000, 8850, 12000])
-def test_it_inflates_to_the_setpoint_and_locks(setpoint_pa):
+def test_the_rig_inflates_to_the_setpoint_and_holds(setpoint_pa):
     rig = Rig(PLANT, Hand(False))
     frames, _, _ = drive(rig, 10, setpoint_pa)
     assert frames[-1].message.state == BoardState.HOLDING
     assert rig.truth.balloon_kpa == pytest.approx(setpoint_pa / 1e3, abs=0.1)
 
 
-def test_the_hand_presses_again_and_again_and_nothing_trips():
+def test_repeated_contacts_do_not_trip_the_rig():
     rig = Rig(PLANT, Hand(True))
     frames, _, truths = drive(rig, 100)
     assert frames[-1].message.faults == 0
@@ -78,12 +78,12 @@ def test_pressing_far_too_hard_trips_the_board_and_the_balloon_is_vented():
     rig.hand.press(20)
     for n in range(2000):
         rig.step(encode(Command(Mode.HOLD, CommandFlag.ZEROED, 8000, 250), n) if n % 25 == 0 else b"")
-    assert not rig.board.holds
+    assert not rig.board.is_holding
     assert rig.truth.balloon_kpa < 0.5
 
 
-def everything(seed):
-    """A rig with every effect on, and a supply that is about to change."""
+def rig_with_all_effects(seed):
+    """Return a rig with all effects enabled."""
     rig = Rig(
         PLANT,
         Hand(True),
@@ -97,36 +97,36 @@ def everything(seed):
         ),
         SensorSettings(gain_error=0.005, bow_kpa=-0.2, ripple_mv=20.0),
     )
-    rig.pneumatics.balloon_warmth.target_k = 15.0
-    rig.pneumatics.circuit_warmth.target_k = 2.0
+    rig.pneumatics.balloon_temperature.target_k = 15.0
+    rig.pneumatics.circuit_temperature.target_k = 2.0
     rig.clock_rate = 1.005
     return rig
 
 
-def test_with_every_effect_on_it_still_works_and_the_same_seed_gives_the_same_bytes():
-    frames, once, _ = drive(everything(1), 12)
-    assert drive(everything(1), 12)[1] == once
-    assert drive(everything(2), 12)[1] != once
+def test_with_all_effects_the_rig_works_and_the_same_seed_gives_the_same_bytes():
+    frames, once, _ = drive(rig_with_all_effects(1), 12)
+    assert drive(rig_with_all_effects(1), 12)[1] == once
+    assert drive(rig_with_all_effects(2), 12)[1] != once
     assert frames[-1].message.state == BoardState.HOLDING
     assert frames[-1].message.board_time_us == pytest.approx(12.06e6, rel=1e-6)
     assert len({f.message.supply_mv for f in frames if isinstance(f.message, Sample)}) > 5
 
 
-def test_the_supply_shows_in_the_frames_and_drops_out_of_the_sum():
+def test_the_frames_contain_the_supply_voltage_and_the_sum_does_not_depend_on_it():
     rig = Rig(PLANT, Hand(False))
     before = drive(rig, 6)[0][-1].message
     rig.supply_mv = 4800
     for _ in range(50):
-        sample = Decoder.of_board().feed(rig.step())[0].message
+        sample = FrameDecoder.for_board_frames().feed(rig.step())[0].message
     assert sample.supply_mv == 4800
     assert sample.adc_sum == pytest.approx(before.adc_sum, abs=20)
 
 
-def test_a_board_that_is_reset_boots_again_and_the_balloon_empties():
+def test_after_a_reset_the_board_boots_and_the_balloon_empties():
     rig = Rig(PLANT, Hand(False))
     drive(rig, 6)
     rig.reset_board()
-    hello = Decoder.of_board().feed(rig.step())[0].message
+    hello = FrameDecoder.for_board_frames().feed(rig.step())[0].message
     assert isinstance(hello, Hello)
     assert hello.uptime_ms == 2
     for _ in range(1000):
@@ -135,26 +135,26 @@ def test_a_board_that_is_reset_boots_again_and_the_balloon_empties():
     assert rig.truth.balloon_kpa < 0.5
 
 
-def test_the_clock_of_a_frozen_board_stands():
+def test_the_clock_of_a_frozen_board_stands_still():
     rig = Rig(PLANT, Hand(False))
     drive(rig, 2)
     rig.frozen_board = True
-    samples = [Decoder.of_board().feed(rig.step())[0].message for _ in range(5)]
+    samples = [FrameDecoder.for_board_frames().feed(rig.step())[0].message for _ in range(5)]
     assert {sample.board_time_us for sample in samples} == {2_000_000}
 
 
-def test_behind_a_shut_tube_the_truth_is_that_of_the_balloon():
+def test_the_truth_describes_the_balloon_while_the_tube_is_occluded():
     rig = Rig(PLANT, Hand(False))
     drive(rig, 6)
     rig.pneumatics.occluded = True
     for n in range(1000):
         rig.step(encode(Command(Mode.VENT), n))
     assert rig.pneumatics.sensor_kpa < 0.1
-    assert rig.truth.balloon_kpa == pytest.approx(rig.truth.initial_kpa) == pytest.approx(8, abs=0.1)
+    assert rig.truth.balloon_kpa == pytest.approx(rig.truth.baseline_kpa) == pytest.approx(8, abs=0.1)
     assert rig.truth.volume_mm3 == pytest.approx(4 / 3 * math.pi * rig.truth.radius_mm**3)
 
 
-def test_a_balloon_that_has_crept_is_wider_than_its_pressure_says():
+def test_creep_makes_the_balloon_larger_at_the_same_pressure():
     rig = Rig(PLANT, Hand(False), pneumatics=PneumaticSettings(creep=0.03, creep_s=0.5))
     drive(rig, 10)
     truth = rig.truth
@@ -162,7 +162,7 @@ def test_a_balloon_that_has_crept_is_wider_than_its_pressure_says():
     assert truth.volume_mm3 == pytest.approx(4 / 3 * math.pi * truth.radius_mm**3)
 
 
-def test_it_runs_at_least_20_times_faster_than_time():
+def test_the_simulation_runs_at_least_20_times_faster_than_real_time():
     rig = Rig(PLANT, Hand(True))
     rig.step(encode(Identify(), 0))
     start_s = time.process_time()

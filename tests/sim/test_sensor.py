@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from instrument.rig.frames import ADC_FULL_SCALE, COUNTS_LIMIT
-from sim.sensor import Sensor, SensorSettings
+from pneuforce.protocol.frames import ADC_FULL_SCALE, MAX_ADC_SUM
+from pneuforce.sim.sensor import Sensor, SensorSettings
 
 DT_S = 0.002
 
@@ -22,7 +22,7 @@ def sums(pressure_kpa, count=500, **settings):
 
 
 def read_kpa(sums):
-    """Truncation takes half a count of each conversion."""
+    """Return the pressure of sums. Each of the 16 conversions truncates half a count on average."""
     return ((sum(sums) / len(sums) + 8) / ADC_FULL_SCALE - 0.04) / 0.018
 
 
@@ -31,8 +31,8 @@ def test_the_sensor_follows_its_data_sheet(pressure_kpa):
     assert read_kpa(sums(pressure_kpa, zero_offset_kpa=0.25)) == pytest.approx(pressure_kpa + 0.25, abs=0.001)
 
 
-def test_the_noise_is_07_counts_of_one_conversion():
-    """Of a sum: √16 times that, and the √(1/12) of rounding joins it."""
+def test_the_noise_of_one_conversion_is_0_7_counts():
+    """The noise of a sum is √16 times the noise of a conversion, which includes √(1/12) of rounding."""
     values = sums(8.0, 4000)
     mean = sum(values) / len(values)
     rms = (sum((v - mean) ** 2 for v in values) / len(values)) ** 0.5
@@ -40,7 +40,7 @@ def test_the_noise_is_07_counts_of_one_conversion():
 
 
 @pytest.mark.parametrize("pressure_kpa", [-2.4, -2.3, -2.22, -2.0, 0.0, 8.0, 20.3, 52.8, 53.2, 53.4])
-def test_a_sum_is_that_of_16_conversions_one_by_one(pressure_kpa):
+def test_a_sum_equals_16_separate_conversions(pressure_kpa):
     sensor = Sensor(SensorSettings(zero_offset_kpa=0.0), seed=7)
     noise = np.random.default_rng(7).normal(0.0, 0.7, (500, 16))
     for n, each in enumerate(noise):
@@ -64,38 +64,38 @@ def test_offset_gain_and_bow_add_up():
 
 
 @pytest.mark.parametrize(
-    ("settings", "sentence"),
+    ("settings", "fact"),
     [
-        ({"zero_offset_kpa": 1.0, "gain_error": 0.01}, "error of 1.50 kPa; the data sheet allows 1.25 kPa"),
+        ({"zero_offset_kpa": 1.0, "gain_error": 0.01}, "error of 1.50 kPa; .* allows 1.25 kPa"),
         ({"zero_offset_kpa": 0.0, "bow_kpa": -1.3}, "error of 1.30 kPa"),
         (
             {"zero_offset_kpa": float("nan")},
-            "error of no size that could be told; the data",
+            "zero_offset_kpa.* allows 1.25 kPa",
         ),
         ({"noise_counts": -1.0}, "noise_counts is -1"),
         ({"ripple_mv": 900.0}, "ripple_mv is 900"),
     ],
 )
-def test_a_specimen_that_the_data_sheet_does_not_know_is_refused_in_a_sentence(settings, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_a_sensor_outside_the_data_sheet_is_rejected(settings, fact):
+    with pytest.raises(ValueError, match=fact):
         SensorSettings(**settings)
 
 
-def test_open_short_frozen_and_drifting_it_shows_what_it_must():
+def test_faults_of_the_sensor_change_the_sum():
     sensor = settled(8.0)
     healthy = sensor.adc_sum(8.0, DT_S)
     sensor.frozen = True
     assert [sensor.adc_sum(4.0, DT_S) for _ in range(50)] == [healthy] * 50
     sensor.frozen = False
     assert sensor.adc_sum(4.0, DT_S) < healthy - 500
-    for stuck_at in (COUNTS_LIMIT, 0):
+    for stuck_at in (MAX_ADC_SUM, 0):
         sensor.stuck_at = stuck_at
         assert sensor.adc_sum(4.0, DT_S) == stuck_at
     sensor.stuck_at, sensor.drift_kpa = None, 4.0
     assert read_kpa([sensor.adc_sum(4.0, DT_S) for _ in range(500)]) == pytest.approx(8.25, abs=0.01)
 
 
-def test_the_supply_ripples_by_its_amplitude():
+def test_the_supply_ripple_has_the_configured_amplitude():
     sensor = settled(0.0, ripple_mv=30.0)
     ripple_mv = [sensor.ripple_mv(n * DT_S) for n in range(200)]
     assert max(ripple_mv) == pytest.approx(30, abs=1)

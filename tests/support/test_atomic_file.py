@@ -5,21 +5,21 @@ from pathlib import Path
 
 import pytest
 
-from instrument.errors import ConfigurationError
-from instrument.whole_file import MOST_BYTES, check_writable, content_of, write
+from pneuforce.errors import ConfigurationError
+from pneuforce.support.atomic_file import MAX_BYTES, check_writable, read_file, write_lines
 
 ENDLESS = ["/dev/zero", "/dev/full", "/dev/tty", "/dev"]
 
 
 def test_what_is_written_is_read(tmp_path):
-    write(tmp_path / "a", ["ΔP\n", "2\n"])
-    assert content_of(tmp_path / "a") == "ΔP\n2\n".encode()
+    write_lines(tmp_path / "a", ["ΔP\n", "2\n"])
+    assert read_file(tmp_path / "a") == "ΔP\n2\n".encode()
     assert os.listdir(tmp_path) == ["a"]
 
 
 @pytest.mark.parametrize("path", ENDLESS)
 def test_a_device_is_neither_read_nor_replaced(path):
-    for act in (content_of, check_writable, lambda path: write(path, [])):
+    for act in (read_file, check_writable, lambda path: write_lines(path, [])):
         with pytest.raises(ConfigurationError, match="not a regular file"):
             act(Path(path))
     assert not Path(path).is_file()
@@ -27,21 +27,21 @@ def test_a_device_is_neither_read_nor_replaced(path):
 
 def test_a_pipe_keeps_nobody_waiting(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    for act in (content_of, check_writable):
+    for act in (read_file, check_writable):
         with pytest.raises(ConfigurationError, match="not a regular file"):
             act(tmp_path / "pipe")
 
 
 def test_a_file_that_is_not_there_is_told_with_a_remedy(tmp_path):
     with pytest.raises(ConfigurationError, match=r"absent: no such file \(make one\)"):
-        content_of(tmp_path / "absent", "make one")
+        read_file(tmp_path / "absent", "make one")
 
 
 def test_a_huge_file_is_not_read(tmp_path):
     with (tmp_path / "huge").open("wb") as file:
-        file.truncate(MOST_BYTES + 1)
-    with pytest.raises(ConfigurationError, match="more than 100 MB"):
-        content_of(tmp_path / "huge")
+        file.truncate(MAX_BYTES + 1)
+    with pytest.raises(ConfigurationError, match="100 MB"):
+        read_file(tmp_path / "huge")
 
 
 def test_looking_whether_a_file_can_be_written_leaves_it_alone(tmp_path):

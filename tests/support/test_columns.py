@@ -1,32 +1,32 @@
-"""Files of columns: what is none is refused with its line, and soon."""
+"""CSV files with named columns: valid files are parsed, invalid ones are rejected with the line."""
 
 import hashlib
 
 import pytest
 
-from instrument.columns import MOST_ROWS, points_in
-from tests.instrument.calibration.points import refusal_of
+from pneuforce.support.columns import CSV_FORMAT_HINT, MAX_ROWS, parse_points
+from tests.instrument.calibration.points import error_message
 
-CHOICES = [("a", "b"), ("a", "c")]
-AS_HERE = "use commas between columns, points in numbers"
+ALTERNATIVES = [("a", "b"), ("a", "c")]
 
 
-def test_the_columns_are_found_by_name_whatever_else_the_file_has():
+def test_columns_are_found_by_name_among_other_columns():
     data = '\ufeffnote, c ,a\n# a "comment", of "two\nx,1.5,2\n\n y , -1e3,4\n'.encode()
-    read = points_in(data, "f.csv", CHOICES)
-    assert read["a"].tolist() == [2, 4]
-    assert read["c"].tolist() == [1.5, -1000]
-    assert list(read.lines) == [3, 5]
-    assert read.sha256 == hashlib.sha256(data).hexdigest()
+    points = parse_points(data, "f.csv", ALTERNATIVES)
+    assert points["a"].tolist() == [2, 4]
+    assert points["c"].tolist() == [1.5, -1000]
+    assert list(points.lines) == [3, 5]
+    assert points.sha256 == hashlib.sha256(data).hexdigest()
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_lines_may_end_as_on_any_machine(end):
-    assert points_in(end.join(["a,b", "1,2", "3,4"]).encode(), "f.csv", CHOICES)["b"].tolist() == [2, 4]
+def test_the_line_ends_of_every_system_are_accepted(end):
+    data = end.join(["a,b", "1,2", "3,4"]).encode()
+    assert parse_points(data, "f.csv", ALTERNATIVES)["b"].tolist() == [2, 4]
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "expected"),
     [
         (b"", "f.csv: empty"),
         (b"# only this\n", "f.csv: empty"),
@@ -41,16 +41,18 @@ def test_lines_may_end_as_on_any_machine(end):
         (b"a,b\n1,\xff\n", "f.csv: not a text in UTF-8"),
         (b'a,b\n1,"2\n', "not CSV"),
         (b"a,b\n1,\0\n", "f.csv, line 2: "),
-        (b"a;b\n1,5;2,5\n", f"f.csv: {AS_HERE}"),
-        (b"a\tb\n1\t2\n", f"f.csv: {AS_HERE}"),
-        (b"a,b\n1,5,2,5\n", f"f.csv, line 2: 4 columns, the header has 2: {AS_HERE}"),
-        (b'a,b\n"1,5","2,5"\n', f"f.csv, line 2: a = '1,5' is not a number: {AS_HERE}"),
+        (b"a;b\n1,5;2,5\n", f"f.csv: {CSV_FORMAT_HINT}"),
+        (b"a\tb\n1\t2\n", f"f.csv: {CSV_FORMAT_HINT}"),
+        (b"a,b\n1,5,2,5\n", f"f.csv, line 2: 4 columns, the header has 2: {CSV_FORMAT_HINT}"),
+        (b'a,b\n"1,5","2,5"\n', f"f.csv, line 2: a = '1,5' is not a number: {CSV_FORMAT_HINT}"),
     ],
 )
-def test_what_is_no_table_of_numbers_is_refused_with_its_line(data, said):
-    assert said in refusal_of(points_in, data, "f.csv", CHOICES)
+def test_an_invalid_table_is_rejected_with_the_line(data, expected):
+    assert expected in error_message(parse_points, data, "f.csv", ALTERNATIVES)
 
 
-def test_a_file_of_too_many_lines_is_refused_before_any_is_read():
-    data = b"no text: \xff\n" * (MOST_ROWS + 1)
-    assert refusal_of(points_in, data, "f.csv", CHOICES) == f"f.csv: more than {MOST_ROWS} lines"
+def test_a_file_with_too_many_lines_is_rejected_before_it_is_decoded():
+    data = b"no text: \xff\n" * (MAX_ROWS + 1)
+    message = error_message(parse_points, data, "f.csv", ALTERNATIVES)
+    assert message.startswith("f.csv: ")
+    assert str(MAX_ROWS) in message

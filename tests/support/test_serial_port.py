@@ -1,4 +1,4 @@
-"""The serial port: one contract, on a real pty and on a real `socket://`."""
+"""Serial port: the same behaviour on a real pty and on a real `socket://`."""
 
 import contextlib
 import errno
@@ -10,14 +10,14 @@ import tty
 
 import pytest
 
-from instrument.errors import PortBusy, PortUnavailable
-from instrument.rig.port import SerialPort
+from pneuforce.errors import PortBusy, PortUnavailable
+from pneuforce.support.serial_port import SerialPort
 
-PATIENCE_S = 5.0
+TIMEOUT_S = 5.0
 
 
 class Pty:
-    """A pty; its far end is our own side."""
+    """Pty whose far end is controlled by the test."""
 
     def __init__(self):
         self.far, self._near = os.openpty()
@@ -33,7 +33,7 @@ class Pty:
     def receive(self, count):
         return _until(self.far, count, lambda: os.read(self.far, 4096))
 
-    def go(self):
+    def disconnect(self):
         os.close(self.far)
         self.far = -1
 
@@ -44,7 +44,7 @@ class Pty:
 
 
 class Tcp:
-    """A rig behind a TCP port."""
+    """Rig behind a TCP port."""
 
     def __init__(self):
         self._listener = socket.create_server(("127.0.0.1", 0))
@@ -60,7 +60,7 @@ class Tcp:
     def receive(self, count):
         return _until(self._peer.fileno(), count, lambda: self._peer.recv(4096))
 
-    def go(self):
+    def disconnect(self):
         self._peer.close()
 
     def close(self):
@@ -70,7 +70,7 @@ class Tcp:
 
 
 def _until(descriptor, count, read):
-    data, deadline_s = b"", time.monotonic() + PATIENCE_S
+    data, deadline_s = b"", time.monotonic() + TIMEOUT_S
     while len(data) < count and time.monotonic() < deadline_s:
         if select.select([descriptor], [], [], 0.1)[0]:
             data += read()
@@ -90,11 +90,11 @@ def port(far):
         yield port
 
 
-def readable(port, patience_s=PATIENCE_S):
-    return bool(select.select([port.fileno()], [], [], patience_s)[0])
+def readable(port, timeout_s=TIMEOUT_S):
+    return bool(select.select([port.fileno()], [], [], timeout_s)[0])
 
 
-def test_what_comes_makes_it_readable_and_is_read(far, port):
+def test_received_bytes_make_the_port_readable_and_are_read(far, port):
     assert not readable(port, 0.0)
     far.send(bytes(range(256)))
     data = b""
@@ -107,17 +107,17 @@ def test_what_comes_makes_it_readable_and_is_read(far, port):
 def test_reading_nothing_does_not_wait(far, port):
     start_s = time.monotonic()
     assert {port.read() for _ in range(100)} == {b""}
-    assert time.monotonic() - start_s < 1.0  # a wait of 10 ms in each would show, a busy machine does not
+    assert time.monotonic() - start_s < 1.0  # less than 10 ms per call, with a margin for a loaded machine
 
 
-def test_what_is_written_arrives_byte_for_byte(far, port):
+def test_written_bytes_arrive_unchanged(far, port):
     data = bytes(range(256)) * 3
     port.write(data)
     assert far.receive(len(data)) == data
 
 
-def test_what_arrived_although_the_processor_was_away_is_no_lost_port(far, monkeypatch):
-    monkeypatch.setattr("instrument.rig.port.WRITE_S", 1e-9)
+def test_a_write_that_succeeds_after_the_timeout_is_not_an_error(far, monkeypatch):
+    monkeypatch.setattr("pneuforce.support.serial_port.WRITE_TIMEOUT_S", 1e-9)
     with contextlib.closing(SerialPort(far.url)) as port:
         far.accept()
         for _ in range(10):
@@ -125,23 +125,23 @@ def test_what_arrived_although_the_processor_was_away_is_no_lost_port(far, monke
         assert far.receive(240) == b"x" * 240
 
 
-def test_a_far_end_that_takes_no_bytes_is_an_oserror(port):
+def test_a_far_end_that_accepts_no_bytes_raises_oserror(port):
     with pytest.raises(OSError, match=r"."):  # noqa: PT012
         for _ in range(10_000):
             port.write(b"x" * 4096)
 
 
-def test_a_far_end_that_is_gone_is_an_oserror_at_the_next_read(far, port):
-    far.go()
+def test_a_disconnected_far_end_raises_oserror_at_the_next_read(far, port):
+    far.disconnect()
     assert readable(port)
     with pytest.raises(OSError, match=r"."):
         port.read()
 
 
-def test_a_far_end_that_is_gone_is_an_oserror_when_writing(far, port):
-    far.go()
+def test_a_disconnected_far_end_raises_oserror_when_writing(far, port):
+    far.disconnect()
     with pytest.raises(OSError, match=r"."):  # noqa: PT012
-        for _ in range(50):  # TCP learns of it with the answer to the first write
+        for _ in range(50):  # TCP detects the end only by the answer to the first write
             port.write(b"x" * 24)
             time.sleep(0.01)
 
@@ -155,26 +155,26 @@ def test_a_closed_port_can_be_opened_again(far, port):
         assert again.read() == b"y"
 
 
-def test_a_port_in_use_is_busy_and_the_sentence_names_it():
+def test_a_port_in_use_is_reported_with_its_name():
     with contextlib.closing(Pty()) as far, contextlib.closing(SerialPort(far.url)):
-        with pytest.raises(PortBusy, match=f"{far.url} is in use") as told:
+        with pytest.raises(PortBusy, match=f"{far.url} is in use") as error:
             SerialPort(far.url)
-        assert isinstance(told.value, OSError)
+        assert isinstance(error.value, OSError)
 
 
-def test_a_port_that_its_owner_has_locked_is_busy(monkeypatch):
-    """TIOCEXCL, as others use it; root is let in nevertheless, so that the refusal is made up here."""
+def test_a_locked_port_is_reported_as_busy(monkeypatch):
+    """TIOCEXCL locks a port. Root ignores the lock, so the test raises the error itself."""
 
-    def refuse(*_, **__):
+    def raise_busy(*_, **__):
         raise OSError(errno.EBUSY, "Device or resource busy")
 
-    monkeypatch.setattr("serial.serial_for_url", refuse)
+    monkeypatch.setattr("serial.serial_for_url", raise_busy)
     with pytest.raises(PortBusy, match="in use"):
         SerialPort("/dev/ttyACM0")
 
 
 @pytest.mark.parametrize(
-    ("url", "says"),
+    ("url", "reason"),
     [
         ("/dev/no-such-port", "no such port"),
         ("/dev/null", "cannot be opened"),
@@ -185,8 +185,8 @@ def test_a_port_that_its_owner_has_locked_is_busy(monkeypatch):
         ("", "cannot be opened"),
     ],
 )
-def test_a_port_that_is_not_there_is_told_in_a_sentence_that_names_it(url, says):
-    with pytest.raises(PortUnavailable, match=says) as told:
+def test_a_port_that_cannot_be_opened_is_reported_with_its_name(url, reason):
+    with pytest.raises(PortUnavailable, match=reason) as error:
         SerialPort(url)
-    assert str(told.value).startswith(url)
-    assert isinstance(told.value, OSError)
+    assert str(error.value).startswith(url)
+    assert isinstance(error.value, OSError)

@@ -1,15 +1,15 @@
-"""Tables of TOML: whatever a file holds, it is a short sentence that names the file."""
+"""Invalid TOML files: each error is a short sentence that names the file."""
 
 import pytest
 
-from instrument.config import load
-from instrument.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.config import load
 
 DIGITS = "9" * 5000
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "reason"),
     [
         (f"a = {DIGITS}", "not TOML: a number of thousands of digits"),
         (f"[balloon]\nid = 0x{'f' * 20_000}", "a number of thousands of digits"),
@@ -18,14 +18,14 @@ DIGITS = "9" * 5000
         ("a = " + "[" * 100_000, "not TOML: brackets within brackets, too deep"),
         ("a = " + "{a = " * 100_000, "not TOML: brackets within brackets, too deep"),
         (f"[rig]\nport = {[1] * 5000}", "rig.port = [1, 1,"),
-        ("balloon = 1", "balloon = 1: must be a table, [balloon]"),
+        ("balloon = 1", "balloon = 1: must be a table"),
     ],
 )
-def test_what_no_configuration_holds_is_a_short_sentence(tmp_path, content, said):
+def test_an_invalid_file_is_reported_in_a_short_sentence(tmp_path, content, reason):
     path = tmp_path / "instrument.toml"
     path.write_text(content)
-    with pytest.raises(ConfigurationError) as refused:
+    with pytest.raises(ConfigurationError) as error:
         load(path)
-    assert str(refused.value).startswith(f"{path}: ")
-    assert said in str(refused.value)
-    assert len(str(refused.value)) < len(str(path)) + 300
+    assert str(error.value).startswith(f"{path}: ")
+    assert reason in str(error.value)
+    assert len(str(error.value)) < len(str(path)) + 300

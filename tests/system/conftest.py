@@ -1,4 +1,4 @@
-"""The whole instrument as its users run it: simulator, CAN hub and host process, on free ports."""
+"""Fixtures: simulator, CAN hub and host process on free ports, as users run them."""
 
 import json
 import socket
@@ -9,49 +9,49 @@ from pathlib import Path
 import can
 import pytest
 
-from registers.modbus.client import Plc, PlcError
-from teststand.children import Child
-from teststand.stack import start
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
+from pneuforce.teststand.child_process import ChildProcess
+from pneuforce.teststand.stack import start
 
 
 @dataclass
 class Stack:
-    """A running instrument and its simulated rig."""
+    """Running instrument and its simulated rig."""
 
     modbus_port: int
     can_port: int
-    host: Child
-    sim: Child
+    host: ChildProcess
+    sim: ChildProcess
     control: socket.socket
     children: ExitStack
     link: Path
 
     def plc(self):
-        return Plc.connect(port=self.modbus_port)
+        return ModbusClient.connect(port=self.modbus_port)
 
     def truths(self):
-        """What the simulator says of each sample from now on."""
-        self.order(truth=50)
+        """Return an iterator over the true states from now on, one for every 50 samples."""
+        self.request(truth=50)
         return map(json.loads, self.control.makefile())
 
     def plug_in_again(self):
-        """A simulated rig at the end of the same cable."""
+        """Start a new simulated rig on the same link."""
         self.sim = self.plug_in(self.link)
 
     def plug_in(self, link):
-        """Another simulated rig."""
-        arguments = ["instrument", "sim", "--link", str(link), "--no-hand"]
-        sim = self.children.enter_context(Child("simulator", arguments))
+        """Start and return a simulated rig on another link."""
+        arguments = ["pneuforce", "sim", "run", "--link", str(link), "--no-hand"]
+        sim = self.children.enter_context(ChildProcess("simulator", arguments))
         sim.ready()
         return sim
 
     def robot(self):
-        """The CAN bus as a robot controller opens it."""
+        """Open the CAN bus as a robot controller does."""
         return can.Bus("can0", "socketcand", host="127.0.0.1", port=self.can_port, tcp_tune=True)
 
-    def order(self, **what):
-        """Command the simulated hand."""
-        self.control.sendall(json.dumps(what).encode() + b"\n")
+    def request(self, **request):
+        """Send a request to the control port, for example `press=2.0`."""
+        self.control.sendall(json.dumps(request).encode() + b"\n")
 
 
 @contextmanager
@@ -69,15 +69,15 @@ def stack(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def lasting_stack(tmp_path_factory):
-    """For tests that leave it vented and whole."""
+def shared_stack(tmp_path_factory):
+    """Share one stack in a module. Each test must leave the rig vented and untripped."""
     with running(tmp_path_factory.mktemp("stack") / "rig") as started:
         yield started
 
 
 def answers(port):
     try:
-        Plc.connect(port=port).close()
-    except PlcError:
+        ModbusClient.connect(port=port).close()
+    except ModbusClientError:
         return False
     return True

@@ -1,4 +1,4 @@
-"""A local socket that gives a tape, as an instrument's does, and says what it heard."""
+"""Local socket that sends entries to a recorder, as the socket of an instrument does."""
 
 import socket
 import threading
@@ -6,22 +6,22 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from instrument.tape.entry import Decoder, Entry, Kind, encode, told
-from tests.instrument.tape.taping import ABOUT, sample_body
+from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEntry, encode, json_entry
+from tests.instrument.recording.recording_files import HEADER, sample_body
 
-EACH_S = 0.01
-PER_TURN = 5
+SEND_INTERVAL_S = 0.01
+SAMPLES_PER_INTERVAL = 5
 
 
-class Feeder:
-    """Gives every recorder 500 samples a second, each with the moment at which it was given."""
+class StreamFeeder:
+    """Server that sends 500 samples a second to each recorder. Each entry has the time of its sending."""
 
     def __init__(self, path: Path):
-        self.path, self.heard = path, []
+        self.path, self.received = path, []
         self._server = socket.socket(socket.AF_UNIX)
         self._server.bind(str(path))
         self._server.listen()
-        self._end, self._last_words, self.pause = threading.Event(), b"", threading.Event()
+        self._end, self._last_bytes = threading.Event(), b""
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 
@@ -35,15 +35,15 @@ class Feeder:
         self._server.close()
         self._thread.join()
 
-    def finish(self, last_words=b""):
-        """Say something last, and close."""
-        self._last_words = last_words
+    def close_connection(self, last_bytes=b""):
+        """Send the last bytes and close the connection. The socket continues to listen."""
+        self._last_bytes = last_bytes
         self._end.set()
 
-    def go(self):
-        """Close all, as an instrument that is killed."""
+    def close_all(self):
+        """Close the server and the connection, as when the instrument is killed."""
         self._server.close()
-        self.finish()
+        self.close_connection()
 
     def _serve(self):
         while not self._end.is_set():
@@ -54,17 +54,19 @@ class Feeder:
 
     def _feed(self, link):
         link.settimeout(5.0)
-        self.heard += Decoder().feed(link.recv(65536))
+        self.received += EntryDecoder().feed(link.recv(65536))
         now_s = time.monotonic()
-        link.sendall(encode(told(Kind.BEGIN, now_s, ABOUT)) + encode(Entry(Kind.CHECKPOINT, now_s, b"state")))
+        checkpoint = StreamEntry(EntryKind.CHECKPOINT, now_s, b"state")
+        link.sendall(encode(json_entry(EntryKind.HEADER, now_s, HEADER)) + encode(checkpoint))
         number = 0
-        while not self._end.wait(EACH_S):
-            for _ in range(PER_TURN):
+        while not self._end.wait(SEND_INTERVAL_S):
+            for _ in range(SAMPLES_PER_INTERVAL):
                 number += 1
                 now_s = time.monotonic()
-                inputs = Entry(Kind.RECEIVED, now_s, number.to_bytes(24, "little"))
-                link.sendall(encode(inputs) + encode(Entry(Kind.MEASURED, now_s, sample_body(number))))
-        link.sendall(self._last_words)
+                received = StreamEntry(EntryKind.RECEIVED, now_s, number.to_bytes(24, "little"))
+                sample = StreamEntry(EntryKind.SAMPLE, now_s, sample_body(number))
+                link.sendall(encode(received) + encode(sample))
+        link.sendall(self._last_bytes)
         link.settimeout(0.2)
         with suppress(OSError):
-            self.heard += Decoder().feed(link.recv(65536))
+            self.received += EntryDecoder().feed(link.recv(65536))

@@ -1,30 +1,40 @@
-"""docs/accuracy.md is what `pneuforce accuracy` prints, but for figures that take minutes."""
+"""docs/accuracy.md is the output of `pneuforce accuracy`. Its figures take minutes and are not compared."""
 
 import re
 from pathlib import Path
 
-from instrument.cli.accuracy_page import CLOSING, TITLES, Campaign, Judged, opening, page, refusals
-from instrument.validation.accuracy import Estimator, Score
+from pneuforce.instrument.studies.accuracy_document import (
+    CLOSING,
+    TITLES,
+    AccuracyCampaign,
+    BalloonAccuracy,
+    document,
+    introduction,
+    rejected_calibrations,
+)
+from pneuforce.instrument.studies.accuracy_study import CALIBRATED, UNCALIBRATED
+from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/accuracy.md").read_text(encoding="utf-8")
-MADE_BY = re.compile(r"--contacts (\d+) --calibrations (\d+) --seed (\d+)")
+COMMAND = re.compile(r"--contacts (\d+) --calibrations (\d+) --seed (\d+)")
 FIGURES = re.compile(r"\d+(\.\d+)? % · \d\.\d{3} N · \d+ %")
 
 
-def test_the_document_is_the_page_of_the_campaign_that_it_names():
-    campaign = Campaign(*map(int, MADE_BY.search(DOCUMENT).groups()))
-    score = Score(1.0, 0.1, 95.0)
-    names = ("energetic", "lulevich", "shanahan", "energetic, calibrated", "the same, smooth")
-    found = Judged(campaign.contacts, [Estimator(name, score, (score,) * 5) for name in names], {})
-    made = "\n".join(page(campaign, dict.fromkeys(TITLES, found))) + "\n"
-    assert DOCUMENT.startswith(opening(campaign))
+def test_the_document_is_the_output_for_the_campaign_that_it_names():
+    campaign = AccuracyCampaign(*map(int, COMMAND.search(DOCUMENT).groups()))
+    score = AccuracyScore(1.0, 0.1, 95.0)
+    estimators = [EstimatorScores(name, score, (score,) * 5) for name in (*UNCALIBRATED, *CALIBRATED)]
+    result = BalloonAccuracy(campaign.contacts, estimators, {})
+    generated = "\n".join(document(campaign, dict.fromkeys(TITLES, result))) + "\n"
+    assert DOCUMENT.startswith(introduction(campaign))
     assert DOCUMENT.endswith(CLOSING + "\n")
 
     def without_figures(text):
-        return re.sub(r"(?m)^Calibrations refused:.*$", "", FIGURES.sub("#", text))
+        return re.sub(r"(?m)^Rejected calibrations:.*$", "", FIGURES.sub("#", text))
 
-    assert without_figures(DOCUMENT) == without_figures(made)
+    assert without_figures(DOCUMENT) == without_figures(generated)
 
 
-def test_calibrations_that_were_refused_are_told_by_name():
-    assert refusals({"one": 2, "other": 0}, 8) == "Calibrations refused: 2 of 8 (one), 0 of 8 (other)."
+def test_rejected_calibrations_are_listed_by_estimator():
+    sentence = rejected_calibrations({"one": 2, "other": 0}, 8)
+    assert "2 of 8 (one), 0 of 8 (other)" in sentence

@@ -1,4 +1,4 @@
-"""`pneuforce canlog` beside a running instrument, its files read by python-can and cantools."""
+"""`pneuforce canlog` with a running instrument. The files are read by python-can and cantools."""
 
 import re
 import resource
@@ -13,9 +13,9 @@ import can
 import cantools
 import pytest
 
+from pneuforce.teststand.child_process import ChildProcess
+from tests.command_runner import pneuforce
 from tests.system.waiting import wait_for
-from tests.typed import pneuforce
-from teststand.children import Child
 
 DBC = cantools.database.load_file(Path(__file__).parents[2] / "docs/pneuforce.dbc", strict=True)
 FORCE_ID = DBC.get_message_by_name("Force").frame_id
@@ -24,13 +24,13 @@ FOREIGN = [
     can.Message(arbitration_id=0x18DAF110, data=bytes(8), is_extended_id=True),
 ]
 ENDINGS = {"candump": "log", "asc": "asc", "blf": "blf"}
-STRANGERS = {message.arbitration_id for message in FOREIGN}
+FOREIGN_IDS = {message.arbitration_id for message in FOREIGN}
 
 
 @contextmanager
-def recording(port, *words, **how):
-    command = [sys.executable, "-m", "instrument", "canlog", "--port", str(port), *map(str, words)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as process:
+def recording(port, *words, **options):
+    command = [sys.executable, "-m", "pneuforce", "canlog", "--port", str(port), *map(str, words)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options) as process:
         try:
             yield process
         finally:
@@ -55,57 +55,57 @@ def is_unbroken(messages):
     return all((after - before) & 0xFF == 1 for before, after in pairwise(counters))
 
 
-def waited_for(file, frames):
+def wait_for_frames(file, frames):
     wait_for(
         lambda: file.exists() and len(re.findall(rb" 185[# ]", file.read_bytes())),
         lambda seen: seen >= frames,
     )
 
 
-def test_ctrl_c_leaves_files_with_every_frame_on_the_bus_that_others_read(lasting_stack, tmp_path):
+def test_ctrl_c_leaves_complete_files_in_all_formats(shared_stack, tmp_path):
     files = {form: tmp_path / f"press.{ending}" for form, ending in ENDINGS.items()}
     with ExitStack() as recordings:
         processes = {
             form: recordings.enter_context(
-                recording(lasting_stack.can_port, "--format", form, "--output", file)
+                recording(shared_stack.can_port, "--format", form, "--output", file)
             )
             for form, file in files.items()
         }
         wait_for(lambda: all(file.exists() for file in files.values()), bool)
-        with lasting_stack.robot() as robot:
+        with shared_stack.robot() as robot:
             for message in FOREIGN:
                 robot.send(message)
             for _ in range(60):
                 assert robot.recv(2.0)
         for process in processes.values():
             process.send_signal(signal.SIGINT)
-        said = {form: process.communicate(timeout=5)[1] for form, process in processes.items()}
+        stderr = {form: process.communicate(timeout=5)[1] for form, process in processes.items()}
     for form, file in files.items():
         messages = recorded(file)
-        ended = processes[form].returncode, said[form].split(" on ")[0]
+        ended = processes[form].returncode, stderr[form].split(" on ")[0]
         assert ended == (0, f"pneuforce: {len(messages)} frames")
-        assert_whole(messages)
+        assert_complete(messages)
 
 
-def assert_whole(messages):
-    """All that was sent, in its order, and the instrument's frames are the DBC's."""
-    strangers = [m for m in messages if m.arbitration_id in STRANGERS]
-    assert [(m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in strangers] == [
+def assert_complete(messages):
+    """Assert that all frames are in order, and that the DBC decodes the frames of the instrument."""
+    foreign = [m for m in messages if m.arbitration_id in FOREIGN_IDS]
+    assert [(m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in foreign] == [
         (m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in FOREIGN
     ]
     assert len(forces(messages)) > 20
     assert is_unbroken(messages)
     assert all(a.timestamp <= b.timestamp for a, b in pairwise(messages))
     for message in messages:
-        if message.arbitration_id not in STRANGERS:
+        if message.arbitration_id not in FOREIGN_IDS:
             DBC.decode_message(message.arbitration_id, message.data)
 
 
 @pytest.mark.parametrize("form", ["candump", "asc"])
-def test_a_recording_that_is_killed_keeps_all_frames_up_to_then(lasting_stack, tmp_path, form):
+def test_a_killed_recording_contains_all_frames_up_to_then(shared_stack, tmp_path, form):
     file = tmp_path / f"press.{ENDINGS[form]}"
-    with recording(lasting_stack.can_port, "--format", form, "--output", file) as process:
-        waited_for(file, 30)
+    with recording(shared_stack.can_port, "--format", form, "--output", file) as process:
+        wait_for_frames(file, 30)
         process.kill()
         process.wait()
     assert file.read_bytes().endswith(b"\n")
@@ -114,63 +114,64 @@ def test_a_recording_that_is_killed_keeps_all_frames_up_to_then(lasting_stack, t
     assert is_unbroken(messages)
 
 
-def test_a_file_that_cannot_grow_ends_the_recording_in_a_sentence(lasting_stack, tmp_path):
+def test_a_file_that_cannot_grow_ends_the_recording_with_an_error(shared_stack, tmp_path):
     file = tmp_path / "press.log"
     limit = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))}
-    with recording(lasting_stack.can_port, "--output", file, **limit) as process:
-        _, said = process.communicate(timeout=10)
+    with recording(shared_stack.can_port, "--output", file, **limit) as process:
+        _, stderr = process.communicate(timeout=10)
     assert process.returncode == 2
-    assert said.startswith(f"pneuforce: {file} cannot be written: File too large; ")
-    assert "Traceback" not in said
-    whole = file.read_text().rpartition("\n")[0].splitlines()
-    assert f"{len(whole)} frames are in it" in said
+    assert stderr.startswith(f"pneuforce: {file} cannot be written: File too large; ")
+    assert "Traceback" not in stderr
+    complete_lines = file.read_text().rpartition("\n")[0].splitlines()
+    assert f" {len(complete_lines)} frames" in stderr
 
 
-def test_no_room_on_stdout_is_a_sentence(lasting_stack):
-    with open("/dev/full", "w") as full, recording(lasting_stack.can_port, stdout=full) as process:
-        _, said = process.communicate(timeout=10)
+def test_a_full_stdout_is_reported_in_one_sentence(shared_stack):
+    with open("/dev/full", "w") as full, recording(shared_stack.can_port, stdout=full) as process:
+        _, stderr = process.communicate(timeout=10)
     assert process.returncode == 2
-    assert said == "pneuforce: stdout cannot be written: No space left on device; 0 frames are in it\n"
+    assert stderr.startswith("pneuforce: stdout cannot be written: No space left on device; ")
+    assert len(stderr.splitlines()) == 1
 
 
 @pytest.fixture
 def hub():
-    with Child("hub", ["registers.can.hub", "--port", "0"]) as started:
+    with ChildProcess("hub", ["pneuforce.registers.can.hub", "--port", "0"]) as started:
         yield started
 
 
-def test_a_bus_that_goes_away_ends_the_recording_in_a_sentence(hub, tmp_path):
+def test_a_lost_bus_ends_the_recording_with_an_error(hub, tmp_path):
     file = tmp_path / "press.log"
     with recording(hub.ready()["port"], "--output", file) as process:
         wait_for(file.exists, bool)
         hub.stop()
-        _, said = process.communicate(timeout=10)
-    assert (process.returncode, len(said.splitlines())) == (2, 1)
-    assert "is an instrument running there?" in said
+        _, stderr = process.communicate(timeout=10)
+    assert (process.returncode, len(stderr.splitlines())) == (2, 1)
+    assert "is an instrument running there?" in stderr
 
 
-def test_what_cannot_be_recorded_is_said_and_leaves_no_file(lasting_stack, tmp_path):
-    there, absent = tmp_path / "there.log", tmp_path / "absent.log"
-    there.write_text("precious")
+def test_a_rejected_recording_leaves_no_file(shared_stack, tmp_path):
+    existing, absent = tmp_path / "existing.log", tmp_path / "absent.log"
+    existing.write_text("precious")
 
-    def refusal(*words, port=lasting_stack.can_port):
+    def error_of(*words, port=shared_stack.can_port):
         done = pneuforce("canlog", "--seconds", "1", "--port", port, *words)
         assert (done.returncode, done.stdout) == (2, "")
         return done.stderr
 
-    assert refusal("--output", there) == f"pneuforce: {there} is there already: choose another name\n"
-    assert there.read_text() == "precious"
-    assert refusal("--format", "blf") == "pneuforce: blf needs a file: give it with --output\n"
-    assert "cannot be made: No such file or directory" in refusal("--output", tmp_path / "no" / "x.log")
-    assert "is an instrument running there?" in refusal("--output", absent, port=1)
-    assert "CAN interface 'foo' not supported" in refusal("--output", absent, "--interface", "foo")
+    assert f"{existing} already exists" in error_of("--output", existing)
+    assert existing.read_text() == "precious"
+    assert "--output" in error_of("--format", "blf")
+    assert "cannot be created: No such file or directory" in error_of("--output", tmp_path / "no" / "x.log")
+    assert "is an instrument running there?" in error_of("--output", absent, port=1)
+    assert "CAN interface 'foo' not supported" in error_of("--output", absent, "--interface", "foo")
     assert not absent.exists()
 
 
-def test_a_recording_is_played_again_to_another_bus(lasting_stack, hub, tmp_path):
+def test_a_recording_can_be_played_to_another_bus(shared_stack, hub, tmp_path):
     file = tmp_path / "press.log"
-    with recording(lasting_stack.can_port, "--output", file) as process:
-        waited_for(file, 30)
+    with recording(shared_stack.can_port, "--output", file) as process:
+        wait_for_frames(file, 30)
         process.terminate()
         process.wait(5)
     messages, port = recorded(file), hub.ready()["port"]
@@ -179,7 +180,7 @@ def test_a_recording_is_played_again_to_another_bus(lasting_stack, hub, tmp_path
         to = ["--bus-kwargs", "host=127.0.0.1", f"port={port}", "-i", "socketcand", "-c", "can0"]
         player = [sys.executable, "-m", "can.player", *to, str(file)]
         subprocess.run(player, check=True, capture_output=True, timeout=30)
-        heard = [listener.recv(1.0) for _ in messages]
-    assert [(m.arbitration_id, bytes(m.data)) for m in heard if m] == [
+        received = [listener.recv(1.0) for _ in messages]
+    assert [(m.arbitration_id, bytes(m.data)) for m in received if m] == [
         (m.arbitration_id, bytes(m.data)) for m in messages
     ]

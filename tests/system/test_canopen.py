@@ -1,4 +1,4 @@
-"""The whole instrument as a CANopen node on a bus, with somebody else's master: python-canopen."""
+"""The complete instrument as a CANopen node, with python-canopen as the master."""
 
 import math
 import re
@@ -13,30 +13,30 @@ import can
 import canopen
 import pytest
 
-from registers.canopen.dictionary import ENTRIES
-from registers.map import BY_NAME, REGISTERS
-from registers.modbus.client import Plc
-from tests.registers.canopen.cases import OPERATIONAL, STANDING, STOPPED
-from tests.registers.canopen.talking import agrees, frame_of, told
+from pneuforce.registers.canopen.object_dictionary import ENTRIES
+from pneuforce.registers.map import BY_NAME, REGISTERS
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.teststand.rig import LiveRig
+from pneuforce.teststand.stack import start
+from tests.registers.canopen.cases import OPERATIONAL, STATIC_CASES, STOPPED
+from tests.registers.canopen.fake_master import format_frames, frames_match, parse_frame
 from tests.system.waiting import wait_for
-from teststand.rig import LiveRig
-from teststand.stack import start
 
 NODE_ID, MASTER_ID = 5, 127
-WATCH_MS = 500
+MONITORING_MS = 500
 TOP = Path(__file__).parents[2]
 EDS, GUIDE = str(TOP / "docs/pneuforce.eds"), TOP / "docs/canopen.md"
-ANSWER_S, SILENCE_S = 2.0, 0.1
-INTO = {OPERATIONAL: 1, STOPPED: 2}
+RESPONSE_TIMEOUT_S, SILENCE_S = 2.0, 0.1
+NMT_COMMAND = {OPERATIONAL: 1, STOPPED: 2}
 
 
 @contextmanager
-def beating(network):
-    """The master's heartbeat."""
+def master_heartbeat(network):
+    """Send the heartbeat of the master from a thread."""
     stop = threading.Event()
 
     def beat():
-        while not stop.wait(WATCH_MS / 5e3):
+        while not stop.wait(MONITORING_MS / 5e3):
             network.send_message(0x700 + MASTER_ID, b"\x05")
 
     thread = threading.Thread(target=beat)
@@ -63,27 +63,27 @@ def rig(stack):
 @pytest.fixture(scope="module")
 def network(rig):
     network = canopen.Network()
-    network.connect(**rig.can)
+    network.connect(**rig.can_arguments)
     yield network
     network.disconnect()
 
 
 @pytest.fixture(scope="module")
-def lasting_node(network):
+def module_node(network):
     node = network.add_node(NODE_ID, EDS)
-    node.sdo.RESPONSE_TIMEOUT, node.sdo.MAX_RETRIES = ANSWER_S, 3
+    node.sdo.RESPONSE_TIMEOUT, node.sdo.MAX_RETRIES = RESPONSE_TIMEOUT_S, 3
     return node
 
 
 @pytest.fixture
-def node(lasting_node):
-    reset(lasting_node)
-    lasting_node.emcy.reset()
-    return lasting_node
+def node(module_node):
+    reset(module_node)
+    module_node.emcy.reset()
+    return module_node
 
 
 def reset(node, command=0x82):
-    """Reset it and wait for its boot-up; the library's own wait begins too late for a quick one."""
+    """Reset the node and wait for its boot-up. The wait of python-canopen itself starts too late."""
     states = []
     node.nmt.add_heartbeat_callback(states.append)
     node.nmt.send_command(command)
@@ -91,11 +91,11 @@ def reset(node, command=0x82):
 
 
 @pytest.fixture
-def vented(rig, lasting_node):
+def vented(rig, module_node):
     yield
     rig.release(wait=False)
-    reset(lasting_node)
-    lasting_node.sdo[0x1016][1].raw = 0
+    reset(module_node)
+    module_node.sdo[0x1016][1].raw = 0
     if rig.read()["state"] == "tripped":
         rig.write("command_key", 0x5046)
         rig.write("command_code", "clear_faults")
@@ -104,19 +104,19 @@ def vented(rig, lasting_node):
     rig.vent()
 
 
-def told_of(node, code):
-    """The emergency with this error code, waited for."""
+def wait_for_emergency(node, code):
+    """Wait for an emergency with this error code and return it."""
     errors = wait_for(lambda: list(node.emcy.log), lambda log: any(error.code == code for error in log))
     return next(error for error in errors if error.code == code)
 
 
-def heard(bus, wait_s):
-    """SDO answers that come within a time; the first ends it."""
+def sdo_responses(bus, wait_s):
+    """Return the first SDO response within `wait_s` as a list; [] if there is none."""
     until_s = time.monotonic() + wait_s
     while (left_s := until_s - time.monotonic()) > 0:
         message = bus.recv(left_s)
         if message is not None and message.arbitration_id == 0x580 + NODE_ID:
-            return [frame_of(f"585 {message.data.hex(' ')}")]
+            return [parse_frame(f"585 {message.data.hex(' ')}")]
     return []
 
 
@@ -124,55 +124,55 @@ def send(bus, can_id, data):
     bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
 
 
-def played(bus, state, steps):
-    """What goes wrong in a case, which begins with a reset; empty where nothing does."""
+def first_difference(bus, state, steps):
+    """Reset the node and carry out a case; return the first difference, or "" if there is none."""
     send(bus, 0, bytes((0x82, NODE_ID)))
-    send(bus, 0, bytes((INTO.get(state, 0x80), NODE_ID)))
-    for said, expected in steps:
-        frame = frame_of(said)
+    send(bus, 0, bytes((NMT_COMMAND.get(state, 0x80), NODE_ID)))
+    for step, expected in steps:
+        frame = parse_frame(step)
         send(bus, frame.id, frame.data)
-        frames = heard(bus, ANSWER_S if expected else SILENCE_S)
-        if not agrees(expected, frames):
-            return f"{said}: {told(frames) or 'silence'}, not {expected or 'silence'}"
+        frames = sdo_responses(bus, RESPONSE_TIMEOUT_S if expected else SILENCE_S)
+        if not frames_match(expected, frames):
+            return f"{step}: {format_frames(frames) or 'no frame'}, expected {expected or 'no frame'}"
     return ""
 
 
-def test_the_standing_cases_hold_on_a_live_bus(rig):
-    """Each is played up to three times: on a busy machine a late frame is dropped, as it should be."""
-    with can.Bus(**rig.can) as bus:
+def test_the_static_cases_pass_with_a_running_instrument(rig):
+    """Each case has three attempts, because on a busy machine a late frame is dropped, as specified."""
+    with can.Bus(**rig.can_arguments) as bus:
         failed = {
-            name: wrong
-            for name, state, steps in STANDING
-            if all(wrong := played(bus, state, steps) for _ in range(3))
+            name: difference
+            for name, state, steps in STATIC_CASES
+            if all(difference := first_difference(bus, state, steps) for _ in range(3))
         }
     assert failed == {}
 
 
-def test_every_object_of_the_data_sheet_is_there_and_reads_in_its_type(node):
+def test_every_object_of_the_eds_can_be_read_in_its_data_type(node):
     for entry in ENTRIES:
         found = node.sdo[entry.index]
-        variable = found if hasattr(found, "raw") else found[entry.sub]
-        if entry.index == 0x1003 and entry.sub:
+        variable = found if hasattr(found, "raw") else found[entry.subindex]
+        if entry.index == 0x1003 and entry.subindex:
             with pytest.raises(canopen.SdoAbortedError):
                 _ = variable.raw
         else:
             assert isinstance(variable.raw, str if entry.type.name == "TEXT" else int | float), entry
 
 
-#: What stays as it is while both are asked, and is no bus's own, as the command block is.
-STILL = [r for r in REGISTERS if r.constant is not None or r.writable or 768 <= r.address < 800]
-STILL = [r for r in STILL if not r.name.startswith("command_")]
+#: Registers that do not change between two reads, without the command block, which differs between buses.
+CONSTANT_REGISTERS = [r for r in REGISTERS if r.constant is not None or r.writable or 768 <= r.address < 800]
+CONSTANT_REGISTERS = [r for r in CONSTANT_REGISTERS if not r.name.startswith("command_")]
 
 
 def test_the_objects_have_the_values_of_the_registers(node, rig):
     values = {BY_NAME[name].quantity or name: value for name, value in rig.read().items()}
-    for register in STILL:
+    for register in CONSTANT_REGISTERS:
         code = register.encode(values[register.quantity or register.name])
         raw = node.sdo[0x2000 + register.address].raw
         assert raw == pytest.approx(code, rel=1e-6, nan_ok=True), register.name
 
 
-def test_process_data_flow_from_the_start_to_the_stop(node):
+def test_process_data_are_sent_from_start_to_stop(node):
     node.tpdo.read()
     node.nmt.state = "OPERATIONAL"
     for number in (1, 2, 3):
@@ -185,7 +185,7 @@ def test_process_data_flow_from_the_start_to_the_stop(node):
     assert node.nmt.state == "STOPPED"
 
 
-def test_a_manager_configures_a_tpdo_as_its_library_does(node, network):
+def test_python_canopen_configures_a_tpdo(node, network):
     node.tpdo.read()
     node.tpdo[2].trans_type = 2
     node.tpdo[2].event_timer = 0
@@ -209,60 +209,58 @@ def inflate_by_sdo(node, rig, setpoint_kpa=8.0):
     wait_for(lambda: node.sdo["state"].raw, lambda state: state == holding, 30.0)
 
 
-def watch(node):
-    """Have the node watch over this master, from its first heartbeat on."""
-    node.sdo[0x1016][1].raw = MASTER_ID << 16 | WATCH_MS
+def monitor_master(node):
+    """Configure the node to monitor this master, starting with its first heartbeat."""
+    node.sdo[0x1016][1].raw = MASTER_ID << 16 | MONITORING_MS
 
 
-def test_inflated_by_sdo_and_pressed_a_lost_master_leaves_it_locked_until_the_contact_ends(
-    node, network, rig, vented
-):
+def test_a_master_lost_during_a_contact_vents_the_balloon_when_the_contact_ends(node, network, rig, vented):
     node.tpdo.read()
     node.nmt.state = "OPERATIONAL"
-    watch(node)
-    with beating(network):
+    monitor_master(node)
+    with master_heartbeat(network):
         inflate_by_sdo(node, rig)
         rig.press(1.5)
         wait_for(lambda: node.tpdo[1]["Force.force"].raw, lambda force: 1000 < force < 2000)
-    assert told_of(node, 0x8130).register & 0x10
+    assert wait_for_emergency(node, 0x8130).register & 0x10
     registers = rig.read()
-    assert ("holding" in registers["status"], registers["first_fault"]) == (True, 41)
+    assert ("holding" in registers["status"], registers["first_out_fault"]) == (True, 41)
     rig.release(wait=False)
     rig.wait_for(lambda r: r["state"] == "tripped" and "vented" in r["status"], 20.0)
     assert [node.sdo[0x1003][sub].raw for sub in (1, 2)] == [0xFF00 + 41, 0x8130]
 
 
-def test_a_lost_master_vents_a_free_balloon_and_its_return_inflates_nothing(node, network, rig, vented):
-    watch(node)
-    with beating(network):
+def test_a_lost_master_vents_a_free_balloon_and_its_recovery_does_not_inflate(node, network, rig, vented):
+    monitor_master(node)
+    with master_heartbeat(network):
         inflate_by_sdo(node, rig, 6.0)
     rig.wait_for(lambda r: r["state"] == "tripped" and "vented" in r["status"], 20.0)
-    with beating(network):
-        assert told_of(node, 0x0000).register & 0x10 == 0
+    with master_heartbeat(network):
+        assert wait_for_emergency(node, 0x0000).register & 0x10 == 0
         with pytest.raises(canopen.SdoAbortedError, match="0x08000022"):
             node.sdo["mode"].raw = 1
         node.sdo[0x1016][1].raw = 0
     assert rig.read()["state"] == "tripped"
 
 
-def test_the_way_back_from_a_trip_goes_by_sdo_alone(node, network, rig, vented):
+def test_a_trip_can_be_cleared_by_sdo_alone(node, network, rig, vented):
     rig.wait_for(lambda r: "vented" in r["status"])
     node.sdo["lease"].raw = 200
     rig.wait_for(lambda r: r["state"] == "tripped")
     with pytest.raises(canopen.SdoAbortedError, match="0x08000022"):
         node.sdo["mode"].raw = 1
-    refusals = BY_NAME["refusal"].values.names
-    assert refusals[node.sdo["refusal"].raw] == "fault_latched"
+    reject_reasons = BY_NAME["reject_reason"].values.names
+    assert reject_reasons[node.sdo["reject_reason"].raw] == "fault_latched"
     node.sdo["command_key"].raw = 0x5046
     node.sdo["command_code"].raw = 2
     node.sdo["command_sequence"].raw = node.sdo["command_sequence"].raw + 1
     done = BY_NAME["answer_state"].values.codes["done"]
     wait_for(lambda: node.sdo["answer_state"].raw, lambda state: state == done)
-    assert told_of(node, 0x0000).register == 0
+    assert wait_for_emergency(node, 0x0000).register == 0
     inflate_by_sdo(node, rig, 6.0)
 
 
-def test_neither_a_stop_nor_a_reset_moves_a_held_balloon_and_a_vent_passes_though_stopped(
+def test_nmt_commands_do_not_change_a_held_balloon_and_a_stopped_node_accepts_a_vent(
     node, rig, network, vented
 ):
     inflate_by_sdo(node, rig, 6.0)
@@ -276,8 +274,8 @@ def test_neither_a_stop_nor_a_reset_moves_a_held_balloon_and_a_vent_passes_thoug
     rig.wait_for(lambda r: "vented" in r["status"])
 
 
-def test_a_lease_of_the_plc_refuses_the_master_but_not_its_vent(node, stack, rig):
-    with Plc.connect(port=stack.modbus_port) as plc:
+def test_during_a_lease_of_the_plc_the_master_can_only_vent(node, stack, rig):
+    with ModbusClient.connect(port=stack.modbus_port) as plc:
         plc.write("lease", 60.0)
         with pytest.raises(canopen.SdoAbortedError, match="0x08000021"):
             node.sdo["setpoint_requested"].raw = 5.0
@@ -287,7 +285,7 @@ def test_a_lease_of_the_plc_refuses_the_master_but_not_its_vent(node, stack, rig
     assert math.isclose(rig.read()["setpoint_requested"], 5.0)
 
 
-def test_the_program_of_the_guide_runs(stack, rig):
+def test_the_program_in_the_guide_runs(stack, rig):
     rig.wait_for(lambda r: "vented" in r["status"] and "not_zeroed" not in r["status"])
     (program,) = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
     done = subprocess.run(
@@ -299,5 +297,5 @@ def test_the_program_of_the_guide_runs(stack, rig):
         check=False,
     )
     assert done.stdout.splitlines() == ["0.000 N"] * 3, done.stderr
-    left = rig.wait_for(lambda r: "vented" in r["status"])
-    assert (left["setpoint_requested"], left["first_fault"]) == (6.0, 0)
+    final = rig.wait_for(lambda r: "vented" in r["status"])
+    assert (final["setpoint_requested"], final["first_out_fault"]) == (6.0, 0)

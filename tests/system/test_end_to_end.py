@@ -1,4 +1,4 @@
-"""The main job, with every part real: bytes on a pty, sockets, and clients that others wrote."""
+"""Main function with real serial bytes, real sockets and third-party clients."""
 
 import math
 import signal
@@ -9,8 +9,8 @@ import time
 import cantools
 import pytest
 
-from registers.modbus.client import PlcError
-from registers.views import VIEWS
+from pneuforce.registers.modbus.client import ModbusClientError
+from pneuforce.registers.views import VIEWS
 from tests.system.waiting import inflate, wait_for
 from tests.tools import needs
 
@@ -19,7 +19,7 @@ FORCE_ID = 0x185
 
 
 def can_forces(bus, count):
-    """Force [N] of the next frames, as a robot controller with the DBC reads them."""
+    """Return the forces [N] of the next frames, decoded with the DBC as by a robot controller."""
     forces = []
     until_s = time.monotonic() + 5
     while len(forces) < count and time.monotonic() < until_s:
@@ -30,16 +30,16 @@ def can_forces(bus, count):
 
 
 @pytest.fixture
-def stack_to_vent(lasting_stack):
-    yield lasting_stack
-    with lasting_stack.plc() as plc:
+def stack_to_vent(shared_stack):
+    yield shared_stack
+    with shared_stack.plc() as plc:
         plc.write("mode", "vent")
 
 
 def mean_forces(plc, bus):
-    """Mean force [N] on Modbus and on CAN during the same second.
+    """Return the mean force [N] on Modbus and on CAN during the same second.
 
-    Single values are of different samples, and compensating the lag leaves each a noise of 5 mN.
+    Single values belong to different samples, and have a noise of 5 mN from the lag compensation.
     """
     while bus.recv(0) is not None:
         pass
@@ -51,22 +51,24 @@ def mean_forces(plc, bus):
     return statistics.mean(on_modbus_n), statistics.mean(on_can_n)
 
 
-def test_a_pressed_balloon_shows_the_same_true_force_on_both_buses(stack_to_vent):
+def test_both_buses_report_the_true_force_of_a_pressed_balloon(stack_to_vent):
     stack = stack_to_vent
     with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
         for applied_n in (1.5, 2.5):
-            stack.order(press=applied_n)
+            stack.request(press=applied_n)
             wait_for(plc.read, lambda v: "in_contact" in v["status"])
             wait_for(plc.read, lambda v, f=applied_n: abs(v["force"] - f) < 0.1)
             time.sleep(1.0)
             on_modbus_n, on_can_n = mean_forces(plc, bus)
-            assert on_modbus_n == pytest.approx(applied_n, abs=0.02)  # this balloon obeys the law
+            assert on_modbus_n == pytest.approx(
+                applied_n, abs=0.02
+            )  # the simulated balloon follows the force law
             assert on_can_n == pytest.approx(on_modbus_n, abs=0.004)
             values = plc.read()
-            assert "force_valid" not in values["status"]  # a word of the condensed status only
+            assert "force_valid" not in values["status"]  # a bit of the condensed status only
             assert "force_valid" in values["condensed_status"]
-        stack.order(release=True)
+        stack.request(release=True)
         released = wait_for(plc.read, lambda v: "in_contact" not in v["status"])
         assert released["force"] == 0.0
         assert released["peak_force"] == pytest.approx(2.5, abs=0.1)
@@ -79,7 +81,7 @@ def mbpoll(stack, *arguments):
 
 
 @needs("mbpoll")
-def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack_to_vent):
+def test_the_rig_follows_a_setpoint_from_mbpoll(stack_to_vent):
     with stack_to_vent.plc() as plc:
         inflate(plc, 6.0)
         done = mbpoll(stack_to_vent, "-B", "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "8.0")
@@ -91,23 +93,23 @@ def test_mbpoll_sets_the_pressure_and_the_rig_goes_there(stack_to_vent):
 
 @needs("mbpoll")
 @pytest.mark.parametrize("arguments", [("8.0",), ("-B", "12.5"), ("-B", "nan"), ("-B", "-1")])
-def test_swapped_words_and_values_out_of_span_are_refused_and_change_nothing(lasting_stack, arguments):
+def test_swapped_words_and_values_outside_the_range_are_rejected_without_effect(shared_stack, arguments):
     *order, value = arguments
-    with lasting_stack.plc() as plc:
+    with shared_stack.plc() as plc:
         plc.write("setpoint_requested", 5.5)
-        refused = mbpoll(lasting_stack, *order, "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "--", value)
-        assert "Illegal data value" in refused.stderr
+        rejected = mbpoll(shared_stack, *order, "-1", "-t", "4:float", "-r", "512", "127.0.0.1", "--", value)
+        assert "Illegal data value" in rejected.stderr
         assert plc.read()["setpoint_requested"] == 5.5
 
 
-def test_writing_hold_for_ever_does_not_inflate_a_tripped_rig(stack):
+def test_writing_hold_repeatedly_does_not_inflate_a_tripped_rig(stack):
     with stack.plc() as plc:
         inflate(plc, 6.0)
         plc.write("lease", 0.3)
         wait_for(plc.read, lambda v: v["state"] == "tripped")
         until_s = time.monotonic() + 3.0
         while time.monotonic() < until_s:
-            with pytest.raises(PlcError, match="fault_latched"):
+            with pytest.raises(ModbusClientError, match="fault_latched"):
                 plc.write("mode", "hold")
         values = plc.read()
         assert values["state"] == "tripped"
@@ -115,7 +117,7 @@ def test_writing_hold_for_ever_does_not_inflate_a_tripped_rig(stack):
         assert math.isnan(values["setpoint"])
 
 
-def test_after_a_trip_clear_vent_hold_in_this_order_inflates_again(stack):
+def test_after_a_trip_the_sequence_clear_vent_hold_inflates_again(stack):
     with stack.plc() as plc:
         inflate(plc, 6.0)
         plc.write("lease", 0.2)
@@ -125,14 +127,14 @@ def test_after_a_trip_clear_vent_hold_in_this_order_inflates_again(stack):
         plc.write("command_sequence", 1)
         cleared = wait_for(plc.read, lambda v: v["answer_state"] != "busy")
         assert (cleared["answer_state"], cleared["answer_result"]) == ("done", "none")
-        with pytest.raises(PlcError, match="reason state"):
+        with pytest.raises(ModbusClientError, match="reason state"):
             plc.write("mode", "hold")
         plc.write("mode", "vent")
         plc.write("mode", "hold")
         wait_for(plc.read, lambda v: v["state"] == "holding")
 
 
-def test_a_host_that_is_killed_leaves_a_board_that_vents_by_itself(stack):
+def test_the_board_vents_after_the_host_process_is_killed(stack):
     with stack.plc() as plc:
         inflate(plc, 6.0)
     truths = stack.truths()
@@ -140,13 +142,13 @@ def test_a_host_that_is_killed_leaves_a_board_that_vents_by_itself(stack):
     wait_for(lambda: next(truths)["balloon_kpa"], lambda kpa: kpa < 0.3, deadline_s=5)
 
 
-def test_a_host_that_slept_shows_nothing_old_and_is_tripped(stack):
+def test_a_suspended_host_process_reports_no_old_values_and_trips(stack):
     with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
-        stack.order(press=2.0)
+        stack.request(press=2.0)
         wait_for(plc.read, lambda v: abs(v["force"] - 2.0) < 0.05)
         stack.host.send(signal.SIGSTOP)
-        stack.order(release=True)
+        stack.request(release=True)
         time.sleep(0.8)
         while bus.recv(0) is not None:
             pass
@@ -156,7 +158,7 @@ def test_a_host_that_slept_shows_nothing_old_and_is_tripped(stack):
         assert {str(force) for force in can_forces(bus, 30)} == {"not_available"}
 
 
-def test_a_cable_that_is_pulled_and_put_back_leaves_the_rig_tripped(stack):
+def test_after_the_cable_is_unplugged_and_plugged_in_the_rig_is_tripped(stack):
     with stack.plc() as plc:
         inflate(plc, 6.0)
         stack.sim.stop()
@@ -166,5 +168,5 @@ def test_a_cable_that_is_pulled_and_put_back_leaves_the_rig_tripped(stack):
         stack.plug_in_again()
         back = wait_for(plc.read, lambda v: "link_lost" not in v["status"])
         assert back["state"] == "tripped"
-        with pytest.raises(PlcError, match="fault_latched"):
+        with pytest.raises(ModbusClientError, match="fault_latched"):
             plc.write("mode", "hold")

@@ -1,4 +1,4 @@
-"""What the host has done before it greets a board, so that nothing holds up its commands later."""
+"""Imports of the host process, which must be complete before the handshake and never delay a command."""
 
 import time
 
@@ -6,16 +6,16 @@ from tests.system.conftest import running
 from tests.system.waiting import inflate
 
 
-def test_nothing_is_imported_any_more_once_the_board_has_answered(tmp_path, monkeypatch):
+def test_nothing_is_imported_after_the_board_has_answered(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPROFILEIMPORTTIME", "1")
     with running(tmp_path / "rig") as stack:
         with stack.plc() as plc:
             inflate(plc, 8.0)
-            stack.order(press=2.0)
+            stack.request(press=2.0)
             time.sleep(1.0)
             plc.read()
         stack.host.stop()
-        said = list(stack.host.said)
-    answered = next(n for n, line in enumerate(said) if "answered" in line)
-    assert any(line.startswith("import time:") for line in said[:answered])
-    assert [line for line in said[answered:] if line.startswith("import time:")] == []
+        lines = list(stack.host.stderr_lines)
+    answered = next(n for n, line in enumerate(lines) if "answered" in line)
+    assert any(line.startswith("import time:") for line in lines[:answered])
+    assert [line for line in lines[answered:] if line.startswith("import time:")] == []

@@ -1,4 +1,4 @@
-"""An instrument joins its CAN bus while it already serves Modbus; where it may not, it ends in a sentence."""
+"""Start of an instrument on a CAN bus: if the bus cannot be used, it ends with an error message."""
 
 import subprocess
 import sys
@@ -9,8 +9,8 @@ from tests.system.waiting import wait_for
 
 
 @pytest.fixture
-def refused(tmp_path, stack):
-    """What an instrument on a rig of its own says that ends because of this [can] table."""
+def startup_error(tmp_path, stack):
+    """Return a function that starts an instrument with this [can] table and returns its last error line."""
     link = tmp_path / "other"
     stack.plug_in(link)
 
@@ -18,7 +18,7 @@ def refused(tmp_path, stack):
         off = '[modbus]\nenabled = false\n[events]\nfile = ""\n'
         configuration = f'[rig]\nport = "{link}"\n{off}[can]\nenabled = true\n{table}'
         done = subprocess.run(
-            [sys.executable, "-m", "instrument", "run", "--config", "/dev/stdin"],
+            [sys.executable, "-m", "pneuforce", "run", "--config", "/dev/stdin"],
             input=configuration,
             capture_output=True,
             text=True,
@@ -32,13 +32,14 @@ def refused(tmp_path, stack):
 
 
 @pytest.mark.parametrize("mode", ["raw", "canopen"])
-def test_a_node_id_that_another_instrument_uses_is_not_taken(stack, refused, mode):
+def test_a_node_id_that_another_instrument_uses_ends_the_instrument(stack, startup_error, mode):
     with stack.plc() as plc:
         wait_for(plc.read, lambda registers: "can_down" not in registers["status"])
-    said = refused(f'mode = "{mode}"\ninterface = "socketcand"\nport = {stack.can_port}\n')
-    assert said.startswith("pneuforce: CAN node id 5 is taken on socketcand can0 at 127.0.0.1:")
+    error = startup_error(f'mode = "{mode}"\ninterface = "socketcand"\nport = {stack.can_port}\n')
+    assert error.startswith("pneuforce: CAN node id 5 ")
+    assert f"socketcand can0 at 127.0.0.1:{stack.can_port}" in error
 
 
-def test_an_interface_that_is_not_there_ends_the_instrument(refused):
-    said = refused('interface = "socketcan"\nchannel = "can77"\n')
-    assert said.startswith("pneuforce: CAN on socketcan can77 cannot be opened: ")
+def test_a_missing_interface_ends_the_instrument(startup_error):
+    error = startup_error('interface = "socketcan"\nchannel = "can77"\n')
+    assert error.startswith("pneuforce: CAN on socketcan can77 ")

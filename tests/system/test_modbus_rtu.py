@@ -1,4 +1,4 @@
-"""The instrument on a serial line of its own: the whole of it, beside TCP and CAN."""
+"""System tests of Modbus RTU: the complete instrument with a serial line, TCP and CAN."""
 
 import signal
 import time
@@ -7,16 +7,16 @@ from contextlib import ExitStack, suppress
 import pytest
 import serial
 
-from instrument.cli.rtu_face import check_ports
-from instrument.config import parse
-from instrument.errors import ConfigurationError
-from registers.modbus.client import Plc, PlcError
-from registers.modbus.rtu import frame
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.config import parse
+from pneuforce.instrument.service.rtu_server import check_ports
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
+from pneuforce.registers.modbus.rtu import encode_frame
+from pneuforce.teststand.child_process import ChildProcessFailed
+from pneuforce.teststand.stack import start
 from tests.registers.modbus.rtu_lines import VENT
 from tests.registers.modbus.serial_lines import Cable
 from tests.system.waiting import inflate, wait_for
-from teststand.children import ChildFailed
-from teststand.stack import start
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def children():
 
 
 def plug_in(link):
-    """A new cable, its first end found under `link`."""
+    """Return a new cable whose first end has the symbolic link `link`."""
     cable = Cable()
     link.unlink(missing_ok=True)
     link.symlink_to(cable.ports[0])
@@ -37,23 +37,23 @@ def started(children, folder, **rtu):
     return start(children, folder / "rig", ["--no-hand"], {"modbus_rtu": {"enabled": True, **rtu}})
 
 
-def on_line(cable):
-    return Plc.on_line(cable.ports[1], parity="none", wait_s=0.5)
+def connect_serial(cable):
+    return ModbusClient.connect_serial(cable.ports[1], parity="none", wait_s=0.5)
 
 
-def test_a_plc_on_the_line_inflates_and_a_broadcast_vents(children, tmp_path):
+def test_a_client_on_the_line_inflates_and_a_broadcast_vents(children, tmp_path):
     cable = plug_in(tmp_path / "line")
     children.callback(cable.unplug)
     stack = started(children, tmp_path, port=str(tmp_path / "line"))
-    with Plc.connect(port=stack.modbus_port) as tcp:
-        with on_line(cable) as plc:
+    with ModbusClient.connect(port=stack.modbus_port) as tcp:
+        with connect_serial(cable) as plc:
             inflate(plc, 5.0)
             plc.write("lease", 60.0)
             assert tcp.read()["lease_holder"] == "modbus_rtu"
-            with pytest.raises(PlcError, match="reason lease"):
+            with pytest.raises(ModbusClientError, match="reason lease"):
                 tcp.write("setpoint_requested", 6.0)
         with serial.Serial(cable.ports[1], 19200) as master:
-            master.write(frame(0, VENT))
+            master.write(encode_frame(0, VENT))
         wait_for(tcp.read, lambda v: "vented" in v["status"])
         stack.host.send(signal.SIGTERM)
         wait_for(lambda: stack.host.running, lambda running: not running, 5.0)
@@ -61,45 +61,47 @@ def test_a_plc_on_the_line_inflates_and_a_broadcast_vents(children, tmp_path):
         pass
 
 
-def test_the_line_is_pulled_and_comes_back_under_another_name_and_tcp_and_can_do_not_notice(
-    children, tmp_path
-):
+def test_an_unplugged_line_that_returns_with_another_name_does_not_affect_tcp_and_can(children, tmp_path):
     cable = plug_in(tmp_path / "line")
     stack = started(children, tmp_path, port=str(tmp_path / "line"))
-    seen = []
-    with Plc.connect(port=stack.modbus_port) as tcp:
+    values_over_tcp = []
+    with ModbusClient.connect(port=stack.modbus_port) as tcp:
         wait_for(tcp.read, lambda v: "can_down" not in v["status"] and "vented" in v["status"])
 
-        def look():
-            seen.append(tcp.read())
-            with suppress(PlcError), on_line(cable) as plc:
+        def sample_counter_over_rtu():
+            values_over_tcp.append(tcp.read())
+            with suppress(ModbusClientError), connect_serial(cable) as plc:
                 return plc.read()["sample_counter"]
             return 0
 
-        assert look()
+        assert sample_counter_over_rtu()
         cable.unplug()
         until_s = time.monotonic() + 0.7
         while time.monotonic() < until_s:
-            seen.append(tcp.read())
+            values_over_tcp.append(tcp.read())
         cable = plug_in(tmp_path / "line")
         children.callback(cable.unplug)
-        begun_s = time.monotonic()
-        assert wait_for(look, bool) >= seen[0]["sample_counter"]
-        assert time.monotonic() < begun_s + 2.0
-    assert not {"can_down", "link_lost", "any_failure"} & set().union(*(values["status"] for values in seen))
-    assert {values["state"] for values in seen} == {"vented"}
+        start_s = time.monotonic()
+        assert wait_for(sample_counter_over_rtu, bool) >= values_over_tcp[0]["sample_counter"]
+        assert time.monotonic() < start_s + 2.0
+    assert not {"can_down", "link_lost", "any_failure"} & set().union(
+        *(values["status"] for values in values_over_tcp)
+    )
+    assert {values["state"] for values in values_over_tcp} == {"vented"}
 
 
-def test_a_line_that_is_not_there_at_the_start_is_told_in_a_sentence(children, tmp_path):
-    with pytest.raises(ChildFailed, match="Modbus RTU: /dev/no-such-line cannot be opened: no such file"):
+def test_a_missing_port_at_the_start_is_reported(children, tmp_path):
+    with pytest.raises(
+        ChildProcessFailed, match="Modbus RTU: /dev/no-such-line cannot be opened: no such file"
+    ):
         started(children, tmp_path, port="/dev/no-such-line")
 
 
-def test_the_rigs_own_port_is_refused_under_whatever_name(tmp_path):
+def test_the_port_of_the_rig_is_rejected_under_any_name(tmp_path):
     (tmp_path / "alias").symlink_to(tmp_path / "rig")
     tables = {
         "rig": {"port": str(tmp_path / "rig")},
         "modbus_rtu": {"enabled": True, "port": str(tmp_path / "alias")},
     }
-    with pytest.raises(ConfigurationError, match=r"modbus_rtu.port = \S*alias is the rig's own port"):
+    with pytest.raises(ConfigurationError, match=r"modbus_rtu.port = \S*alias.*rig.port"):
         check_ports(parse(tables, "my.toml"))

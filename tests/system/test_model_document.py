@@ -1,64 +1,88 @@
-"""The numbers of docs/model.md that are constants of the program are those of the program."""
+"""docs/model.md has the constants of the program, and the lines of the uncertainty budget."""
 
+import re
 from pathlib import Path
 
 import pytest
 
-from instrument.chain import ChainSettings
-from instrument.contact import LEAK_KPA_PER_S, ONSET_KPA, RELEASED, TRACKING_KPA_PER_S, WARMING_S
-from instrument.lag import GLITCH_KPA, MOST_STEPS, SAMPLE_S, LagCompensator
-from instrument.model import Balloon
-from instrument.model.balloon import LOWEST_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
-from instrument.model.law import BLEND_KPA
-from instrument.model.uncertainty import InputErrors, ModelErrors
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.contact import (
+    MAX_LEAK_KPA_PER_S,
+    MAX_TRACKING_KPA_PER_S,
+    ONSET_KPA,
+    RELEASE_RATIO,
+    WARMING_TIME_CONSTANT_S,
+)
+from pneuforce.instrument.measurement.lag import MAX_BRIDGED_SAMPLES, OUTLIER_KPA, SAMPLE_S, LagCompensator
+from pneuforce.instrument.model import Balloon, Circuit
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.law import BLEND_KPA
+from pneuforce.instrument.model.uncertainty import InputUncertainties, ModelUncertainty
+from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_budget
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/model.md").read_text(encoding="utf-8")
-OWN, ERRORS = ChainSettings(), InputErrors()
-BALLOON, LAW = Balloon(), ModelErrors()
-SQUARE, LINEAR = (
+CHAIN, ERRORS = ChainSettings(), InputUncertainties()
+BALLOON, LAW = Balloon(), ModelUncertainty()
+QUADRATIC, LINEAR = (
     1e3 * number for number in (BALLOON.radius_quadratic_mm_per_kpa2, BALLOON.radius_linear_mm_per_kpa)
 )
 PASCAL = 1e-3
 
 
 @pytest.mark.parametrize(
-    "told",
+    "text",
     [
-        f"({SQUARE:.4f} ΔP_i² + {LINEAR:.3f} ΔP_i)·10⁻³",
+        f"({QUADRATIC:.4f} ΔP_i² + {LINEAR:.3f} ΔP_i)·10⁻³",
         f"E_str is (4) above ΔP_i = {BALLOON.switch_kpa:g} kPa",
-        f"Below a rise of {LOWEST_RISE_KPA:g} kPa force and indentation",
-        f"±{BLEND_KPA:g} kPa of it",
+        f"Below a rise of {MIN_RISE_KPA:g} kPa force and indentation",
+        f"±{BLEND_KPA:g} kPa of {BALLOON.switch_kpa:g} kPa",
         f"Outside {BALLOON.switch_kpa - BLEND_KPA:.2f}–{BALLOON.switch_kpa + BLEND_KPA:.2f} kPa",
         f"ΔP_i of {VALID_LOW_KPA} to {VALID_HIGH_KPA} kPa",
-        f"| noise of ΔP_i | {ERRORS.initial_noise_kpa / PASCAL:.0f} Pa |",
-        f"| noise of ΔP_f | {ERRORS.final_noise_kpa / PASCAL:.0f} Pa",
-        f"and {100 * OWN.lag_share:.0f} % of the tube's lag times the rate",
-        f"| sensor after its zero | {100 * ERRORS.gain:.2f} % of each pressure",
+        f"| noise of ΔP_i | {ERRORS.baseline_noise_kpa / PASCAL:.0f} Pa |",
+        f"| noise of ΔP_f | {ERRORS.final_noise_kpa / PASCAL:.0f} Pa |",
+        f"adds {100 * CHAIN.lag_relative_std:.0f} % of the tube's lag × the rate",
+        f"| sensor gain after zero adjustment | {100 * ERRORS.gain:.2f} % of each pressure",
         f"(measured drift + {ERRORS.drift_kpa_per_s / PASCAL:g} Pa/s)",
-        f"| R_i | {ERRORS.radius_mm:g} mm |",
-        f"| {ERRORS.young_kpa:g} kPa, {ERRORS.rest_thickness_mm:g} mm, {ERRORS.poisson:g} |",
-        f"| V_c, P_0 | {ERRORS.volume_mm3:g} mm³, {ERRORS.ambient_kpa:g} kPa |",
-        f"1.0 to 1.2, {ERRORS.polytropic:.3f}",
-        f"| the law | {100 * LAW.share_below:.1f} % of the force up to {BALLOON.switch_kpa:g} kPa, "
-        f"{100 * LAW.share_above:.1f} % above",
+        f"| radius R_i | {ERRORS.radius_mm:g} mm |",
+        f"| Young's modulus E | {ERRORS.young_kpa:g} kPa |",
+        f"| thickness h_0 | {ERRORS.rest_thickness_mm:g} mm |",
+        f"| Poisson's ratio ν | {ERRORS.poisson:g} |",
+        f"| volume of the pipes V_c | {ERRORS.volume_mm3:g} mm³ |",
+        f"| ambient pressure P_0 | {ERRORS.ambient_kpa:g} kPa |",
+        f"| gas exponent n, 1 to 1.2 | {ERRORS.polytropic:.3f} |",
+        f"| force law | {100 * LAW.relative_std_below:.1f} % of the force up to {BALLOON.switch_kpa:g} kPa, "
+        f"{100 * LAW.relative_std_above:.1f} % above",
         *(
-            f"{100 * errors.share_below:.3g} % and {100 * errors.share_above:.3g} % ({method.capitalize()})"
-            for method, errors in ((m, ModelErrors.of(m)) for m in ("lulevich", "shanahan"))
+            f"{100 * errors.relative_std_below:.3g} % and {100 * errors.relative_std_above:.3g} % ({name})"
+            for name, errors in (
+                ("Lulevich", ModelUncertainty.of("lulevich")),
+                ("Shanahan", ModelUncertainty.of("shanahan")),
+            )
         ),
         f"a rise of {ONSET_KPA:g} kPa",
-        f"lags by about {1e3 * OWN.tube_s:.0f} ms",
-        f"passes a {1e3 * OWN.filter_s:.0f} ms filter",
-        f"at most at **{TRACKING_KPA_PER_S:g} kPa/s**",
-        f"a press slower than {TRACKING_KPA_PER_S:g} kPa/s",
-        f"goes on (at most {LEAK_KPA_PER_S:g} kPa/s)",
-        f"fading within {WARMING_S:g} s and never more than {100 * RELEASED:.0f} %",
-        f"Lost samples are bridged up to {1e3 * MOST_STEPS * SAMPLE_S:.0f} ms",
-        f"A reading that is {GLITCH_KPA:g} kPa from where it must be",
+        f"lags by about {1e3 * CHAIN.tube_time_constant_s:.0f} ms",
+        f"passes a {1e3 * CHAIN.filter_time_constant_s:.0f} ms filter",
+        f"at most at **{MAX_TRACKING_KPA_PER_S:g} kPa/s**",
+        f"a press slower than {MAX_TRACKING_KPA_PER_S:g} kPa/s",
+        f"to continue, at most at {MAX_LEAK_KPA_PER_S:g} kPa/s",
+        f"to fade within {WARMING_TIME_CONSTANT_S:g} s",
+        f"never more than {100 * RELEASE_RATIO:.0f} % of the highest rise",
+        f"Lost samples are bridged up to {1e3 * MAX_BRIDGED_SAMPLES * SAMPLE_S:.0f} ms",
+        f"A reading that differs by more than {OUTLIER_KPA:g} kPa from its prediction",
     ],
 )
-def test_the_document_says_what_the_program_does(told):
-    assert told in DOCUMENT
+def test_the_document_has_the_constants_of_the_program(text):
+    assert text in DOCUMENT
+
+
+def test_the_table_has_the_lines_of_the_uncertainty_budget():
+    section = DOCUMENT.partition("\n## Uncertainty\n")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| ([^|]+) \|", section, re.MULTILINE)
+    budget = compute_budget(8.0, 9.2, BALLOON, Circuit())
+    assert rows[2:] == [line.source.removesuffix(f" in {CONTACT_S:g} s") for line in budget]
 
 
 def test_the_noise_of_the_live_pressure_is_that_of_its_filter():
-    assert LagCompensator(OWN.tube_s).noise_kpa == pytest.approx(ERRORS.final_noise_kpa, abs=5e-4)
+    assert LagCompensator(CHAIN.tube_time_constant_s).noise_kpa == pytest.approx(
+        ERRORS.final_noise_kpa, abs=5e-4
+    )

@@ -1,4 +1,4 @@
-"""Every command and program that README, first steps, rules and PLC guide tell a newcomer to type, typed."""
+"""Tests that run the commands and programs of README, tutorial, rules and guides as a reader types them."""
 
 import re
 import shlex
@@ -15,13 +15,14 @@ from tests.system.waiting import wait_for
 from tests.tools import needs
 
 TOP = Path(__file__).parents[2]
-README = (TOP / "README.md").read_text()
-START, RULES, PLC = ((TOP / "docs" / name).read_text() for name in ("start.md", "rules.md", "plc.md"))
+FILES = {"README": "README.md"} | {name: f"docs/{name}.md" for name in ("start", "rules", "plc")}
+DOCUMENTS = {name: (TOP / file).read_text(encoding="utf-8") for name, file in FILES.items()}
+ROBOT = (TOP / "docs/robot.md").read_text(encoding="utf-8")
 
 
 def commands(text):
-    """Command and comment of each line in the shell blocks of a document."""
-    lines = [line for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines()]
+    """Return command and comment of each line in the shell blocks of a document."""
+    lines = [line for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
     return [tuple(part.strip() for part in (line + "  #").split("  #")[:2]) for line in lines]
 
 
@@ -29,43 +30,68 @@ def mbpoll_lines(text):
     return [(line, comment) for line, comment in commands(text) if line.startswith("mbpoll")]
 
 
-PNEUFORCE = [line for line, _ in commands(README) if "pneuforce " in line]
-#: So begins the comment of a line that the instrument does not accept.
+def pneuforce_lines(text):
+    return [line for line, _ in commands(text) if line.startswith(".venv/bin/pneuforce ")]
+
+
+#: A comment that begins with this word marks a line that the instrument must reject.
 REFUSED = "refused"
-#: "until [25] is 6" in a comment: the line is typed again and again until mbpoll prints that.
+#: A comment such as "until [25] is 6": the line is repeated until mbpoll prints this value.
 UNTIL = re.compile(r"\[(\d+)\] is (\d+)")
 READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
 FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N\n")
+#: Commands that run until they are stopped, commands that run for some seconds, and commands on a recording.
+ENDLESS = re.compile(r"pneuforce (run|sim run)\b")
+LASTING = re.compile(r"pneuforce (watch|record)\b")
+ON_RECORDING = re.compile(r"pneuforce (replay|plot|export)\b")
+#: The virtual serial line of the PLC guide has its own test.
+SERIAL_LINE = "/tmp/line-plc"
 
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory):
-    """One that nobody but these tests finds: `pneuforce record` looks where temporary files are."""
+    """Return a demo in its own temporary folder, so that only `pneuforce record` of these tests finds it."""
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("TMPDIR", str(tmp_path_factory.mktemp("demo")))
-        started = Demo("--seconds", "300")
-        started.until_holding()
-        yield started
-        started.process.terminate()
-        started.process.communicate()
+        started_demo = Demo("--seconds", "300")
+        started_demo.until_holding()
+        yield started_demo
+        started_demo.process.terminate()
+        started_demo.process.communicate()
 
 
-def typed(line, demo, folder):
-    """The line as it is typed beside this demo: its own ports, this Python, and an end."""
-    line = line.replace(".venv/bin/pneuforce", f"{sys.executable} -m instrument")
+def adapted(line, demo, folder):
+    """Return a line with the ports of this demo, this Python, and files in `folder`."""
+    line = line.replace(".venv/bin/pneuforce", f"{sys.executable} -m pneuforce")
     line = line.replace("-p 5020", f"-p {demo.modbus_port}").replace(
         "/tmp/pneuforce-rig", str(folder / "rig")
     )
-    if "watch modbus" in line:
+    if "watch modbus" in line and "--device" not in line:
         line += f" --port {demo.modbus_port}"
     if "watch can" in line:
         line += f" --port {demo.can_port}"
     return line
 
 
+def begin(line, demo, folder):
+    return subprocess.Popen(
+        adapted(line, demo, folder),
+        shell=True,
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def check_success(line, process):
+    _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 0, (line, stderr)
+
+
 @contextmanager
 def started(line, folder):
-    """A program that runs until it is killed: a test that fails must not wait for it."""
+    """Run a command, and kill it at the end, so that a failed test does not wait for it."""
     process = subprocess.Popen(
         shlex.split(line), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -77,62 +103,74 @@ def started(line, folder):
 
 
 def test_the_documents_have_commands():
-    assert len(PNEUFORCE) >= 8
-    assert len(mbpoll_lines(README)) >= 5
-    assert len(mbpoll_lines(START)) >= 10
-    assert len(mbpoll_lines(RULES)) >= 6
-    assert len(mbpoll_lines(PLC)) >= 20
+    least_pneuforce = {"README": 5, "start": 8, "rules": 0, "plc": 1}
+    least_mbpoll = {"README": 0, "start": 10, "rules": 6, "plc": 20}
+    for name, text in DOCUMENTS.items():
+        assert len(pneuforce_lines(text)) >= least_pneuforce[name], name
+        assert len(mbpoll_lines(text)) >= least_mbpoll[name], name
 
 
-def ended_well(line, process):
-    _, complaints = process.communicate(timeout=30)
-    assert process.returncode == 0, (line, complaints)
+@pytest.mark.parametrize("name", [name for name, text in DOCUMENTS.items() if pneuforce_lines(text)])
+def test_every_pneuforce_command_runs(demo, tmp_path, name):
+    lines = [line for line in pneuforce_lines(DOCUMENTS[name]) if SERIAL_LINE not in line]
+    lines = [line for line in lines if not ENDLESS.search(line)]
+    lasting = [line for line in lines if LASTING.search(line)]
+    on_recording = [line for line in lines if ON_RECORDING.search(line)]
+    running = [(line, begin(line, demo, tmp_path)) for line in lasting]  # the others run in the meantime
+    for line in lines:
+        if line not in lasting + on_recording:
+            check_success(line, begin(line, demo, tmp_path))
+    for line, process in running:
+        check_success(line, process)
+    for line, process in [(line, begin(line, demo, tmp_path)) for line in on_recording]:
+        check_success(line, process)
 
 
-def test_every_pneuforce_command_runs(demo, tmp_path):
-    endless = [line for line in PNEUFORCE if re.search(r"pneuforce (run|sim)\b", line)]
-    lasting = [line for line in PNEUFORCE if re.search(r"pneuforce (watch|record)\b", line)]
-    of_recording = [line for line in PNEUFORCE if re.search(r"pneuforce (replay|plot|export)\b", line)]
-
-    def begun(line):
-        return subprocess.Popen(
-            typed(line, demo, tmp_path),
-            shell=True,
-            cwd=tmp_path,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-    going_on = [(line, begun(line)) for line in lasting]  # seconds each: the others run meanwhile
-    for line in PNEUFORCE:
-        if line not in endless + lasting + of_recording:
-            ended_well(line, begun(line))
-    for line, process in going_on:
-        ended_well(line, process)
-    for line, process in [(line, begun(line)) for line in of_recording]:
-        ended_well(line, process)
-    rig, host = sorted(endless, key=lambda line: " run " in line)
-    with started(typed(rig, demo, tmp_path), tmp_path) as sim:
+def test_an_instrument_runs_with_its_own_configuration(demo, tmp_path):
+    endless = [line for line in pneuforce_lines(DOCUMENTS["start"]) if ENDLESS.search(line)]
+    rig, host = sorted(endless, key=lambda line: "pneuforce run " in line)
+    with started(adapted(rig, demo, tmp_path), tmp_path) as sim:
         sim.stdout.readline()
         file = tmp_path / "instrument.toml"
         file.write_text(f'[rig]\nport = "{tmp_path}/rig"\n[modbus]\nenabled = false\n')
-        with started(typed(host, demo, tmp_path), tmp_path) as running:
-            said = running.stderr.readline() + running.stderr.readline()  # the first: no bus is enabled
+        with started(adapted(host, demo, tmp_path), tmp_path) as running:
+            stderr = running.stderr.readline() + running.stderr.readline()  # the first: no bus is enabled
             running.terminate()
-            assert "answered" in said, said
+            assert "answered" in stderr, stderr
             assert running.wait(3) == 0
 
 
+@needs("socat")
+def test_the_virtual_serial_line_of_the_plc_guide(demo, tmp_path):
+    lines = [line for line, _ in commands(DOCUMENTS["plc"])]
+    socat, host, watch = lines[(at := next(n for n, line in enumerate(lines) if "socat" in line)) : at + 3]
+    assert SERIAL_LINE in watch
+    configuration = re.search(r"```toml\n(\[rig\].*?)```", DOCUMENTS["plc"], re.DOTALL)[1]
+
+    def local(text):
+        return text.removesuffix(" &").replace("/tmp/", f"{tmp_path}/")
+
+    file = tmp_path / "instrument.toml"
+    file.write_text(local(configuration) + "[modbus]\nenabled = false\n")
+    rig = f"{sys.executable} -m pneuforce sim run --link {tmp_path}/pneuforce-rig"
+    with started(local(socat), tmp_path), started(rig, tmp_path) as sim:
+        sim.stdout.readline()
+        with started(adapted(local(host), demo, tmp_path), tmp_path) as instrument:
+            instrument.stdout.readline()  # the line that reports that the buses are served
+            command = shlex.split(adapted(local(watch), demo, tmp_path))
+            done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True)
+    assert "sample_counter" in done.stdout
+
+
 def test_the_python_program_prints_forces(demo, tmp_path):
-    [program] = re.findall(r"```python\n(.*?)```", README, re.S)
+    [program] = re.findall(r"```python\n(.*?)```", ROBOT, re.DOTALL)
     assert "port=29536" in program
     file = tmp_path / "force.py"
-    file.write_text(program.replace("port=29536", f"port={demo.can_port}"))
+    file.write_text(program.replace("port=29536", f"port={demo.can_port}"), encoding="utf-8")
     with (
-        open(tmp_path / "said", "w") as complaints,
+        open(tmp_path / "stderr", "w") as stderr,
         subprocess.Popen(
-            [sys.executable, "-u", str(file)], cwd=TOP, stdout=subprocess.PIPE, stderr=complaints, text=True
+            [sys.executable, "-u", str(file)], cwd=TOP, stdout=subprocess.PIPE, stderr=stderr, text=True
         ) as running,
     ):
         deadline = Timer(30, running.kill)
@@ -140,14 +178,14 @@ def test_the_python_program_prints_forces(demo, tmp_path):
         lines = [running.stdout.readline() for _ in range(20)]
         deadline.cancel()
         running.kill()
-    assert all(FORCE.fullmatch(line) for line in lines), (lines, (tmp_path / "said").read_text())
+    assert all(FORCE.fullmatch(line) for line in lines), (lines, (tmp_path / "stderr").read_text())
 
 
 @needs("mbpoll")
-@pytest.mark.parametrize("text", [README, START, RULES, PLC], ids=["README", "start", "rules", "plc"])
-def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, text):
-    for line, comment in mbpoll_lines(text):
-        command = shlex.split(typed(line, demo, tmp_path))
+@pytest.mark.parametrize("name", [name for name, text in DOCUMENTS.items() if mbpoll_lines(text)])
+def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, name):
+    for line, comment in mbpoll_lines(DOCUMENTS[name]):
+        command = shlex.split(adapted(line, demo, tmp_path))
         done = wait_for(
             lambda command=command: subprocess.run(command, capture_output=True, text=True, timeout=30),
             lambda done, comment=comment: set(UNTIL.findall(comment)) <= set(READ.findall(done.stdout)),

@@ -1,4 +1,4 @@
-"""Recordings as users make them: of a running instrument, with kills, full disks and what comes after."""
+"""Recording of a running instrument, with kills and full disks, and export of recordings."""
 
 import csv
 import json
@@ -18,21 +18,22 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from instrument.cli.record import record
-from instrument.errors import ConfigurationError
-from instrument.rig.frames import BoardState
-from instrument.tape.entry import Kind, encode, told
-from instrument.tape.measured import Measured
-from instrument.tape.sheet import check_parquet
-from tests.instrument.tape.taping import found, same, wanted
-from tests.system.fed import Feeder
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.record import record
+from pneuforce.instrument.recording.schema import EndReason
+from pneuforce.instrument.recording.table_export import check_parquet
+from pneuforce.instrument.stream.entry import EntryKind, encode, json_entry
+from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.protocol.frames import BoardState
+from pneuforce.teststand.rig import LiveRig
+from pneuforce.teststand.stack import start
+from tests.command_runner import FORKSERVER, pneuforce
+from tests.instrument.recording.recording_files import comparable, expected_contents, read_contents
+from tests.system.stream_feeder import StreamFeeder
 from tests.system.waiting import wait_for
-from tests.typed import LOADED, pneuforce
-from teststand.rig import LiveRig
-from teststand.stack import start
 
 KILLS = int(os.environ.get("KILLS", "6"))
-MOST_LOST_S = 1.0
+MAX_LOST_S = 1.0
 
 
 @pytest.fixture(scope="module")
@@ -53,183 +54,194 @@ def socket_path(rig, folder):
 
 @pytest.fixture(scope="module")
 def recorded(socket_path, folder):
-    """A recording of a second, and what the command said of it."""
-    done = pneuforce("record", folder / "a.tape", "--socket", socket_path, "--seconds", "1", "--json")
+    """Return a recording of one second and the JSON output of the command."""
+    done = pneuforce("record", folder / "a.recording", "--socket", socket_path, "--seconds", "1", "--json")
     assert (done.returncode, done.stderr) == (0, "")
-    return folder / "a.tape", json.loads(done.stdout)
+    return folder / "a.recording", json.loads(done.stdout)
 
 
 @pytest.fixture
 def feeder(tmp_path):
-    with Feeder(tmp_path / "fed.sock") as feeding:
-        yield feeding
+    with StreamFeeder(tmp_path / "feeder.sock") as running:
+        yield running
 
 
-def started(file, at, *more, **how):
+def start_recorder(file, at, *more, **options):
     words = ["record", str(file), "--socket", str(at), *more]
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "instrument", *words],
+        [sys.executable, "-P", "-m", "pneuforce", *words],
         stdout=subprocess.PIPE,
         text=True,
-        **{"stderr": subprocess.PIPE} | how,
+        **{"stderr": subprocess.PIPE} | options,
     )
 
 
 def samples_in(file):
     try:
-        return len(found(file).samples)
-    except ConfigurationError:  # not begun as yet
+        return len(read_contents(file).samples)
+    except ConfigurationError:  # no header yet
         return 0
 
 
-def refusal(*words):
-    refused = pneuforce(*words)
-    assert (refused.returncode, refused.stdout) == (2, ""), refused
-    (line,) = refused.stderr.strip().splitlines()
+def error_line(*words):
+    rejected = pneuforce(*words)
+    assert (rejected.returncode, rejected.stdout) == (2, ""), rejected
+    (line,) = rejected.stderr.strip().splitlines()
     return line
 
 
 # ---- recording
 
 
-def test_a_recording_of_a_running_instrument_is_whole_and_says_so(recorded):
-    file, told_of_it = recorded
-    read = found(file)
-    assert (told_of_it["file"], told_of_it["ended"]) == (str(file), "the recorder was stopped")
-    assert told_of_it["samples"] == len(read.samples) > 0
-    assert told_of_it["bytes"] == file.stat().st_size
-    assert read.remark == ""
-    assert read.about["configuration"]["rig"]["port"].endswith("rig")
-    assert read.about["utc_us"] > 0
-    assert read.checkpoint.body
-    assert {Kind.RECEIVED, Kind.BEAT} <= {entry.kind for entry in read.inputs}
-    steps = {(b.sequence - a.sequence) % 2**16 for a, b in zip(read.samples, read.samples[1:], strict=False)}
+def test_a_recording_of_a_running_instrument_is_complete(recorded):
+    file, summary = recorded
+    contents = read_contents(file)
+    assert (summary["file"], summary["ended"]) == (str(file), "the recorder was stopped")
+    assert summary["samples"] == len(contents.samples) > 0
+    assert summary["bytes"] == file.stat().st_size
+    assert contents.remark == ""
+    assert contents.metadata["configuration"]["rig"]["port"].endswith("rig")
+    assert contents.metadata["utc_us"] > 0
+    assert contents.checkpoint.body
+    assert {EntryKind.RECEIVED, EntryKind.TICK} <= {entry.kind for entry in contents.inputs}
+    steps = {
+        (b.sequence - a.sequence) % 2**16
+        for a, b in zip(contents.samples, contents.samples[1:], strict=False)
+    }
     assert steps == {1}
 
 
-def test_the_instrument_is_found_by_its_configuration(socket_path, folder):
-    (folder / "own.toml").write_text(f'[rig]\nport = "/dev/null"\n[local]\nsocket = "{socket_path.name}"\n')
-    words = ("--config", folder / "own.toml", "--seconds", "0.3")
-    done = pneuforce("record", folder / "by-config.tape", *words)
+def test_the_socket_is_taken_from_the_configuration(socket_path, folder):
+    (folder / "instrument.toml").write_text(
+        f'[rig]\nport = "/dev/null"\n[local]\nsocket = "{socket_path.name}"\n'
+    )
+    words = ("--config", folder / "instrument.toml", "--seconds", "0.3")
+    done = pneuforce("record", folder / "by-config.recording", *words)
     assert done.returncode == 0, done.stderr
     assert "samples" in done.stdout
-    assert found(folder / "by-config.tape").remark == ""
+    assert read_contents(folder / "by-config.recording").remark == ""
 
 
-def test_the_end_of_the_instrument_ends_the_recording_in_good_order(feeder, tmp_path):
-    recorder = started(tmp_path / "a.tape", feeder.path)
-    wait_for(lambda: samples_in(tmp_path / "a.tape"), bool)
-    feeder.finish(encode(told(Kind.END, time.monotonic(), {"why": "asked to stop"})))
+def test_the_end_of_the_instrument_ends_the_recording_normally(feeder, tmp_path):
+    recorder = start_recorder(tmp_path / "a.recording", feeder.path)
+    wait_for(lambda: samples_in(tmp_path / "a.recording"), bool)
+    feeder.close_connection(encode(json_entry(EntryKind.END, time.monotonic(), {"why": "stop requested"})))
     out, err = recorder.communicate(timeout=20)
     assert (recorder.returncode, err) == (0, "")
-    assert out.endswith("the instrument ended: asked to stop\n")
-    assert found(tmp_path / "a.tape").ending.why == "asked to stop"
+    assert out.endswith("the instrument ended: stop requested\n")
+    assert read_contents(tmp_path / "a.recording").ending.why == "stop requested"
 
 
 @pytest.mark.parametrize(
-    ("cut", "why"),
+    ("close", "fact"),
     [
-        (Feeder.go, "the instrument closed it"),
-        (Feeder.finish, "the instrument goes on, and let go of this recorder, which was too far behind"),
+        (StreamFeeder.close_all, "instrument closed"),
+        (StreamFeeder.close_connection, "disconnected this recorder"),
     ],
-    ids=["the instrument is gone", "it goes on"],
+    ids=["instrument killed", "instrument runs"],
 )
-def test_a_connection_that_goes_without_an_end_is_told_now_and_whenever_it_is_read(
-    feeder, tmp_path, cut, why
-):
-    recorder = started(tmp_path / "a.tape", feeder.path)
-    wait_for(lambda: samples_in(tmp_path / "a.tape"), bool)
-    cut(feeder)
+def test_a_lost_connection_is_reported_now_and_at_each_reading(feeder, tmp_path, close, fact):
+    recorder = start_recorder(tmp_path / "a.recording", feeder.path)
+    wait_for(lambda: samples_in(tmp_path / "a.recording"), bool)
+    close(feeder)
     _, err = recorder.communicate(timeout=20)
     assert recorder.returncode == 1
-    assert f"the connection was cut off: {why}" in err
-    read = found(tmp_path / "a.tape")
-    assert (read.ending.how, read.ending.why) == ("the connection was cut off", why)
-    assert f"a.tape ends unasked (the connection was cut off: {why}): " in read.remark
-    assert f" s, {len(read.samples)} samples are whole" in read.remark
-    told = pneuforce("export", tmp_path / "a.tape", tmp_path / "a.csv")
-    assert (told.returncode, told.stderr) == (0, f"pneuforce: {read.remark}\n")
+    contents = read_contents(tmp_path / "a.recording")
+    assert contents.ending.how == EndReason.CUT_OFF
+    assert fact in contents.ending.why
+    reason = f"{EndReason.CUT_OFF}: {contents.ending.why}"
+    assert reason in err
+    assert f"a.recording ended unexpectedly ({reason}): " in contents.remark
+    assert f" s, {len(contents.samples)} samples are intact" in contents.remark
+    done = pneuforce("export", tmp_path / "a.recording", tmp_path / "a.csv")
+    assert (done.returncode, done.stderr) == (0, f"pneuforce: {contents.remark}\n")
 
 
-def test_sigterm_ends_it_in_good_order_and_a_terminal_shows_how_far_it_is(feeder, tmp_path):
-    ours, its = pty.openpty()
-    recorder = started(tmp_path / "a.tape", feeder.path, stderr=its, env={**os.environ, "TERM": "xterm"})
-    os.close(its)
+def test_sigterm_ends_a_recording_normally_and_a_terminal_shows_its_progress(feeder, tmp_path):
+    master, slave = pty.openpty()
+    recorder = start_recorder(
+        tmp_path / "a.recording", feeder.path, stderr=slave, env={**os.environ, "TERM": "xterm"}
+    )
+    os.close(slave)
     shown = ""
     while BoardState.HOLDING.name.lower() not in shown:
-        shown += os.read(ours, 4096).decode()
+        shown += os.read(master, 4096).decode()
     recorder.send_signal(signal.SIGTERM)
     out, _ = recorder.communicate(timeout=20)
-    os.close(ours)
+    os.close(master)
     assert "samples" in shown
     assert "MB" in shown
     assert recorder.returncode == 0
     assert out.endswith("the recorder was stopped\n")
 
 
-def test_a_killed_recorder_loses_less_than_a_second_and_nothing_that_it_kept(feeder, tmp_path):
-    lost_s, moment = [], random.Random(5)
+def test_a_killed_recorder_loses_less_than_a_second_and_no_committed_sample(feeder, tmp_path):
+    lost_s, chance = [], random.Random(5)
     for number in range(KILLS):
-        file = tmp_path / f"{number}.tape"
-        recorder = LOADED.Process(target=record, args=(file, feeder.path, None, True))
+        file = tmp_path / f"{number}.recording"
+        recorder = FORKSERVER.Process(target=record, args=(file, feeder.path, None, True))
         recorder.start()
         wait_for(lambda file=file: samples_in(file), bool)
-        time.sleep(moment.uniform(0.0, 0.5))
+        time.sleep(chance.uniform(0.0, 0.5))
         recorder.kill()
         killed_s = time.monotonic()
         recorder.join()
-        read = found(file)
-        want = wanted(len(read.samples))
-        kept = [sample.board_time_us for sample in read.samples]
-        assert kept == [sample.board_time_us for sample in want.samples]
-        assert [int.from_bytes(entry.body, "little") for entry in read.inputs] == [*range(1, len(kept) + 1)]
-        assert "no end" in read.remark
-        lost_s.append(killed_s - read.inputs[-1].t_s)
+        contents = read_contents(file)
+        expected = expected_contents(len(contents.samples))
+        times_us = [sample.board_time_us for sample in contents.samples]
+        assert times_us == [sample.board_time_us for sample in expected.samples]
+        assert [int.from_bytes(entry.body, "little") for entry in contents.inputs] == [
+            *range(1, len(times_us) + 1)
+        ]
+        assert "no end" in contents.remark
+        lost_s.append(killed_s - contents.inputs[-1].t_s)
     print(f"{KILLS} kills: lost {statistics.median(lost_s):.3f} s, at most {max(lost_s):.3f} s")
-    assert statistics.median(lost_s) < MOST_LOST_S  # the greatest is the machine's, when it is busy
+    assert statistics.median(lost_s) < MAX_LOST_S  # the maximum depends on the load of the machine
 
 
-def test_a_disk_that_takes_no_more_ends_it_and_the_instrument_knows(rig, socket_path, folder):
-    most = 400_000
-    file = folder / "full.tape"
-    recorder = started(
-        file, socket_path, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+def test_a_full_disk_ends_the_recording_and_sets_the_maintenance_bit(rig, socket_path, folder):
+    limit_bytes = 400_000
+    file = folder / "full.recording"
+    recorder = start_recorder(
+        file,
+        socket_path,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes)),
     )
     _, err = recorder.communicate(timeout=30)
     assert recorder.returncode == 1
     (line,) = err.strip().splitlines()
     assert line.startswith(f"pneuforce: {file}: ")
     assert "the file cannot be written: disk I/O error: is the disk full, or " in line
-    read = found(file)
-    assert f"{len(read.samples)} samples" in line
-    assert len(read.samples) > 100
-    assert "no end" in read.remark
-    rig.wait_for(lambda registers: "maintenance" in registers["status"])
-    pneuforce("record", folder / "next.tape", "--socket", socket_path, "--seconds", "0.1")
-    rig.wait_for(lambda registers: "maintenance" not in registers["status"])
+    contents = read_contents(file)
+    assert f"{len(contents.samples)} samples" in line
+    assert len(contents.samples) > 100
+    assert "no end" in contents.remark
+    rig.wait_for(lambda registers: "maintenance_required" in registers["status"])
+    pneuforce("record", folder / "next.recording", "--socket", socket_path, "--seconds", "0.1")
+    rig.wait_for(lambda registers: "maintenance_required" not in registers["status"])
 
 
-def test_where_no_instrument_is_a_sentence_says_so_and_no_file_is_left(tmp_path):
-    file = tmp_path / "a.tape"
-    assert "is an instrument running there?" in refusal("record", file, "--socket", tmp_path / "none.sock")
+def test_without_an_instrument_the_error_is_one_line_and_no_file_is_left(tmp_path):
+    file = tmp_path / "a.recording"
+    assert "none.sock" in error_line("record", file, "--socket", tmp_path / "none.sock")
     (tmp_path / "off.toml").write_text('[rig]\nport = "/dev/null"\n[local]\nsocket = ""\n')
-    assert "cannot be recorded" in refusal("record", file, "--config", tmp_path / "off.toml")
+    assert "local.socket" in error_line("record", file, "--config", tmp_path / "off.toml")
     both = ("--config", tmp_path / "off.toml", "--socket", "x")
-    assert "give one of them" in refusal("record", file, *both)
+    assert "--socket" in error_line("record", file, *both)
     assert not file.exists()
 
 
 @pytest.mark.parametrize(
-    "says", [b"", b"220 mail.example.com ESMTP\r\n" * 9], ids=["nothing", "something else"]
+    "data", [b"", b"220 mail.example.com ESMTP\r\n" * 9], ids=["nothing", "something else"]
 )
-def test_who_is_no_instrument_is_not_recorded(tmp_path, says):
+def test_a_server_that_is_not_an_instrument_is_not_recorded(tmp_path, data):
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(str(tmp_path / "other.sock"))
         server.listen()
         server.settimeout(10.0)
-        recorder = started(tmp_path / "a.tape", tmp_path / "other.sock")
+        recorder = start_recorder(tmp_path / "a.recording", tmp_path / "other.sock")
         link, _ = server.accept()
-        link.sendall(says)
+        link.sendall(data)
         link.recv(1000)
         link.close()
         _, err = recorder.communicate(timeout=20)
@@ -238,76 +250,76 @@ def test_who_is_no_instrument_is_not_recorded(tmp_path, says):
     assert os.listdir(tmp_path) == ["other.sock"]
 
 
-def test_an_old_recording_is_never_written_over(recorded, socket_path):
+def test_an_existing_recording_is_not_overwritten(recorded, socket_path):
     file, _ = recorded
     before = file.read_bytes()
-    assert "there already" in refusal("record", file, "--socket", socket_path)
+    assert "exists already" in error_line("record", file, "--socket", socket_path)
     assert file.read_bytes() == before
 
 
 # ---- exporting
 
 
-def test_a_csv_has_every_sample_as_exact_as_it_is(recorded, tmp_path):
+def test_a_csv_has_each_sample_with_full_precision(recorded, tmp_path):
     file, _ = recorded
     done = pneuforce("export", file, tmp_path / "a.csv", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     rows = list(csv.DictReader((tmp_path / "a.csv").open()))
-    read = found(file)
+    contents = read_contents(file)
     summary = json.loads(done.stdout)
-    assert (summary["samples"], summary["format"]) == (len(rows), "csv") == (len(read.samples), "csv")
-    for row, sample in zip(rows, read.samples, strict=True):
+    assert (summary["samples"], summary["format"]) == (len(rows), "csv") == (len(contents.samples), "csv")
+    for row, sample in zip(rows, contents.samples, strict=True):
         cells = {name: float(cell) if cell else None for name, cell in row.items()}
-        begun = sample._replace(t_s=round(sample.t_s - read.about["begin_s"], 6))
-        assert tuple(cells.values()) == same([begun])[0]
+        expected = sample._replace(t_s=round(sample.t_s - contents.metadata["begin_s"], 6))
+        assert tuple(cells.values()) == comparable([expected])[0]
 
 
-def test_without_pyarrow_a_sentence_tells_how_to_get_it(monkeypatch):
+def test_without_pyarrow_the_message_has_the_command_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(ConfigurationError, match=r"Parquet needs pyarrow: .*-m pip install pyarrow"):
+    with pytest.raises(ConfigurationError, match=r"-m pip install pyarrow"):
         check_parquet()
 
 
-def test_parquet_has_types_nulls_and_what_is_known_of_the_recording(recorded, tmp_path):
+def test_parquet_has_types_nulls_and_the_metadata_of_the_recording(recorded, tmp_path):
     file, _ = recorded
     assert pneuforce("export", file, tmp_path / "a.parquet").returncode == 0
-    table, read = pq.read_table(tmp_path / "a.parquet"), found(file)
-    assert table.column_names == list(Measured._fields)
+    table, contents = pq.read_table(tmp_path / "a.parquet"), read_contents(file)
+    assert table.column_names == list(SampleRecord._fields)
     kinds = {name: table.schema.field(name).type for name in ("sequence", "force_n", "in_contact")}
     assert kinds == {"sequence": pa.uint32(), "force_n": pa.float64(), "in_contact": pa.bool_()}
-    assert table.column("adc_sum").to_pylist() == [sample.adc_sum for sample in read.samples]
-    assert table.column("force_n").null_count == sum(s.force_n != s.force_n for s in read.samples) > 0
-    said = {key.decode(): json.loads(value) for key, value in table.schema.metadata.items()}
-    assert {name.removeprefix("pneuforce."): value for name, value in said.items()} == read.about
+    assert table.column("adc_sum").to_pylist() == [sample.adc_sum for sample in contents.samples]
+    assert table.column("force_n").null_count == sum(s.force_n != s.force_n for s in contents.samples) > 0
+    metadata = {key.decode(): json.loads(value) for key, value in table.schema.metadata.items()}
+    assert {name.removeprefix("pneuforce."): value for name, value in metadata.items()} == contents.metadata
 
 
-def test_a_span_of_time_is_exported(recorded, tmp_path):
+def test_a_time_span_is_exported(recorded, tmp_path):
     words = ("--from-s", "0.2", "--to-s", "0.4", "--json")
     done = json.loads(pneuforce("export", recorded[0], tmp_path / "a.csv", *words).stdout)
     assert 0.2 <= done["from_s"] < 0.25
     assert 0.35 < done["to_s"] <= 0.4
 
 
-def test_what_cannot_be_exported_is_refused_in_a_sentence(recorded, tmp_path):
+def test_invalid_arguments_of_export_are_rejected_in_one_line(recorded, tmp_path):
     file, _ = recorded
     before = file.read_bytes()
-    assert "is the recording itself" in refusal("export", file, file, "--format", "csv")
-    assert "--format" in refusal("export", file, tmp_path / "a.table")
-    assert "no samples there" in refusal("export", file, tmp_path / "a.csv", "--from-s", "99")
-    assert "less than" in refusal("export", file, tmp_path / "a.csv", "--from-s", "2", "--to-s", "1")
-    assert "--reference" in refusal("export", file, tmp_path / "a.csv", "--format", "validation")
-    assert "--reference" in refusal("export", file, tmp_path / "a.csv", "--reference", "x")
-    assert "no such file" in refusal("export", tmp_path / "none", tmp_path / "a.csv")
-    assert "is no recording" in refusal("export", __file__, tmp_path / "a.csv")
+    assert "is the recording itself" in error_line("export", file, file, "--format", "csv")
+    assert "--format" in error_line("export", file, tmp_path / "a.table")
+    assert "no samples in this time range" in error_line("export", file, tmp_path / "a.csv", "--from-s", "99")
+    assert "less than" in error_line("export", file, tmp_path / "a.csv", "--from-s", "2", "--to-s", "1")
+    assert "--reference" in error_line("export", file, tmp_path / "a.csv", "--format", "validation")
+    assert "--reference" in error_line("export", file, tmp_path / "a.csv", "--reference", "x")
+    assert "does not exist" in error_line("export", tmp_path / "none", tmp_path / "a.csv")
+    assert "is not a recording" in error_line("export", __file__, tmp_path / "a.csv")
     assert os.listdir(tmp_path) == []
     assert file.read_bytes() == before
 
 
-def test_of_a_damaged_recording_all_that_is_whole_is_exported_and_the_rest_told(recorded, tmp_path):
-    (tmp_path / "cut.tape").write_bytes(recorded[0].read_bytes()[: -3 * 4096])
-    done = pneuforce("export", tmp_path / "cut.tape", tmp_path / "a.csv")
+def test_the_intact_part_of_a_damaged_recording_is_exported(recorded, tmp_path):
+    (tmp_path / "cut.recording").write_bytes(recorded[0].read_bytes()[: -3 * 4096])
+    done = pneuforce("export", tmp_path / "cut.recording", tmp_path / "a.csv")
     assert done.returncode == 1
-    assert "are whole" in done.stderr
+    assert "are intact" in done.stderr
     rows = (tmp_path / "a.csv").read_text().count("\n") - 1
     assert f"{rows} samples" in done.stdout
     assert 0 < rows < recorded[1]["samples"]

@@ -1,4 +1,4 @@
-"""The robot guide's listeners hold a balloon on a running instrument, follow its force, and vent it."""
+"""The example listeners of the robot guide with a running instrument: inflate, follow the force, vent."""
 
 import re
 import signal
@@ -16,36 +16,36 @@ from tests.system.waiting import wait_for
 from tests.tools import needs
 
 EXAMPLES = Path(__file__).parents[2] / "docs/examples"
-WANTED_N, GAIN_MM_PER_S_N, BACK_OFF = 1.5, 2.0, -5.0
+TARGET_N, GAIN_MM_PER_S_N, BACK_OFF = 1.5, 2.0, -5.0
 
 
 class Listener:
-    """A listener at work: what it says, and the speed that it said last."""
+    """Output of a running listener, and the last speed in it."""
 
     def __init__(self, process):
         self.process = process
         self.speed_mm_per_s = None
         self.lines = []
 
-    def hear(self, line):
+    def handle_line(self, line):
         self.lines.append(line)
         speed = re.search(r"speed=(\S+)|: (\S+) mm/s", line)
         if speed:
             self.speed_mm_per_s = float(speed[1] or speed[2])
 
     def force_n(self):
-        """What it takes the force for; None while it backs off."""
-        return None if self.speed_mm_per_s == BACK_OFF else WANTED_N - self.speed_mm_per_s / GAIN_MM_PER_S_N
+        """Return the force [N] on which the listener acts; None while it backs off."""
+        return None if self.speed_mm_per_s == BACK_OFF else TARGET_N - self.speed_mm_per_s / GAIN_MM_PER_S_N
 
-    def until(self, wanted):
-        return wait_for(lambda: self.speed_mm_per_s, wanted)
+    def wait_for_speed(self, condition):
+        return wait_for(lambda: self.speed_mm_per_s, condition)
 
 
 @contextmanager
-def reading(process, hear):
+def read_output(process, handle_line):
     def read():
         for line in process.stdout:
-            hear(line)
+            handle_line(line)
 
     thread = Thread(target=read, daemon=True)
     thread.start()
@@ -57,19 +57,19 @@ def reading(process, hear):
 
 
 @contextmanager
-def in_python(stack, tmp_path):
+def python_listener(stack, tmp_path):
     bus = ["--interface", "socketcand", "--host", "127.0.0.1", "--port", str(stack.can_port)]
     command = [sys.executable, "-u", EXAMPLES / "robot_listener.py", *bus, "--setpoint", "6.0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         listener = Listener(process)
-        with reading(process, listener.hear):
+        with read_output(process, listener.handle_line):
             yield listener
 
 
 @contextmanager
-def in_cpp(stack, tmp_path):
-    """Its frames come from a recording under way; the Commands that it prints are put on the bus."""
-    canlog = [sys.executable, "-m", "instrument", "canlog", "--port", str(stack.can_port)]
+def cpp_listener(stack, tmp_path):
+    """Connect the listener to the bus: `pneuforce canlog` is its input; its Commands are sent to the bus."""
+    canlog = [sys.executable, "-m", "pneuforce", "canlog", "--port", str(stack.can_port)]
     with (
         stack.robot() as bus,
         subprocess.Popen(canlog, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as frames,
@@ -79,31 +79,31 @@ def in_cpp(stack, tmp_path):
     ):
         listener = Listener(process)
 
-        def hear(line):
+        def handle_line(line):
             command = re.search("can0 205#(.*)", line)
             if command:
                 data = bytes.fromhex(command[1])
                 bus.send(can.Message(arbitration_id=0x205, data=data, is_extended_id=False))
-            listener.hear(line)
+            listener.handle_line(line)
 
         try:
-            with reading(process, hear):
+            with read_output(process, handle_line):
                 yield listener
         finally:
             frames.kill()
 
 
-@pytest.mark.parametrize("listening", [in_python, pytest.param(in_cpp, marks=needs("g++"))])
-def test_it_inflates_follows_the_force_and_leaves_a_vented_balloon(stack, tmp_path, listening):
+@pytest.mark.parametrize("start_listener", [python_listener, pytest.param(cpp_listener, marks=needs("g++"))])
+def test_a_listener_inflates_follows_the_force_and_vents_at_its_end(stack, tmp_path, start_listener):
     with stack.plc() as plc:
         wait_for(plc.read, lambda v: "not_zeroed" not in v["status"])
-        with listening(stack, tmp_path) as listener:
-            listener.until(lambda speed: speed == WANTED_N * GAIN_MM_PER_S_N)  # held, and nothing touches
+        with start_listener(stack, tmp_path) as listener:
+            listener.wait_for_speed(lambda speed: speed == TARGET_N * GAIN_MM_PER_S_N)  # held, and no contact
             assert plc.read()["lease_holder"] == "can"
-            stack.order(press=2.0)
-            listener.until(lambda _: (listener.force_n() or 0.0) > 1.9)
+            stack.request(press=2.0)
+            listener.wait_for_speed(lambda _: (listener.force_n() or 0.0) > 1.9)
             assert listener.force_n() == pytest.approx(2.0, abs=0.15)
             listener.process.send_signal(signal.SIGINT)
-            left = wait_for(plc.read, lambda v: v["state"] == "vented" and v["lease_holder"] == "none")
+            final = wait_for(plc.read, lambda v: v["state"] == "vented" and v["lease_holder"] == "none")
             assert listener.process.wait(5) == 0
-            assert "lease_expired" not in left["status"]
+            assert "lease_expired" not in final["status"]

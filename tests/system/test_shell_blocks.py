@@ -1,4 +1,4 @@
-"""What the documents tell to type: it runs in a clone as it stands, and its commands and options are ours."""
+"""Commands in the documents: the command line accepts every command and option that a reader can type."""
 
 import re
 import shlex
@@ -9,27 +9,27 @@ from pathlib import Path
 import pytest
 import typer
 
-from instrument.cli.app import app
+from pneuforce.instrument.cli.app import app
 
 TOP = Path(__file__).parents[2]
 DOCUMENTS = [TOP / "README.md", *sorted((TOP / "docs").rglob("*.md"))]
 TREE = typer.main.get_command(app)
-#: A command of ours, in a block or within a sentence, up to what ends it.
-OURS = re.compile(r"(?:^|[ /])pneuforce ((?:[a-z]|--)[^|>&;`#()]*)")
+#: A command `pneuforce …` in a block or in a sentence, up to the character that ends it.
+COMMAND = re.compile(r"(?:^|[ /])pneuforce ((?:[a-z]|--)[^|>&;`#()]*)")
 
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(TOP)))
 
 
 @cache
 def shell_lines(document):
-    """Lines of the shell blocks, those that go on joined."""
+    """Return the lines of the shell blocks, with continued lines joined."""
     blocks = re.findall(r"```sh\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL)
     return tuple(line for block in blocks for line in block.replace("\\\n", " ").splitlines())
 
 
 @cache
 def spans(document):
-    """What stands in code quotes within the prose."""
+    """Return the texts in code quotes outside of code blocks."""
     prose = re.sub(r"^```.*?^```", "", document.read_text(encoding="utf-8"), flags=re.M | re.S)
     return tuple(re.findall(r"`([^`\n]+)`", prose))
 
@@ -44,8 +44,8 @@ def commands_of(command):
     return getattr(command, "commands", {})
 
 
-def wrong_in(words):
-    """What our command line does not know of these words; values are not looked at."""
+def unknown_in(words):
+    """Return the error for an unknown command or option; empty if all are known. Values are not checked."""
     command = TREE
     for word in words:
         name = word.partition("=")[0]
@@ -59,8 +59,8 @@ def wrong_in(words):
     return ""
 
 
-def refused(words):
-    """What our command line would say to a line that is typed as it stands, before it does anything."""
+def error_of(words):
+    """Return the error of the command line for these words; empty if they are accepted."""
     command = TREE
     while words and words[0] in commands_of(command):
         command, words = commands_of(command)[words[0]], words[1:]
@@ -68,30 +68,28 @@ def refused(words):
         command.make_context("pneuforce", words)
     except typer.Exit:  # --help, --version
         return ""
-    except Exception as error:  # of click's, which typer brings along under a name of its own
+    except Exception as error:  # click's exception, which typer contains under its own name
         return error.format_message()
     return ""
 
 
 @each_document
-def test_each_command_and_option_in_code_quotes_is_ours(document):
-    told = [match[1] for span in spans(document) for match in OURS.finditer(span)]
-    assert [(line, why) for line in told if (why := wrong_in(line.replace("…", "").split()))] == []
+def test_each_command_and_option_in_code_quotes_exists(document):
+    commands = [match[1] for span in spans(document) for match in COMMAND.finditer(span)]
+    assert [(line, why) for line in commands if (why := unknown_in(line.replace("…", "").split()))] == []
 
 
 @each_document
-def test_each_command_in_a_shell_block_is_one_that_our_command_line_takes(document):
-    lines = [match[1] for line in shell_lines(document) for match in OURS.finditer(line.split("  #")[0])]
-    assert [(line, why) for line in lines if (why := refused(shlex.split(line)))] == []
+def test_each_command_in_a_shell_block_is_accepted(document):
+    lines = [match[1] for line in shell_lines(document) for match in COMMAND.finditer(line.split("  #")[0])]
+    assert [(line, why) for line in lines if (why := error_of(shlex.split(line)))] == []
 
 
 @each_document
-def test_each_program_of_ours_and_each_target_of_make_is_there(document):
+def test_each_module_file_and_make_target_exists(document):
     targets = re.findall(r"^([a-z-]+):", (TOP / "Makefile").read_text(), re.MULTILINE)
     for text in (*shell_lines(document), *spans(document)):
-        for module in re.findall(
-            r"python -m ((?:instrument|registers|sim|tests|page|teststand)[\w.]*)", text
-        ):
+        for module in re.findall(r"python -m ((?:pneuforce|tests)[\w.]*)", text):
             assert find_spec(module), text
         for file in re.findall(r"python ((?:docs|tests)/\S+\.py)", text):
             assert (TOP / file).exists(), text
@@ -99,9 +97,9 @@ def test_each_program_of_ours_and_each_target_of_make_is_there(document):
             assert target in targets, text
 
 
-def test_a_command_that_is_not_ours_is_seen():
-    assert wrong_in(["watch", "modbus", "--loudly"]) == "watch has no --loudly"
-    assert wrong_in(["log", "burn"]) == "log has no command burn"
-    assert "--loudly" in refused(["watch", "modbus", "--loudly"])
-    assert "carrier-pigeon" in refused(["watch", "carrier-pigeon"])
-    assert "pdf" in refused(["map", "--format", "pdf"])
+def test_unknown_commands_and_options_are_detected():
+    assert unknown_in(["watch", "modbus", "--loudly"]) == "watch has no --loudly"
+    assert unknown_in(["log", "burn"]) == "log has no command burn"
+    assert "--loudly" in error_of(["watch", "modbus", "--loudly"])
+    assert "carrier-pigeon" in error_of(["watch", "carrier-pigeon"])
+    assert "pdf" in error_of(["map", "--format", "pdf"])

@@ -1,20 +1,20 @@
-"""A recording and a reference force become what `pneuforce validate` reads."""
+"""Export of a recording with a reference force for `pneuforce validate`."""
 
 import json
 
 import pytest
 
-from instrument.chain import ChainSettings
-from instrument.cli.measured_scenario import measured
-from instrument.rig.frames import BoardState, Sample, Valve
-from instrument.rig.link import RawSample
-from instrument.tape.entry import Entry, Kind
-from instrument.tape.measured import pack
-from instrument.tape.schema import How
-from sim.headless import Playback
-from sim.scenario import load
-from tests.instrument.tape.taping import BEGIN_S, begun
-from tests.typed import pneuforce
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.recording.schema import EndReason
+from pneuforce.instrument.rig.link import RawSample
+from pneuforce.instrument.stream.entry import EntryKind, StreamEntry
+from pneuforce.instrument.stream.sample_record import pack
+from pneuforce.instrument.studies.measured_playback import measure_playback
+from pneuforce.protocol.frames import BoardState, Sample, Valve
+from pneuforce.sim.headless import Playback
+from pneuforce.sim.scenario import load
+from tests.command_runner import pneuforce
+from tests.instrument.recording.recording_files import BEGIN_S, begin_recording
 
 SCENARIO = """
 doc = "Three contacts at one pressure."
@@ -31,23 +31,27 @@ force_n = [1.6, 2.3, 3.0]
 hold_s = 0.3
 """
 MESSAGE = Sample(0, 3000, 5000, Valve(0), BoardState.HOLDING, 0, 0, 1, 8000)
-REFERENCE_EACH = 5  #: samples, so 100 a second
+SAMPLES_PER_READING = 5  #: the reference is logged 100 times per second
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A recording of a played scenario, and the true force as a load cell logs it."""
-    folder = tmp_path_factory.mktemp("played")
+    """Return a folder with the recording of a simulated scenario, and the true force as a sensor logs it."""
+    folder = tmp_path_factory.mktemp("simulated")
     (folder / "scenario.toml").write_text(SCENARIO)
-    file = begun(folder / "a.tape")
+    file = begin_recording(folder / "a.recording")
     truths = ["t_s,force_n\n"]
     playback = Playback(load(str(folder / "scenario.toml")))
-    for number, (measurement, truth) in enumerate(measured(playback, ChainSettings())):
+    for number, (measurement, truth) in enumerate(measure_playback(playback, ChainSettings())):
         recorded = measurement._replace(t_s=BEGIN_S + measurement.t_s)
-        file.put(Entry(Kind.MEASURED, recorded.t_s, pack(RawSample(number % 2**16, 0.0, MESSAGE), recorded)))
-        if number % REFERENCE_EACH == 0:
+        file.add_entry(
+            StreamEntry(
+                EntryKind.SAMPLE, recorded.t_s, pack(RawSample(number % 2**16, 0.0, MESSAGE), recorded)
+            )
+        )
+        if number % SAMPLES_PER_READING == 0:
             truths.append(f"{truth.t_s:.6f},{truth.force_n:.5f}\n")
-    file.end(How.STOPPED, "")
+    file.end(EndReason.STOPPED, "")
     file.commit()
     file.close()
     (folder / "cell.csv").write_text("".join(truths))
@@ -60,17 +64,17 @@ def validated(*words):
     return json.loads(done.stdout)
 
 
-def test_what_is_exported_with_its_reference_is_validated_as_the_scenario_itself(folder):
+def test_an_exported_recording_gives_the_same_report_as_its_scenario(folder):
     words = ("--format", "validation", "--reference", folder / "cell.csv")
-    done = pneuforce("export", folder / "a.tape", folder / "trials.csv", *words)
+    done = pneuforce("export", folder / "a.recording", folder / "trials.csv", *words)
     assert done.returncode == 0, done.stderr
-    answer = validated("--data", folder / "trials.csv")
-    played = validated("--scenario", folder / "scenario.toml")
-    assert answer["contacts"] == played["contacts"]
-    assert answer["contacts"]["evaluated"] == 3
-    for ours, theirs in zip(answer["peak_errors_percent"], played["peak_errors_percent"], strict=True):
+    exported = validated("--data", folder / "trials.csv")
+    simulated = validated("--scenario", folder / "scenario.toml")
+    assert exported["contacts"] == simulated["contacts"]
+    assert exported["contacts"]["evaluated"] == 3
+    pairs = zip(exported["peak_errors_percent"], simulated["peak_errors_percent"], strict=True)
+    for from_export, from_scenario in pairs:
         for method in ("energetic", "lulevich", "shanahan"):
-            # the reference was read 100 times a second, the truth 500 times
-            assert ours[method]["absolute"] == pytest.approx(theirs[method]["absolute"], abs=0.3), ours[
-                "group"
-            ]
+            # The reference has 100 readings per second, the true force of the simulator has 500.
+            expected = pytest.approx(from_scenario[method]["absolute"], abs=0.3)
+            assert from_export[method]["absolute"] == expected, from_export["group"]

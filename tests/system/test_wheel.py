@@ -1,4 +1,4 @@
-"""The wheel, installed where there is neither a clone nor a compiler of the board's."""
+"""Tests of the wheel, installed without a clone and without a compiler for the board."""
 
 import json
 import os
@@ -11,23 +11,23 @@ from urllib.request import urlopen
 
 import pytest
 
-from instrument.cli.files import FILES
+from pneuforce.instrument.cli.files import FILES
 from tests.tools import needs
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("firmware", "instrument", "page", "registers", "sim", "teststand")
-#: What npm's files in page/ are for is done when the wheel is built.
-WITH_DATA = [name.replace("page", "page/static") for name in PACKAGES]
+PARTS = ("firmware", "instrument", "protocol", "registers", "sim", "support", "teststand", "web")
+#: npm's files in web/ are used when the wheel is built, and are not in it.
+WITH_DATA = [name.replace("web", "web/static") for name in PARTS]
 UPLOT = ("LICENSE", "uPlot.esm.js", "uPlot.min.css")
-VENDORED = ROOT / "page/static/vendor"
+VENDORED = ROOT / "web/static/vendor"
 pytestmark = pytest.mark.skipif(
     not (VENDORED / "uPlot.esm.js").exists() and not os.environ.get("CI"),
-    reason="uPlot is missing, and no wheel is built without: make vendor",
+    reason="uPlot is missing, and a wheel needs it: make vendor",
 )
 OF_GCC = ("gcc", "as", "ld")
 
-HOLDS = """
-from sim.avr.board import AvrBoard
+HOLD_PROGRAM = """
+from pneuforce.sim.avr.board import AvrBoard
 from tests.sim.conftest import Bench
 bench = Bench(AvrBoard()).holding()
 print(round(bench.pressure_kpa, 1), AvrBoard.__init__.__code__.co_filename)
@@ -44,16 +44,17 @@ PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 
 
 def build(source):
-    """The command that builds a wheel without asking a registry."""
+    """Return the command that builds a wheel without network access."""
     return (*PIP, "wheel", "--no-build-isolation", "--no-deps", "--wheel-dir", source / "dist", source)
 
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
-    """The tree without what was made from it: setuptools leaves files beside what it builds."""
+    """Return a copy of the tree without generated files; setuptools writes beside the sources."""
     source = tmp_path_factory.mktemp("source")
-    for name in PACKAGES:
-        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pneuforce", *PARTS):
+        generated = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, source / name, symlinks=True, ignore=generated)
     for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     return source
@@ -61,20 +62,20 @@ def source(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def installed(source, tmp_path_factory):
-    """A new virtual environment that has the wheel, and our libraries without our clone."""
-    place = tmp_path_factory.mktemp("installed")
+    """Return a new virtual environment with the wheel and its libraries, but without the clone."""
+    environment = tmp_path_factory.mktemp("installed")
     run(*build(source))
     (wheel,) = (source / "dist").glob("pneuforce-*.whl")
-    run(sys.executable, "-m", "venv", "--without-pip", place)
-    run(*PIP, "--python", place / "bin/python", "install", "--no-deps", wheel)
-    (site,) = place.glob("lib/python*/site-packages")
+    run(sys.executable, "-m", "venv", "--without-pip", environment)
+    run(*PIP, "--python", environment / "bin/python", "install", "--no-deps", wheel)
+    (site,) = environment.glob("lib/python*/site-packages")
     (site / "libraries.pth").write_text(sysconfig.get_path("purelib"))
-    return place
+    return environment
 
 
 @pytest.fixture
 def elsewhere(tmp_path):
-    """Another folder, where of all programs only a compiler for this machine is found."""
+    """Return folder and environment in which only a compiler for this machine is found."""
     (tmp_path / "bin").mkdir()
     for name in OF_GCC:
         if found := shutil.which(name):
@@ -86,33 +87,39 @@ def elsewhere(tmp_path):
 
 
 def data_in(folder):
-    """Files of a folder that are not Python's."""
+    """Return the content of the files of a folder that are not Python files."""
     files = [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     return {path.relative_to(folder): path.read_bytes() for path in files if path.suffix != ".py"}
 
 
+def test_nothing_but_pneuforce_is_installed(installed):
+    (site,) = installed.glob("lib/python*/site-packages")
+    found = {path.name for path in site.iterdir() if not path.name.endswith((".dist-info", ".pth"))}
+    assert found == {"pneuforce"}
+
+
 @pytest.mark.parametrize("package", WITH_DATA)
-def test_all_that_lies_beside_the_code_is_in_the_wheel(installed, package):
-    (folder,) = installed.glob(f"lib/python*/site-packages/{package}")
+def test_all_data_files_are_in_the_wheel(installed, package):
+    (folder,) = installed.glob(f"lib/python*/site-packages/pneuforce/{package}")
     assert data_in(folder) == data_in(ROOT / package)
 
 
-def test_the_program_starts_in_an_empty_folder_and_says_its_version(installed, elsewhere):
+def test_the_program_starts_in_an_empty_folder_and_prints_its_version(installed, elsewhere):
     project = (ROOT / "pyproject.toml").read_text()
     version = run(installed / "bin/pneuforce", "--version", **elsewhere).split()[-1]
     assert f'\nversion = "{version}"\n' in project
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_what_is_installed_beside_the_program_is_printed_by_it(installed, elsewhere, name):
+def test_the_files_to_install_are_printed_by_the_program(installed, elsewhere, name):
     printed = run(installed / "bin/pneuforce", "files", name, **elsewhere)
-    assert printed == (ROOT / "instrument/service" / name).read_text()
+    assert printed == (ROOT / "instrument/deploy" / name).read_text()
 
 
-def test_the_page_of_the_wheel_is_served_with_what_draws_it(installed, elsewhere):
+def test_the_web_page_of_the_wheel_is_served_with_its_plots(installed, elsewhere):
     options = {"socket": "nobody.sock", "host": "127.0.0.1", "port": 0, "allow": [], "token": ""}
     page = subprocess.Popen(
-        (installed / "bin/python", "-P", "-m", "page"),
+        (installed / "bin/python", "-P", "-m", "pneuforce.web"),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -121,21 +128,21 @@ def test_the_page_of_the_wheel_is_served_with_what_draws_it(installed, elsewhere
     with page:
         page.stdin.write(json.dumps(options) + "\n")
         page.stdin.flush()
-        at = f"http://127.0.0.1:{json.loads(page.stdout.readline())['page']}"
+        at = f"http://127.0.0.1:{json.loads(page.stdout.readline())['web']}"
         served = {name: urlopen(f"{at}/static/vendor/{name}").read() for name in UPLOT}
         index = urlopen(at).read()
         page.stdin.close()
-    (static,) = installed.glob("lib/python*/site-packages/page/static")
+    (static,) = installed.glob("lib/python*/site-packages/pneuforce/web/static")
     assert served == {name: (static / "vendor" / name).read_bytes() for name in UPLOT}
     assert index == (static / "index.html").read_bytes()
     assert page.returncode == 0
 
 
-def test_no_wheel_is_built_whose_page_would_have_no_plots(installed, source):
-    shutil.rmtree(source / "page/static/vendor")
+def test_no_wheel_is_built_without_the_plots(installed, source):
+    shutil.rmtree(source / "web/static/vendor")
     done = subprocess.run(build(source), capture_output=True, text=True, check=False)
     assert done.returncode != 0
-    assert "lacks uPlot, which draws the page: run make vendor, or make wheel" in done.stdout + done.stderr
+    assert "make vendor" in done.stdout + done.stderr
 
 
 def test_the_board_is_flashed_with_the_program_of_the_wheel(installed, elsewhere):
@@ -155,7 +162,7 @@ def test_the_board_is_flashed_with_the_program_of_the_wheel(installed, elsewhere
 def test_the_program_of_the_wheel_runs_on_the_emulated_chip_without_avr_gcc(installed, elsewhere):
     tests = {**elsewhere["env"], "PYTHONPATH": str(elsewhere["cwd"])}
     (elsewhere["cwd"] / "tests").symlink_to(ROOT / "tests")
-    said = run(installed / "bin/python", "-c", HOLDS, cwd=elsewhere["cwd"], env=tests)
+    said = run(installed / "bin/python", "-c", HOLD_PROGRAM, cwd=elsewhere["cwd"], env=tests)
     pressure_kpa, ran = said.split()
     assert float(pressure_kpa) == pytest.approx(8.0, abs=0.1)
     assert Path(ran).is_relative_to(installed)

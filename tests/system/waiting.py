@@ -1,22 +1,22 @@
-"""Waiting for the world, never for a fixed time."""
+"""Waiting for conditions instead of fixed times."""
 
 import time
 
 import pytest
 
 
-def wait_for(look, wanted, deadline_s=30.0):
-    """The first value of `look()` for which `wanted(value)` holds."""
+def wait_for(read, condition, deadline_s=30.0):
+    """Call `read()` until `condition(value)` is true. Return the value."""
     until_s = time.monotonic() + deadline_s
-    while not wanted(value := look()):
+    while not condition(value := read()):
         if time.monotonic() > until_s:
-            pytest.fail(f"still not after {deadline_s} s: {value}")
+            pytest.fail(f"the condition is not true after {deadline_s} s: {value}")
         time.sleep(0.02)
     return value
 
 
 def inflate(plc, setpoint_kpa):
-    """From a start to a locked balloon."""
+    """Inflate after the start of the instrument. Return the registers of the held balloon."""
     wait_for(plc.read, lambda v: "not_zeroed" not in v["status"] and "vented" in v["status"])
     plc.write("mode", "vent")
     plc.write("setpoint_requested", setpoint_kpa)

@@ -1,4 +1,4 @@
-"""The pytest plugin as integrators use it: outside this tree, found by its entry point."""
+"""Pytest plugin as integrators use it: outside this project, found by its entry point."""
 
 import math
 import signal
@@ -7,15 +7,15 @@ import sys
 
 import pytest
 
-from registers.modbus.client import PlcError
-from sim.faults import Refused
+from pneuforce.registers.modbus.client import ModbusClientError
+from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.teststand.rig import BalloonNotHeld, RigTripped, WaitTimeout
 from tests.system.test_demo import running
 from tests.system.waiting import wait_for
-from teststand.rig import NotHeld, NotInTime, Tripped
 
 
 def pytest_in(folder, program):
-    """Run pytest there, as a user would, on a file with this program."""
+    """Run pytest in a folder, on a file with this program, as a user does."""
     (folder / "tests").mkdir()
     (folder / "tests" / "test_mine.py").write_text(program)
     command = [sys.executable, "-P", "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", "tests"]
@@ -34,7 +34,7 @@ def test_that_is_killed(pneuforce_rig):
 
 def test_a_test_that_is_killed_leaves_no_process_behind(tmp_path):
     (tmp_path / "sim.py").write_text(
-        "raise SystemExit('a file of the user that is called like a part of ours')"
+        "raise SystemExit('a file of the user has the name of a package of pneuforce')"
     )
     done = pytest_in(tmp_path, KILLED)
     assert done.returncode == -signal.SIGKILL, done.stdout
@@ -47,78 +47,84 @@ WRONG = """
 import pytest
 
 @pytest.mark.pneuforce(scenario="palpate")
-def test_of_a_scenario_that_is_not_there(pneuforce_rig): pass
+def test_of_an_unknown_scenario(pneuforce_rig): pass
 
 @pytest.mark.pneuforce(pressure=8.0)
-def test_with_a_marker_that_says_something_else(pneuforce_rig): pass
+def test_with_an_unknown_marker_argument(pneuforce_rig): pass
 
 @pytest.mark.pneuforce(instrument={"modbus": {"word_order": "BADC"}})
-def test_with_a_configuration_that_is_refused(pneuforce_rig): pass
+def test_with_an_invalid_configuration(pneuforce_rig): pass
 """
 
 
-def test_what_cannot_start_is_one_sentence(tmp_path):
-    said = pytest_in(tmp_path, WRONG).stdout
-    assert "the simulator ended: there is no scenario 'palpate', only campaign, " in said
-    assert "the marker pneuforce does not take pressure; it is pneuforce(*, scenario=None, " in said
-    assert "__init__" not in said
-    assert "the instrument ended: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in said
-    assert "3 errors" in said
-    assert "Traceback" not in said
-    assert "teststand/" not in said
+def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
+    output = pytest_in(tmp_path, WRONG).stdout
+    assert "the simulator ended: " in output
+    assert "'palpate'" in output
+    assert "the marker pneuforce: pressure; use pneuforce(*, scenario=None, " in output
+    assert "__init__" not in output
+    assert (
+        "the instrument ended: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in output
+    )
+    assert "3 errors" in output
+    assert "Traceback" not in output
+    assert "teststand/" not in output
 
 
-def test_the_plugin_costs_those_nothing_who_do_not_use_it():
+def test_importing_the_plugin_imports_no_large_packages():
     heavy = "{'numpy', 'pydantic', 'pymodbus', 'can', 'serial', 'typer'}"
-    program = f"import sys, pytest; import teststand.plugin; print({heavy} & set(sys.modules))"
+    program = f"import sys, pytest; import pneuforce.teststand.plugin; print({heavy} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
 
 
 @pytest.mark.pneuforce(instrument={"modbus": {"word_order": "CDAB", "unit": 7}})
-def test_it_reads_and_writes_registers_by_name_and_says_in_sentences_what_cannot_be(pneuforce_rig):
+def test_registers_are_read_and_written_by_name_and_errors_are_explained(pneuforce_rig):
     rig = pneuforce_rig
     rig.write("force_limit", 3.5)
     registers = rig.wait_for(lambda registers: registers["state"] != "boot")
     assert registers["force_limit"] == 3.5
     assert registers["test_float"] == pytest.approx(-123.45)
-    assert (registers["state"], registers["first_fault"]) == ("vented", 0)
+    assert (registers["state"], registers["first_out_fault"]) == ("vented", 0)
     assert math.isnan(registers["force"])
-    with pytest.raises(NotInTime, match=r"did not come in 0\.1 s: state vented, pressure "):
+    with pytest.raises(WaitTimeout, match=r"in 0\.1 s: state vented, pressure "):
         rig.wait_for(lambda registers: registers["state"] == "holding", timeout_s=0.1)
-    with pytest.raises(PlcError, match=r"setpoint_requested = 12\.5 was refused: .*; allowed: 2 … 12 kPa"):
+    with pytest.raises(
+        ModbusClientError, match=r"setpoint_requested = 12\.5 was rejected: .*; allowed: 2 … 12 kPa"
+    ):
         rig.inflate(12.5)
     with pytest.raises(
-        Refused, match=r"there is no fault 'leek' \(near: leak\); pneuforce fault --list shows all"
+        SimulatorRequestError,
+        match=r"there is no fault 'leek' \(similar: leak.: pneuforce sim fault --list shows all faults",
     ):
-        rig.fault("leek")
-    with pytest.raises(NotHeld, match="the balloon is not held, inflate it first: state vented, pressure "):
+        rig.inject_fault("leek")
+    with pytest.raises(BalloonNotHeld, match=r"not held: state vented, pressure .*inflate"):
         rig.press(2.0)
     assert rig.truth()["applied_n"] == 0.0
 
 
-def test_a_press_that_trips_the_rig_says_so_unless_nobody_waits_for_it(pneuforce_rig):
+def test_a_press_that_trips_the_rig_raises_an_error(pneuforce_rig):
     pneuforce_rig.inflate(8.0)
-    with pytest.raises(Refused, match="press expects a force from 0 to 20 N"):
+    with pytest.raises(SimulatorRequestError, match="press expects a force from 0 to 20 N"):
         pneuforce_rig.press(21.0)
-    with pytest.raises(Tripped, match=r"the rig has tripped: overpressure \(fault 4\)"):
+    with pytest.raises(RigTripped, match=r"the rig has tripped: overpressure \(fault 4\)"):
         pneuforce_rig.press(8.0)
-    with pytest.raises(Tripped, match="remove its cause, clear it"):
+    with pytest.raises(RigTripped, match="clear the fault"):
         pneuforce_rig.press(1.0, wait=False)
     pneuforce_rig.release()
 
 
 @pytest.mark.pneuforce(scenario="taps")
-def test_a_fault_lasts_as_long_as_its_block_and_the_scenario_tells_its_setpoint(pneuforce_rig):
-    with pneuforce_rig.fault("supply_low", mv=4100):
+def test_a_fault_lasts_until_the_end_of_its_block_and_the_truth_contains_the_setpoint(pneuforce_rig):
+    with pneuforce_rig.inject_fault("supply_low", mv=4100):
         tripped = pneuforce_rig.wait_for(lambda registers: registers["state"] == "tripped")
         assert "sensor_fault" in tripped["status"]
-    pneuforce_rig.fault("sensor_drift", kpa=1.0)
-    pneuforce_rig.fault_off("sensor_drift")
+    pneuforce_rig.inject_fault("sensor_drift", kpa=1.0)
+    pneuforce_rig.remove_fault("sensor_drift")
     assert pneuforce_rig.truth()["setpoint_kpa"] == 8.0
 
 
-def test_a_line_between_rig_and_instrument_that_is_cut_and_whole_again(pneuforce_rig, pneuforce_serial_proxy):
+def test_after_an_interruption_of_the_serial_line_the_rig_is_tripped(pneuforce_rig, pneuforce_serial_proxy):
     pneuforce_serial_proxy.noise.cut = True
     pneuforce_rig.wait_for(lambda registers: "link_lost" in registers["status"])
     pneuforce_serial_proxy.noise.cut = False

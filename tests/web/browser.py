@@ -1,4 +1,4 @@
-"""Debian's Chromium as a process that is told what to do."""
+"""Chromium of Debian, controlled through a child process (browser.js)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from tests.peers.clients.client import MODULES, NODE
 from tests.tools import needs
 
-PATIENCE_S = 30.0
+TIMEOUT_S = 30.0
 NEEDS_CHROMIUM = needs("chromium")
 NEEDS_PLAYWRIGHT = pytest.mark.skipif(
     not (MODULES / "playwright-core").exists() and not os.environ.get("CI"),
@@ -22,11 +22,11 @@ NEEDS_PLAYWRIGHT = pytest.mark.skipif(
 
 
 class Browser:
-    """One browser with one window."""
+    """One browser with one page."""
 
     def __enter__(self):
         self._process = subprocess.Popen(
-            # an instrument wants a priority above its neighbours', on a machine that is busy
+            # lower priority than the instrument, which must keep its timing on a busy machine
             ["nice", "-n", "10", NODE, str(Path(__file__).with_name("browser.js"))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -44,34 +44,54 @@ class Browser:
             self._process.wait()
         self._process.stdout.close()
 
-    def __call__(self, what, **arguments):
-        """What comes of it; fails the test in the browser's words."""
-        self._process.stdin.write(json.dumps({"do": what, **arguments}) + "\n")
+    def __call__(self, action, **arguments):
+        """Run an action of browser.js and return its result; fail the test if the action fails."""
+        self._process.stdin.write(json.dumps({"do": action, **arguments}) + "\n")
         self._process.stdin.flush()
-        if not select.select([self._process.stdout], [], [], PATIENCE_S)[0]:
-            pytest.fail(f"the browser has no answer to {what} {arguments}")
-        answer = json.loads(self._process.stdout.readline() or '{"failed": "the browser has ended"}')
-        if "failed" in answer:
-            pytest.fail(f"{what} {arguments}: {answer['failed']}")
-        return answer["came"]
+        if not select.select([self._process.stdout], [], [], TIMEOUT_S)[0]:
+            pytest.fail(f"the browser did not answer to {action} {arguments} within {TIMEOUT_S:g} s")
+        answer = json.loads(self._process.stdout.readline() or '{"error": "the browser has exited"}')
+        if "error" in answer:
+            pytest.fail(f"{action} {arguments}: {answer['error']}")
+        return answer["result"]
+
+    def evaluate(self, script):
+        """Return the value of a script."""
+        return self("evaluate", script=script)
 
     def text(self, of):
-        """What is to be read there."""
+        """Return the visible text of an element."""
         return self("text", of=of)
 
     def number(self, of):
-        """The large number there."""
+        """Return the large number of a reading."""
         return float(self.text(f"{of} .number").replace("−", "-"))
 
+    def data(self, of, name):
+        """Return a data attribute of an element."""
+        return self.evaluate(f"document.querySelector({json.dumps(of)}).dataset[{json.dumps(name)}]")
+
+    def is_hidden(self, of):
+        """Return the attribute `hidden` of an element."""
+        return self.evaluate(f"document.querySelector({json.dumps(of)}).hidden")
+
     def wait(self, script):
-        """The script's value as soon as it is true."""
+        """Return the value of a script as soon as the value is true."""
         return self("wait", script=script)
 
     def wait_for_text(self, of, text):
-        """Wait until this is to be read there."""
-        look = f"document.querySelector({json.dumps(of)})"
-        return self.wait(f"{look}.checkVisibility() && {look}.innerText.includes({json.dumps(text)})")
+        """Wait until an element is visible and contains this text."""
+        element = f"document.querySelector({json.dumps(of)})"
+        return self.wait(f"{element}?.checkVisibility() && {element}.innerText.includes({json.dumps(text)})")
+
+    def wait_for_visible(self, of):
+        """Wait until an element exists and is visible."""
+        return self.wait(f"document.querySelector({json.dumps(of)})?.checkVisibility()")
+
+    def wait_for_hidden(self, of):
+        """Wait until an element has the attribute `hidden`."""
+        return self.wait(f"document.querySelector({json.dumps(of)}).hidden")
 
     def wait_for_state(self, name):
-        """Wait until the page shows this state."""
-        return self.wait_for_text("#state", name)
+        """Wait until the page shows this state of the rig."""
+        return self.wait_for_visible(f"#state[data-state={name}]")

@@ -1,4 +1,4 @@
-"""A page and its instrument: one that a test speaks for, or a real one that a browser looks at."""
+"""Fixtures: a web server with a fake instrument, and a browser with a real instrument on a simulated rig."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -6,22 +6,22 @@ from signal import SIGKILL
 
 import pytest
 
-from registers.map import COMMAND_KEY
-from tests.page.browser import Browser
-from tests.page.entries import begin
-from tests.page.serving import Site, Station
+from pneuforce.registers.map import COMMAND_KEY
+from pneuforce.teststand.child_process import ChildProcess
+from pneuforce.teststand.rig import LiveRig
+from pneuforce.teststand.stack import free_port, start, toml
 from tests.system.waiting import wait_for
-from teststand.children import Child
-from teststand.rig import LiveRig
-from teststand.stack import free_port, start, toml
+from tests.web.browser import Browser
+from tests.web.entries import header
+from tests.web.serving import FakeInstrument, Site
 
-TOKEN = "open-sesame-1"
-DESK = {"width": 1280, "height": 800}
+OPERATOR_TOKEN = "open-sesame-1"
+DESKTOP = {"width": 1280, "height": 800}
 
 
 @dataclass
-class Shown:
-    """An instrument on a simulated rig whose hand rests, and the address of its page."""
+class LiveInstrument:
+    """Instrument on a simulated rig without a moving hand, and the address of its web page."""
 
     rig: LiveRig
     url: str
@@ -30,54 +30,54 @@ class Shown:
     children: ExitStack
 
     @property
-    def operators_url(self):
-        """The address that logs an operator in."""
-        return f"{self.url}#operator={TOKEN}"
+    def operator_url(self):
+        """Return the address that logs an operator in."""
+        return f"{self.url}#operator={OPERATOR_TOKEN}"
 
     def recover(self):
-        """Let go, vent, and clear what a test or a busy machine has tripped."""
+        """End a contact, vent, and clear faults that the previous test or a busy machine caused."""
         self.rig.release(wait=False)
         self.rig.vent()
         registers = self.rig.read()
-        if registers["first_fault"]:
+        if registers["first_out_fault"]:
             self.rig.write("command_key", COMMAND_KEY)
             self.rig.write("command_code", "clear_faults")
             self.rig.write("command_sequence", registers["answer_sequence"] + 1)
-            self.rig.wait_for(lambda now: not now["first_fault"])
+            self.rig.wait_for(lambda now: not now["first_out_fault"])
 
     def kill(self):
-        """End the instrument as a power cut would."""
+        """Kill the instrument, like a power failure."""
         self.stack.host.send(SIGKILL)
 
-    def start_again(self):
-        """The instrument as it was configured, once more."""
+    def restart(self):
+        """Start the instrument again with the same configuration."""
         host = self.children.enter_context(
-            Child("instrument", ["instrument", "run", "--config", "/dev/stdin"])
+            ChildProcess("instrument", ["pneuforce", "run", "--config", "/dev/stdin"])
         )
-        host.tell(toml(self.tables))
+        host.write_stdin(toml(self.tables))
         host.ready()
         self.stack = replace(self.stack, host=host)
         self.rig = LiveRig(self.stack)
 
 
 @pytest.fixture(scope="package")
-def shown(tmp_path_factory, browser):
-    """Begun after the browser, whose start keeps a machine busy."""
-    folder = tmp_path_factory.mktemp("page")
+def live(tmp_path_factory, browser):
+    """Start a live instrument after the browser, because the start of a browser loads the machine."""
+    folder = tmp_path_factory.mktemp("web")
     tables = {
         "rig": {"port": str(folder / "rig")},
         "modbus": {"port": free_port()},
         "can": {"enabled": False},
         "events": {"file": str(folder / "events.sqlite")},
         "local": {"socket": str(folder / "pneuforce.sock")},
-        "page": {"enabled": True, "port": free_port(), "token": TOKEN},
+        "web": {"enabled": True, "port": free_port(), "token": OPERATOR_TOKEN},
     }
     with ExitStack() as children:
         stack = start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables)
-        url = f"http://127.0.0.1:{tables['page']['port']}/"
-        shown = Shown(LiveRig(stack), url, stack, tables, children)
-        browser("open", url=shown.operators_url)
-        yield shown
+        url = f"http://127.0.0.1:{tables['web']['port']}/"
+        live = LiveInstrument(LiveRig(stack), url, stack, tables, children)
+        browser("open", url=live.operator_url)
+        yield live
 
 
 @pytest.fixture(scope="package")
@@ -87,25 +87,25 @@ def browser():
 
 
 @pytest.fixture
-def station(tmp_path):
-    station = Station(tmp_path / "pneuforce.sock")
-    yield station
-    station.close()
+def instrument(tmp_path):
+    instrument = FakeInstrument(tmp_path / "pneuforce.sock")
+    yield instrument
+    instrument.close()
 
 
 @pytest.fixture
-def site(station):
-    site = Site(station.path)
-    wait_for(lambda: station.wanted, bool)
-    station.say(begin())
+def site(instrument):
+    site = Site(instrument.path)
+    wait_for(lambda: instrument.subscriptions, bool)
+    instrument.send(header())
     yield site
-    site.end()
+    site.stop()
 
 
 @pytest.fixture
-def page(shown, browser):
-    """The page of an instrument that is vented, with the operator's token."""
-    shown.recover()
-    browser("look", **DESK)
+def page(live, browser):
+    """Return the browser with the web page of a vented instrument. The operator is logged in."""
+    live.recover()
+    browser("resize", **DESKTOP)
     browser.wait_for_state("vented")
     return browser

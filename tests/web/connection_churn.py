@@ -1,6 +1,7 @@
-"""`python -m tests.page.churn PORT`: 400 connections at a time that ask nothing, begun anew as they end.
+"""`python -m tests.web.connection_churn PORT`: keep 400 connections open that send nothing.
 
-Half of them end at once, the others when the page has had enough of them.
+A connection that is closed is opened again at once. Half of the connections close immediately. The other half
+wait until the web server closes them.
 """
 
 import asyncio
@@ -8,7 +9,7 @@ import sys
 
 
 async def connect(port, stays):
-    """Connect for ever."""
+    """Connect again and again."""
     while True:
         try:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
@@ -20,10 +21,10 @@ async def connect(port, stays):
 
 
 async def churn(port):
-    """Begin all, and say so."""
-    work = [asyncio.create_task(connect(port, stays)) for stays in (True, False) for _ in range(200)]
-    print("begun", flush=True)
-    await asyncio.gather(*work)
+    """Start all connections and print one line."""
+    tasks = [asyncio.create_task(connect(port, stays)) for stays in (True, False) for _ in range(200)]
+    print("started", flush=True)
+    await asyncio.gather(*tasks)
 
 
 asyncio.run(churn(int(sys.argv[1])))

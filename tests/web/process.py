@@ -1,4 +1,4 @@
-"""The page as a process, and what is asked of it."""
+"""Web process for tests, and HTTP requests to it."""
 
 import contextlib
 import http.client
@@ -6,20 +6,21 @@ import json
 import subprocess
 import sys
 
-from tests.page.serving import TOKEN, events
+from tests.web.serving import TOKEN, read_events
 
 
 @contextlib.contextmanager
-def page(**options):
+def web_process(**options):
+    """Start a web process. Yield the process and its first line of output."""
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "page"],
+        [sys.executable, "-P", "-m", "pneuforce.web"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
-    told = {"socket": "/nowhere", "host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
-    process.stdin.write(json.dumps(told) + "\n")
+    options = {"socket": "/nowhere", "host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
+    process.stdin.write(json.dumps(options) + "\n")
     process.stdin.flush()
     try:
         yield process, json.loads(process.stdout.readline())
@@ -31,14 +32,16 @@ def page(**options):
 
 
 @contextlib.contextmanager
-def browser(port):
+def event_stream(port):
+    """Open /api/live. Yield an iterator of (event type, data)."""
     with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
         connection.request("GET", "/api/live")
-        yield events(connection.getresponse())
+        yield read_events(connection.getresponse())
 
 
-def ask(port, method, path, facts=None):
+def request(port, method, path, body=None):
+    """Send a request. Return the HTTP status and the JSON body."""
     with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
-        connection.request(method, path, None if facts is None else json.dumps(facts))
+        connection.request(method, path, None if body is None else json.dumps(body))
         response = connection.getresponse()
         return response.status, json.loads(response.read())

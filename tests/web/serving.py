@@ -1,4 +1,4 @@
-"""A page that serves real browsers' requests, and an instrument at its local socket that tests speak for."""
+"""Web server in a thread, and a fake instrument at its local socket."""
 
 import asyncio
 import contextlib
@@ -8,22 +8,22 @@ import socket
 import threading
 import time
 
-from instrument.tape.entry import Decoder, Kind, encode, told
-from page.__main__ import Options, parts_of, serve, server_of
-from page.door import door
-from tests.page.entries import snapshot
+from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, encode, json_entry
+from pneuforce.web.__main__ import WebProcessOptions, create_server, create_services, serve
+from pneuforce.web.listener import open_listener
 from tests.system.waiting import wait_for
+from tests.web.entries import snapshot
 
 TOKEN = "correct-horse-battery"
 
 
-class Station:
-    """The instrument's end of the local socket: what it says, and how it answers."""
+class FakeInstrument:
+    """Instrument side of the local socket. It sends given entries, and records and answers requests."""
 
     def __init__(self, path):
-        self.path, self.asked, self.seen_s = path, [], []
-        self.refusal, self.answers = "none", True
-        self.guests, self.wanted = [], []
+        self.path, self.requests, self.seen_s = path, [], []
+        self.reject_reason, self.answers = "none", True
+        self.clients, self.subscriptions = [], []
         self.open()
 
     def open(self):
@@ -35,63 +35,63 @@ class Station:
     def _accept(self, listener):
         with contextlib.suppress(OSError):
             while True:
-                guest, _ = listener.accept()
-                self.guests.append(guest)
-                threading.Thread(target=self._hear, args=(guest,), daemon=True).start()
+                client, _ = listener.accept()
+                self.clients.append(client)
+                threading.Thread(target=self._receive, args=(client,), daemon=True).start()
 
-    def _hear(self, guest):
-        decoder = Decoder()
+    def _receive(self, client):
+        decoder = EntryDecoder()
         with contextlib.suppress(OSError):
-            while data := guest.recv(65536):
+            while data := client.recv(65536):
                 for entry in decoder.feed(data):
-                    self._answer(guest, entry)
+                    self._process(client, entry)
 
-    def _answer(self, guest, entry):
-        if entry.kind is Kind.WANT:
-            self.wanted.append(entry.facts)
+    def _process(self, client, entry):
+        if entry.kind is EntryKind.SUBSCRIBE:
+            self.subscriptions.append(entry.json_body)
         elif self.answers:
-            self.asked.append(entry.facts["values"])
-            self.seen_s.append(entry.facts["seen_s"])
-            facts = {"id": entry.facts["id"], "refusal": self.refusal, "why": ""}
-            guest.sendall(encode(told(Kind.ANSWER, time.monotonic(), facts)))
+            self.requests.append(entry.json_body["values"])
+            self.seen_s.append(entry.json_body["seen_s"])
+            answer = {"id": entry.json_body["id"], "reject_reason": self.reject_reason, "why": ""}
+            client.sendall(encode(json_entry(EntryKind.ANSWER, time.monotonic(), answer)))
 
-    def say(self, *entries):
-        self.guests[-1].sendall(b"".join(map(encode, entries)))
+    def send(self, *entries):
+        self.clients[-1].sendall(b"".join(map(encode, entries)))
 
     def close(self):
         self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
-        for guest in self.guests:
-            with contextlib.suppress(OSError):  # it has gone by itself
-                guest.shutdown(socket.SHUT_RDWR)
+        for client in self.clients:
+            with contextlib.suppress(OSError):  # already disconnected
+                client.shutdown(socket.SHUT_RDWR)
         self.path.unlink(missing_ok=True)
 
 
 class Site:
-    """A page in a thread of its own."""
+    """Web server in a thread, with methods that send requests."""
 
     def __init__(self, socket_path, **options):
-        chosen = {"host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
-        self.parts = parts_of(Options(socket=str(socket_path), **chosen))
-        bound = door(chosen["host"], chosen["port"])
-        self.port = bound.getsockname()[1]
-        self._server = server_of(self.parts)
-        self._thread = threading.Thread(target=self._run, args=(bound,), daemon=True)
+        options = {"host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
+        self.services = create_services(WebProcessOptions(socket=str(socket_path), **options))
+        listener = open_listener(options["host"], options["port"])
+        self.port = listener.getsockname()[1]
+        self._server = create_server(self.services)
+        self._thread = threading.Thread(target=self._run, args=(listener,), daemon=True)
         self._thread.start()
 
-    def _run(self, bound):
-        asyncio.run(serve(self.parts, self._server, bound))
+    def _run(self, listener):
+        asyncio.run(serve(self.services, self._server, listener))
 
-    def end(self):
-        self._server.end()
+    def stop(self):
+        self._server.stop()
         self._thread.join(10)
         assert not self._thread.is_alive()
 
     def connect(self, timeout_s=10):
         return http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout_s)
 
-    def ask(self, method, path, body=None, **headers):
-        """Status, headers, and what the answer holds."""
+    def request(self, method, path, body=None, **headers):
+        """Send a request. Return status, headers, and the body (parsed if it is JSON)."""
         with contextlib.closing(self.connect()) as connection:
             connection.request(method, path, body, headers)
             response = connection.getresponse()
@@ -100,27 +100,28 @@ class Site:
         return response.status, response.headers, json.loads(data) if is_json and data else data
 
     def get(self, path, **headers):
-        return self.ask("GET", path, **headers)
+        return self.request("GET", path, **headers)
 
-    def post(self, path, facts, **headers):
-        body = facts if isinstance(facts, str | bytes) else json.dumps(facts)
-        return self.ask("POST", path, body, **headers)
+    def post(self, path, body, **headers):
+        body = body if isinstance(body, str | bytes) else json.dumps(body)
+        return self.request("POST", path, body, **headers)
 
     def write(self, values, token=TOKEN, seen_s=1.0, **headers):
         return self.post("/api/write", {"token": token, "values": values, "seen_s": seen_s}, **headers)
 
     @contextlib.contextmanager
-    def live(self):
-        """The stream, as pairs of an event's name and its data."""
+    def event_stream(self):
+        """Open /api/live. Yield an iterator of (event type, data)."""
         with contextlib.closing(self.connect()) as connection:
             connection.request("GET", "/api/live")
             response = connection.getresponse()
             assert response.status == 200
             assert response.headers["content-type"].startswith("text/event-stream")
-            yield events(response)
+            yield read_events(response)
 
 
-def events(lines):
+def read_events(lines):
+    """Yield (event type, data) for the lines of an event stream."""
     name = ""
     for line in lines:
         key, _, value = line.decode().rstrip("\n").partition(": ")
@@ -130,16 +131,16 @@ def events(lines):
             yield name, json.loads(value)
 
 
-def until(stream, name, wanted=lambda data: True):
-    """The next event of that name for which `wanted` holds."""
-    return next(data for event, data in stream if event == name and wanted(data))
+def until(stream, name, condition=lambda data: True):
+    """Return the data of the next event of this type for which `condition(data)` is true."""
+    return next(data for event, data in stream if event == name and condition(data))
 
 
-def say_again(station, site, facts):
-    """Let the instrument say this, and go on saying it, until the page has it."""
+def send_until_received(instrument, site, values):
+    """Send a snapshot with these values again and again until the web server has received it."""
 
-    def said():
-        station.say(snapshot(time.monotonic(), **facts))
-        return site.parts.view.snapshot
+    def send_and_read():
+        instrument.send(snapshot(time.monotonic(), **values))
+        return site.services.feed.snapshot
 
-    wait_for(said, lambda known: known is not None)
+    wait_for(send_and_read, lambda received: received is not None)

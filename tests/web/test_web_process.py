@@ -1,4 +1,4 @@
-"""The page as the process that the host starts."""
+"""Web process: start, heartbeat, end, and operation with a real instrument."""
 
 import contextlib
 import http.client
@@ -13,98 +13,102 @@ from pathlib import Path
 
 import pytest
 
-from registers.modbus.client import Plc
-from tests.page.entries import begin, snapshot
-from tests.page.process import ask, browser, page
-from tests.page.serving import TOKEN, Station, until
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.teststand.stack import free_port, start
 from tests.system.waiting import inflate, wait_for
-from teststand.stack import free_port, start
+from tests.web.entries import header, snapshot
+from tests.web.process import event_stream, request, web_process
+from tests.web.serving import TOKEN, FakeInstrument, until
 
 END = [
-    pytest.param(lambda process: process.stdin.close(), id="its stdin ends"),
+    pytest.param(lambda process: process.stdin.close(), id="stdin is closed"),
     pytest.param(lambda process: process.send_signal(signal.SIGTERM), id="SIGTERM"),
 ]
 
 
 @pytest.mark.parametrize("end", END)
-def test_it_ends_at_once_though_browsers_listen(station, end):
-    with page(socket=str(station.path)) as (process, ready), browser(ready["page"]) as stream:
+def test_the_process_ends_at_once_even_if_streams_are_open(instrument, end):
+    with (
+        web_process(socket=str(instrument.path)) as (process, ready),
+        event_stream(ready["web"]) as stream,
+    ):
         assert next(stream)[0] == "link"
         end(process)
         assert process.wait(5) == 0
-        assert list(stream) is not None  # the stream has an end, too
+        assert list(stream) is not None  # the stream ends, too
         assert process.stderr.read() == ""
 
 
-def beat(process):
-    return json.loads(process.stdout.readline())["beat"]
+def heartbeat(process):
+    return json.loads(process.stdout.readline())["heartbeat"]
 
 
-def test_a_page_that_hangs_is_silent_and_one_that_runs_is_not():
-    with page() as (process, _):
-        assert [beat(process), beat(process)] == [1, 2]
+def test_a_stopped_process_sends_no_heartbeat():
+    with web_process() as (process, _):
+        assert [heartbeat(process), heartbeat(process)] == [1, 2]
         process.send_signal(signal.SIGSTOP)
         while select.select([process.stdout], [], [], 1.5)[0]:
-            beat(process)
+            heartbeat(process)
         process.send_signal(signal.SIGCONT)
-        assert beat(process) > 2
+        assert heartbeat(process) > 2
 
 
-def test_it_serves_on_when_nobody_hears_it():
-    with page() as (process, ready):
+def test_the_process_serves_even_if_its_output_is_not_read():
+    with web_process() as (process, ready):
         pipe = os.open(f"/proc/{process.pid}/fd/1", os.O_WRONLY | os.O_NONBLOCK)
         with contextlib.suppress(BlockingIOError):
             while os.write(pipe, b"x" * 4096):
                 pass
         os.close(pipe)
-        for nobody in (lambda: None, process.stdout.close):
-            nobody()
-            time.sleep(1.5)  # past a beat
-            assert ask(ready["page"], "GET", "/api/about")[0] == 200
+        for action in (lambda: None, process.stdout.close):
+            action()
+            time.sleep(1.5)  # longer than the heartbeat period
+            assert request(ready["web"], "GET", "/api/about")[0] == 200
 
 
-def test_a_taken_port_is_said_in_a_sentence():
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with page(port=port) as (process, ready):
-            assert ready["page"] is None
-            why = "it is in use by another program; change [page] port"
-            assert ready["why"] == f"the page cannot listen on 127.0.0.1:{port}: {why}"
+def test_a_port_in_use_is_reported_with_the_setting_to_change():
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        with web_process(port=port) as (process, ready):
+            assert ready["web"] is None
+            assert f"127.0.0.1:{port}" in ready["why"]
+            assert "[web] port" in ready["why"]
             assert process.wait(5) == 1
 
 
-def test_it_waits_for_an_instrument_that_comes_later(tmp_path):
-    with page(socket=str(tmp_path / "late.sock")) as (_, ready), browser(ready["page"]) as stream:
-        assert "does not run here" in until(stream, "link", lambda link: "run" in link["why"])["why"]
-        station = Station(tmp_path / "late.sock")
-        wait_for(lambda: station.wanted, bool)
-        station.say(begin(), snapshot(time.monotonic()))
+def test_the_process_waits_for_an_instrument_that_starts_later(tmp_path):
+    path = tmp_path / "late.sock"
+    with web_process(socket=str(path)) as (_, ready), event_stream(ready["web"]) as stream:
+        until(stream, "link", lambda link: str(path) in link["reason"] and not link["up"])
+        instrument = FakeInstrument(path)
+        wait_for(lambda: instrument.subscriptions, bool)
+        instrument.send(header(), snapshot(time.monotonic()))
         assert until(stream, "link")["up"] is True
-        station.close()
+        instrument.close()
 
 
-# ---- on a real instrument
+# ---- with a real instrument
 
 
-class Rig:
-    """A simulated rig, its instrument, and the page."""
+class RigWithWeb:
+    """Simulated rig, its instrument, and the web process."""
 
     def __init__(self, children, folder):
         self.port = free_port()
-        page = {"enabled": True, "port": self.port, "token": TOKEN}
-        self.stack = start(children, folder / "rig", ["--no-hand"], {"page": page})
+        web = {"enabled": True, "port": self.port, "token": TOKEN}
+        self.stack = start(children, folder / "rig", ["--no-hand"], {"web": web})
 
     def plc(self):
-        return Plc.connect(port=self.stack.modbus_port)
+        return ModbusClient.connect(port=self.stack.modbus_port)
 
     def connect(self):
         return http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
 
-    def page_pid(self):
-        """The process of the page, None where there is none now."""
+    def web_pid(self):
+        """Return the process id of the web process; None if the process is not running."""
         host = self.stack.host.pid
         pids = Path(f"/proc/{host}/task/{host}/children").read_text().split()
-        return next((int(pid) for pid in pids if command_of(pid).endswith("-m page")), None)
+        return next((int(pid) for pid in pids if command_of(pid).endswith("-m pneuforce.web")), None)
 
 
 def command_of(pid):
@@ -116,80 +120,78 @@ def command_of(pid):
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
     with contextlib.ExitStack() as children:
-        yield Rig(children, tmp_path_factory.mktemp("page"))
+        yield RigWithWeb(children, tmp_path_factory.mktemp("web"))
 
 
-def test_the_page_shows_what_a_plc_reads_and_its_vent_vents(rig):
-    with rig.plc() as plc, browser(rig.port) as stream:
-        held = inflate(plc, 8.0)
+def test_the_web_page_shows_what_a_plc_reads_and_can_vent(rig):
+    with rig.plc() as plc, event_stream(rig.port) as stream:
+        registers = inflate(plc, 8.0)
         state = until(stream, "state", lambda state: state["state"] == "holding")
-        assert state["pressure_kpa"] == pytest.approx(held["pressure"], abs=0.1)
-        assert state["setpoint_kpa"] == held["setpoint"] == 8.0
-        words = ask(rig.port, "GET", "/api/registers")[1]["blocks"][1]["words"]
+        assert state["pressure_kpa"] == pytest.approx(registers["pressure"], abs=0.1)
+        assert state["setpoint_kpa"] == registers["setpoint"] == 8.0
+        words = request(rig.port, "GET", "/api/registers")[1]["blocks"][1]["words"]
         assert struct.unpack(">f", struct.pack(">HH", *words[:2])) == (8.0,)
-        assert ask(rig.port, "POST", "/api/vent", {}) == (200, {"refusal": "none", "text": "Accepted."})
+        status, answer = request(rig.port, "POST", "/api/vent", {})
+        assert (status, answer["reject_reason"]) == (200, "none")
         wait_for(plc.read, lambda registers: registers["state"] == "vented")
-        assert (
-            "page: mode hold → vent: accepted"
-            in until(stream, "event", lambda e: "vent" in e["text"])["text"]
-        )
+        event = until(stream, "event", lambda event: "vent" in event["text"])
+        assert "web: mode hold → vent: accepted" in event["text"]
 
 
-def test_an_operator_obeys_the_rules_of_a_plc(rig):
+def test_an_operator_is_subject_to_the_rules_of_a_plc(rig):
     def write(**values):
-        return ask(rig.port, "POST", "/api/write", order(values))
+        return request(rig.port, "POST", "/api/write", write_body(values))
 
     with rig.plc() as plc:
         wait_for(plc.read, lambda v: "not_zeroed" not in v["status"] and "vented" in v["status"])
         plc.write("lease", 5.0)
         status, answer = write(setpoint_requested=6.0)
-        assert (status, answer["refusal"]) == (200, "lease")
-        assert answer["text"].startswith("Somebody else holds the lease")
+        assert (status, answer["reject_reason"]) == (200, "lease")
         plc.write("lease", 0)
-        assert write(mode="vent")[1]["refusal"] == "none"
-        assert write(setpoint_requested=6.0, mode="hold")[1]["refusal"] == "none"
+        assert write(mode="vent")[1]["reject_reason"] == "none"
+        assert write(setpoint_requested=6.0, mode="hold")[1]["reject_reason"] == "none"
         assert wait_for(plc.read, lambda v: v["state"] == "holding")["setpoint"] == 6.0
         plc.write("mode", "vent")
 
 
-def order(values):
-    """An operator's, who looks at the instrument now; its page has the host's clock."""
+def write_body(values):
+    """Return the request of an operator who sees the current state. The test uses the clock of the host."""
     return {"token": TOKEN, "values": values, "seen_s": time.monotonic()}
 
 
-def test_an_order_that_was_given_up_is_not_carried_out_when_the_page_wakes(rig):
-    hold = order({"setpoint_requested": 6.0, "mode": "hold"})
+def test_an_old_write_request_is_rejected_after_a_stop_of_the_web_process(rig):
+    hold = write_body({"setpoint_requested": 6.0, "mode": "hold"})
     with rig.plc() as plc, contextlib.closing(rig.connect()) as operator:
         wait_for(plc.read, lambda v: "vented" in v["status"])
-        pid = rig.page_pid()
+        pid = rig.web_pid()
         os.kill(pid, signal.SIGSTOP)
         try:
             operator.request("POST", "/api/write", json.dumps(hold))
-            time.sleep(2.0)  # longer than an order stands
+            time.sleep(2.0)  # longer than a write request is valid
             plc.write("mode", "vent")
         finally:
             os.kill(pid, signal.SIGCONT)
         response = operator.getresponse()
         assert response.status == 400
-        assert "old: look again" in json.loads(response.read())["text"]
+        assert " s old" in json.loads(response.read())["text"]
         assert plc.read()["mode"] == "vent"
 
 
-def test_a_page_that_dies_is_begun_again_at_the_same_port(rig):
-    first = rig.page_pid()
+def test_a_killed_web_process_is_restarted_at_the_same_port(rig):
+    first = rig.web_pid()
     os.kill(first, signal.SIGKILL)
-    wait_for(rig.page_pid, lambda pid: pid not in (None, first))
+    wait_for(rig.web_pid, lambda pid: pid not in (None, first))
     with rig.plc() as plc:
         assert plc.read()["state"] in ("vented", "venting")
 
-    def up():
+    def read_status():
         with contextlib.suppress(OSError):
-            return ask(rig.port, "GET", "/api/registers")[0]
+            return request(rig.port, "GET", "/api/registers")[0]
 
-    wait_for(up, lambda status: status == 200)
+    wait_for(read_status, lambda status: status == 200)
 
 
-def test_a_host_that_is_killed_takes_its_page_with_it(rig):  # the last: it ends the rig that all share
-    pid = rig.page_pid()
+def test_the_web_process_ends_when_the_host_process_is_killed(rig):  # last test: it ends the shared rig
+    pid = rig.web_pid()
     rig.stack.host.send(signal.SIGKILL)
     wait_for(lambda: command_of(pid), lambda command: not command)

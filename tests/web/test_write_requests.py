@@ -1,87 +1,88 @@
-"""What browsers order: a vent for everybody, writes for who has the token, a sentence for what cannot be."""
+"""Write requests of browsers: a vent without a token, and writes with the operator's token."""
 
 import pytest
 
-from tests.page.serving import Site
+from pneuforce.registers.advice import REJECT_REASON_ADVICE
 from tests.system.waiting import wait_for
+from tests.web.serving import Site
 
 
-def test_a_vent_needs_no_token(site, station):
-    assert site.post("/api/vent", {})[2]["refusal"] == "none"
-    assert station.asked == [{"mode": "vent"}]
+def test_a_vent_needs_no_token(site, instrument):
+    assert site.post("/api/vent", {})[2]["reject_reason"] == "none"
+    assert instrument.requests == [{"mode": "vent"}]
 
 
 @pytest.mark.parametrize("body", ["", "{", "x" * 100_000])
-def test_a_vent_is_a_vent_whatever_comes_with_it(site, station, body):
+def test_a_vent_ignores_the_body(site, instrument, body):
     assert site.post("/api/vent", body)[0] == 200
-    assert station.asked == [{"mode": "vent"}]
+    assert instrument.requests == [{"mode": "vent"}]
 
 
-def test_a_vent_that_is_not_answered_is_said_to_have_failed(site, station):
-    station.answers = False
+def test_a_vent_without_an_answer_is_reported_as_failed(site, instrument):
+    instrument.answers = False
     status, _, answer = site.post("/api/vent", {})
     assert status == 503
     assert "stop switch" in answer["text"]
 
 
-def test_a_vent_without_an_instrument_fails_at_once_and_says_so(tmp_path):
-    site = Site(tmp_path / "nobody.sock")
+def test_a_vent_without_an_instrument_is_reported_as_failed(tmp_path):
+    site = Site(tmp_path / "missing.sock")
     status, _, answer = site.post("/api/vent", {})
-    site.end()
+    site.stop()
     assert status == 503
     assert "stop switch" in answer["text"]
 
 
-def test_a_write_reaches_the_instrument_in_its_own_units(site, station):
+def test_a_write_request_is_passed_to_the_instrument_unchanged(site, instrument):
     status, _, answer = site.write({"setpoint_requested": 6.5, "mode": "hold"})
-    assert (status, answer) == (200, {"refusal": "none", "text": "Accepted."})
-    assert station.asked == [{"setpoint_requested": 6.5, "mode": "hold"}]
+    assert (status, answer["reject_reason"]) == (200, "none")
+    assert instrument.requests == [{"setpoint_requested": 6.5, "mode": "hold"}]
 
 
-def test_a_write_says_what_it_was_decided_upon_and_a_vent_need_not(site, station):
+def test_a_write_request_contains_the_time_of_the_shown_state_and_a_vent_does_not(site, instrument):
     site.write({"setpoint_requested": 6.5}, seen_s=12.5)
     site.post("/api/write", {"token": "correct-horse-battery", "values": {"mode": "vent"}})
     site.post("/api/vent", {})
-    assert station.seen_s == [12.5, None, None]
+    assert instrument.seen_s == [12.5, None, None]
 
 
 @pytest.mark.parametrize("seen_s", [None, True, "1.0", [1.0], 10**400])
-def test_what_was_decided_upon_nothing_is_not_asked(site, station, seen_s):
+def test_a_write_request_without_a_valid_time_is_rejected(site, instrument, seen_s):
     status, _, answer = site.write({"mode": "hold"}, seen_s=seen_s)
-    assert (status, station.asked) == (400, [])
+    assert (status, instrument.requests) == (400, [])
     assert "seen_s" in answer["text"]
 
 
-def test_a_refusal_is_said_in_a_sentence(site, station):
-    station.refusal = "not_zeroed"
+def test_a_reject_reason_is_returned_with_its_advice(site, instrument):
+    instrument.reject_reason = "not_zeroed"
     status, _, answer = site.write({"mode": "hold"})
-    assert (status, answer["refusal"]) == (200, "not_zeroed")
-    assert answer["text"].startswith("The sensor has no zero")
+    assert (status, answer["reject_reason"]) == (200, "not_zeroed")
+    assert answer["text"] == REJECT_REASON_ADVICE["not_zeroed"]
 
 
-def test_a_wrong_token_writes_nothing_and_is_soon_not_looked_at(site, station):
-    stati = [site.write({"mode": "hold"}, token="wrong")[0] for _ in range(12)]
-    assert stati == sorted(stati)
-    assert set(stati) == {401, 429}
+def test_wrong_tokens_are_rejected_and_soon_rate_limited(site, instrument):
+    statuses = [site.write({"mode": "hold"}, token="wrong")[0] for _ in range(12)]
+    assert statuses == sorted(statuses)
+    assert set(statuses) == {401, 429}
     assert site.write({"mode": "hold"})[0] == 429
-    assert station.asked == []
+    assert instrument.requests == []
     assert site.post("/api/vent", {})[0] == 200
 
 
-def test_a_token_can_be_tried_without_writing(site, station):
+def test_a_token_can_be_checked_without_writing(site, instrument):
     assert site.post("/api/token", {"token": "correct-horse-battery"})[0] == 200
     assert site.post("/api/token", {"token": "wrong"})[0] == 401
-    assert station.asked == []
+    assert instrument.requests == []
 
 
-def test_without_a_configured_token_nobody_writes_and_everybody_vents(station):
-    site = Site(station.path, token="")
-    wait_for(lambda: station.wanted, bool)
+def test_without_a_configured_token_only_vent_is_possible(instrument):
+    site = Site(instrument.path, token="")
+    wait_for(lambda: instrument.subscriptions, bool)
     assert site.get("/api/about")[2]["writable"] is False
     assert site.write({"mode": "hold"}, token="")[0] == 401
     assert site.post("/api/vent", {})[0] == 200
-    site.end()
-    assert station.asked == [{"mode": "vent"}]
+    site.stop()
+    assert instrument.requests == [{"mode": "vent"}]
 
 
 TOKEN = '"token": "correct-horse-battery"'
@@ -121,10 +122,10 @@ TOKEN = '"token": "correct-horse-battery"'
     ],
     ids=lambda value: str(value)[:40],
 )
-def test_what_cannot_be_asked_is_refused_in_a_sentence_and_asks_nothing(site, station, body, status):
-    told, _, answer = site.post("/api/write", body)
-    assert told == status
+def test_an_invalid_write_request_is_rejected_with_one_short_text(site, instrument, body, status):
+    actual, _, answer = site.post("/api/write", body)
+    assert actual == status
     assert answer["text"].endswith(".")
     assert len(answer["text"]) < 300
     assert "Traceback" not in answer["text"]
-    assert station.asked == []
+    assert instrument.requests == []

@@ -1,4 +1,4 @@
-"""Play the hostile cases to our instrument and to the servers of others, and print docs/hostile.md."""
+"""Run the hostile cases against the instrument and other Modbus servers, and print docs/hostile.md."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from itertools import groupby
 from pathlib import Path
 
 from tests.hostile.cases import CASES
-from tests.hostile.line import Server
-from tests.hostile.play import FAIL, PASS, Outcome, played
-from tests.hostile.rivals.stock import RIVALS, outcomes_of
+from tests.hostile.connection import ServerUnderTest
+from tests.hostile.other_servers.processes import OTHER_SERVERS, results_of
+from tests.hostile.runner import FAIL, PASS, CaseResult, run_case
 
 _PAGE = Path(__file__).with_name("page.md")
-_SERVERS = [("pneuforce", "this one", "Python"), *((r.name, r.version, r.language) for r in RIVALS)]
+_SERVERS = [("pneuforce", "this one", "Python"), *((r.name, r.version, r.language) for r in OTHER_SERVERS)]
+#: Short forms of failures for the cells of the tables.
 _SHORT = [
     (r".*dead but open", "dead, open"),
     (r"answer (\d+) of \d+: silent.*", r"silent from \1 on"),
@@ -25,42 +26,43 @@ _SHORT = [
     (r"took (\d+) kB.*", r"takes \1 kB, stays"),
     (r"still open after.*", "stays open"),
     (r"no Modbus frame.*", "no Modbus frame"),
-    (r"an answer to transaction.*", "stray answers"),
+    (r"an unexpected answer to transaction.*", "stray answers"),
 ]
 
-Row = tuple[Outcome, ...]
+Row = tuple[CaseResult, ...]
 
 
 def main() -> None:
     """Print the page."""
     options = _options()
-    ours = Server(port=options.port)
+    instrument = ServerUnderTest(port=options.port)
     with ThreadPoolExecutor(2) as pool:
-        others = pool.map(lambda rival: outcomes_of(rival, options.tools), RIVALS)
-        columns = [[played(case, ours) for case in CASES if not case.ours], *others]
+        others = pool.map(lambda other_server: results_of(other_server, options.tools), OTHER_SERVERS)
+        columns = [[run_case(case, instrument) for case in CASES if not case.needs_pneuforce], *others]
     page = _PAGE.read_text(encoding="utf-8")
     rows = list(zip(*columns, strict=True))
-    print(page.format(count=len(rows), sums=_sums(columns), cases="\n".join(_tables(rows))), end="")
+    print(page.format(count=len(rows), sums=_summary_table(columns), cases="\n".join(_tables(rows))), end="")
 
 
-def _sums(columns: list[list[Outcome]]) -> str:
-    lines = ["| server | version | language | passed | failed | has no such function |", "|" + " --- |" * 6]
-    for (name, version, language), outcomes in zip(_SERVERS, columns, strict=True):
-        verdicts = [outcome.verdict for outcome in outcomes]
+def _summary_table(columns: list[list[CaseResult]]) -> str:
+    lines = ["| server | version | language | passed | failed | not supported |", "|" + " --- |" * 6]
+    for (name, version, language), results in zip(_SERVERS, columns, strict=True):
+        verdicts = [result.verdict for result in results]
         passed, failed = verdicts.count(PASS), verdicts.count(FAIL)
-        rest = len(verdicts) - passed - failed
-        lines.append(f"| {name} | {version} | {language} | {passed} | {failed} | {rest} |")
+        not_supported = len(verdicts) - passed - failed
+        lines.append(f"| {name} | {version} | {language} | {passed} | {failed} | {not_supported} |")
     return "\n".join(lines)
 
 
 def _tables(rows: list[Row]) -> list[str]:
-    """A table for each group, of the cases that somebody failed."""
+    """Return one table per group, with the cases that at least one server failed."""
     lines = []
-    for group, those in groupby(rows, key=lambda row: row[0].case.group):
-        its = list(those)
-        failed = [row for row in its if any(outcome.verdict == FAIL for outcome in row)]
+    for group, group_rows in groupby(rows, key=lambda row: row[0].case.group):
+        cases = list(group_rows)
+        failed = [row for row in cases if any(result.verdict == FAIL for result in row)]
         lines += ["", f"### {group.capitalize()}", ""]
-        lines.append(f"{len(its)} cases, {len(its) - len(failed)} of which nobody failed.")
+        passed_by_all = len(cases) - len(failed)
+        lines.append(f"{len(cases)} cases. Passed by all servers, and not listed: {passed_by_all}.")
         if failed:
             names = " | ".join(name for name, *_ in _SERVERS)
             lines += ["", f"| case | legal | {names} |", "|" + " --- |" * (len(_SERVERS) + 2)]
@@ -70,22 +72,24 @@ def _tables(rows: list[Row]) -> list[str]:
 
 def _row(row: Row) -> str:
     case = row[0].case
-    return f"| {case.name} | {case.expected} | " + " | ".join(_cell(outcome) for outcome in row) + " |"
+    return f"| {case.name} | {case.expected} | " + " | ".join(_cell(result) for result in row) + " |"
 
 
-def _cell(outcome: Outcome) -> str:
-    if outcome.verdict != FAIL:
-        return "✓" if outcome.verdict == PASS else "–"
-    for long, short in _SHORT:
-        if re.fullmatch(long, outcome.got):
-            return re.sub(long, short, outcome.got)
-    return outcome.got
+def _cell(result: CaseResult) -> str:
+    if result.verdict != FAIL:
+        return "✓" if result.verdict == PASS else "–"
+    for pattern, short in _SHORT:
+        if re.fullmatch(pattern, result.got):
+            return re.sub(pattern, short, result.got)
+    return result.got
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m tests.hostile.rivals", description=__doc__)
-    parser.add_argument("--port", type=int, default=5020, help="Modbus port of our running instrument")
-    parser.add_argument("--tools", type=Path, required=True, help="folder in which the others are installed")
+    parser = argparse.ArgumentParser(prog="python -m tests.hostile.other_servers", description=__doc__)
+    parser.add_argument("--port", type=int, default=5020, help="Modbus port of the running instrument")
+    parser.add_argument(
+        "--tools", type=Path, required=True, help="folder in which the other servers are installed"
+    )
     return parser.parse_args()
 
 

@@ -1,4 +1,4 @@
-"""The servers of others as processes, each as its own documentation has it."""
+"""Other Modbus servers as processes, started as their documentation shows."""
 
 from __future__ import annotations
 
@@ -9,57 +9,60 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.hostile.case import Case, Wrong
+from tests.hostile.case import CaseFailure, HostileCase
 from tests.hostile.cases import CASES
-from tests.hostile.line import Server, answering
-from tests.hostile.play import Outcome, played
+from tests.hostile.connection import ServerUnderTest, check_answers
+from tests.hostile.runner import CaseResult, run_case
 
 _SERVERS = Path(__file__).parent / "servers"
 _START_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Rival:
-    """A server of others; its program is run by `runner`, a path within the folder of tools."""
+class OtherServer:
+    """Other server. `runner` is the path of the interpreter or program in the folder of tools."""
 
     name: str
     version: str
     language: str
     runner: str
-    program: str = ""  #: of the folder `servers`; none where the runner is the program
+    program: str = ""  #: script in the folder `servers`; empty if `runner` is the program
 
 
-RIVALS = (
-    Rival("libmodbus", "3.1.6", "C", "stock_libmodbus"),
-    Rival("pymodbus", "3.16.1", "Python", "bin/python", "stock_pymodbus.py"),
-    Rival("pyModbusTCP", "0.3.1", "Python", "bin/python", "stock_pymodbustcp.py"),
-    Rival("modbus_tk", "1.1.5", "Python", "bin/python", "stock_modbus_tk.py"),
-    Rival("uModbus", "1.0.4", "Python", "bin/python", "stock_umodbus.py"),
-    Rival("modbus-serial", "8.0.25", "JavaScript", "node", "stock_modbus_serial.js"),
-    Rival("jsmodbus", "5.0.0", "JavaScript", "node", "stock_jsmodbus.js"),
+OTHER_SERVERS = (
+    OtherServer("libmodbus", "3.1.6", "C", "stock_libmodbus"),
+    OtherServer("pymodbus", "3.16.1", "Python", "bin/python", "stock_pymodbus.py"),
+    OtherServer("pyModbusTCP", "0.3.1", "Python", "bin/python", "stock_pymodbustcp.py"),
+    OtherServer("modbus_tk", "1.1.5", "Python", "bin/python", "stock_modbus_tk.py"),
+    OtherServer("uModbus", "1.0.4", "Python", "bin/python", "stock_umodbus.py"),
+    OtherServer("modbus-serial", "8.0.25", "JavaScript", "node", "stock_modbus_serial.js"),
+    OtherServer("jsmodbus", "5.0.0", "JavaScript", "node", "stock_jsmodbus.js"),
 )
 
 
-def outcomes_of(rival: Rival, tools: Path) -> list[Outcome]:
-    """What a rival makes of every case that is not about our map; it is started anew where it has ended."""
-    server = Server(port=_free_port())
-    command = [_runner(rival, tools), *filter(None, (rival.program and str(_SERVERS / rival.program),))]
+def results_of(other_server: OtherServer, tools: Path) -> list[CaseResult]:
+    """Run every generic case with a server, which is restarted if it has ended. Return the results."""
+    server = ServerUnderTest(port=_free_port())
+    command = [
+        _runner(other_server, tools),
+        *filter(None, (other_server.program and str(_SERVERS / other_server.program),)),
+    ]
     with _Process([*command, str(server.port)], tools) as process:
-        return [_outcome(case, server, process) for case in CASES if not case.ours]
+        return [_result_of(case, server, process) for case in CASES if not case.needs_pneuforce]
 
 
-def _outcome(case: Case, server: Server, process: _Process) -> Outcome:
-    process.make_sure(server)
-    return played(case, server)
+def _result_of(case: HostileCase, server: ServerUnderTest, process: _Process) -> CaseResult:
+    process.ensure_running(server)
+    return run_case(case, server)
 
 
-def _runner(rival: Rival, tools: Path) -> str:
-    own = tools / rival.runner
-    return str(own) if own.exists() else rival.runner
+def _runner(other_server: OtherServer, tools: Path) -> str:
+    path = tools / other_server.runner
+    return str(path) if path.exists() else other_server.runner
 
 
 class _Process:
-    """A server that is started again where it does not answer any more."""
+    """Server process that is restarted if it no longer answers."""
 
     def __init__(self, command: list[str], tools: Path) -> None:
         self._command = command
@@ -74,8 +77,8 @@ class _Process:
             self._process.kill()
             self._process.wait()
 
-    def make_sure(self, server: Server) -> None:
-        """See that it answers. Raises Wrong where it cannot be started."""
+    def ensure_running(self, server: ServerUnderTest) -> None:
+        """Restart the server if it does not answer. Raises CaseFailure if it cannot be started."""
         if self._process and self._process.poll() is None and _answers(server):
             return
         self.__exit__()
@@ -85,14 +88,14 @@ class _Process:
         until_s = time.monotonic() + _START_S
         while not _answers(server):
             if time.monotonic() > until_s:
-                raise Wrong(f"{' '.join(self._command)} does not answer")
+                raise CaseFailure(f"{' '.join(self._command)} does not answer")
             time.sleep(0.05)
 
 
-def _answers(server: Server) -> bool:
+def _answers(server: ServerUnderTest) -> bool:
     try:
-        answering(server)
-    except Wrong:
+        check_answers(server)
+    except CaseFailure:
         return False
     return True
 

@@ -1,9 +1,9 @@
-"""Recordings made by hand: columns as a CSV file would give them."""
+"""Helpers for calibration tests: columns of numbers as a CSV file, error messages, statistics of errors."""
 
 import pytest
 
-from instrument.columns import points_in
-from instrument.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError
+from pneuforce.support.columns import parse_points
 
 
 def csv_of(**columns):
@@ -14,15 +14,16 @@ def csv_of(**columns):
 
 
 def points(**columns):
-    return points_in(csv_of(**columns), "mine.csv", [tuple(columns)])
+    return parse_points(csv_of(**columns), "mine.csv", [tuple(columns)])
 
 
-def refusal_of(act, *arguments):
-    with pytest.raises(ConfigurationError) as told:
-        act(*arguments)
-    return str(told.value)
+def error_message(function, *arguments):
+    """Return the message of the ConfigurationError that the function raises."""
+    with pytest.raises(ConfigurationError) as raised:
+        function(*arguments)
+    return str(raised.value)
 
 
 def share_within(errors, stds, multiple=1.0):
-    """How often an error is within so many of its stated standard uncertainties."""
+    """Return the share of the errors that are within `multiple` of their standard uncertainties."""
     return sum(abs(e) <= multiple * s for e, s in zip(errors, stds, strict=True)) / len(errors)

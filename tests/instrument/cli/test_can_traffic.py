@@ -1,13 +1,16 @@
+"""Lost frames, late frames and fault names in the received CAN traffic."""
+
 import pytest
 
-from instrument.cli.can_traffic import Traffic, signals
-from instrument.faults import HostFault
-from registers.can.frames import RIG_ERROR
+from pneuforce.instrument.cli.can_traffic import CanTraffic, format_signals
+from pneuforce.instrument.core.faults import HostFault
+from pneuforce.registers.can.frames import RIG_ERROR
 
 
-def forces(*counters):
-    traffic = Traffic()
-    return [traffic.note("Force", {"counter": counter}, now_s=0.01 * counter) for counter in counters]
+def lost_frames(*counters):
+    """Return the number of lost frames that is reported at each Force frame with these counters."""
+    traffic = CanTraffic()
+    return [traffic.add("Force", {"counter": counter}, now_s=0.01 * counter) for counter in counters]
 
 
 @pytest.mark.parametrize(
@@ -17,35 +20,35 @@ def forces(*counters):
         ((7, 8, 11), [0, 0, 2]),
         ((254, 255, 0, 1), [0, 0, 0, 0]),
         ((254, 3), [0, 4]),
-        ((7, 7), [0, 0]),  # the same frame once more is none too few
+        ((7, 7), [0, 0]),  # a repeated frame is not a loss
     ],
 )
-def test_frames_lost_show_in_the_counter(counters, lost):
-    assert forces(*counters) == lost
+def test_lost_frames_are_counted_by_the_counter(counters, lost):
+    assert lost_frames(*counters) == lost
 
 
-def test_an_instrument_that_starts_again_counts_anew_and_nothing_was_lost():
-    traffic = Traffic()
-    traffic.note("Force", {"counter": 200}, 0.0)
-    traffic.note("Heartbeat", {"node_state": "boot_up"}, 5.0)
-    assert traffic.note("Force", {"counter": 1}, 5.1) == 0
+def test_a_restart_of_the_instrument_is_not_a_loss():
+    traffic = CanTraffic()
+    traffic.add("Force", {"counter": 200}, 0.0)
+    traffic.add("Heartbeat", {"node_state": "boot_up"}, 5.0)
+    assert traffic.add("Force", {"counter": 1}, 5.1) == 0
 
 
-def test_what_has_a_period_is_late_when_it_stays_away_and_an_answer_never_is():
-    traffic = Traffic()
+def test_only_a_frame_with_a_period_can_be_late():
+    traffic = CanTraffic()
     for name in ("Force", "Heartbeat"):
-        traffic.note(name, {"counter": 1, "node_state": "operational"}, 10.0)
-    traffic.note("Answer", {"sequence": 1}, 10.0)
-    force, heartbeat, answer = (traffic.kinds[name].late for name in ("Force", "Heartbeat", "Answer"))
+        traffic.add(name, {"counter": 1, "node_state": "operational"}, 10.0)
+    traffic.add("Answer", {"sequence": 1}, 10.0)
+    force, heartbeat, answer = (traffic.kinds[name].is_late for name in ("Force", "Heartbeat", "Answer"))
     assert [force(11.0), force(12.0)] == [False, True]
     assert [heartbeat(12.5), heartbeat(13.5)] == [False, True]
     assert not answer(1e6)
 
 
-def test_an_emergency_is_told_by_the_name_of_its_fault():
-    def told(code):
-        return dict(signals("Emergency", {"error_code": code}))["error_code"]
+def test_an_emergency_shows_the_name_of_its_fault():
+    def error_text(code):
+        return dict(format_signals("Emergency", {"error_code": code}))["error_code"]
 
-    assert told(RIG_ERROR + HostFault.LEASE_EXPIRED) == "FF20h lease expired"
-    assert told(0x0000) == "0000h"
-    assert told(0x8130) == "8130h"
+    assert error_text(RIG_ERROR + HostFault.LEASE_EXPIRED) == "FF20h lease expired"
+    assert error_text(0x0000) == "0000h"
+    assert error_text(0x8130) == "8130h"

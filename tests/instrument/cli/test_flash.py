@@ -1,15 +1,15 @@
-"""Flashing, with an avrdude that only writes down what it is asked: no board is flashed here."""
+"""Flashing with a fake avrdude that only logs its arguments: no board is flashed here."""
 
 import json
 import re
 
 import pytest
 
-from instrument.cli import flash
-from instrument.errors import ConfigurationError, PortBusy, RigError
-from instrument.rig.port import SerialPort
-from sim.avr.toolchain import HEX, SKETCH
-from tests.instrument.plugged import Cable
+from pneuforce.errors import ConfigurationError, PortBusy, RigError
+from pneuforce.instrument.cli import flash
+from pneuforce.sim.avr.toolchain import HEX, SKETCH
+from pneuforce.support.serial_port import SerialPort
+from tests.instrument.fake_board import FakeCable
 
 AVRDUDE = """#!/bin/sh
 echo "$@" >> {log}
@@ -22,7 +22,7 @@ esac
 
 @pytest.fixture
 def cable(tmp_path):
-    cable = Cable(tmp_path / "rig")
+    cable = FakeCable(tmp_path / "rig")
     yield cable
     for board in cable.boards:
         board.end()
@@ -30,10 +30,10 @@ def cable(tmp_path):
 
 @pytest.fixture
 def avrdude(tmp_path, monkeypatch):
-    """Puts a fake on PATH; what it was asked is in the file that comes back."""
+    """Put a fake avrdude on PATH. The fixture returns a function that returns the log of its arguments."""
 
-    def made(signature="0x1e,0x95,0xf", writes="exit 0"):
-        log, program = tmp_path / "asked", tmp_path / "bin" / "avrdude"
+    def create(signature="0x1e,0x95,0xf", writes="exit 0"):
+        log, program = tmp_path / "arguments", tmp_path / "bin" / "avrdude"
         program.parent.mkdir()
         program.write_text(AVRDUDE.format(log=log, signature=signature, writes=writes))
         program.chmod(0o755)
@@ -41,22 +41,22 @@ def avrdude(tmp_path, monkeypatch):
         log.touch()
         return log
 
-    return made
+    return create
 
 
-def test_the_signature_is_read_the_firmware_written_and_the_boards_answer_awaited(avrdude, cable, capsys):
+def test_flashing_reads_the_signature_writes_the_firmware_and_waits_for_the_board(avrdude, cable, capsys):
     log, board = avrdude(), cable.plug()
     flash.run_flash(str(cable.path), dry_run=False)
-    where = f"-q -p atmega328p -c arduino -P {cable.path} -b 115200"
+    options = f"-q -p atmega328p -c arduino -P {cable.path} -b 115200"
     assert log.read_text().splitlines() == [
-        f"{where} -U signature:r:-:h",
-        f"{where} -D -U flash:w:{HEX}:i",
+        f"{options} -U signature:r:-:h",
+        f"{options} -D -U flash:w:{HEX}:i",
     ]
     assert "firmware 1.0 answers" in capsys.readouterr().out
     assert board.state.name == "VENTED"
 
 
-def test_another_chip_is_refused_and_nothing_is_written(avrdude, cable):
+def test_another_chip_is_rejected_and_nothing_is_written(avrdude, cable):
     log = avrdude(signature="0x1e,0x98,0x1")
     cable.plug()
     with pytest.raises(RigError, match=r"not an ATmega328P .*0x1e,0x98,0x1.*nothing was written"):
@@ -64,7 +64,7 @@ def test_another_chip_is_refused_and_nothing_is_written(avrdude, cable):
     assert "flash:w" not in log.read_text()
 
 
-def test_a_port_in_use_is_refused_before_avrdude_runs(avrdude, cable):
+def test_a_port_in_use_is_rejected_before_avrdude_runs(avrdude, cable):
     log = avrdude()
     cable.plug()
     port = SerialPort(str(cable.path))
@@ -84,7 +84,7 @@ def test_a_dry_run_prints_the_command_and_runs_nothing(avrdude, cable, capsys):
     assert log.read_text() == ""
 
 
-def test_what_avrdude_says_when_it_fails_is_told(avrdude, cable):
+def test_the_error_of_avrdude_is_reported(avrdude, cable):
     avrdude(writes="echo 'programmer is not responding' >&2; exit 1")
     cable.plug()
     with pytest.raises(RigError, match=r"avrdude failed: programmer is not responding; .*reset button"):
@@ -92,7 +92,7 @@ def test_what_avrdude_says_when_it_fails_is_told(avrdude, cable):
 
 
 @pytest.mark.parametrize(
-    ("said", "quoted"),
+    ("stderr", "reported"),
     [
         (
             "avrdude: stk500_recv(): programmer is not responding\\n"
@@ -108,26 +108,26 @@ def test_what_avrdude_says_when_it_fails_is_told(avrdude, cable):
             "avrdude ERROR: cannot set signals\\navrdude OS error: Inappropriate ioctl\\navrdude done.\\n",
             "avrdude ERROR: cannot set signals",
         ),
-        ("\\navrdude done.  Thank you.\\n", "it said nothing"),
+        ("\\navrdude done.  Thank you.\\n", "no message"),
     ],
 )
-def test_of_what_avrdude_says_the_error_is_told_not_the_farewell(avrdude, cable, said, quoted):
-    avrdude(writes=f'printf "{said}" >&2; exit 1')
+def test_the_error_line_of_avrdude_is_reported_and_not_its_last_line(avrdude, cable, stderr, reported):
+    avrdude(writes=f'printf "{stderr}" >&2; exit 1')
     cable.plug()
-    with pytest.raises(RigError, match=re.escape(f"avrdude failed: {quoted}; with")):
+    with pytest.raises(RigError, match=re.escape(f"avrdude failed: {reported}; if")):
         flash.run_flash(str(cable.path), dry_run=False)
 
 
-def test_a_program_is_told_what_was_run_and_who_answered(avrdude, cable, capsys):
+def test_json_contains_the_command_and_the_answer_of_the_board(avrdude, cable, capsys):
     avrdude()
     cable.plug()
     flash.run_flash(str(cable.path), dry_run=False, as_json=True)
-    told = json.loads(capsys.readouterr().out)
-    assert told["answers"]["firmware"] == told["firmware"] == "1.0"
-    assert told["command"][0] == "avrdude"
+    result = json.loads(capsys.readouterr().out)
+    assert result["answers"]["firmware"] == result["firmware"] == "1.0"
+    assert result["command"][0] == "avrdude"
 
 
-def test_without_avrdude_one_sentence_says_what_to_do(cable, monkeypatch, tmp_path):
+def test_a_missing_avrdude_is_reported_with_the_package_to_install(cable, monkeypatch, tmp_path):
     cable.plug()
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(ConfigurationError, match="apt-get install avrdude"):

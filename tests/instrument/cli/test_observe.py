@@ -1,31 +1,31 @@
-"""Rates that one thread notes and another asks for."""
+"""Event rates that one thread counts and another thread reads."""
 
 import time
 from threading import Event, Thread
 
-from instrument.cli.observe import Rate
+from pneuforce.instrument.cli.observe import EventRate
 
 
-def test_a_rate_is_asked_for_while_it_is_noted():
-    rate, stop = Rate(), Event()
+def test_a_rate_can_be_read_while_another_thread_counts():
+    rate, stop = EventRate(), Event()
 
-    def note():
+    def count():
         while not stop.is_set():
-            rate.note(time.monotonic())
+            rate.add(time.monotonic())
 
-    noting = Thread(target=note)
-    noting.start()
+    counting = Thread(target=count)
+    counting.start()
     try:
         until_s = time.monotonic() + 0.5
         while time.monotonic() < until_s:
             assert rate.per_s(time.monotonic()) <= 2000
     finally:
         stop.set()
-        noting.join()
+        counting.join()
 
 
 def test_a_rate_counts_the_last_second():
-    rate = Rate()
+    rate = EventRate()
     for number in range(30):
-        rate.note(number / 10)
+        rate.add(number / 10)
     assert (rate.per_s(2.9), rate.count) == (10, 30)

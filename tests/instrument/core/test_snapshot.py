@@ -1,72 +1,72 @@
-"""A snapshot: one sample, one instant, one peer, and every quantity that the map binds to."""
+"""Tests of the snapshot: one sample, one instant, one peer, every quantity of the register map."""
 
 import math
 
 import pytest
 
-from instrument.faults import HostFault
-from instrument.rig.frames import BoardKind, BoardState, Hello
-from instrument.settings import Identity
-from registers.codes import CONDENSED, STATUS
-from registers.map import BY_NAME, REGISTERS
-from tests.instrument.driving import HOLD_8, PAGE, VENT, Drive
+from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.core.settings import Identity
+from pneuforce.protocol.frames import BoardKind, BoardState, Hello
+from pneuforce.registers.codes import CONDENSED, STATUS
+from pneuforce.registers.map import BY_NAME, REGISTERS
+from tests.instrument.instrument_harness import HOLD_8, VENT, WEB, InstrumentHarness
 
 CONTACT_QUANTITIES = ("force_n", "rise_kpa", "indentation_mm", "contact_radius_mm")
 
 
 def pressed(push_kpa=1.0, **settings):
-    drive = Drive.holding(**settings)
-    drive.push_kpa = push_kpa
-    return drive.run(0.8)
+    harness = InstrumentHarness.holding(**settings)
+    harness.push_kpa = push_kpa
+    return harness.run(0.8)
 
 
-def test_nothing_in_it_can_be_changed():
-    seen = Drive.zeroed().see()
+def test_a_snapshot_is_immutable():
+    seen = InstrumentHarness.zeroed().snapshot()
     with pytest.raises(AttributeError):
         seen.force_n = 1.0
     assert isinstance(seen.status, frozenset)
 
 
-def test_it_stays_as_it_was_while_the_instrument_goes_on():
-    drive = pressed()
-    seen = drive.see()
+def test_a_snapshot_does_not_change_with_the_instrument():
+    harness = pressed()
+    seen = harness.snapshot()
     copy = seen._replace()
-    drive.push_kpa = 3.0
-    drive.write({"force_limit_n": 1.0})
-    drive.run(0.5)
+    harness.push_kpa = 3.0
+    harness.write({"force_limit_n": 1.0})
+    harness.run(0.5)
     assert seen == copy
-    assert drive.see() != copy
+    assert harness.snapshot() != copy
 
 
-def test_all_of_it_belongs_to_one_sample():
-    drive = Drive.holding()
-    drive.push_kpa = 2.0
+def test_all_quantities_belong_to_one_sample():
+    harness = InstrumentHarness.holding()
+    harness.push_kpa = 2.0
     for _ in range(200):
-        m = drive.feed()
-        seen = drive.see()
+        m = harness.feed()
+        seen = harness.snapshot()
         assert (seen.pressure_kpa, seen.force_n) == (m.pressure_kpa, m.force_n)
         if m.in_contact:
-            assert (seen.rise_kpa, seen.initial_pressure_kpa) == (m.rise_kpa, m.initial_kpa)
+            assert (seen.rise_kpa, seen.baseline_pressure_kpa) == (m.rise_kpa, m.baseline_kpa)
             assert seen.force_n == pytest.approx(
-                1e-3 * math.pi * (m.initial_kpa + m.rise_kpa) * seen.contact_radius_mm**2, rel=1e-3
+                1e-3 * math.pi * (m.baseline_kpa + m.rise_kpa) * seen.contact_radius_mm**2, rel=1e-3
             )
 
 
 def without_a_sensor():
-    drive = pressed()
-    drive.adc_sum = 0
-    return drive.run(0.1)
+    harness = pressed()
+    harness.adc_sum = 0
+    return harness.run(0.1)
 
 
 SITUATIONS = {
-    "never heard": Drive.new,
-    "zeroed": Drive.zeroed,
-    "ready": Drive.ready,
-    "holding": Drive.holding,
+    "never heard": InstrumentHarness.new,
+    "zeroed": InstrumentHarness.zeroed,
+    "ready": InstrumentHarness.ready,
+    "holding": InstrumentHarness.holding,
     "touched": lambda: pressed(0.3),
     "pressed": lambda: pressed(1.0),
     "pressed hard": lambda: pressed(9.0),
-    "lost": lambda: pressed().silence(1.0),
+    "lost": lambda: pressed().run_without_samples(1.0),
     "without a sensor": without_a_sensor,
 }
 in_every_situation = pytest.mark.parametrize("situation", SITUATIONS.values(), ids=SITUATIONS)
@@ -74,18 +74,18 @@ in_every_situation = pytest.mark.parametrize("situation", SITUATIONS.values(), i
 
 @in_every_situation
 def test_every_register_can_be_rendered_in_every_situation(situation):
-    seen = situation().see()
+    seen = situation().snapshot()
     for register in REGISTERS:
         if register.quantity:
             code = register.encode(getattr(seen, register.quantity))
             assert not isinstance(code, complex)
-            if register.wire.highest is not None:
-                assert register.wire.lowest <= code <= register.wire.highest, register.name
+            if register.wire.max_code is not None:
+                assert register.wire.min_code <= code <= register.wire.max_code, register.name
 
 
 @in_every_situation
-def test_no_number_in_it_is_infinite_or_of_another_kind(situation):
-    seen = situation().see()
+def test_no_number_is_infinite_or_of_another_type(situation):
+    seen = situation().snapshot()
     for name, value in seen._asdict().items():
         assert isinstance(value, (float, int, str, frozenset, tuple)), name
         assert not (isinstance(value, float) and math.isinf(value)), name
@@ -94,11 +94,11 @@ def test_no_number_in_it_is_infinite_or_of_another_kind(situation):
 @in_every_situation
 def test_every_condition_has_its_bit(situation):
     known = {bit.name for bit in (*STATUS.bits, *CONDENSED.bits)}
-    assert situation().see().status <= known
+    assert situation().snapshot().status <= known
 
 
 def test_holding_without_contact_the_contact_is_zero_with_its_detection_limit():
-    seen = Drive.holding().see()
+    seen = InstrumentHarness.holding().snapshot()
     assert [getattr(seen, name) for name in CONTACT_QUANTITIES] == [0.0, 0.0, 0.0, 0.0]
     assert 0.01 < seen.force_std_n < 0.5
     assert seen.radius_mm == pytest.approx(8.242, abs=5e-3)
@@ -108,9 +108,9 @@ def test_holding_without_contact_the_contact_is_zero_with_its_detection_limit():
 
 @pytest.mark.parametrize("state", [s for s in BoardState if s is not BoardState.HOLDING])
 def test_in_every_other_state_there_is_a_pressure_and_no_contact(state):
-    drive = Drive.zeroed()
-    drive.feed(state=state)
-    seen = drive.see()
+    harness = InstrumentHarness.zeroed()
+    harness.feed(state=state)
+    seen = harness.snapshot()
     for name in (*CONTACT_QUANTITIES, "radius_mm", "force_std_n"):
         assert math.isnan(getattr(seen, name)), name
     assert math.isfinite(seen.pressure_kpa)
@@ -118,7 +118,7 @@ def test_in_every_other_state_there_is_a_pressure_and_no_contact(state):
 
 
 def test_in_contact_the_force_comes_with_its_uncertainty():
-    seen = pressed(1.0).see()
+    seen = pressed(1.0).snapshot()
     assert seen.force_n > 0.5
     assert 0 < seen.force_std_n < 0.2
     assert {"in_contact", "force_valid", "holding"} <= seen.status
@@ -126,124 +126,124 @@ def test_in_contact_the_force_comes_with_its_uncertainty():
 
 
 def test_below_half_a_kpa_the_force_is_interpolated():
-    seen = pressed(0.3).see()
+    seen = pressed(0.3).snapshot()
     assert "interpolated" in seen.status
-    assert seen.force_n == pytest.approx(seen.force_low_n * seen.rise_kpa / 0.5, rel=1e-6)
+    assert seen.force_n == pytest.approx(seen.force_lower_range_limit_n * seen.rise_kpa / 0.5, rel=1e-6)
 
 
 @pytest.mark.parametrize(("setpoint_kpa", "inside"), [(4.5, False), (5.0, True), (11.4, True), (11.8, False)])
 def test_outside_the_validated_range_a_contact_has_no_force(setpoint_kpa, inside):
-    drive = Drive.holding(request={"setpoint_requested_kpa": setpoint_kpa})
-    assert ("out_of_range" in drive.see().status) != inside
-    drive.push_kpa = 1.0
-    drive.run(0.5)
-    seen = drive.see()
+    harness = InstrumentHarness.holding(request={"setpoint_requested_kpa": setpoint_kpa})
+    assert ("out_of_range" in harness.snapshot().status) != inside
+    harness.push_kpa = 1.0
+    harness.run(0.5)
+    seen = harness.snapshot()
     assert math.isfinite(seen.force_n) == inside
     assert math.isfinite(seen.pressure_kpa)
     assert ("out_of_range" in seen.status, "out_of_specification" in seen.status) == (not inside, not inside)
 
 
 def test_outside_that_range_no_register_shows_a_force_not_even_the_one_without_compensation():
-    drive = Drive.holding(request={"setpoint_requested_kpa": 3.0})
-    drive.push_kpa = 1.0
-    drive.run(0.5)
-    seen = drive.see()
+    harness = InstrumentHarness.holding(request={"setpoint_requested_kpa": 3.0})
+    harness.push_kpa = 1.0
+    harness.run(0.5)
+    seen = harness.snapshot()
     assert seen.rise_kpa > 0.5
     assert all(math.isnan(n) for n in (seen.force_n, seen.force_std_n, seen.force_uncompensated_n))
 
 
-def test_a_hard_push_is_no_reason_to_go_blank():
-    seen = pressed(9.5).see()
+def test_a_hard_push_does_not_hide_the_force():
+    seen = pressed(9.5).snapshot()
     assert seen.force_n > 5
-    assert "force_limit" in seen.status
+    assert "force_high_alarm" in seen.status
 
 
 def test_the_setpoint_in_effect_is_the_boards_and_none_when_vented_or_tripped():
-    drive = Drive.holding()
-    assert drive.see().setpoint_kpa == 8.0
-    drive.feed(setpoint_pa=7900)
-    assert drive.see().setpoint_kpa == 7.9
-    drive.instrument.trip(HostFault.SENSOR_LIMIT)
-    assert math.isnan(drive.see().setpoint_kpa)
-    drive = Drive.holding()
-    drive.must(VENT)
-    assert math.isnan(drive.see().setpoint_kpa)
+    harness = InstrumentHarness.holding()
+    assert harness.snapshot().setpoint_kpa == 8.0
+    harness.feed(setpoint_pa=7900)
+    assert harness.snapshot().setpoint_kpa == 7.9
+    harness.instrument.trip(HostFault.SENSOR_LIMIT)
+    assert math.isnan(harness.snapshot().setpoint_kpa)
+    harness = InstrumentHarness.holding()
+    harness.write_ok(VENT)
+    assert math.isnan(harness.snapshot().setpoint_kpa)
 
 
 def test_a_tripped_rig_shows_its_pressure_and_no_force_even_before_the_board_has_vented():
-    drive = pressed()
-    drive.instrument.trip(HostFault.BOARD_RESET)
-    seen = drive.see()
+    harness = pressed()
+    harness.instrument.trip(HostFault.BOARD_RESET)
+    seen = harness.snapshot()
     assert math.isnan(seen.force_n)
     assert math.isfinite(seen.pressure_kpa)
     assert not seen.status & {"force_valid", "holding", "out_of_range"}
 
 
 def test_the_peak_is_that_of_the_last_finished_contact():
-    drive = Drive.holding()
+    harness = InstrumentHarness.holding()
     peaks = []
     for push_kpa in (2.0, 1.0, 3.0):
         highest = 0.0
         for level_kpa in (push_kpa, 0.6 * push_kpa):
-            drive.push_kpa = level_kpa
+            harness.push_kpa = level_kpa
             for _ in range(200):
-                drive.run(0.002)
-                highest = max(highest, drive.see().force_n)
-        before = drive.see().peak_force_n
+                harness.run(0.002)
+                highest = max(highest, harness.snapshot().force_n)
+        before = harness.snapshot().peak_force_n
         assert before == pytest.approx(peaks[-1]) if peaks else math.isnan(before)
-        drive.push_kpa = 0.0
-        drive.run(1.0)
+        harness.push_kpa = 0.0
+        harness.run(1.0)
         peaks.append(highest)
-        assert drive.see().peak_force_n == pytest.approx(highest)
-    assert drive.see().contact_counter == 3
+        assert harness.snapshot().peak_force_n == pytest.approx(highest)
+    assert harness.snapshot().contact_counter == 3
 
 
 def test_a_baseline_is_old_after_a_minute_of_contact():
-    drive = pressed()
-    drive.instrument.chain.tracker.baseline_age_s = 59.9
-    assert "baseline_old" not in drive.see().status
-    drive.run(0.2)
-    assert "baseline_old" in drive.see().status
+    harness = pressed()
+    harness.instrument.chain.tracker.baseline_age_s = 59.9
+    assert "baseline_old" not in harness.snapshot().status
+    harness.run(0.2)
+    assert "baseline_old" in harness.snapshot().status
 
 
 @pytest.mark.parametrize(("kpa_per_s", "drifts"), [(-0.018, False), (-0.03, True)])
-def test_a_baseline_that_moves_faster_than_0_02_kpa_per_s_is_no_good_one(kpa_per_s, drifts):
-    drive = Drive.holding()
+def test_a_baseline_that_drifts_faster_than_0_02_kpa_per_s_counts_as_old(kpa_per_s, drifts):
+    harness = InstrumentHarness.holding()
     for _ in range(75):
-        drive.push_kpa += 0.1 * kpa_per_s
-        drive.run(0.1)
-    assert ("baseline_old" in drive.see().status) is drifts
+        harness.push_kpa += 0.1 * kpa_per_s
+        harness.run(0.1)
+    assert ("baseline_old" in harness.snapshot().status) is drifts
 
 
 def test_counters_wrap_on_the_wire():
-    drive = Drive.zeroed()
-    drive.instrument.sample_counter = 2**32 - 2
-    drive.instrument.chain.tracker.count = 65_537
+    harness = InstrumentHarness.zeroed()
+    harness.instrument.sample_counter = 2**32 - 2
+    harness.instrument.chain.tracker.contact_count = 65_537
     counters = []
     for _ in range(4):
-        drive.feed()
-        counters.append(BY_NAME["sample_counter"].encode(drive.see().sample_counter))
+        harness.feed()
+        counters.append(BY_NAME["sample_counter"].encode(harness.snapshot().sample_counter))
     assert counters == [2**32 - 1, 0, 1, 2]
-    assert BY_NAME["contact_counter"].encode(drive.see().contact_counter) == 1
+    assert BY_NAME["contact_counter"].encode(harness.snapshot().contact_counter) == 1
 
 
-def test_every_sample_counts_one():
-    drive = Drive.zeroed()
-    before = drive.see().sample_counter
-    drive.run(0.1)
-    assert drive.see().sample_counter == before + 50
+def test_every_sample_increments_the_counter():
+    harness = InstrumentHarness.zeroed()
+    before = harness.snapshot().sample_counter
+    harness.run(0.1)
+    assert harness.snapshot().sample_counter == before + 50
 
 
 @pytest.mark.parametrize("kind", list(BoardKind))
 def test_only_a_real_board_is_not_simulated(kind):
-    drive = Drive.zeroed()
-    drive.instrument.greeted(Hello(kind, 0x100, 1000, 1, 250, 2000))
-    assert ("simulated" in drive.see().status) == (kind is not BoardKind.REAL)
+    harness = InstrumentHarness.zeroed()
+    harness.instrument.identify_board(Hello(kind, 0x100, 1000, 1, 250, 2000))
+    assert ("simulated" in harness.snapshot().status) == (kind is not BoardKind.REAL)
 
 
-def test_it_says_who_it_is():
+def test_the_identity_is_shown():
     identity = Identity(serial_number=7, calibration_date=20260102, configuration_hash=9, balloon_id=3)
-    seen = Drive.zeroed(identity=identity).see()
+    seen = InstrumentHarness.zeroed(identity=identity).snapshot()
     assert (seen.serial_number, seen.calibration_date, seen.configuration_hash, seen.balloon_id) == (
         7, 20260102, 9, 3,
     )  # fmt: skip
@@ -251,51 +251,51 @@ def test_it_says_who_it_is():
 
 
 def failing():
-    drive = Drive.holding()
-    drive.instrument.trip(HostFault.BOARD_RESET)
-    return drive
+    harness = InstrumentHarness.holding()
+    harness.instrument.trip(HostFault.BOARD_RESET)
+    return harness
 
 
 def with_can_down():
-    drive = Drive.holding()
-    drive.instrument.can_down = True
-    return drive
+    harness = InstrumentHarness.holding()
+    harness.instrument.can_down = True
+    return harness
 
 
 def out_of_range():
-    return Drive.holding(request={"setpoint_requested_kpa": 11.8})
+    return InstrumentHarness.holding(request={"setpoint_requested_kpa": 11.8})
 
 
 @pytest.mark.parametrize(
     ("situation", "expected"),
     [
-        (Drive.holding, set()),
-        (Drive.ready, {"function_check"}),
+        (InstrumentHarness.holding, set()),
+        (InstrumentHarness.ready, {"function_check"}),
         (failing, {"failure"}),
-        (Drive.new, {"failure"}),
+        (InstrumentHarness.new, {"failure"}),
         (out_of_range, {"out_of_specification"}),
-        (with_can_down, {"maintenance"}),
+        (with_can_down, {"maintenance_required"}),
     ],
 )
-def test_the_signals_of_ne_107_say_whether_the_force_may_be_used(situation, expected):
-    signals = {"maintenance", "out_of_specification", "function_check", "failure"}
-    seen = situation().see()
+def test_the_ne_107_signals_show_whether_the_force_may_be_used(situation, expected):
+    signals = {"maintenance_required", "out_of_specification", "function_check", "failure"}
+    seen = situation().snapshot()
     assert seen.status & signals == expected
     assert ("any_failure" in seen.status) == ("failure" in expected)
 
 
-def test_looking_changes_nothing():
-    drive = pressed()
-    before = drive.see(), drive.instrument.command()
+def test_taking_a_snapshot_changes_nothing():
+    harness = pressed()
+    before = harness.snapshot(), harness.instrument.command()
     for _ in range(100):
-        drive.see(PAGE)
-    assert (drive.see(), drive.instrument.command()) == before
+        harness.snapshot(WEB)
+    assert (harness.snapshot(), harness.instrument.command()) == before
 
 
-def test_the_board_is_told_the_limits_of_the_configuration():
-    drive = Drive.zeroed(vent_after_s=0.25)
-    command = drive.instrument.command()
-    assert (command.contact_limit_pa, command.vent_after_ms) == (18_000, 250)
-    drive.must(VENT)
-    drive.must(HOLD_8)
-    assert drive.instrument.command().setpoint_pa == 8000
+def test_the_command_carries_the_configured_limits():
+    harness = InstrumentHarness.zeroed(host_timeout_s=0.25)
+    command = harness.instrument.command()
+    assert (command.contact_limit_pa, command.host_timeout_ms) == (18_000, 250)
+    harness.write_ok(VENT)
+    harness.write_ok(HOLD_8)
+    assert harness.instrument.command().setpoint_pa == 8000

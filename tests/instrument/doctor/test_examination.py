@@ -1,45 +1,45 @@
-"""The examination on the simulated rig, in virtual time: a healthy one, and with each fault put in."""
+"""Examination of the simulated rig in virtual time: without a fault, and with each fault."""
 
 import re
 
 import pytest
 
-from instrument.doctor.causes import LINE, causes_of
-from instrument.doctor.check import Verdict
-from instrument.doctor.circuit import circuit_checks
-from instrument.doctor.examination import Examination, Stage
-from instrument.doctor.signal import LATE, board_checks, signal_checks
-from instrument.faults import HostFault
-from instrument.rig.frames import Fault, Hello, Valve
-from sim.faults import Faults
-from sim.published import PublishedPlant
+from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.doctor.causes import LINE, causes_of
+from pneuforce.instrument.doctor.check import CheckResult
+from pneuforce.instrument.doctor.circuit import circuit_checks
+from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
+from pneuforce.instrument.doctor.signal import SLOW_CLOCK, board_checks, signal_checks
+from pneuforce.protocol.frames import Fault, Hello, Valve
+from pneuforce.sim.faults import FaultInjector
+from pneuforce.sim.plants.published import PublishedPlant
 from tests.sim.station import Station
 
-LISTEN_S, LEAK_S = 3.0, 4.0
+OBSERVE_S, LEAK_TEST_S = 3.0, 4.0
 
 
-class Ward(Station):
-    """A station whose rig is examined."""
+class ExaminedRig(Station):
+    """Simulated rig with an instrument and an examination."""
 
     def __init__(self, inflate_kpa=None, fault=None, arguments=None):
         super().__init__(PublishedPlant())
-        self.faults = Faults(self.world)
+        self.faults = FaultInjector(self.world)
         if fault:
-            self.faults.put_in(fault, arguments)
+            self.faults.inject(fault, arguments)
         self.run(1.0)
-        self.begin(inflate_kpa)
-        take = self.instrument.take
-        self.instrument.take = lambda raw: (take(raw), self.examination.on_sample(self.now_s))
+        self.start_examination(inflate_kpa)
+        process = self.instrument.process
+        self.instrument.process = lambda raw: (process(raw), self.examination.on_sample(self.now_s))
 
-    def begin(self, inflate_kpa=None):
-        self.examination = Examination(self.instrument, self.link, inflate_kpa, LISTEN_S, LEAK_S)
+    def start_examination(self, inflate_kpa=None):
+        self.examination = Examination(self.instrument, self.link, inflate_kpa, OBSERVE_S, LEAK_TEST_S)
 
     def step(self):
         super().step()
         if hasattr(self, "examination") and self._steps % 5 == 0:
             self.examination.tick(self.now_s)
 
-    def examined(self, stage=Stage.DONE):
+    def examined(self, stage=ExaminationStage.DONE):
         assert self.run(60.0, lambda: self.examination.stage is stage)
         return self
 
@@ -49,24 +49,24 @@ class Ward(Station):
         return {check.name: check for check in checks}
 
     @property
-    def verdicts(self):
-        return {name: check.verdict for name, check in self.checks.items()}
+    def results(self):
+        return {name: check.result for name, check in self.checks.items()}
 
 
-def test_a_healthy_rig_is_good_in_all_that_was_looked_at_and_no_valve_has_moved():
-    ward = Ward().examined()
+def test_a_healthy_rig_passes_all_checks_of_the_signal_and_no_valve_moves():
+    rig = ExaminedRig().examined()
     circuit = {"filling", "settling", "leak", "venting"}
-    assert {name for name, v in ward.verdicts.items() if v is Verdict.NOT_CHECKED} == circuit
-    assert {v for name, v in ward.verdicts.items() if name not in circuit} == {Verdict.GOOD}
-    assert {row.valves for row in ward.examination.rows} == {Valve.NONE}
+    assert {name for name, v in rig.results.items() if v is CheckResult.NOT_CHECKED} == circuit
+    assert {v for name, v in rig.results.items() if name not in circuit} == {CheckResult.PASS}
+    assert {sample.valves for sample in rig.examination.samples} == {Valve.NONE}
 
 
 @pytest.mark.parametrize("setpoint_kpa", [5.0, 8.0, 11.0])
-def test_a_healthy_circuit_is_good_and_vented_afterwards(setpoint_kpa):
-    ward = Ward(setpoint_kpa).examined()
-    assert set(ward.verdicts.values()) == {Verdict.GOOD}
-    assert ward.world.rig.truth.balloon_kpa < 0.4
-    assert not ward.instrument.holding
+def test_a_healthy_circuit_passes_and_is_vented_afterwards(setpoint_kpa):
+    rig = ExaminedRig(setpoint_kpa).examined()
+    assert set(rig.results.values()) == {CheckResult.PASS}
+    assert rig.world.rig.truth.balloon_kpa < 0.4
+    assert not rig.instrument.holding
 
 
 @pytest.mark.parametrize(
@@ -84,93 +84,93 @@ def test_a_healthy_circuit_is_good_and_vented_afterwards(setpoint_kpa):
         ("flipped_bits", {}, "samples"),
     ],
 )
-def test_what_is_wrong_with_the_signal_is_found(fault, arguments, check):
-    verdicts = Ward(None, fault, arguments).examined().verdicts
-    assert verdicts[check] in {Verdict.BAD, Verdict.DOUBTFUL}
+def test_a_fault_of_the_signal_is_found(fault, arguments, check):
+    results = ExaminedRig(None, fault, arguments).examined().results
+    assert results[check] in {CheckResult.FAIL, CheckResult.WARNING}
 
 
 @pytest.mark.parametrize(
     ("fault", "check"), [("stall", "gaps"), ("line_cut", "gaps"), ("board_reset", "faults")]
 )
-def test_what_happens_while_it_listens_is_found(fault, check):
-    ward = Ward()
-    ward.run(1.0)
-    ward.faults.put_in(fault)
-    assert ward.examined().verdicts[check] is Verdict.BAD
+def test_a_fault_during_the_observation_is_found(fault, check):
+    rig = ExaminedRig()
+    rig.run(1.0)
+    rig.faults.inject(fault)
+    assert rig.examined().results[check] is CheckResult.FAIL
 
 
 @pytest.mark.parametrize(
     ("fault", "arguments", "stage", "check"),
     [
-        ("no_supply", {}, Stage.ZEROING, "filling"),
-        ("inlet_shut", {}, Stage.ZEROING, "filling"),
-        ("regulator_high", {}, Stage.ZEROING, "filling"),
-        ("leak", {"kpa_per_s": 0.03}, Stage.LEAKING, "leak"),
-        ("burst", {}, Stage.LEAKING, "leak"),
-        ("inlet_open", {}, Stage.LEAKING, "leak"),
-        ("vent_shut", {}, Stage.LEAKING, "venting"),
-        ("occluded", {}, Stage.LEAKING, "venting"),
+        ("no_supply", {}, ExaminationStage.ZEROING, "filling"),
+        ("inlet_shut", {}, ExaminationStage.ZEROING, "filling"),
+        ("regulator_high", {}, ExaminationStage.ZEROING, "filling"),
+        ("leak", {"kpa_per_s": 0.03}, ExaminationStage.LEAK_TEST, "leak"),
+        ("burst", {}, ExaminationStage.LEAK_TEST, "leak"),
+        ("inlet_open", {}, ExaminationStage.LEAK_TEST, "leak"),
+        ("vent_shut", {}, ExaminationStage.LEAK_TEST, "venting"),
+        ("occluded", {}, ExaminationStage.LEAK_TEST, "venting"),
     ],
 )
-def test_what_is_wrong_with_the_circuit_is_found_and_it_ends(fault, arguments, stage, check):
-    ward = Ward(8.0).examined(stage)
-    ward.faults.put_in(fault, arguments)
-    ward.examined()
-    assert ward.verdicts[check] is Verdict.BAD
-    assert not ward.instrument.holding
+def test_a_fault_of_the_circuit_is_found_and_the_examination_ends(fault, arguments, stage, check):
+    rig = ExaminedRig(8.0).examined(stage)
+    rig.faults.inject(fault, arguments)
+    rig.examined()
+    assert rig.results[check] is CheckResult.FAIL
+    assert not rig.instrument.holding
 
 
 def touched():
-    """A ward where a hand presses the balloon that should only be held."""
-    ward = Ward(8.0).examined(Stage.LEAKING)
-    ward.run(1.0)
-    ward.world.rig.hand.press(1.0)
-    return ward
+    """Return a rig whose balloon is pressed during the leak test."""
+    rig = ExaminedRig(8.0).examined(ExaminationStage.LEAK_TEST)
+    rig.run(1.0)
+    rig.world.rig.hand.press(1.0)
+    return rig
 
 
-def test_a_balloon_that_is_touched_is_no_leak_and_asked_for_again():
-    ward = touched()
-    ward.run(1.0)
-    ward.world.rig.hand.release()
-    check = ward.examined().checks["leak"]
-    assert check.verdict is Verdict.NOT_CHECKED
-    assert re.fullmatch(r"the balloon was pressed \(\+0\.\d\d kPa\)", check.found)
-    assert check.advice.startswith("let go and run it again")
+def test_a_touched_balloon_is_not_a_leak_and_the_user_should_run_the_check_again():
+    rig = touched()
+    rig.run(1.0)
+    rig.world.rig.hand.release()
+    check = rig.examined().checks["leak"]
+    assert check.result is CheckResult.NOT_CHECKED
+    assert re.fullmatch(r"the balloon was pressed \(\+0\.\d\d kPa\)", check.finding)
+    assert check.advice.startswith("let go and run")
 
 
-def test_a_balloon_that_is_vented_while_pressed_says_nothing_of_the_vent():
-    verdicts = touched().examined().verdicts
-    assert {verdicts[name] for name in ("leak", "venting")} == {Verdict.NOT_CHECKED}
-    assert verdicts["filling"] is verdicts["settling"] is Verdict.GOOD
+def test_the_vent_is_not_checked_if_the_balloon_is_pressed():
+    results = touched().examined().results
+    assert {results[name] for name in ("leak", "venting")} == {CheckResult.NOT_CHECKED}
+    assert results["filling"] is results["settling"] is CheckResult.PASS
 
 
-def test_a_vent_that_is_shut_is_bad_though_the_balloon_is_pressed():
-    ward = touched()
-    ward.faults.put_in("vent_shut")
-    assert ward.examined().verdicts["venting"] is Verdict.BAD
+def test_a_closed_vent_fails_even_if_the_balloon_is_pressed():
+    rig = touched()
+    rig.faults.inject("vent_shut")
+    assert rig.examined().results["venting"] is CheckResult.FAIL
 
 
-class Slow(Ward):
-    """A board that takes 3 % more of the host's time, as an emulated one on a busy machine."""
+class SlowRig(ExaminedRig):
+    """Rig that is 3 % slower than the host, as an emulated board on an overloaded machine."""
 
     @property
     def now_s(self):
         return 1000.0 + 1.03 * self.world.now_s
 
 
-def test_a_rate_that_is_off_though_nothing_was_lost_is_no_cable():
-    check = Slow().examined().checks["samples"]
-    assert (check.verdict, check.advice) == (Verdict.DOUBTFUL, LATE)
+def test_a_wrong_rate_without_lost_samples_does_not_blame_the_cable():
+    check = SlowRig().examined().checks["samples"]
+    assert (check.result, check.advice) == (CheckResult.WARNING, SLOW_CLOCK)
 
 
-def test_a_link_that_was_lost_later_stands_in_the_gaps():
-    ward = Ward(5.0).examined(Stage.LEAKING)
-    ward.faults.put_in("line_cut")
-    assert ward.examined().verdicts["gaps"] is Verdict.BAD
+def test_a_link_that_is_lost_later_fails_the_check_of_the_gaps():
+    rig = ExaminedRig(5.0).examined(ExaminationStage.LEAK_TEST)
+    rig.faults.inject("line_cut")
+    assert rig.examined().results["gaps"] is CheckResult.FAIL
 
 
-def test_the_zero_of_a_rig_that_has_tripped_for_another_reason_is_not_judged():
-    assert Ward(None, "supply_low").examined().verdicts["sensor zero"] is Verdict.NOT_CHECKED
+def test_the_zero_of_a_rig_that_tripped_for_another_reason_is_not_checked():
+    assert ExaminedRig(None, "supply_low").examined().results["sensor zero"] is CheckResult.NOT_CHECKED
 
 
 @pytest.mark.parametrize(
@@ -180,40 +180,40 @@ def test_the_zero_of_a_rig_that_has_tripped_for_another_reason_is_not_judged():
         ("regulator_high", "occlusion", "THE BALLOON MAY BE INFLATED"),
     ],
 )
-def test_a_setpoint_that_is_not_reached_says_why_and_what_to_look_at(fault, named, advice):
-    check = Ward(8.0, fault).examined().checks["filling"]
-    assert check.found == f"8 kPa were not reached: {named}"
+def test_an_unreached_setpoint_names_the_fault_and_the_part_to_check(fault, named, advice):
+    check = ExaminedRig(8.0, fault).examined().checks["filling"]
+    assert check.finding == f"8 kPa were not reached: {named}"
     assert advice in check.advice
 
 
-def test_a_leak_test_that_was_cut_short_by_the_line_does_not_blame_the_balloon():
-    ward = Ward(5.0).examined(Stage.LEAKING)
-    ward.run(1.0)
-    ward.faults.put_in("line_cut")
-    check = ward.examined().checks["leak"]
-    assert check.found == "was not held for 4 s: link lost"
+def test_a_leak_test_that_the_link_interrupts_does_not_blame_the_balloon():
+    rig = ExaminedRig(5.0).examined(ExaminationStage.LEAK_TEST)
+    rig.run(1.0)
+    rig.faults.inject("line_cut")
+    check = rig.examined().checks["leak"]
+    assert check.finding == "was not held for 4 s: link lost"
     assert check.advice == LINE
 
 
-#: A face of the host has no lease, no force limit and no CAN master to run into.
-NOT_MET = {HostFault.LEASE_EXPIRED, HostFault.FORCE_LIMIT, HostFault.CAN_MASTER_LOST}
+#: Faults that an examination cannot cause: it has no lease, no force limit and no CAN master.
+IMPOSSIBLE = {HostFault.LEASE_EXPIRED, HostFault.FORCE_LIMIT, HostFault.CAN_MASTER_LOST}
 
 
-@pytest.mark.parametrize("fault", [*list(Fault)[1:], *set(HostFault) - NOT_MET])
-def test_for_each_fault_there_is_something_to_look_at(fault):
+@pytest.mark.parametrize("fault", [*list(Fault)[1:], *set(HostFault) - IMPOSSIBLE])
+def test_each_fault_has_a_part_to_check(fault):
     assert causes_of([fault])
 
 
 @pytest.mark.parametrize(
-    ("rate", "verdict"), [(1.004, Verdict.GOOD), (0.993, Verdict.DOUBTFUL), (1.015, Verdict.BAD)]
+    ("rate", "result"), [(1.004, CheckResult.PASS), (0.993, CheckResult.WARNING), (1.015, CheckResult.FAIL)]
 )
-def test_a_resonator_is_good_within_half_a_percent_and_bad_beyond_one(rate, verdict):
-    assert Ward(None, "clock_off", {"rate": rate}).examined().verdicts["board clock"] is verdict
+def test_a_resonator_passes_within_half_a_percent_and_fails_beyond_one_percent(rate, result):
+    assert ExaminedRig(None, "clock_off", {"rate": rate}).examined().results["board clock"] is result
 
 
-def test_a_board_that_booted_after_its_port_was_opened_was_reset_by_that():
-    def verdict(uptime_ms, since_opened_s):
-        return board_checks(Hello(0, 0x100, uptime_ms, 7, 250, 2000), since_opened_s)[1].verdict
+def test_a_board_that_booted_after_the_port_was_opened_was_reset_by_the_opening():
+    def reset_result(uptime_ms, since_opened_s):
+        return board_checks(Hello(0, 0x100, uptime_ms, 7, 250, 2000), since_opened_s)[1].result
 
-    assert verdict(400, 2.1) is Verdict.DOUBTFUL
-    assert verdict(60_000, 0.1) is Verdict.GOOD
+    assert reset_result(400, 2.1) is CheckResult.WARNING
+    assert reset_result(60_000, 0.1) is CheckResult.PASS

@@ -1,39 +1,39 @@
-"""The contacts of a stream of measured samples."""
+"""Contacts in a stream of measured samples."""
 
 import math
 import random
 
 import pytest
 
-from instrument.rig.frames import BoardState
-from instrument.tape.contacts import Contacts
-from instrument.tape.measured import pack, unpack
-from tests.instrument.driving import DT_S, Drive
+from pneuforce.instrument.recording.contacts import ContactHistory
+from pneuforce.instrument.stream.sample_record import pack, unpack
+from pneuforce.protocol.frames import BoardState
+from tests.instrument.instrument_harness import DT_S, InstrumentHarness
 
 OPEN_CIRCUIT = 0
 
 
 class Stream:
-    """An instrument that holds 8 kPa, and the contacts of all that it measures."""
+    """Instrument that holds 8 kPa, and the contacts of all its samples."""
 
-    def __init__(self, **keep):
-        self.drive, self.contacts = Drive.holding(), Contacts(**keep)
+    def __init__(self, **options):
+        self.harness, self.contacts = InstrumentHarness.holding(), ContactHistory(**options)
         self.samples, self.changes, self.peaks = [], 0, []
         self.finished = 0
 
     def run(self, seconds, **changes):
-        instrument = self.drive.instrument
+        instrument = self.harness.instrument
         for _ in range(round(seconds / DT_S)):
-            m = self.drive.feed(**changes)
+            m = self.harness.feed(**changes)
             self.samples.append(unpack(pack(instrument.raw, m)))
-            self.changes += self.contacts.take(self.samples[-1])
-            if instrument.chain.tracker.finished != self.finished:
-                self.finished = instrument.chain.tracker.finished
+            self.changes += self.contacts.add_sample(self.samples[-1])
+            if instrument.chain.tracker.finished_count != self.finished:
+                self.finished = instrument.chain.tracker.finished_count
                 self.peaks.append(instrument.peak_force_n)
         return self
 
     def press(self, push_kpa, seconds=0.6):
-        self.drive.push_kpa = push_kpa
+        self.harness.push_kpa = push_kpa
         return self.run(seconds)
 
     @property
@@ -42,41 +42,43 @@ class Stream:
 
     @property
     def tracker(self):
-        return self.drive.instrument.chain.tracker
+        return self.harness.instrument.chain.tracker
 
 
-def test_a_free_balloon_has_none():
+def test_a_free_balloon_has_no_contact():
     stream = Stream().run(1.0)
     assert (stream.rows, stream.changes) == ([], 0)
 
 
-def test_a_press_is_one_with_its_pressures_and_its_greatest_force():
+def test_a_press_is_one_contact_with_its_pressures_and_its_greatest_force():
     stream = Stream().run(0.5)
     stream.press(1.5).press(0.0, 1.0)
     [row] = stream.rows
     assert (row.number, row.open, stream.changes) == (1, False, 2)
-    assert row.initial_kpa == pytest.approx(8.0, abs=0.02)
-    assert row.final_kpa == max(m.initial_kpa + m.rise_kpa for m in stream.samples)
-    assert row.final_kpa == pytest.approx(9.5, abs=0.25)  # making up for the tube's lag overshoots a little
+    assert row.baseline_kpa == pytest.approx(8.0, abs=0.02)
+    assert row.final_kpa == max(m.baseline_kpa + m.rise_kpa for m in stream.samples)
+    assert row.final_kpa == pytest.approx(
+        9.5, abs=0.25
+    )  # the compensation of the tube's lag overshoots a little
     assert row.radius_mm == pytest.approx(
-        stream.drive.instrument.chain.settings.balloon.radius_mm(8.0), abs=0.01
+        stream.harness.instrument.chain.settings.balloon.radius_mm(8.0), abs=0.01
     )
     assert row.peak_n == stream.peaks[0] == max(m.force_n for m in stream.samples)
     assert row.peak_std_n == next(m.force_std_n for m in stream.samples if m.force_n == row.peak_n)
-    assert 0.6 < row.duration_s < 1.0  # it ends where the pressure, which lags, is back
+    assert 0.6 < row.duration_s < 1.0  # it ends when the lagging pressure is back
 
 
-def test_the_stars_lie_where_the_pressure_was_that():
+def test_the_initial_and_final_times_are_those_of_the_two_pressures():
     stream = Stream().run(0.5)
     stream.press(1.5, 2.0).press(0.0, 1.0)
     [row] = stream.rows
     at = {m.t_s: m for m in stream.samples}
-    assert at[row.initial_s].pressure_kpa == pytest.approx(row.initial_kpa, abs=0.02)
+    assert at[row.initial_s].pressure_kpa == pytest.approx(row.baseline_kpa, abs=0.02)
     assert row.begin_s - 0.2 < row.initial_s <= row.begin_s < row.final_s
-    assert at[row.final_s].initial_kpa + at[row.final_s].rise_kpa == row.final_kpa
+    assert at[row.final_s].baseline_kpa + at[row.final_s].rise_kpa == row.final_kpa
 
 
-def test_one_that_goes_on_is_shown_as_it_stands():
+def test_an_open_contact_has_its_present_values():
     stream = Stream()
     stream.press(1.0, 0.3)
     [early] = stream.rows
@@ -90,13 +92,13 @@ def test_one_that_goes_on_is_shown_as_it_stands():
     assert stream.changes == 1
 
 
-def test_one_that_follows_before_the_pressure_is_back_is_another_and_its_first_star_is_in_the_trough():
+def test_a_new_contact_before_the_pressure_is_back_starts_at_the_trough():
     stream = Stream()
     stream.press(2.0).press(0.25, 0.4).press(1.5).press(0.0, 1.0)
     first, second = stream.rows
-    assert stream.tracker.count == 2
+    assert stream.tracker.contact_count == 2
     assert first.final_s < second.initial_s <= second.begin_s < second.final_s
-    assert second.initial_kpa == pytest.approx(first.initial_kpa, abs=0.01)
+    assert second.baseline_kpa == pytest.approx(first.baseline_kpa, abs=0.01)
     trough = min(
         (m for m in stream.samples if first.final_s < m.t_s < second.final_s), key=lambda m: m.rise_kpa
     )
@@ -104,29 +106,29 @@ def test_one_that_follows_before_the_pressure_is_back_is_another_and_its_first_s
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_they_are_the_instruments_own_whatever_the_hand_does(seed):
-    """Count and peak forces of a restless hand, whose presses run into one another."""
+def test_the_contacts_are_those_of_the_instrument_for_random_presses(seed):
+    """Count and peak forces are equal for presses that overlap."""
     chance, stream = random.Random(seed), Stream()
     for _ in range(40):
         stream.press(chance.choice([0.0, 0.1, 0.3, 1.0, 2.0, 3.5]), chance.uniform(0.05, 0.5))
     stream.press(0.0, 1.5)
-    assert len(stream.rows) == stream.tracker.count == stream.tracker.finished > 5
+    assert len(stream.rows) == stream.tracker.contact_count == stream.tracker.finished_count > 5
     assert [row.peak_n for row in stream.rows] == stream.peaks
     assert [row.number for row in stream.rows] == list(range(1, len(stream.rows) + 1))
 
 
-def test_the_first_star_of_one_never_lies_before_the_one_that_came_before():
-    """The pressure was at rest before the first, and nowhere between the two."""
+def test_the_initial_time_of_a_contact_is_never_before_the_previous_contact():
+    """The pressure is at rest before the first contact, but not between the two."""
     stream = Stream().run(0.5)
     stream.press(1.5)
     pressed = stream.samples[-1]
-    stream.contacts.take(pressed._replace(t_s=pressed.t_s + DT_S, in_contact=False))
-    stream.contacts.take(pressed._replace(t_s=pressed.t_s + 2 * DT_S))
+    stream.contacts.add_sample(pressed._replace(t_s=pressed.t_s + DT_S, in_contact=False))
+    stream.contacts.add_sample(pressed._replace(t_s=pressed.t_s + 2 * DT_S))
     first, second = stream.rows
     assert first.initial_s < first.begin_s < first.final_s < second.initial_s == second.begin_s
 
 
-def test_a_trip_ends_it():
+def test_a_trip_ends_a_contact():
     stream = Stream()
     stream.press(1.5, 0.3)
     stream.run(0.1, state=BoardState.TRIPPED)
@@ -136,69 +138,69 @@ def test_a_trip_ends_it():
     assert math.isfinite(row.peak_n)
 
 
-def test_samples_that_cannot_be_read_do_not_end_it_while_the_board_holds():
+def test_samples_with_a_sensor_fault_do_not_end_a_contact_while_the_board_holds():
     stream = Stream()
     stream.press(1.5, 0.3).run(0.01, adc_sum=OPEN_CIRCUIT).run(0.3)
     [row] = stream.rows
     assert row.open
     assert row.duration_s == pytest.approx(0.6, abs=0.05)
-    assert stream.tracker.count == 1
+    assert stream.tracker.contact_count == 1
     stream.run(0.01, adc_sum=OPEN_CIRCUIT, state=BoardState.TRIPPED)
     assert not stream.rows[0].open
 
 
 @pytest.mark.parametrize("jump_s", [0.3, 3600.0, -5.0])
-def test_a_silence_in_which_the_rig_is_vented_ends_it(jump_s):
-    """So does the end of a recording that is played again: its clock goes back."""
+def test_a_jump_in_time_longer_than_the_host_timeout_ends_a_contact(jump_s):
+    """The time goes back when a recording is replayed again."""
     stream = Stream()
     stream.press(1.5, 0.4)
     for m in [m for m in stream.samples if m.in_contact]:
-        stream.contacts.take(m._replace(t_s=m.t_s + jump_s + 0.4))
+        stream.contacts.add_sample(m._replace(t_s=m.t_s + jump_s + 0.4))
     first, second = stream.rows
     assert (first.open, second.open) == (False, True)
     assert second.begin_s == second.initial_s == pytest.approx(first.begin_s + jump_s + 0.4)
     assert all(0 < row.duration_s < 0.4 for row in stream.rows)
 
 
-def test_a_gap_that_the_rig_outlives_does_not_end_it():
-    stream, contacts = Stream(), Contacts()
+def test_a_short_gap_in_time_does_not_end_a_contact():
+    stream, contacts = Stream(), ContactHistory()
     stream.press(1.5, 1.0)
     for m in (*stream.samples[:200], *stream.samples[300:]):
-        contacts.take(m)
+        contacts.add_sample(m)
     assert [row.number for row in contacts.rows] == [1]
 
 
-def test_a_stream_may_begin_in_the_middle_of_one():
-    stream, contacts = Stream(), Contacts()
+def test_a_stream_can_begin_during_a_contact():
+    stream, contacts = Stream(), ContactHistory()
     stream.press(1.5).press(0.0, 1.0)
-    [whole], later = stream.rows, stream.samples[200:]
+    [complete], later = stream.rows, stream.samples[200:]
     for m in later:
-        contacts.take(m)
+        contacts.add_sample(m)
     [row] = contacts.rows
     assert (row.begin_s, row.initial_s) == (later[0].t_s, later[0].t_s)
-    assert row.initial_kpa == pytest.approx(whole.initial_kpa, abs=0.01)
-    assert row.radius_mm == pytest.approx(whole.radius_mm, abs=0.01)
+    assert row.baseline_kpa == pytest.approx(complete.baseline_kpa, abs=0.01)
+    assert row.radius_mm == pytest.approx(complete.radius_mm, abs=0.01)
 
 
-def test_one_without_a_force_has_no_peak():
-    """ΔP_i out of the validated range: the instrument says no force, the pressures are known."""
-    stream, contacts = Stream(), Contacts()
+def test_a_contact_without_a_force_has_no_peak():
+    """Outside the validated range of ΔP_i only the pressures are available."""
+    stream, contacts = Stream(), ContactHistory()
     stream.press(1.5).press(0.0, 1.0)
     for m in stream.samples:
-        contacts.take(m._replace(force_n=math.nan, force_std_n=math.nan))
+        contacts.add_sample(m._replace(force_n=math.nan, force_std_n=math.nan))
     [row], [known] = contacts.rows, stream.rows
     assert math.isnan(row.peak_n)
     assert math.isnan(row.peak_std_n)
     assert row.final_kpa == known.final_kpa
 
 
-def test_the_latest_are_kept():
-    stream, contacts = Stream(), Contacts(keep=3)
+def test_the_latest_contacts_are_kept():
+    stream, contacts = Stream(), ContactHistory(capacity=3)
     stream.press(1.5, 0.1)
     pressed, free = stream.samples[-1], stream.samples[-1]._replace(in_contact=False)
     for n in range(10):
-        contacts.take(pressed._replace(t_s=0.1 * n))
-        contacts.take(free._replace(t_s=0.1 * n + 0.05))
+        contacts.add_sample(pressed._replace(t_s=0.1 * n))
+        contacts.add_sample(free._replace(t_s=0.1 * n + 0.05))
     assert [row.number for row in contacts.rows] == [8, 9, 10]
-    contacts.take(pressed._replace(t_s=1.0))
+    contacts.add_sample(pressed._replace(t_s=1.0))
     assert [(row.number, row.open) for row in contacts.rows] == [(9, False), (10, False), (11, True)]

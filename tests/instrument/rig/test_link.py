@@ -1,4 +1,4 @@
-"""The host's end of the rig link: greeting, keep-alive, sequence, restarts, in virtual time."""
+"""Host side of the rig link: handshake, keep-alive, sequence numbers, restarts, in virtual time."""
 
 import itertools
 
@@ -6,15 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from instrument.errors import ProtocolMismatch, TimeOutMismatch
-from instrument.rig.frames import (
-    COUNTS_LIMIT,
+from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
+from pneuforce.instrument.rig.link import Link, LinkPhase
+from pneuforce.protocol.frames import (
+    MAX_ADC_SUM,
     PROTOCOL_VERSION,
     BoardKind,
     BoardState,
     Command,
-    Decoder,
     Event,
+    FrameDecoder,
     Hello,
     Identify,
     Mode,
@@ -22,7 +23,6 @@ from instrument.rig.frames import (
     Vent,
     encode,
 )
-from instrument.rig.link import Link, Phase
 
 HOLD = Command(mode=Mode.HOLD, setpoint_pa=8000)
 
@@ -40,18 +40,18 @@ def sample(sequence, time_us=None, **changes):
 
 
 def sent(link, command, now_s):
-    return [frame.message for frame in Decoder.of_host().feed(link.tick(command, now_s))]
+    return [frame.message for frame in FrameDecoder.for_host_frames().feed(link.tick(command, now_s))]
 
 
 def ready(now_s=0.0):
     link = Link()
     link.feed(hello() + sample(0), now_s)
-    assert link.phase is Phase.READY
+    assert link.phase is LinkPhase.READY
     return link
 
 
 def times_of(link, command, until_s, step_s=0.01):
-    """When something was sent, and what."""
+    """Return time and message of everything that is sent."""
     log = []
     for step in range(round(until_s / step_s)):
         log += [(round(step * step_s, 3), message) for message in sent(link, command, step * step_s)]
@@ -62,25 +62,25 @@ def gaps(log):
     return [round(b - a, 3) for (a, _), (b, _) in itertools.pairwise(log)]
 
 
-class TestGreeting:
-    """Before any valve may move."""
+class TestHandshake:
+    """Handshake before any valve may move."""
 
     def test_identify_is_sent_every_200_ms_and_nothing_else(self):
         log = times_of(Link(), HOLD, 1.0)
         assert [message for _, message in log] == [Identify()] * 5
         assert all(0.2 <= gap <= 0.211 for gap in gaps(log))
 
-    def test_it_goes_on_after_the_hello_until_samples_come(self):
+    def test_identify_is_sent_until_samples_come(self):
         link = Link()
         link.feed(hello(), 0.0)
         assert {type(message) for _, message in times_of(link, HOLD, 0.5)} == {Identify}
         link.feed(sample(0), 0.5)
         assert sent(link, HOLD, 0.51) == [HOLD]
 
-    def test_samples_of_a_board_that_has_not_said_who_it_is_are_not_used(self):
+    def test_samples_before_the_first_hello_are_ignored(self):
         link = Link()
         assert link.feed(sample(0) + sample(1), 0.0) == []
-        assert link.phase is Phase.GREETING
+        assert link.phase is LinkPhase.GREETING
 
     def test_hello_and_samples_may_come_in_one_read(self):
         samples = Link().feed(hello() + sample(5) + sample(6), 3.0)
@@ -95,7 +95,7 @@ class TestGreeting:
         assert link.lost_frames == 0
 
     @pytest.mark.parametrize("version", [0, 2, 255])
-    def test_another_version_is_refused_in_a_sentence_with_both_numbers(self, version):
+    def test_another_version_is_rejected_with_both_versions(self, version):
         link = Link()
         with pytest.raises(
             ProtocolMismatch, match=f"version {version}.*version {PROTOCOL_VERSION}.*no valve"
@@ -103,14 +103,14 @@ class TestGreeting:
             link.feed(hello(version=version), 0.0)
         assert {type(message) for _, message in times_of(link, HOLD, 0.5)} == {Identify}
 
-    def test_a_restart_begins_with_a_greeting_again(self):
+    def test_a_restart_starts_the_handshake_again(self):
         link = ready()
         link.restart()
         assert sent(link, HOLD, 0.0) == [Identify()]
 
 
 class TestSequence:
-    """Gaps and repetitions."""
+    """Sequence numbers: gaps and repetitions."""
 
     def test_a_gap_is_counted(self):
         link = ready()
@@ -129,23 +129,23 @@ class TestSequence:
         assert [s.sequence for s in samples] == [*range(65_530, 65_536), *range(6)]
         assert (link.lost_frames, link.repeated_frames) == (0, 0)
 
-    def test_a_gap_across_the_wrap_is_counted_right(self):
+    def test_a_gap_across_the_wrap_is_counted_correctly(self):
         link = Link()
         link.feed(hello() + sample(65_534) + sample(2, 1), 0.0)
         assert link.lost_frames == 3
 
     @pytest.mark.parametrize(("step", "new"), [(0x7FFF, True), (0x8000, False), (0xFFFF, False)])
-    def test_what_is_half_the_numbers_ahead_comes_from_behind(self, step, new):
+    def test_a_sequence_number_half_the_range_ahead_is_a_repetition(self, step, new):
         link = ready()
         assert bool(link.feed(sample(step), 0.01)) is new
         assert (link.lost_frames, link.repeated_frames) == (step - 1 if new else 0, int(not new))
 
     @pytest.mark.parametrize(("gap_us", "elapsed_s"), [(499_000, 0.499), (10_000_000, 0.5)])
-    def test_no_sample_stands_for_more_than_half_a_second(self, gap_us, elapsed_s):
+    def test_a_sample_stands_for_at_most_half_a_second(self, gap_us, elapsed_s):
         (late,) = ready().feed(sample(1, gap_us), 0.01)
         assert late.elapsed_s == pytest.approx(elapsed_s)
 
-    def test_other_frames_have_no_part_in_it(self):
+    def test_other_frames_do_not_count_in_the_sequence(self):
         link = ready()
         link.feed(
             encode(Event(0, BoardState.INFLATING, BoardState.VENTED, 0), 900) + hello(1002) + sample(1), 0.01
@@ -153,44 +153,48 @@ class TestSequence:
         assert (link.lost_frames, link.repeated_frames) == (0, 0)
         assert [event.state for event in link.events] == [BoardState.INFLATING]
 
-    def test_our_own_sequence_wraps(self):
+    def test_the_sequence_of_the_host_wraps(self):
         link = ready()
         link.command_sequence = 65_534
-        sequences = [frame.sequence for t in range(4) for frame in Decoder.of_host().feed(link.tick(HOLD, t))]
+        sequences = [
+            frame.sequence
+            for t in range(4)
+            for frame in FrameDecoder.for_host_frames().feed(link.tick(HOLD, t))
+        ]
         assert sequences == [65_535, 0, 1, 2]
 
 
 class TestRestart:
-    """A board that comes back with less uptime than it must have."""
+    """Restarts of the board, detected by an uptime that is too small."""
 
-    def test_it_is_seen_by_its_uptime_and_greeted_again(self):
+    def test_a_restart_is_detected_by_the_uptime_and_starts_the_handshake_again(self):
         link = ready()
         for n in range(1, 100):
             link.feed(sample(n), n * 0.1)
         link.feed(hello(30), 10.0)
-        assert (link.board_restarts, link.phase) == (1, Phase.GREETING)
+        assert (link.board_restarts, link.phase) == (1, LinkPhase.GREETING)
         assert sent(link, HOLD, 10.0) == [Identify()]
         link.feed(hello(50) + sample(0), 10.02)
-        assert (link.board_restarts, link.phase) == (1, Phase.READY)
+        assert (link.board_restarts, link.phase) == (1, LinkPhase.READY)
 
     @pytest.mark.parametrize("late_s", [0.0, 0.05, 0.2])
-    def test_a_late_second_hello_is_not_one(self, late_s):
+    def test_a_late_second_hello_is_not_a_restart(self, late_s):
         link = ready()
         samples = link.feed(hello(1200) + sample(1), 0.2 + late_s)
         assert (link.board_restarts, len(samples)) == (0, 1)
 
     @pytest.mark.parametrize("clock_error", [-0.015, -0.005, 0.005, 0.015])
-    def test_a_clock_that_is_off_is_not_one_even_after_a_day(self, clock_error):
+    def test_a_clock_error_is_not_a_restart_even_after_a_day(self, clock_error):
         link = ready()
         link.feed(hello(1000 + round(86_400_000 * (1 + clock_error))), 86_400.0)
         assert link.board_restarts == 0
 
-    def test_it_is_seen_even_when_the_new_uptime_is_above_the_first_one(self):
+    def test_a_restart_is_detected_even_if_the_new_uptime_is_above_the_first_one(self):
         link = ready()
         link.feed(hello(5000), 3600.0)
         assert link.board_restarts == 1
 
-    def test_an_uptime_that_wraps_after_49_days_is_not_one(self):
+    def test_a_wrap_of_the_uptime_after_49_days_is_not_a_restart(self):
         link = Link()
         link.feed(hello(2**32 - 5_000) + sample(0), 0.0)
         link.feed(hello(5_000) + sample(1), 10.0)
@@ -204,15 +208,15 @@ class TestRestart:
 
 
 class TestKeepAlive:
-    """The command goes out every 50 ms and at each change."""
+    """Keep-alive: the command is sent every 50 ms and at each change."""
 
-    def test_every_50_ms(self):
+    def test_the_command_is_sent_every_50_ms(self):
         log = times_of(ready(), HOLD, 1.0)
         assert {message for _, message in log} == {HOLD}
         assert all(0.05 <= gap <= 0.061 for gap in gaps(log))
         assert len(log) >= 17
 
-    def test_at_each_change_at_once(self):
+    def test_a_changed_command_is_sent_immediately(self):
         link = ready()
         assert sent(link, HOLD, 0.0) == [HOLD]
         assert sent(link, HOLD, 0.001) == []
@@ -221,7 +225,7 @@ class TestKeepAlive:
         assert sent(link, Command(), 0.003) == [Command()]
 
     @given(st.lists(st.floats(0.001, 0.03), min_size=30, max_size=60))
-    def test_no_gap_exceeds_80_ms_when_the_loop_comes_by_every_30_ms(self, steps):
+    def test_no_gap_exceeds_80_ms_if_the_loop_runs_every_30_ms(self, steps):
         link, now_s, last_s = ready(), 0.0, 0.0
         for step_s in steps:
             now_s += step_s
@@ -230,7 +234,7 @@ class TestKeepAlive:
                 last_s = now_s
         assert now_s - last_s <= 0.08
 
-    def test_a_vent_goes_in_front_of_the_command_once(self):
+    def test_a_vent_is_sent_once_before_the_command(self):
         link = ready()
         sent(link, HOLD, 0.0)
         link.vent()
@@ -238,13 +242,13 @@ class TestKeepAlive:
         assert sent(link, Command(), 0.06) == [Command()]
 
     @pytest.mark.parametrize("wanted", [HOLD, Command()])
-    def test_a_vent_waits_for_no_keep_alive_though_the_command_is_the_same(self, wanted):
+    def test_a_vent_is_sent_immediately_even_if_the_command_is_unchanged(self, wanted):
         link = ready()
         sent(link, wanted, 0.0)
         link.vent()
         assert sent(link, wanted, 0.001) == [Vent(), wanted]
 
-    def test_a_vent_goes_out_even_while_the_board_has_not_answered(self):
+    def test_a_vent_is_sent_even_before_the_board_has_answered(self):
         link = Link()
         link.tick(Command(), 0.0)
         link.vent()
@@ -252,7 +256,7 @@ class TestKeepAlive:
         assert sent(link, Command(), 0.02) == []
 
 
-def test_frames_that_come_again_are_no_samples():
+def test_repeated_frames_are_not_samples():
     link = ready()
     stream = [sample(n, n) for n in range(1, 50)]
     assert len(link.feed(b"".join(stream), 0.1)) == 49
@@ -262,30 +266,30 @@ def test_frames_that_come_again_are_no_samples():
     assert link.lost_frames == 0
 
 
-def test_another_board_on_the_cable_is_noticed_by_its_serial_number():
+def test_another_board_is_detected_by_its_serial_number():
     link = ready()
     link.feed(encode(Hello(2, 0x100, 60_000, 99, 250, 2000), 1), 1.0)
-    assert (link.board_restarts, link.phase) == (1, Phase.GREETING)
+    assert (link.board_restarts, link.phase) == (1, LinkPhase.GREETING)
 
 
 class TestFrozen:
-    """A board whose clock stands still."""
+    """Samples of a board whose clock stands still."""
 
-    def test_ten_samples_in_a_row_without_a_tick_are_frozen(self):
+    def test_ten_samples_with_the_same_board_time_are_frozen(self):
         link = ready()
         samples = link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
         assert [s.frozen for s in samples] == 10 * [False] + [True]
         (moved,) = link.feed(sample(12, 6), 0.2)
         assert not moved.frozen
 
-    def test_its_samples_are_as_fresh_as_they_come_and_their_fault_is_the_clock_and_not_the_line(self):
+    def test_frozen_samples_have_the_time_of_their_reception(self):
         link = ready()
         for n in range(1, 500):
             found = link.feed(sample(n, 5), 0.002 * n)
         assert found[0].frozen
         assert found[0].t_s == pytest.approx(0.998)
 
-    def test_it_is_forgotten_when_the_board_is_greeted_again(self):
+    def test_a_restart_of_the_handshake_resets_the_detection(self):
         link = ready()
         link.feed(b"".join(sample(n, 5) for n in range(1, 12)), 0.1)
         link.restart()
@@ -295,60 +299,60 @@ class TestFrozen:
         assert not second.frozen
 
 
-@pytest.mark.parametrize("wrong", [{"state": 7}, {"state": 255}, {"adc_sum": COUNTS_LIMIT + 1}])
-def test_a_sample_that_no_board_can_send_is_not_used(wrong):
+@pytest.mark.parametrize("wrong", [{"state": 7}, {"state": 255}, {"adc_sum": MAX_ADC_SUM + 1}])
+def test_an_implausible_sample_is_ignored(wrong):
     link = ready()
     assert link.feed(sample(1, **wrong), 0.1) == []
     assert link.implausible_frames == 1
 
 
-def test_an_event_that_no_board_can_send_is_not_kept():
+def test_an_implausible_event_is_ignored():
     link = ready()
     link.feed(encode(Event(0, 9, 0, 0), 1) + encode(Event(0, 1, 200, 0), 2), 0.1)
     assert link.events == []
 
 
 @given(st.binary(max_size=300))
-def test_no_bytes_raise(noise):
+def test_random_bytes_raise_no_exception(noise):
     link = ready()
     link.feed(noise, 1.0)
-    assert link.heard_bytes >= len(noise)
+    assert link.received_bytes >= len(noise)
 
 
-class TestAgreeing:
-    """The board is told after which silence to vent, and has to say so, before it may inflate."""
+class TestNegotiation:
+    """Host timeout that the board must confirm before the balloon may be inflated."""
 
-    def agreeing(self):
-        link = Link(vent_after_ms=5000)
+    def negotiating_link(self):
+        link = Link(host_timeout_ms=5000)
         link.feed(hello() + sample(0), 0.0)
         return link
 
-    def answer(self, link, vent_after_ms, now_s):
+    def answer(self, link, host_timeout_ms, now_s):
         uptime_ms = 1000 + round(now_s * 1e3)
-        link.feed(encode(Hello(BoardKind.REAL, 0x100, uptime_ms, 7, 250, vent_after_ms), 0), now_s)
+        link.feed(encode(Hello(BoardKind.REAL, 0x100, uptime_ms, 7, 250, host_timeout_ms), 0), now_s)
 
-    def test_until_then_it_hears_vent_with_the_time_and_is_asked_again_whatever_is_wanted(self):
-        link = self.agreeing()
-        asked = [message for _, message in times_of(link, HOLD, 0.5)]
-        assert set(asked) == {Command(mode=Mode.VENT, vent_after_ms=5000), Identify()}
+    def test_until_the_confirmation_only_a_vent_with_the_timeout_and_identify_are_sent(self):
+        link = self.negotiating_link()
+        messages = [message for _, message in times_of(link, HOLD, 0.5)]
+        assert set(messages) == {Command(mode=Mode.VENT, host_timeout_ms=5000), Identify()}
         self.answer(link, 5000, 0.5)
         assert sent(link, HOLD, 0.51) == [HOLD]
 
-    def test_a_late_answer_to_an_older_question_is_no_refusal(self):
-        link = self.agreeing()
+    def test_a_late_answer_to_an_earlier_request_is_not_an_error(self):
+        link = self.negotiating_link()
         link.tick(HOLD, 0.0)
         self.answer(link, 2000, 0.5)
         self.answer(link, 5000, 0.6)
-        assert link.phase is Phase.READY
+        assert link.phase is LinkPhase.READY
 
-    def test_one_that_says_otherwise_for_a_second_is_refused(self):
-        link = self.agreeing()
+    def test_a_board_with_another_timeout_is_rejected_after_a_second(self):
+        link = self.negotiating_link()
         link.tick(HOLD, 0.0)
-        with pytest.raises(TimeOutMismatch, match="2000 ms, this host counts on 5000 ms"):
+        with pytest.raises(TimeoutMismatch, match=r"2000 ms .* 5000 ms"):
             self.answer(link, 2000, 1.1)
 
 
-def test_a_sample_read_late_is_as_old_as_it_is():
+def test_a_sample_that_is_read_late_has_its_true_age():
     link = ready()
     link.feed(b"".join(sample(n) for n in range(1, 100)), 0.2)
     ages = [0.7 - late.t_s for late in link.feed(b"".join(sample(n) for n in range(100, 351)), 0.7)]

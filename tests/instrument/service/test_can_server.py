@@ -1,4 +1,4 @@
-"""The CAN face between a real instrument and a virtual bus, on which somebody else's client plays."""
+"""Tests of the CAN server between a real instrument and a virtual bus with a second python-can client."""
 
 import asyncio
 import logging
@@ -9,38 +9,38 @@ from itertools import count
 import can
 import pytest
 
-from instrument.cli.can_face import CanFace
-from instrument.config import Configuration
-from instrument.core import Instrument, Settings
-from registers.can.frames import ANSWER, COMMAND, decode, encode, sent_ids
-from registers.can.inbox import MOST_FRAMES
-from registers.sparing_log import MOST_LINES
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.core.controller import Instrument, Settings
+from pneuforce.instrument.service.can_server import CanServer
+from pneuforce.registers.can.frames import ANSWER, COMMAND, decode, encode, transmit_ids
+from pneuforce.registers.can.receive_queue import MAX_FRAMES
+from pneuforce.support.throttle import MAX_LINES
 from tests.registers.can.conftest import wait_for
 
 _channels = count()
 
 
 @asynccontextmanager
-async def joined(**own):
-    """A face on a bus of its own, its instrument, and a client beside it."""
-    at = {"interface": "virtual", "channel": f"face-{next(_channels)}"}
+async def joined(**settings):
+    """Run a server on a bus of its own; give server, instrument and a second client."""
+    at = {"interface": "virtual", "channel": f"server-{next(_channels)}"}
     instrument = Instrument(Settings())
-    own = Configuration.model_validate({"can": at | {"enabled": True} | own}).can
-    face = CanFace(instrument, own)
+    section = Configuration.model_validate({"can": at | {"enabled": True} | settings}).can
+    server = CanServer(instrument, section)
     with can.Bus(**at) as peer:
-        await face.open(asyncio.Event())
+        await server.open(asyncio.Event())
         try:
-            yield face, instrument, peer
+            yield server, instrument, peer
         finally:
-            face.close()
+            server.close()
 
 
-async def until(face, condition, deadline_s=15.0):
-    """Tick until it has come about."""
+async def until(server, condition, deadline_s=15.0):
+    """Tick until the condition is true."""
     until_s = time.monotonic() + deadline_s
     while not condition():
-        assert time.monotonic() < until_s, "it did not come about in time"
-        face.tick(time.monotonic())
+        assert time.monotonic() < until_s, "the condition was not true in time"
+        server.tick(time.monotonic())
         await asyncio.sleep(0.01)
 
 
@@ -57,70 +57,70 @@ def command(**changes):
 
 
 def bus_off():
-    """As SocketCAN reports it, and python-can hands it on."""
+    """Return the frame with which python-can reports bus-off on SocketCAN."""
     return can.Message(is_error_frame=True, arbitration_id=0x40, is_extended_id=False, data=bytes(8))
 
 
-def test_a_bus_that_goes_off_is_told_on_the_other_buses_and_joined_again(caplog):
-    async def play():
-        async with joined() as (face, instrument, peer):
-            face.tick(time.monotonic())
+def test_bus_off_is_visible_on_the_other_buses_and_ends(caplog):
+    async def run():
+        async with joined() as (server, instrument, peer):
+            server.tick(time.monotonic())
             assert not instrument.can_down
             peer.send(bus_off())
-            await until(face, lambda: instrument.can_down)
+            await until(server, lambda: instrument.can_down)
             assert "can_down" in instrument.snapshot(("modbus_tcp", ""), time.monotonic()).status
-            await until(face, lambda: not instrument.can_down)
+            await until(server, lambda: not instrument.can_down)
 
-    asyncio.run(play())
-    assert "CAN is down: virtual face-" in caplog.text
+    asyncio.run(run())
+    assert "CAN is down: virtual server-" in caplog.text
     assert "the controller is bus-off" in caplog.text
     assert "CAN is up again" in caplog.text
 
 
 @pytest.mark.parametrize("mode", ["raw", "canopen"])
-def test_another_node_that_comes_later_with_our_id_is_told_and_obeyed_in_nothing(caplog, mode):
-    async def play():
-        async with joined(mode=mode) as (face, instrument, peer):
-            for sent in sent_ids(5):
+def test_another_node_with_our_id_is_logged_and_its_frames_ignored(caplog, mode):
+    async def run():
+        async with joined(mode=mode) as (server, instrument, peer):
+            for sent in transmit_ids(5):
                 peer.send(data_frame(sent, b"\x05"))
-            wait_for(lambda: face.bus.counters.received == 7)
+            wait_for(lambda: server.bus.counters.received == 7)
             await asyncio.sleep(0)
-            await until(face, lambda: "another node" in caplog.text)
+            await until(server, lambda: "another node" in caplog.text)
             assert not instrument.can_down
 
     with caplog.at_level(logging.WARNING):
-        asyncio.run(play())
+        asyncio.run(run())
     assert "frames of another node with our id 5 7" in caplog.text
 
 
-def test_a_vent_behind_a_flood_is_carried_out(caplog):
-    async def play():
-        async with joined() as (face, _, peer):
+def test_a_vent_after_a_flood_is_executed(caplog):
+    async def run():
+        async with joined() as (server, _, peer):
             answers = []
             for sequence in range(1, 200):
                 peer.send(command(sequence=sequence))
             peer.send(command(mode="vent", sequence=200))
-            wait_for(lambda: face.bus.counters.received == 200)  # while the loop stands
-            await until(face, lambda: answers_of(peer, answers)[-1:] == [(200, "accepted")])
-            assert len(answers) <= MOST_FRAMES
+            wait_for(lambda: server.bus.counters.received == 200)  # while the loop is blocked
+            await until(server, lambda: answers_of(peer, answers)[-1:] == [(200, "accepted")])
+            assert len(answers) <= MAX_FRAMES
 
-    asyncio.run(play())
-    assert "frames cut from a flood" in caplog.text
+    asyncio.run(run())
+    assert "frames dropped because of a flood" in caplog.text
 
 
-def test_a_vent_by_sdo_behind_a_flood_is_carried_out():
-    async def play():
-        async with joined(mode="canopen") as (face, _, peer):
-            face.tick(time.monotonic())  # boot-up
+def test_a_vent_by_sdo_after_a_flood_is_executed():
+    async def run():
+        async with joined(mode="canopen") as (server, _, peer):
+            server.tick(time.monotonic())  # boot-up
             for _ in range(199):
                 peer.send(data_frame(0x605, bytes.fromhex("4000100000000000")))
             peer.send(data_frame(0x605, bytes.fromhex("2B04220000000000")))
-            wait_for(lambda: face.bus.counters.received == 200)  # while the loop stands
+            wait_for(lambda: server.bus.counters.received == 200)  # while the loop is blocked
             answers = []
-            await until(face, lambda: sdo_answers_of(peer, answers)[-1:] == ["6004220000000000"])
-            assert len(answers) == MOST_FRAMES
+            await until(server, lambda: sdo_answers_of(peer, answers)[-1:] == ["6004220000000000"])
+            assert len(answers) == MAX_FRAMES
 
-    asyncio.run(play())
+    asyncio.run(run())
 
 
 def sdo_answers_of(peer, answers):
@@ -138,39 +138,39 @@ def answers_of(peer, answers):
     return answers
 
 
-def test_a_frame_that_we_fail_on_is_told_and_the_next_one_is_obeyed(caplog):
-    async def play():
-        async with joined() as (face, instrument, peer):
+def test_a_frame_that_causes_an_internal_error_is_logged_and_the_next_one_executed(caplog):
+    async def run():
+        async with joined() as (server, instrument, peer):
             write = instrument.write
             instrument.write = lambda *request: 1 / 0
             for sequence in range(1, 11):
                 peer.send(command(sequence=sequence))
-            await until(face, lambda: "errors of ours" in caplog.text)
+            await until(server, lambda: "internal errors" in caplog.text)
             instrument.write = write
             peer.send(command(mode="vent", sequence=20))
             answers = []
-            await until(face, lambda: answers_of(peer, answers)[-1:] == [(20, "accepted")])
-            assert face._errors == 10
+            await until(server, lambda: answers_of(peer, answers)[-1:] == [(20, "accepted")])
+            assert server._errors == 10
 
-    asyncio.run(play())
-    assert "CAN frame 205h dropped after an error of ours" in caplog.text
-    assert caplog.text.count("ZeroDivisionError") == MOST_LINES
+    asyncio.run(run())
+    assert "CAN frame 205h dropped" in caplog.text
+    assert caplog.text.count("ZeroDivisionError") == MAX_LINES
     assert "Exception in callback" not in caplog.text
 
 
-def test_a_frame_with_29_bits_is_neither_a_namesake_nor_a_vent_that_takes_anothers_place(caplog):
-    async def play():
-        async with joined() as (face, _, peer):
+def test_a_frame_with_29_bits_is_neither_a_duplicate_id_nor_a_vent_with_priority(caplog):
+    async def run():
+        async with joined() as (server, _, peer):
             answers = []
-            for sequence in range(1, MOST_FRAMES + 1):
+            for sequence in range(1, MAX_FRAMES + 1):
                 peer.send(command(sequence=sequence))
             for can_id, data in ((0x205, encode(COMMAND, None, **VENT)), (0x705, b"\x05")):
                 peer.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=True))
-            wait_for(lambda: face.bus.counters.received == MOST_FRAMES + 2)  # while the loop stands
-            await until(face, lambda: len(answers_of(peer, answers)) == MOST_FRAMES)
-            assert answers[-1][0] == MOST_FRAMES
+            wait_for(lambda: server.bus.counters.received == MAX_FRAMES + 2)  # while the loop is blocked
+            await until(server, lambda: len(answers_of(peer, answers)) == MAX_FRAMES)
+            assert answers[-1][0] == MAX_FRAMES
             peer.send(can.Message(arbitration_id=0x705, data=b"\x05", is_extended_id=True))
-            await until(face, lambda: face.node.counters.ignored)
-            assert face._namesakes == 0
+            await until(server, lambda: server.node.counters.ignored)
+            assert server._duplicate_id_frames == 0
 
-    asyncio.run(play())
+    asyncio.run(run())

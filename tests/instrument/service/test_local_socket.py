@@ -1,21 +1,21 @@
-"""The local socket's name: taken only from who is gone, given up only where it is still ours."""
+"""Tests of the name of the local socket: only stale names are taken, only its own name is removed."""
 
 import asyncio
 import socket
 
 import pytest
 
-from instrument.cli.local_socket import LocalSocket
-from instrument.errors import FaceError
+from pneuforce.errors import ServerError
+from pneuforce.instrument.service.local_socket import LocalSocket
 
 
 def opened(path):
-    own = LocalSocket(path, asyncio.Protocol)
-    asyncio.run(own.open())
-    return own
+    local = LocalSocket(path, asyncio.Protocol)
+    asyncio.run(local.open())
+    return local
 
 
-def test_a_name_that_a_dead_instrument_left_is_taken(tmp_path):
+def test_a_stale_name_is_taken(tmp_path):
     path = tmp_path / "s"
     with socket.socket(socket.AF_UNIX) as dead:
         dead.bind(str(path))
@@ -23,13 +23,13 @@ def test_a_name_that_a_dead_instrument_left_is_taken(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [socket.SOCK_DGRAM, socket.SOCK_SEQPACKET, socket.SOCK_STREAM])
-def test_a_name_that_is_another_programs_is_left_alone(tmp_path, kind):
+def test_the_name_of_another_program_is_not_taken(tmp_path, kind):
     path = tmp_path / "s"
     with socket.socket(socket.AF_UNIX, kind) as other:
         other.bind(str(path))
         if kind != socket.SOCK_DGRAM:
             other.listen()
-        with pytest.raises(FaceError, match="another"):
+        with pytest.raises(ServerError, match="another"):
             opened(path)
         assert path.exists()
 
@@ -37,25 +37,25 @@ def test_a_name_that_is_another_programs_is_left_alone(tmp_path, kind):
 @pytest.mark.parametrize(
     "make", [lambda p: p.write_text(""), lambda p: p.mkdir(), lambda p: p.symlink_to("x")]
 )
-def test_what_is_no_socket_is_left_alone(tmp_path, make):
+def test_a_file_is_not_replaced(tmp_path, make):
     path = tmp_path / "s"
     make(path)
-    with pytest.raises(FaceError, match="no socket"):
+    with pytest.raises(ServerError, match="not a socket"):
         opened(path)
     assert path.exists() or path.is_symlink()
 
 
-def test_at_the_end_another_ones_name_stays(tmp_path):
-    own = opened(tmp_path / "s")
-    own.path.unlink()
-    assert not own.in_place
+def test_close_does_not_remove_the_name_of_another_socket(tmp_path):
+    local = opened(tmp_path / "s")
+    local.path.unlink()
+    assert not local.in_place
     with socket.socket(socket.AF_UNIX) as other:
-        other.bind(str(own.path))
-        assert not own.in_place
-        own.close()
-        assert own.path.exists()
+        other.bind(str(local.path))
+        assert not local.in_place
+        local.close()
+        assert local.path.exists()
 
 
-def test_a_path_that_is_too_long_is_told(tmp_path):
-    with pytest.raises(FaceError, match="too long"):
+def test_a_path_that_is_too_long_is_reported(tmp_path):
+    with pytest.raises(ServerError, match="too long"):
         opened(tmp_path / ("x" * 120))

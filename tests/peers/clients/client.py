@@ -1,4 +1,4 @@
-"""Clients that others wrote, as processes: a request a line, answered by a line of JSON."""
+"""Other Modbus clients as processes: one request per input line, one line of JSON per answer."""
 
 from __future__ import annotations
 
@@ -23,70 +23,83 @@ NODE = shutil.which("node") or str(Path(sys.executable).with_name("node"))
 NEEDS_LIBMODBUS = needs("libmodbus-dev", "/usr/include/modbus/modbus.h")
 NEEDS_NODE = pytest.mark.skipif(
     not MODULES.exists() and not os.environ.get("CI"),
-    reason="npm's clients are missing: make test installs them (apt-get install npm)",
+    reason="the clients of npm are missing: make test installs them (apt-get install npm)",
 )
 
 PYTHON = (sys.executable, str(HERE / "with_pymodbus.py"))
-ALL_OFFER = frozenset(("words", "bits", "float", "put_float", "word", "put", "coil", "coils"))
-PATIENCE_S = 20.0
-MORE = frozenset(("mask", "exchange", "server_id"))
+COMMON_REQUESTS = frozenset(
+    ("words", "bits", "float", "float_write", "word_write", "words_write", "coil_write", "coils_write")
+)
+ANSWER_TIMEOUT_S = 20.0
+FURTHER_REQUESTS = frozenset(("mask", "exchange", "server_id"))
 
 
 @dataclass(frozen=True, slots=True)
-class Client:
-    """One client, and the requests that it can make."""
+class ModbusClientProgram:
+    """Client program and the requests that it supports."""
 
     name: str
     command: tuple[str, ...]
     requests: frozenset[str]
     needs: tuple[pytest.MarkDecorator, ...] = ()
-    not_on_a_line: frozenset[str] = (
+    not_over_rtu: frozenset[str] = (
         frozenset()
-    )  #: their answers it does not find in what a serial line brings
+    )  #: requests whose answers the client does not recognise on a serial line
 
 
 CLIENTS = (
-    Client("libmodbus", (str(BUILD / "libmodbus"),), ALL_OFFER | MORE, (NEEDS_LIBMODBUS, needs("gcc"))),
-    Client("pymodbus", (*PYTHON, "sync"), ALL_OFFER | MORE | {"identity", "echo"}),
-    Client("pymodbus-async", (*PYTHON, "async"), ALL_OFFER | MORE | {"identity", "echo", "together"}),
-    Client(
+    ModbusClientProgram(
+        "libmodbus",
+        (str(BUILD / "libmodbus"),),
+        COMMON_REQUESTS | FURTHER_REQUESTS,
+        (NEEDS_LIBMODBUS, needs("gcc")),
+    ),
+    ModbusClientProgram(
+        "pymodbus", (*PYTHON, "sync"), COMMON_REQUESTS | FURTHER_REQUESTS | {"identity", "echo"}
+    ),
+    ModbusClientProgram(
+        "pymodbus-async",
+        (*PYTHON, "async"),
+        COMMON_REQUESTS | FURTHER_REQUESTS | {"identity", "echo", "together"},
+    ),
+    ModbusClientProgram(
         "modbus-serial",
         (NODE, str(HERE / "modbus_serial.js")),
-        ALL_OFFER | MORE | {"identity", "together"},
+        COMMON_REQUESTS | FURTHER_REQUESTS | {"identity", "together"},
         (NEEDS_NODE,),
-        frozenset(("mask", "exchange", "identity")),  # the last where an object has no text
+        frozenset(("mask", "exchange", "identity")),  # identity fails if an object has no text
     ),
-    Client(
+    ModbusClientProgram(
         "jsmodbus",
         (NODE, str(HERE / "jsmodbus.js")),
-        ALL_OFFER | {"identity", "together"},
+        COMMON_REQUESTS | {"identity", "together"},
         (NEEDS_NODE,),
         frozenset(("identity",)),
     ),
 )
-#: Of 32-bit values, by wire: the instrument in these tests shows both.
+#: Word order of 32-bit values by transport. The instrument in these tests uses both.
 ORDERS = {"tcp": "ABCD", "rtu": "CDAB"}
 
 
-def compiled_libmodbus():
-    """Compile the program that asks by libmodbus."""
+def compile_libmodbus_client():
+    """Compile the client program that uses libmodbus."""
     BUILD.mkdir(parents=True, exist_ok=True)
     source, program = HERE / "libmodbus.c", BUILD / "libmodbus"
     flags = ["-Wall", "-Wextra", "-Werror", "-isystem", "/usr/include/modbus"]
     subprocess.run(["gcc", *flags, str(source), "-o", str(program), "-lmodbus"], check=True)
 
 
-class Asking:
-    """A running client that has connected."""
+class RunningClient:
+    """Running client program with a connection to the instrument."""
 
-    def __init__(self, client: Client, wire: str, where: str | int) -> None:
+    def __init__(self, client: ModbusClientProgram, transport: str, target: str | int) -> None:
         self.client = client
-        self.order = ORDERS[wire]
-        self._offered = client.requests - (client.not_on_a_line if wire == "rtu" else frozenset())
+        self.order = ORDERS[transport]
+        self._supported = client.requests - (client.not_over_rtu if transport == "rtu" else frozenset())
         if client.name == "libmodbus":
-            compiled_libmodbus()
+            compile_libmodbus_client()
         self._process = subprocess.Popen(
-            [*client.command, wire, str(where)],
+            [*client.command, transport, str(target)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -103,13 +116,13 @@ class Asking:
         self._process.stdout.close()
 
     def __call__(self, request):
-        """The answer to `request`, in which {order} is this wire's order of words."""
+        """Return the answer to `request`. In `request`, {order} is replaced by the word order."""
         self._process.stdin.write(request.format(order=self.order) + "\n")
         self._process.stdin.flush()
-        if not select.select([self._process.stdout], [], [], PATIENCE_S)[0]:
-            pytest.fail(f"{self.client.name} has no answer to {request}")
+        if not select.select([self._process.stdout], [], [], ANSWER_TIMEOUT_S)[0]:
+            pytest.fail(f"{self.client.name} does not answer {request}")
         return json.loads(self._process.stdout.readline())
 
-    def offers(self, request):
-        """Whether the client can make a request on its wire."""
-        return request.split()[0] in self._offered
+    def supports(self, request):
+        """Return True if the client supports a request on its transport."""
+        return request.split()[0] in self._supported

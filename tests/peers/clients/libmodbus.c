@@ -1,16 +1,17 @@
-/* libmodbus as a client: libmodbus tcp PORT, or rtu DEVICE. A request a line in, a line of JSON out. */
+/* Client with libmodbus: libmodbus tcp PORT, or rtu DEVICE.
+ * One request per input line, one line of JSON per answer. */
 #include <errno.h>
 #include <modbus.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_ARGUMENTS = 8 };
+enum { MAX_ARGUMENTS = 8 };
 
 static modbus_t *bus;
 static uint16_t words[MODBUS_MAX_READ_REGISTERS];
 static uint8_t bits[MODBUS_MAX_READ_BITS];
-static char *argument[MOST_ARGUMENTS];
+static char *argument[MAX_ARGUMENTS];
 static int arguments;
 
 static int number(int at) { return at < arguments ? atoi(argument[at]) : 0; }
@@ -96,11 +97,11 @@ static const struct {
     {"words", read_words},
     {"bits", read_bits},
     {"float", read_float},
-    {"put_float", write_float},
-    {"word", write_word},
-    {"put", write_words},
-    {"coil", write_coil},
-    {"coils", write_coils},
+    {"float_write", write_float},
+    {"word_write", write_word},
+    {"words_write", write_words},
+    {"coil_write", write_coil},
+    {"coils_write", write_coils},
     {"mask", mask},
     {"exchange", exchange},
     {"server_id", server_id},
@@ -135,7 +136,7 @@ int main(int count, char **given)
         return 1;
     while (fgets(line, sizeof line, stdin)) {
         arguments = 0;
-        for (char *word = strtok(line, " \n"); word && arguments < MOST_ARGUMENTS; word = strtok(NULL, " \n"))
+        for (char *word = strtok(line, " \n"); word && arguments < MAX_ARGUMENTS; word = strtok(NULL, " \n"))
             argument[arguments++] = word;
         if (arguments)
             carry_out();

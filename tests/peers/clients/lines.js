@@ -1,4 +1,4 @@
-// A request a line in, a line of JSON out: what a request is called is a key of `requests`.
+// One request per input line, one line of JSON per answer. The name of a request is a key of `requests`.
 const { createInterface } = require("readline");
 
 const argument = (word) => (Number.isNaN(Number(word)) ? word : Number(word));
@@ -27,10 +27,10 @@ exports.fromFloat = (value, order) => {
   return bytes;
 };
 
-// Reads of one register each, none of which waits for another's answer: [which, its word] as they end.
+// Read one register `count` times without waiting for answers. Return [number, word] in the order of the answers.
 exports.together = async (count, readWord) => {
-  const ended = [];
-  const reads = Array.from({ length: count }, (_, i) => readWord(3840 + (i % 5)).then((word) => ended.push([i, word])));
+  const answers = [];
+  const reads = Array.from({ length: count }, (_, i) => readWord(3840 + (i % 5)).then((word) => answers.push([i, word])));
   await Promise.all(reads);
-  return ended;
+  return answers;
 };

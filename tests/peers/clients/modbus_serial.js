@@ -1,8 +1,8 @@
-// npm's modbus-serial as a client: node modbus_serial.js tcp PORT, or rtu DEVICE
+// Client with modbus-serial of npm: node modbus_serial.js tcp PORT, or rtu DEVICE
 const ModbusRTU = require("modbus-serial");
 const { carryOut, toFloat, fromFloat, together } = require("./lines.js");
 
-const [wire, where] = process.argv.slice(2);
+const [transport, target] = process.argv.slice(2);
 const bus = new ModbusRTU();
 
 const requests = {
@@ -13,23 +13,23 @@ const requests = {
       .slice(0, count)
       .map(Number),
   float: async (address, order) => [toFloat((await bus.readHoldingRegisters(address, 2)).buffer, order)],
-  put_float: async (address, value, order) => void (await bus.writeRegisters(address, fromFloat(value, order))),
-  word: async (address, value) => void (await bus.writeRegister(address, value)),
-  put: async (address, ...values) => void (await bus.writeRegisters(address, values)),
-  coil: async (address, value) => void (await bus.writeCoil(address, Boolean(value))),
-  coils: async (address, ...values) => void (await bus.writeCoils(address, values.map(Boolean))),
+  float_write: async (address, value, order) => void (await bus.writeRegisters(address, fromFloat(value, order))),
+  word_write: async (address, value) => void (await bus.writeRegister(address, value)),
+  words_write: async (address, ...values) => void (await bus.writeRegisters(address, values)),
+  coil_write: async (address, value) => void (await bus.writeCoil(address, Boolean(value))),
+  coils_write: async (address, ...values) => void (await bus.writeCoils(address, values.map(Boolean))),
   mask: async (address, and, or) => void (await bus.maskWriteRegister(address, and, or)),
   exchange: async (read, count, write, value) => (await bus.readWriteRegisters(read, count, write, 1, [value])).data,
-  // two numbers that mean nothing stand before its callback, which is else never called
+  // The function needs two unused numbers before its callback; without them, the callback is never called.
   server_id: async () => [(await bus.reportServerID(0, 0)).serverId],
   identity: async (code, object) => Object.entries((await bus.readDeviceIdentification(code, object)).data),
   together: (count) => together(count, async (address) => (await bus.readHoldingRegisters(address, 1)).data[0]),
 };
 
 const connected =
-  wire === "tcp"
-    ? bus.connectTCP("127.0.0.1", { port: Number(where) })
-    : bus.connectRTUBuffered(where, { baudRate: 19200, parity: "none", stopBits: 2 });
+  transport === "tcp"
+    ? bus.connectTCP("127.0.0.1", { port: Number(target) })
+    : bus.connectRTUBuffered(target, { baudRate: 19200, parity: "none", stopBits: 2 });
 connected
   .then(() => {
     bus.setID(1);

@@ -1,4 +1,4 @@
-"""pymodbus's own clients: with_pymodbus.py sync or async, tcp PORT or rtu DEVICE."""
+"""Clients of pymodbus: with_pymodbus.py (sync | async) (tcp PORT | rtu DEVICE)."""
 
 import asyncio
 import inspect
@@ -21,107 +21,107 @@ CLIENTS = {
 ORDERS = {"ABCD": "big", "CDAB": "little"}
 
 
-class Refused(Exception):
-    """The instrument answered with an exception, whose code this holds."""
+class ModbusExceptionAnswer(Exception):
+    """Exception answer of the instrument, with the exception code as argument."""
 
 
-def made(kind, wire, where):
-    client = CLIENTS[kind, wire]
-    if wire == "tcp":
-        return client("127.0.0.1", port=int(where), timeout=5, retries=0)
-    return client(where, baudrate=19200, parity="N", stopbits=2, timeout=5, retries=0)
+def create_client(kind, transport, target):
+    client = CLIENTS[kind, transport]
+    if transport == "tcp":
+        return client("127.0.0.1", port=int(target), timeout=5, retries=0)
+    return client(target, baudrate=19200, parity="N", stopbits=2, timeout=5, retries=0)
 
 
 class Requests:
-    """What the lines ask for, by name."""
+    """Requests of pymodbus, selected by the name at the begin of each input line."""
 
     def __init__(self, client):
         self._client = client
 
-    async def _asked(self, name, *arguments, **named):
+    async def _call(self, name, *arguments, **named):
         answer = getattr(self._client, name)(*arguments, **named)
         if inspect.isawaitable(answer):
             answer = await answer
         if answer.isError():
-            raise Refused(answer.exception_code)
+            raise ModbusExceptionAnswer(answer.exception_code)
         return answer
 
     async def words(self, function, address, count):
         name = {3: "read_holding_registers", 4: "read_input_registers"}[function]
-        return (await self._asked(name, address, count=count)).registers
+        return (await self._call(name, address, count=count)).registers
 
     async def bits(self, function, address, count):
         name = {1: "read_coils", 2: "read_discrete_inputs"}[function]
-        return [int(bit) for bit in (await self._asked(name, address, count=count)).bits[:count]]
+        return [int(bit) for bit in (await self._call(name, address, count=count)).bits[:count]]
 
     async def float(self, address, order):
         words = await self.words(3, address, 2)
         float32 = self._client.DATATYPE.FLOAT32
         return [self._client.convert_from_registers(words, float32, word_order=ORDERS[order])]
 
-    async def put_float(self, address, value, order):
+    async def float_write(self, address, value, order):
         float32 = self._client.DATATYPE.FLOAT32
         words = self._client.convert_to_registers(float(value), float32, word_order=ORDERS[order])
-        await self._asked("write_registers", address, words)
+        await self._call("write_registers", address, words)
 
-    async def word(self, address, value):
-        await self._asked("write_register", address, value)
+    async def word_write(self, address, value):
+        await self._call("write_register", address, value)
 
-    async def put(self, address, *values):
-        await self._asked("write_registers", address, list(values))
+    async def words_write(self, address, *values):
+        await self._call("write_registers", address, list(values))
 
-    async def coil(self, address, value):
-        await self._asked("write_coil", address, bool(value))
+    async def coil_write(self, address, value):
+        await self._call("write_coil", address, bool(value))
 
-    async def coils(self, address, *values):
-        await self._asked("write_coils", address, [bool(value) for value in values])
+    async def coils_write(self, address, *values):
+        await self._call("write_coils", address, [bool(value) for value in values])
 
-    async def mask(self, address, keep, put):
-        await self._asked("mask_write_register", address=address, and_mask=keep, or_mask=put)
+    async def mask(self, address, and_mask, or_mask):
+        await self._call("mask_write_register", address=address, and_mask=and_mask, or_mask=or_mask)
 
     async def exchange(self, read_at, count, write_at, value):
-        where = {"read_address": read_at, "read_count": count, "write_address": write_at}
-        return (await self._asked("readwrite_registers", **where, values=[value])).registers
+        addresses = {"read_address": read_at, "read_count": count, "write_address": write_at}
+        return (await self._call("readwrite_registers", **addresses, values=[value])).registers
 
     async def server_id(self):
-        await self._asked("report_device_id")
+        await self._call("report_device_id")
 
     async def identity(self, code, first):
-        answer = await self._asked("read_device_information", read_code=code, object_id=first)
+        answer = await self._call("read_device_information", read_code=code, object_id=first)
         return [[str(number), text.decode()] for number, text in answer.information.items()]
 
     async def echo(self, value):
-        answer = await self._asked("diag_query_data", value.to_bytes(2, "big"))
+        answer = await self._call("diag_query_data", value.to_bytes(2, "big"))
         return list(answer.message) if isinstance(answer.message, bytes) else [answer.message]
 
     async def together(self, count):
-        ended = []
+        answers = []
 
-        async def read(which):
-            ended.append([which, *await self.words(3, 3840 + which % 5, 1)])
+        async def read(number):
+            answers.append([number, *await self.words(3, 3840 + number % 5, 1)])
 
         await asyncio.gather(*map(read, range(count)))
-        return ended
+        return answers
 
 
-async def carried_out(requests, line):
+async def carry_out(requests, line):
     name, *words = line.split()
     try:
         return await getattr(requests, name)(*(int(w) if w.isdigit() else w for w in words)) or []
-    except Refused as refused:
-        return ["exception", *refused.args]
-    except Exception as error:  # whoever asked is told
+    except ModbusExceptionAnswer as error:
+        return ["exception", *error.args]
+    except Exception as error:  # the test receives the message
         return ["error", repr(error)]
 
 
 async def main():
-    client = made(*sys.argv[1:])
+    client = create_client(*sys.argv[1:])
     connected = client.connect()
     if inspect.isawaitable(connected):
         await connected
     requests = Requests(client)
     while line := await asyncio.to_thread(sys.stdin.readline):
-        print(json.dumps(await carried_out(requests, line)), flush=True)
+        print(json.dumps(await carry_out(requests, line)), flush=True)
     client.close()
 
 

@@ -1,4 +1,4 @@
-"""A hub as a process of its own, and the waiting that real buses need."""
+"""A hub in a separate process, and waiting with a deadline."""
 
 import json
 import subprocess
@@ -10,17 +10,18 @@ import pytest
 
 
 def wait_for(condition, deadline_s=15.0):
+    """Wait until `condition()` is true; fail after the deadline."""
     until_s = time.monotonic() + deadline_s
     while not condition():
-        assert time.monotonic() < until_s, "it did not come about in time"
+        assert time.monotonic() < until_s, "the condition was not met in time"
         time.sleep(0.002)
 
 
 @contextmanager
 def hub_process(port=0):
-    """A hub and its port; ended with SIGTERM."""
+    """Yield the port and the process of a hub; stop the hub with SIGTERM."""
     hub = subprocess.Popen(
-        [sys.executable, "-m", "registers.can.hub", "--port", str(port)],
+        [sys.executable, "-m", "pneuforce.registers.can.hub", "--port", str(port)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -40,6 +41,6 @@ def hub_port():
 
 
 @pytest.fixture
-def frames_stay_fresh(monkeypatch):
-    """On a busy machine too; that old ones are dropped is the outbox's own case."""
-    monkeypatch.setattr("registers.can.outbox.FRESH_S", 30.0)
+def no_frame_expiry(monkeypatch):
+    """Prevent that a busy machine drops old frames; test_transmit_queue.py tests that they are dropped."""
+    monkeypatch.setattr("pneuforce.registers.can.transmit_queue.MAX_AGE_S", 30.0)

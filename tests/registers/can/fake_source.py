@@ -1,15 +1,15 @@
-"""A source whose snapshot and refusal a test sets at will, and that remembers what was written."""
+"""A source whose snapshot and reject reason are set by the test, and which records all writes."""
 
 import math
 from typing import get_type_hints
 
-from instrument.snapshot import Snapshot
+from pneuforce.instrument.core.snapshot import Snapshot
 
 _TEXT = {
     "state": "holding",
     "mode": "hold",
     "lease_holder": "none",
-    "refusal": "none",
+    "reject_reason": "none",
     "command_code": "none",
     "answer_state": "idle",
     "answer_result": "none",
@@ -24,16 +24,19 @@ SNAPSHOT = Snapshot(
 )
 
 
-class Rig:
+class FakeSource:
+    """Source for a node, without an instrument."""
+
     def __init__(self, **values):
         self.now = SNAPSHOT._replace(**values)
-        self.refusal = "none"
+        self.reject_reason = "none"
         self.written = []
-        self.turned_away = []
-        self.masters_lost = []
-        self.masters_back = []
+        self.rejected_writes = []
+        self.masters_lost_s = []
+        self.masters_recovered_s = []
 
     def set(self, **values):
+        """Change quantities of the snapshot."""
         self.now = self.now._replace(**values)
 
     def snapshot(self, peer, now_s):
@@ -42,14 +45,14 @@ class Rig:
     def write(self, peer, values, now_s):
         assert peer.channel == "can"
         self.written.append(dict(values))
-        return self.refusal
+        return self.reject_reason
 
     def master_lost(self, now_s):
-        self.masters_lost.append(now_s)
+        self.masters_lost_s.append(now_s)
 
-    def master_back(self, now_s):
-        self.masters_back.append(now_s)
+    def master_recovered(self, now_s):
+        self.masters_recovered_s.append(now_s)
 
-    def refused(self, peer, request, why, now_s):
+    def log_rejected_write(self, peer, request, why, now_s):
         assert peer.channel == "can"
-        self.turned_away.append((request, why))
+        self.rejected_writes.append((request, why))

@@ -1,10 +1,10 @@
-"""The socketcand protocol spoken byte by byte."""
+"""A socketcand client that reads and writes single bytes."""
 
 import socket
 
 
-class Client:
-    """A raw TCP client that has shaken hands."""
+class RawHubClient:
+    """A TCP client that has received the greeting of the hub."""
 
     def __init__(self, port, receive_bytes=None):
         self.link = socket.socket()
@@ -15,6 +15,7 @@ class Client:
         assert self.read() == "< hi >"
 
     def join(self):
+        """Complete the handshake."""
         assert self.ask("< open can0 >") == "< ok >"
         assert self.ask("< rawmode >") == "< ok >"
         return self
@@ -27,13 +28,12 @@ class Client:
         self.link.sendall(text.encode())
 
     def read(self):
-        """One message, byte by byte, so that nothing behind it is taken."""
+        """Read one message byte by byte, so that nothing after the message is read."""
         text = ""
         while not text.endswith(">"):
             text += self.link.recv(1).decode()
         return text
 
-    def frames(self, how_many):
-        return [
-            " ".join(part for i, part in enumerate(self.read().split()) if i != 3) for _ in range(how_many)
-        ]
+    def frames(self, count):
+        """Read frames and return their text without the time stamps."""
+        return [" ".join(part for i, part in enumerate(self.read().split()) if i != 3) for _ in range(count)]

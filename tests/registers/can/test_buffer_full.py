@@ -1,13 +1,15 @@
+"""Distinction between a full transmit buffer and a failed bus."""
+
 import errno
 
 import can
 import pytest
 
-from registers.can.bus import Bus, BusAt, BusFull
-from tests.registers.can.buses import numbered
+from pneuforce.registers.can.bus import CanAddress, CanBus, TxBufferFullError
+from tests.registers.can.bus_helpers import numbered_frame
 
 
-def failing(bus, error):
+def fail_to_send(bus, error):
     def send(message, timeout):
         raise error
 
@@ -18,19 +20,21 @@ FULL = [
     can.CanOperationError("Failed to transmit", errno.ENOBUFS),
     can.CanOperationError("Transmit buffer full"),
 ]
-GONE = can.CanOperationError("Failed to transmit: Network is down", errno.ENETDOWN)
+FAILED = can.CanOperationError("Failed to transmit: Network is down", errno.ENETDOWN)
 
 
 @pytest.mark.parametrize(
-    ("error", "kind"), [(FULL[0], BusFull), (FULL[1], BusFull), (GONE, OSError)], ids=str
+    ("error", "error_class"),
+    [(FULL[0], TxBufferFullError), (FULL[1], TxBufferFullError), (FAILED, OSError)],
+    ids=str,
 )
-def test_a_full_buffer_is_told_from_a_bus_that_is_gone(error, kind):
-    """As python-can's socketcan raises them; only a controller in hardware would, by itself."""
-    bus = Bus(BusAt(interface="virtual", channel="full"))
+def test_a_full_buffer_and_a_failed_bus_raise_different_errors(error, error_class):
+    """Raise the errors of python-can's socketcan interface, which without the test need real hardware."""
+    bus = CanBus(CanAddress(interface="virtual", channel="full"))
     try:
-        failing(bus, error)
+        fail_to_send(bus, error)
         with pytest.raises(OSError, match="ransmit") as caught:
-            bus.send(numbered(1))
-        assert caught.type is kind
+            bus.send(numbered_frame(1))
+        assert caught.type is error_class
     finally:
         bus.close()

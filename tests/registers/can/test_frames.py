@@ -1,8 +1,10 @@
+"""Encoding and decoding of the frames."""
+
 import math
 
 import pytest
 
-from registers.can.frames import (
+from pneuforce.registers.can.frames import (
     ANSWER,
     COMMAND,
     EMERGENCY,
@@ -12,33 +14,33 @@ from registers.can.frames import (
     STATE,
     STATUS_FRAME,
     decode,
+    decode_frame,
     encode,
-    read,
 )
-from registers.can.wire import CanFrame, Kind
-from tests.registers.can.rig import Rig
+from pneuforce.registers.can.wire import CanFrame, FrameKind
+from tests.registers.can.fake_source import FakeSource
 
-VALUES = Rig(
+VALUES = FakeSource(
     force_n=1.234,
     force_std_n=0.0567,
     pressure_kpa=-0.002,
     setpoint_kpa=8.0,
-    initial_pressure_kpa=7.95,
+    baseline_pressure_kpa=7.95,
     radius_mm=8.242,
     peak_force_n=-0.001,
     status=frozenset({"in_contact", "holding", "simulated", "force_valid", "any_failure"}),
     state="holding",
-    refusal="lease",
+    reject_reason="lease",
     contact_counter=0x1FF,
     sample_counter=0x1_0000_0002,
-    active_faults=2,
+    active_fault_count=2,
 ).now
 
 BYTES = [
     (FORCE, {"counter": 7}, "d204 feff 3900 c3 07"),
     (STATE, {}, "401f 0e1f 3220 ffff"),
     (STATUS_FRAME, {}, "05800080 04 03 ff 02"),
-    (ANSWER, {"sequence": 9, "result": "refused_lease"}, "09 13 401f"),
+    (ANSWER, {"sequence": 9, "result": "rejected_lease"}, "09 13 401f"),
     (EMERGENCY, {"error_code": 0xFF04, "error_register": 0x81}, "04ff 81 02 05800080"),
     (HEARTBEAT, {"node_state": "operational"}, "05"),
     (COMMAND, {"setpoint": 8.0, "mode": "hold", "sequence": 3, "lease": 1.5, "reserved": 0},
@@ -46,9 +48,9 @@ BYTES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("frame", "own", "expected"), BYTES, ids=[row[0].name for row in BYTES])
-def test_each_frame_lies_on_the_wire_byte_for_byte(frame, own, expected):
-    assert encode(frame, VALUES, **own) == bytes.fromhex(expected)
+@pytest.mark.parametrize(("frame", "node_values", "expected"), BYTES, ids=[row[0].name for row in BYTES])
+def test_each_frame_is_encoded_to_these_bytes(frame, node_values, expected):
+    assert encode(frame, VALUES, **node_values) == bytes.fromhex(expected)
 
 
 def test_the_identifiers_are_those_of_a_canopen_node():
@@ -64,7 +66,7 @@ def test_the_identifiers_are_those_of_a_canopen_node():
 
 
 @pytest.mark.parametrize(
-    ("value", "word"),
+    ("value", "code"),
     [
         (math.nan, 0x7FFF),
         (1e9, 0x7FFE),
@@ -74,13 +76,13 @@ def test_the_identifiers_are_those_of_a_canopen_node():
         (-math.inf, -0x8000),
     ],
 )
-def test_a_force_that_does_not_fit_saturates_one_short_of_not_available(value, word):
-    data = encode(FORCE, Rig(force_n=value).now, counter=0)
-    assert int.from_bytes(data[:2], "little", signed=True) == word
+def test_a_force_that_does_not_fit_saturates_one_short_of_not_available(value, code):
+    data = encode(FORCE, FakeSource(force_n=value).now, counter=0)
+    assert int.from_bytes(data[:2], "little", signed=True) == code
 
 
-def test_what_is_not_available_decodes_to_nan():
-    values = decode(FORCE, encode(FORCE, Rig().now, counter=0))
+def test_a_value_that_is_not_available_decodes_to_nan():
+    values = decode(FORCE, encode(FORCE, FakeSource().now, counter=0))
     assert all(math.isnan(values[name]) for name in ("force", "pressure", "force_uncertainty"))
 
 
@@ -96,19 +98,19 @@ def test_a_force_frame_decodes_to_what_was_encoded():
     [
         CanFrame(0x186, bytes(8)),
         CanFrame(0x185, bytes(7)),
-        CanFrame(0x185, bytes(8), Kind.EXTENDED),
-        CanFrame(0x185, b"", Kind.REMOTE),
+        CanFrame(0x185, bytes(8), FrameKind.EXTENDED),
+        CanFrame(0x185, b"", FrameKind.REMOTE),
     ],
 )
-def test_a_frame_that_is_none_of_the_node_is_not_read(frame):
-    assert read(frame, 5) is None
+def test_a_frame_of_another_node_or_kind_is_not_decoded(frame):
+    assert decode_frame(frame, 5) is None
 
 
-def test_a_listener_reads_name_and_values():
-    frame, values = read(CanFrame(0x705, b"\x05"), 5)
+def test_decode_frame_returns_definition_and_values():
+    frame, values = decode_frame(CanFrame(0x705, b"\x05"), 5)
     assert (frame.name, values) == ("Heartbeat", {"node_state": "operational"})
 
 
-def test_a_wrong_length_is_refused_in_a_sentence():
-    with pytest.raises(ValueError, match="a Force frame has 8 bytes, not 3"):
+def test_a_wrong_length_raises_an_error():
+    with pytest.raises(ValueError, match=r"Force .* 8 bytes, not 3"):
         decode(FORCE, bytes(3))

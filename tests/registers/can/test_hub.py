@@ -1,4 +1,4 @@
-"""The hub as a process, spoken to byte by byte and by python-can."""
+"""The hub in a separate process, with a raw client and with python-can."""
 
 import contextlib
 import signal
@@ -10,10 +10,10 @@ import time
 import can
 import pytest
 
-from registers.can.hub import STOOD_S
-from registers.can.socketcand import Decoder, frame_of_send
+from pneuforce.registers.can.hub import SUSPENDED_S
+from pneuforce.registers.can.socketcand import SocketcandDecoder, frame_message
 from tests.registers.can.conftest import hub_process, wait_for
-from tests.registers.can.raw_client import Client
+from tests.registers.can.raw_client import RawHubClient
 
 
 @pytest.fixture
@@ -21,14 +21,14 @@ def join(hub_port):
     with contextlib.ExitStack() as stack:
 
         def joined(**options):
-            client = Client(hub_port, **options).join()
+            client = RawHubClient(hub_port, **options).join()
             stack.callback(client.link.close)
             return client
 
         yield joined
 
 
-def test_a_frame_goes_to_all_others_and_not_back(join):
+def test_a_frame_goes_to_all_other_clients_and_not_back(join):
     first, second, third = join(), join(), join()
     first.send("< send 185 3 a b ff >")
     assert second.frames(1) == third.frames(1) == ["< frame 185 0A0BFF >"]
@@ -36,7 +36,7 @@ def test_a_frame_goes_to_all_others_and_not_back(join):
     assert first.frames(1) == third.frames(1) == ["< frame 00000123 >"]
 
 
-def test_a_frame_carries_the_wall_clock_in_microseconds(join):
+def test_a_frame_has_a_time_stamp_in_microseconds(join):
     first, second = join(), join()
     first.send("< send 185 0 >")
     words = second.read().split()
@@ -44,7 +44,7 @@ def test_a_frame_carries_the_wall_clock_in_microseconds(join):
     assert abs(time.time() - float(words[3])) < 5
 
 
-def test_messages_may_be_cut_and_joined_anywhere(join):
+def test_messages_may_be_split_and_joined_at_any_byte(join):
     first, second = join(), join()
     text = "".join(f"< send {number:03X} 1 {number % 256:x} >" for number in range(50))
     for at in range(0, len(text), 7):
@@ -75,7 +75,7 @@ GARBAGE = [
 
 
 @pytest.mark.parametrize("garbage", GARBAGE)
-def test_garbage_is_swallowed_and_the_next_frame_passes(join, garbage):
+def test_garbage_is_discarded_and_the_next_frame_passes(join, garbage):
     first, second = join(), join()
     first.link.sendall(garbage.encode("latin-1"))
     first.send("< send 185 0 >")
@@ -83,7 +83,7 @@ def test_garbage_is_swallowed_and_the_next_frame_passes(join, garbage):
 
 
 def test_garbage_is_counted():
-    decoder = Decoder()
+    decoder = SocketcandDecoder()
     assert decoder.feed(b"x < a > y > < b >") == [["a"], ["b"]]
     assert decoder.feed(b"<" * 1000) == []
     assert decoder.garbage == 3
@@ -91,12 +91,12 @@ def test_garbage_is_counted():
 
 @pytest.mark.parametrize("text", [g for g in GARBAGE if g.startswith("< send ")])
 def test_a_malformed_send_makes_no_frame(text):
-    assert frame_of_send(text.strip("<> ").split(), 0.0) is None
+    assert frame_message(text.strip("<> ").split(), 0.0) is None
 
 
-def test_a_client_without_a_handshake_neither_hears_nor_speaks(join, hub_port):
+def test_a_client_without_a_handshake_neither_sends_nor_receives(join, hub_port):
     first = join()
-    stranger = Client(hub_port)
+    stranger = RawHubClient(hub_port)
     stranger.send("< send 185 0 >< rawmode >")
     first.send("< send 186 0 >")
     assert stranger.ask("< open vcan7 >") == "< error could not open bus >"
@@ -105,7 +105,7 @@ def test_a_client_without_a_handshake_neither_hears_nor_speaks(join, hub_port):
     stranger.link.close()
 
 
-def test_a_late_joiner_hears_what_is_sent_from_its_last_ok_on(join):
+def test_a_client_receives_all_frames_after_its_last_ok(join):
     first = join()
     first.send("< send 100 0 >")
     late = join()
@@ -113,19 +113,19 @@ def test_a_late_joiner_hears_what_is_sent_from_its_last_ok_on(join):
     assert late.frames(1) == ["< frame 101 >"]
 
 
-def test_no_frame_comes_glued_to_the_last_ok(join, hub_port):
-    first, late = join(), Client(hub_port)
+def test_no_frame_arrives_together_with_the_last_ok(join, hub_port):
+    first, late = join(), RawHubClient(hub_port)
     assert late.ask("< open can0 >") == "< ok >"
     late.send("< rawmode >")
     while late.link.recv(256, socket.MSG_PEEK) != b"< ok >":
         pass
     first.send("< send 101 0 >")
-    time.sleep(0.02)  # a hub that did not wait would have sent it by now, mostly
+    time.sleep(0.02)  # a hub without the delay would usually have sent the frame by now
     assert late.link.recv(256) == b"< ok >"
     assert late.frames(1) == ["< frame 101 >"]
 
 
-def test_python_can_joins_a_busy_bus_again_and_again(hub_port, join):
+def test_python_can_connects_to_a_busy_bus_repeatedly(hub_port, join):
     busy = join()
     for number in range(8):
         busy.send(20 * f"< send 185 1 {number:x} >")
@@ -138,7 +138,7 @@ def test_python_can_joins_a_busy_bus_again_and_again(hub_port, join):
             assert (received.arbitration_id, received.data[0]) == (0x186, number)
 
 
-def test_a_client_that_goes_in_the_middle_harms_nobody(join):
+def test_a_client_that_disconnects_within_a_message_does_not_disturb_others(join):
     first, second = join(), join()
     for _ in range(20):
         leaving = join()
@@ -149,50 +149,54 @@ def test_a_client_that_goes_in_the_middle_harms_nobody(join):
     assert second.frames(20) == 20 * ["< frame 185 >"]
 
 
-def test_a_client_that_never_reads_is_given_up_and_the_others_miss_nothing():
+def test_a_client_that_never_reads_is_disconnected_and_the_others_lose_nothing():
     with hub_process() as (port, _):
-        speaker, listener, deaf = Client(port).join(), Client(port).join(), Client(port, 4096).join()
-        for client in (speaker, listener, deaf):
-            client.send("< send 7FF 0 >")  # who speaks has joined
+        sender, listener, not_reading = (
+            RawHubClient(port).join(),
+            RawHubClient(port).join(),
+            RawHubClient(port, 4096).join(),
+        )
+        for client in (sender, listener, not_reading):
+            client.send("< send 7FF 0 >")  # a client that sends has completed the handshake
         time.sleep(0.1)
-        chunk, heard = 500 * "< send 185 8 0 1 2 3 4 5 6 7 >", b""
+        chunk, received = 500 * "< send 185 8 0 1 2 3 4 5 6 7 >", b""
         for _ in range(60):
-            speaker.send(chunk)
-            wanted = heard.count(b">") + 500
-            while heard.count(b">") < wanted:
-                heard += listener.link.recv(65536)
-        assert heard.count(b"frame 185 ") == 30_000
-        wait_for(lambda: _is_closed(deaf.link))
+            sender.send(chunk)
+            wanted = received.count(b">") + 500
+            while received.count(b">") < wanted:
+                received += listener.link.recv(65536)
+        assert received.count(b"frame 185 ") == 30_000
+        wait_for(lambda: _is_closed(not_reading.link))
 
 
-def test_a_client_that_asks_for_ever_and_never_reads_is_given_up():
+def test_a_client_that_sends_requests_and_never_reads_is_disconnected():
     with hub_process() as (port, _), pytest.raises(ConnectionError):
-        _ask_for_megabytes(Client(port, 4096))
+        _request_megabytes(RawHubClient(port, 4096))
 
 
-def _ask_for_megabytes(client):
+def _request_megabytes(client):
     for _ in range(500):
         client.send(5000 * "< open can0 >")
 
 
-def test_what_came_while_the_hub_stood_still_is_dropped_and_the_next_frame_passes():
+def test_frames_that_arrive_while_the_hub_is_suspended_are_dropped():
     with hub_process() as (port, hub):
-        first, second = Client(port).join(), Client(port).join()
+        first, second = RawHubClient(port).join(), RawHubClient(port).join()
         for client in (first, second):
-            client.send("< send 7FF 0 >")  # who speaks has joined
+            client.send("< send 7FF 0 >")  # a client that sends has completed the handshake
         hub.send_signal(signal.SIGSTOP)
         first.send("< send 100 0 >")
-        time.sleep(2 * STOOD_S)
+        time.sleep(2 * SUSPENDED_S)
         hub.send_signal(signal.SIGCONT)
         until_s = time.monotonic() + 10
         second.link.settimeout(0.05)
-        heard = b""
-        while b" 101 " not in heard and time.monotonic() < until_s:
+        received = b""
+        while b" 101 " not in received and time.monotonic() < until_s:
             first.send("< send 101 0 >")
             with contextlib.suppress(TimeoutError):
-                heard += second.link.recv(4096)
-        assert b" 101 " in heard
-        assert b" 100 " not in heard
+                received += second.link.recv(4096)
+        assert b" 101 " in received
+        assert b" 100 " not in received
 
 
 def _is_closed(link):
@@ -204,10 +208,13 @@ def _is_closed(link):
     return True
 
 
-def test_a_port_in_use_is_named_in_one_sentence(hub_port):
+def test_a_port_in_use_is_reported_in_one_line(hub_port):
     second = subprocess.run(
-        [sys.executable, "-m", "registers.can.hub", "--port", str(hub_port)], capture_output=True, text=True
+        [sys.executable, "-m", "pneuforce.registers.can.hub", "--port", str(hub_port)],
+        capture_output=True,
+        text=True,
     )
     assert second.returncode == 2
     assert second.stderr.count("\n") == 1
-    assert f"cannot listen on 127.0.0.1:{hub_port}: it is in use; --port takes another" in second.stderr
+    assert f"127.0.0.1:{hub_port}" in second.stderr
+    assert "--port" in second.stderr

@@ -1,4 +1,4 @@
-"""When frames leave: the node fed with samples and time, no bus in sight."""
+"""Time and content of the frames of a node that receives samples and time, without a bus."""
 
 import itertools
 import math
@@ -6,24 +6,24 @@ from collections import Counter
 
 import pytest
 
-from registers.can.frames import EMERGENCY, FORCE, STATUS_FRAME, decode, read
-from registers.can.node import CanNode
-from registers.can.options import ALARMS_PER_S, Options
-from tests.registers.can.rig import Rig
+from pneuforce.registers.can.frames import EMERGENCY, FORCE, STATUS_FRAME, decode, decode_frame
+from pneuforce.registers.can.node import CanNode
+from pneuforce.registers.can.options import MAX_ALARM_FRAMES_PER_S, CanOptions
+from tests.registers.can.fake_source import FakeSource
 
 SAMPLE_S = 0.002
 STALE = frozenset({"stale", "stale_or_lost"})
 
 
 def run(node, seconds, *, samples=True, start_s=0.0):
-    """(time, name, values) of all frames; 500 samples and 100 ticks per second."""
+    """Return (time, name, values) of all frames; 500 samples and 100 ticks per second."""
     sent = []
     for step in range(round(seconds / SAMPLE_S)):
         now_s = start_s + step * SAMPLE_S
         frames = node.on_sample(now_s) if samples else []
         frames += node.tick(now_s) if step % 5 == 0 else []
         for frame in frames:
-            declared, values = read(frame, node.options.node_id)
+            declared, values = decode_frame(frame, node.options.node_id)
             sent.append((now_s, declared.name, values))
     return sent
 
@@ -33,43 +33,43 @@ def of(sent, name):
 
 
 @pytest.fixture
-def rig():
-    return Rig(force_n=1.0, setpoint_kpa=8.0)
+def source():
+    return FakeSource(force_n=1.0, setpoint_kpa=8.0)
 
 
 @pytest.mark.parametrize("rate_hz", [1, 7, 50, 100, 333, 500])
-def test_force_leaves_at_its_rate_counted_in_samples(rig, rate_hz):
-    sent = of(run(CanNode(rig, Options(force_rate_hz=rate_hz)), 2.0), "Force")
+def test_force_is_sent_at_its_rate_counted_in_samples(source, rate_hz):
+    sent = of(run(CanNode(source, CanOptions(force_rate_hz=rate_hz)), 2.0), "Force")
     assert abs(len(sent) - 2 * rate_hz) <= 1
     gaps = [round((b - a) / SAMPLE_S) for (a, _), (b, _) in itertools.pairwise(sent)]
     assert max(gaps) - min(gaps) <= 1
 
 
-def test_the_first_sample_is_sent_and_the_counter_goes_up_by_one(rig):
-    sent = of(run(CanNode(rig, Options(force_rate_hz=500)), 1.2), "Force")
+def test_the_first_sample_is_sent_and_the_counter_increases_by_one(source):
+    sent = of(run(CanNode(source, CanOptions(force_rate_hz=500)), 1.2), "Force")
     assert sent[0][0] == 0.0
     counters = [values["counter"] for _, values in sent]
     assert all((b - a) % 256 == 1 for a, b in itertools.pairwise(counters))
 
 
-def test_the_cyclic_frames_keep_their_rate(rig):
-    counts = Counter(name for _, name, _ in run(CanNode(rig, Options()), 10.0))
+def test_the_cyclic_frames_have_their_rate(source):
+    counts = Counter(name for _, name, _ in run(CanNode(source, CanOptions()), 10.0))
     assert counts["State"] == pytest.approx(100, abs=1)
     assert counts["Status"] == pytest.approx(100, abs=1)
     assert counts["Heartbeat"] == 10
 
 
 @pytest.mark.parametrize("status", [frozenset({"holding"}), STALE])
-def test_the_heartbeat_begins_with_a_boot_up_and_beats_without_samples(rig, status):
-    rig.set(status=status)
-    beats = of(run(CanNode(rig, Options()), 3.5, samples=False), "Heartbeat")
+def test_the_heartbeat_starts_with_a_boot_up_and_is_sent_without_samples(source, status):
+    source.set(status=status)
+    beats = of(run(CanNode(source, CanOptions()), 3.5, samples=False), "Heartbeat")
     assert [values["node_state"] for _, values in beats] == ["boot_up"] + 3 * ["operational"]
 
 
-def test_force_not_available_leaves_at_once_when_samples_stop_then_at_10_hz(rig):
-    node = CanNode(rig, Options())
+def test_force_not_available_is_sent_at_once_when_samples_stop_then_at_10_hz(source):
+    node = CanNode(source, CanOptions())
     run(node, 1.0)
-    rig.set(force_n=math.nan, status=STALE)
+    source.set(force_n=math.nan, status=STALE)
     sent = of(run(node, 1.0, samples=False, start_s=1.1), "Force")
     assert sent[0][0] == 1.1
     assert len(sent) == 10
@@ -77,61 +77,61 @@ def test_force_not_available_leaves_at_once_when_samples_stop_then_at_10_hz(rig)
     assert all("force_valid" not in values["condensed_status"] for _, values in sent)
 
 
-def test_the_first_sample_after_a_silence_is_sent_at_once(rig):
-    node = CanNode(rig, Options(force_rate_hz=1))
+def test_the_first_sample_after_a_gap_is_sent_at_once(source):
+    node = CanNode(source, CanOptions(force_rate_hz=1))
     run(node, 0.1)
-    rig.set(status=STALE)
+    source.set(status=STALE)
     run(node, 1.0, samples=False, start_s=1.0)
-    rig.set(status=frozenset({"force_valid"}))
+    source.set(status=frozenset({"force_valid"}))
     assert of(run(node, 0.01, start_s=2.0), "Force")[0][0] == 2.0
 
 
 CHANGES = [
-    ("Status", {"status": frozenset({"holding", "force_valid", "force_limit"})}),
+    ("Status", {"status": frozenset({"holding", "force_valid", "force_high_alarm"})}),
     ("Status", {"state": "venting"}),
-    ("Status", {"refusal": "lease"}),
+    ("Status", {"reject_reason": "lease"}),
     ("State", {"setpoint_kpa": 9.0}),
     ("State", {"setpoint_kpa": math.nan}),
 ]
 
 
 @pytest.mark.parametrize(("name", "change"), CHANGES)
-def test_a_change_is_told_with_the_next_sample_not_with_the_next_cycle(rig, name, change):
-    node = CanNode(rig, Options())
+def test_a_change_is_sent_with_the_next_sample_not_with_the_next_cycle(source, name, change):
+    node = CanNode(source, CanOptions())
     run(node, 0.33)
-    rig.set(**change)
+    source.set(**change)
     assert len(of(run(node, SAMPLE_S, start_s=0.33), name)) == 1
     assert not of(run(node, 0.05, start_s=0.332), name)
 
 
-def test_a_finished_contact_is_told_at_once_and_a_begun_one_is_not_in_state(rig):
-    node = CanNode(rig, Options())
+def test_the_end_of_a_contact_triggers_state_and_its_start_does_not(source):
+    node = CanNode(source, CanOptions())
     run(node, 0.33)
-    rig.set(status=rig.now.status | {"in_contact"}, contact_counter=1)
+    source.set(status=source.now.status | {"in_contact"}, contact_counter=1)
     assert not of(run(node, 0.01, start_s=0.33), "State")
-    rig.set(status=rig.now.status - {"in_contact"}, peak_force_n=2.0)
+    source.set(status=source.now.status - {"in_contact"}, peak_force_n=2.0)
     ((_, values),) = of(run(node, 0.01, start_s=0.34), "State")
     assert values["peak_force"] == 2.0
 
 
-def test_a_contact_that_ends_as_the_next_begins_is_told_too(rig):
-    rig.set(status=rig.now.status | {"in_contact"}, contact_counter=1)
-    node = CanNode(rig, Options())
+def test_a_contact_that_ends_when_the_next_starts_triggers_state_too(source):
+    source.set(status=source.now.status | {"in_contact"}, contact_counter=1)
+    node = CanNode(source, CanOptions())
     run(node, 0.33)
-    rig.set(contact_counter=2, peak_force_n=2.0)
+    source.set(contact_counter=2, peak_force_n=2.0)
     assert len(of(run(node, 0.01, start_s=0.33), "State")) == 1
 
 
-def test_a_setpoint_that_stays_not_available_is_no_change(rig):
-    rig.set(setpoint_kpa=math.nan)
-    assert len(of(run(CanNode(rig, Options()), 1.0), "State")) == 10
+def test_a_setpoint_that_stays_not_available_does_not_trigger_state(source):
+    source.set(setpoint_kpa=math.nan)
+    assert len(of(run(CanNode(source, CanOptions()), 1.0), "State")) == 10
 
 
-def test_a_flickering_status_is_told_at_most_every_10_ms(rig):
-    node = CanNode(rig, Options())
+def test_a_status_that_changes_with_each_sample_is_sent_at_most_every_10_ms(source):
+    node = CanNode(source, CanOptions())
     sent_s = []
     for step in range(500):
-        rig.set(status=frozenset({"holding"} if step % 2 else {"vented"}))
+        source.set(status=frozenset({"holding"} if step % 2 else {"vented"}))
         now_s = step * SAMPLE_S
         sent_s += [now_s for frame in node.on_sample(now_s) if frame.id == STATUS_FRAME.base_id + 5]
     gaps = [b - a for a, b in itertools.pairwise(sent_s)]
@@ -143,7 +143,7 @@ def emergencies(frames):
     return [decode(EMERGENCY, frame.data) for frame in frames if frame.id == 0x085]
 
 
-FAULTS = [  # latched faults, then error codes told
+FAULTS = [  # latched faults, then the error codes sent
     ((4,), [0xFF04]),
     ((4, 13), [0xFF0D]),
     ((4,), [0x0000]),
@@ -153,61 +153,63 @@ FAULTS = [  # latched faults, then error codes told
 ]
 
 
-def test_each_faults_coming_and_going_is_told_once_with_its_own_code(rig):
-    node = CanNode(rig, Options())
+def test_each_new_and_each_cleared_fault_is_sent_once(source):
+    node = CanNode(source, CanOptions())
     assert not emergencies(node.tick(0.0))
     for step, (faults, codes) in enumerate(FAULTS, start=1):
-        rig.set(faults=faults, active_faults=len(faults))
-        told = emergencies(node.on_sample(step * 0.1) + node.tick(step * 0.1))
-        assert [frame["error_code"] for frame in told] == codes
-        assert {frame["error_register"] for frame in told} == {0x81 if faults else 0}
-        assert {frame["active_faults"] for frame in told} == {len(faults)}
+        source.set(faults=faults, active_fault_count=len(faults))
+        sent = emergencies(node.on_sample(step * 0.1) + node.tick(step * 0.1))
+        assert [frame["error_code"] for frame in sent] == codes
+        assert {frame["error_register"] for frame in sent} == {0x81 if faults else 0}
+        assert {frame["active_fault_count"] for frame in sent} == {len(faults)}
 
 
-def test_another_node_id_moves_every_identifier(rig):
-    node = CanNode(rig, Options(node_id=127))
+def test_the_node_id_is_part_of_every_identifier(source):
+    node = CanNode(source, CanOptions(node_id=127))
     frames = node.on_sample(0.0) + node.tick(0.0)
     assert {frame.id & 0x7F for frame in frames} == {127}
     assert FORCE.base_id + 127 in {frame.id for frame in frames}
 
 
-ALARM = frozenset({"holding", "force_valid", "force_limit"})
+ALARM = frozenset({"holding", "force_valid", "force_high_alarm"})
 
 
 @pytest.mark.parametrize("rate_hz", [1, 100, 500])
-def test_the_alarm_leaves_with_the_sample_that_raises_it_whatever_the_rate(rig, rate_hz):
-    node = CanNode(rig, Options(force_rate_hz=rate_hz))
+def test_the_alarm_is_sent_with_the_sample_that_raises_it_at_any_rate(source, rate_hz):
+    node = CanNode(source, CanOptions(force_rate_hz=rate_hz))
     run(node, 0.332)
-    rig.set(status=ALARM)
-    told = [read(frame, 5) for frame in node.on_sample(0.332)]
-    assert [declared.name for declared, _ in told] == ["Force", "Status"]
-    assert "force_limit" in told[0][1]["condensed_status"]
-    assert "force_limit" in told[1][1]["status"]
+    source.set(status=ALARM)
+    sent = [decode_frame(frame, 5) for frame in node.on_sample(0.332)]
+    assert [declared.name for declared, _ in sent] == ["Force", "Status"]
+    assert "force_high_alarm" in sent[0][1]["condensed_status"]
+    assert "force_high_alarm" in sent[1][1]["status"]
 
 
-def test_an_alarm_right_behind_a_status_does_not_wait_for_the_next_one(rig):
-    node = CanNode(rig, Options(force_rate_hz=1))
+def test_an_alarm_right_after_a_status_does_not_wait_for_the_next_status(source):
+    node = CanNode(source, CanOptions(force_rate_hz=1))
     run(node, 0.33)
-    rig.set(state="settling")
+    source.set(state="settling")
     assert [frame.id for frame in node.on_sample(0.33)] == [0x385]
-    rig.set(status=ALARM)
+    source.set(status=ALARM)
     assert [frame.id for frame in node.on_sample(0.332)] == [0x185]
 
 
-def test_an_early_alarm_is_one_frame_more_and_moves_no_other(rig):
-    calm = of(run(CanNode(rig, Options()), 1.0), "Force")
-    node = CanNode(rig, Options())
+def test_an_early_alarm_adds_one_frame_and_moves_no_other(source):
+    without_alarm = of(run(CanNode(source, CanOptions()), 1.0), "Force")
+    node = CanNode(source, CanOptions())
     sent = run(node, 0.502)
-    rig.set(status=ALARM)
+    source.set(status=ALARM)
     sent += run(node, 0.498, start_s=0.502)
-    times_s, calm_s = ({round(now_s, 3) for now_s, _ in frames} for frames in (of(sent, "Force"), calm))
-    assert (times_s - calm_s, calm_s - times_s) == ({0.502}, set())
+    times_s, without_alarm_s = (
+        {round(now_s, 3) for now_s, _ in frames} for frames in (of(sent, "Force"), without_alarm)
+    )
+    assert (times_s - without_alarm_s, without_alarm_s - times_s) == ({0.502}, set())
 
 
-def test_a_force_that_flickers_about_its_limit_stays_within_the_load_that_is_checked(rig):
+def test_a_force_that_oscillates_about_its_limit_stays_within_the_checked_load(source):
     for period in range(2, 12):
-        node, sent = CanNode(rig, Options()), 0
+        node, sent = CanNode(source, CanOptions()), 0
         for step in range(5000):
-            rig.set(status=ALARM if step % period else ALARM - {"force_limit"})
+            source.set(status=ALARM if step % period else ALARM - {"force_high_alarm"})
             sent += sum(frame.id == 0x185 for frame in node.on_sample(step * SAMPLE_S))
-        assert sent <= 10 * (100 + ALARMS_PER_S)
+        assert sent <= 10 * (100 + MAX_ALARM_FRAMES_PER_S)

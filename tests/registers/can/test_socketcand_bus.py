@@ -1,4 +1,4 @@
-"""A socketcand server that answers wrongly, slowly or not at all: opening ends soon, in a sentence."""
+"""Connection to a socketcand server that answers wrongly, slowly or not at all."""
 
 import contextlib
 import socket
@@ -7,13 +7,13 @@ import time
 
 import pytest
 
-from registers.can.bus import Bus, BusAt
-from registers.can.wire import Kind
+from pneuforce.registers.can.bus import CanAddress, CanBus
+from pneuforce.registers.can.wire import FrameKind
 
 
 @contextlib.contextmanager
-def server_that_says(*pieces):
-    """Sends these to whoever connects, piece by piece, however it is answered; its port."""
+def server_that_sends(*pieces):
+    """Yield the port of a server that sends these pieces to each client and ignores its answers."""
     with socket.create_server(("127.0.0.1", 0)) as listener, contextlib.ExitStack() as stack:
 
         def serve():
@@ -34,30 +34,32 @@ def server_that_says(*pieces):
             thread.join(5)
 
 
-STRANGERS = [
+INVALID_SERVERS = [
     ("silent", [], "timed out"),
     ("stops after its greeting", [b"< hi >"], "timed out"),
-    ("stops in a word", [b"< hi >", b"< o"], "timed out"),
-    ("speaks HTTP", [b"HTTP/1.1 400 Bad Request\r\n\r\n" + 200 * b"x"], "no socketcand server answers there"),
+    ("stops within a word", [b"< hi >", b"< o"], "timed out"),
+    ("sends HTTP", [b"HTTP/1.1 400 Bad Request\r\n\r\n" + 200 * b"x"], "not a socketcand server"),
     ("has no such bus", [b"< hi >", b"< error could not open bus >"], "could not open bus"),
     ("is full", [b"< error too many clients >"], "too many clients"),
 ]
 
 
-@pytest.mark.parametrize(("_name", "pieces", "sentence"), STRANGERS, ids=[row[0] for row in STRANGERS])
-def test_a_server_that_is_none_is_given_up_soon_and_its_words_are_told(_name, pieces, sentence, monkeypatch):
-    monkeypatch.setattr("registers.can.daemon._ANSWER_S", 0.2)
-    with server_that_says(*pieces) as port:
-        begun_s = time.monotonic()
-        with pytest.raises(OSError, match=f"can0 at 127.0.0.1:{port} cannot be opened: .*{sentence}"):
-            Bus(BusAt(interface="socketcand", port=port))
-    assert time.monotonic() - begun_s < 8  # python-can alone waits for ever
+@pytest.mark.parametrize(
+    ("_name", "pieces", "message_part"), INVALID_SERVERS, ids=[row[0] for row in INVALID_SERVERS]
+)
+def test_an_invalid_server_raises_an_error_soon(_name, pieces, message_part, monkeypatch):
+    monkeypatch.setattr("pneuforce.registers.can.socketcand_bus._RESPONSE_TIMEOUT_S", 0.2)
+    with server_that_sends(*pieces) as port:
+        started_s = time.monotonic()
+        with pytest.raises(OSError, match=f"127.0.0.1:{port} .*{message_part}"):
+            CanBus(CanAddress(interface="socketcand", port=port))
+    assert time.monotonic() - started_s < 8  # python-can alone waits forever
 
 
-def test_a_handshake_in_pieces_with_a_frame_glued_to_its_end_is_one():
+def test_a_handshake_in_pieces_and_a_frame_right_after_it_are_accepted():
     pieces = [b"< h", b"i >", b"< ok ", b">", b"< ok >< frame 123 1.500000 0A0B >"]
-    with server_that_says(*pieces) as port:
-        bus = Bus(BusAt(interface="socketcand", port=port))
+    with server_that_sends(*pieces) as port:
+        bus = CanBus(CanAddress(interface="socketcand", port=port))
         try:
             t_s, frame = bus.receive()
         finally:
@@ -65,13 +67,13 @@ def test_a_handshake_in_pieces_with_a_frame_glued_to_its_end_is_one():
     assert (t_s, frame.id, frame.data) == (1.5, 0x123, b"\x0a\x0b")
 
 
-def test_a_server_that_reports_errors_of_its_controller_is_understood():
+def test_error_frames_of_a_server_are_received():
     pieces = [b"< hi >", b"< ok >", b"< ok >", b"< error 004 1.000000 >< error 040 2.000000 >"]
-    with server_that_says(*pieces) as port:
-        bus = Bus(BusAt(interface="socketcand", port=port))
+    with server_that_sends(*pieces) as port:
+        bus = CanBus(CanAddress(interface="socketcand", port=port))
         try:
             _, frame = bus.receive()
-            assert Kind.ERROR in frame.kind
+            assert FrameKind.ERROR in frame.kind
             with pytest.raises(OSError, match="bus-off"):
                 bus.receive()
         finally:

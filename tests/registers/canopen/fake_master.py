@@ -1,25 +1,26 @@
-"""Plays cases to a slave without I/O, in virtual time, and says what came back."""
+"""Simulated master that sends frames to a node without I/O, in simulated time."""
 
-from registers.can.options import Options
-from registers.can.wire import CanFrame
-from registers.canopen.node import CanopenNode
-from registers.canopen.readings import Identity
-from tests.registers.can.rig import Rig
+from pneuforce.registers.can.options import CanOptions
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.canopen.node import CanopenNode
+from pneuforce.registers.canopen.node_values import CanopenIdentity
+from tests.registers.can.fake_source import FakeSource
 from tests.registers.canopen.cases import OPERATIONAL, STOPPED
 
 TICK_S = 0.01
-INTO = {OPERATIONAL: b"\x01\x05", STOPPED: b"\x02\x05"}
-IDENTITY = Identity(software="0.1.0")
+NMT_COMMAND = {OPERATIONAL: b"\x01\x05", STOPPED: b"\x02\x05"}
+IDENTITY = CanopenIdentity(software="0.1.0")
 
 
-def frame_of(text):
-    """ "605 40 00 10 00" as a frame; to 605h with 8 bytes, unless it ends with "!"."""
+def parse_frame(text):
+    """Return a text like "605 40 00 10 00" as a frame; cases.py describes the format."""
     can_id, *data = text.rstrip("!").split()
     raw = bytes.fromhex("".join(data))
     return CanFrame(int(can_id, 16), raw.ljust(8, b"\0") if can_id == "605" and "!" not in text else raw)
 
 
-def matches(expected, frame):
+def frame_matches(expected, frame):
+    """Return True if the frame has the identifier and the data of the text `expected`."""
     can_id, *pattern = expected.split()
     if frame.id != int(can_id, 16):
         return False
@@ -30,40 +31,42 @@ def matches(expected, frame):
     return given and not any(rest)
 
 
-def agrees(expected, frames):
-    """Whether these frames, and no others, are what a case expects."""
+def frames_match(expected, frames):
+    """Return True if the frames are exactly those of the text `expected`."""
     rows = [row for row in expected.split("|") if row.strip()]
-    return len(rows) == len(frames) and all(map(matches, rows, frames))
+    return len(rows) == len(frames) and all(map(frame_matches, rows, frames))
 
 
-def told(frames):
+def format_frames(frames):
     return " | ".join(f"{frame.id:03X} {frame.data.hex(' ').upper()}" for frame in frames)
 
 
-class Master:
-    """Talks to a node whose time it decides."""
+class FakeMaster:
+    """Master of one node. It controls the time of the node."""
 
-    def __init__(self, state="pre", rig=None, **options):
-        self.rig = rig or Rig(force_n=1.0, setpoint_kpa=8.0, setpoint_requested_kpa=8.0, lease_s=0.0)
-        self.node = CanopenNode(self.rig, Options(**options), IDENTITY)
+    def __init__(self, state="pre", source=None, **options):
+        self.source = source or FakeSource(
+            force_n=1.0, setpoint_kpa=8.0, setpoint_requested_kpa=8.0, lease_s=0.0
+        )
+        self.node = CanopenNode(self.source, CanOptions(**options), IDENTITY)
         self.now_s = 0.0
         self.node.tick(self.now_s)
-        if state in INTO:
-            self.node.receive(CanFrame(0, INTO[state]), self.now_s)
+        if state in NMT_COMMAND:
+            self.node.receive(CanFrame(0, NMT_COMMAND[state]), self.now_s)
             self.node.tick(self.now_s)
 
-    def say(self, step):
-        """What comes of one step of a case."""
+    def send(self, step):
+        """Carry out one step of a case and return the frames that the node sends."""
         first, _, rest = step.partition(" ")
         if first == "faults":
-            self.rig.set(faults=tuple(map(int, rest.split())), active_faults=len(rest.split()))
+            self.source.set(faults=tuple(map(int, rest.split())), active_fault_count=len(rest.split()))
             return []
         if first.startswith("+"):
             return [frame for _, frame in self.wait(float(first)) if frame.id == int(rest, 16)]
-        return self.node.receive(frame_of(step), self.now_s)
+        return self.node.receive(parse_frame(step), self.now_s)
 
     def wait(self, seconds, samples=False):
-        """(time, frame) of all that comes by time, with samples or without."""
+        """Let time pass and return (time, frame) of all frames that the node sends."""
         frames = []
         for _ in range(round(seconds / TICK_S)):
             for _ in range(5):

@@ -1,20 +1,22 @@
-"""The cases, played to the slave without I/O."""
+"""All cases with the node without I/O."""
 
 import pytest
 
-from tests.registers.canopen.cases import MOVING, STANDING
-from tests.registers.canopen.talking import Master, agrees, told
+from tests.registers.canopen.cases import DYNAMIC_CASES, STATIC_CASES
+from tests.registers.canopen.fake_master import FakeMaster, format_frames, frames_match
 
-CASES = STANDING + MOVING
+CASES = STATIC_CASES + DYNAMIC_CASES
 
 
 @pytest.mark.parametrize(("_name", "state", "steps"), CASES, ids=[case[0] for case in CASES])
-def test_what_comes_back_is_what_the_case_says(_name, state, steps):
-    master = Master(state)
-    for said, expected in steps:
-        frames = master.say(said)
-        assert agrees(expected, frames), f"{said}: {told(frames) or 'silence'}, not {expected or 'silence'}"
+def test_the_responses_are_those_of_the_case(_name, state, steps):
+    master = FakeMaster(state)
+    for step, expected in steps:
+        frames = master.send(step)
+        assert frames_match(expected, frames), (
+            f"{step}: {format_frames(frames) or 'no frame'}, expected {expected or 'no frame'}"
+        )
 
 
-def test_no_case_is_there_twice():
+def test_no_case_is_listed_twice():
     assert len({(state, str(steps)) for _, state, steps in CASES}) == len(CASES)

@@ -1,10 +1,10 @@
-"""What carries one of our identifiers and is not obeyed is counted; what is others' business is not."""
+"""Counter for ignored frames with an identifier of this node; frames for other nodes are not counted."""
 
 import pytest
 
-from registers.can.wire import CanFrame, Kind
+from pneuforce.registers.can.wire import CanFrame, FrameKind
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
-from tests.registers.canopen.talking import Master, frame_of
+from tests.registers.canopen.fake_master import FakeMaster, parse_frame
 
 IGNORED = [
     (PRE, "000"),
@@ -21,7 +21,7 @@ IGNORED = [
     (OPERATIONAL, "585 00"),
     (OPERATIONAL, "705 05"),
 ]
-#: Obeyed, or meant for all or for others.
+#: Frames that are handled, or that are for all or for other nodes.
 NOT_IGNORED = [
     (PRE, "000 01 06"),
     (PRE, "000 01 00"),
@@ -35,30 +35,30 @@ NOT_IGNORED = [
 ]
 
 
-@pytest.mark.parametrize(("state", "said"), IGNORED)
-def test_what_is_not_obeyed_is_counted(state, said):
-    master = Master(state)
-    assert master.say(said) == []
+@pytest.mark.parametrize(("state", "step"), IGNORED)
+def test_an_ignored_frame_is_counted(state, step):
+    master = FakeMaster(state)
+    assert master.send(step) == []
     assert master.node.counters.ignored == 1
 
 
-@pytest.mark.parametrize(("state", "said"), NOT_IGNORED)
-def test_what_is_obeyed_or_others_business_is_not_counted(state, said):
-    master = Master(state)
-    master.say(said)
+@pytest.mark.parametrize(("state", "step"), NOT_IGNORED)
+def test_a_handled_frame_and_a_frame_for_another_node_are_not_counted(state, step):
+    master = FakeMaster(state)
+    master.send(step)
     assert master.node.counters.ignored == 0
 
 
 @pytest.mark.parametrize("can_id", [0x000, 0x080, 0x205, 0x605, 0x705])
-@pytest.mark.parametrize("kind", [Kind.REMOTE, Kind.EXTENDED])
+@pytest.mark.parametrize("kind", [FrameKind.REMOTE, FrameKind.EXTENDED])
 def test_a_remote_or_extended_frame_is_counted_once(can_id, kind):
-    master = Master(OPERATIONAL)
+    master = FakeMaster(OPERATIONAL)
     assert master.node.receive(CanFrame(can_id, b"\x01\x05", kind), 0.0) == []
     assert master.node.counters.ignored == 1
 
 
 @pytest.mark.parametrize("vent", ["205 00 00 00 01 00 00 00 00", "605 2B 04 22 00 00"])
-def test_what_looks_like_a_vent_in_a_frame_of_another_kind_is_none(vent):
-    node, frame = Master(OPERATIONAL).node, frame_of(vent)
+def test_a_remote_or_extended_frame_is_not_a_vent(vent):
+    node, frame = FakeMaster(OPERATIONAL).node, parse_frame(vent)
     assert node.is_vent(frame)
-    assert not any(node.is_vent(frame._replace(kind=kind)) for kind in (Kind.REMOTE, Kind.EXTENDED))
+    assert not any(node.is_vent(frame._replace(kind=kind)) for kind in (FrameKind.REMOTE, FrameKind.EXTENDED))

@@ -1,88 +1,92 @@
-"""A CANopen node on a whole instrument whose master goes away: nothing inflates while nobody watches."""
+"""A CANopen node with a complete instrument whose master is lost: nothing inflates without a master."""
 
 import pytest
 
-from instrument.coupling import Coupling
-from instrument.events.witness import Nowhere, Witness
-from registers.can.options import Options
-from registers.can.wire import CanFrame
-from registers.canopen.node import CanopenNode
-from tests.instrument.driving import HOLD_8, PLC, ROBOT, VENT, Drive
-from tests.registers.canopen.talking import IDENTITY, frame_of
+from pneuforce.instrument.audit.audit_logger import AuditLogger, NullAuditSink
+from pneuforce.instrument.core.session import Session
+from pneuforce.registers.can.options import CanOptions
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.canopen.node import CanopenNode
+from tests.instrument.instrument_harness import HOLD_8, PLC, ROBOT, VENT, InstrumentHarness
+from tests.registers.canopen.fake_master import IDENTITY, parse_frame
 
-WATCH, NO_WATCH = "605 23 16 10 01 F4 01 7F 00", "605 23 16 10 01"  # node 127, 500 ms
+MONITOR_MASTER, END_MONITORING = "605 23 16 10 01 F4 01 7F 00", "605 23 16 10 01"  # node 127, 500 ms
 HEARTBEAT, BOOT_UP = "77F 05", "77F 00"
 
 
-class Bench:
-    """A held balloon, and a node whose master has just been lost."""
+class LostMasterSetup:
+    """Instrument with a held balloon, and a node whose master has just been lost."""
 
     def __init__(self):
-        self.drive = Drive.holding(ROBOT)
-        self.node = CanopenNode(Witness(Coupling(self.drive.instrument), Nowhere()), Options(), IDENTITY)
+        self.harness = InstrumentHarness.holding(ROBOT)
+        self.node = CanopenNode(
+            AuditLogger(Session(self.harness.instrument), NullAuditSink()), CanOptions(), IDENTITY
+        )
         self.run(0.1)
-        self.say(WATCH, HEARTBEAT)
+        self.send(MONITOR_MASTER, HEARTBEAT)
         self.run(0.4)
-        assert self.drive.inflates
+        assert self.harness.commands_hold
         self.run(1.0)
 
-    def say(self, *frames):
-        return [f for said in frames for f in self.node.receive(frame_of(said), self.drive.now_s)]
+    def send(self, *frames):
+        """Send frames to the node and return its answers."""
+        return [f for step in frames for f in self.node.receive(parse_frame(step), self.harness.now_s)]
 
     def run(self, seconds):
+        """Let time pass for the instrument and the node."""
         for _ in range(round(seconds / 0.01)):
-            self.drive.run(0.01)
-            self.node.tick(self.drive.now_s)
+            self.harness.run(0.01)
+            self.node.tick(self.harness.now_s)
 
-    def ask_to_inflate(self, peer):
-        """Clear, vent, hold, in the order of the rules; what became of the clear."""
-        cleared = self.drive.order("clear_faults", peer=peer)
-        self.drive.write(VENT, peer)
-        self.drive.write(HOLD_8, peer)
+    def try_to_inflate(self, peer):
+        """Clear, vent and hold in the required order; return the result of the clear command."""
+        cleared = self.harness.run_command("clear_faults", peer=peer)
+        self.harness.write(VENT, peer)
+        self.harness.write(HOLD_8, peer)
         return cleared
 
 
 @pytest.mark.parametrize("peer", [ROBOT, PLC])
-def test_nothing_inflates_while_the_master_is_lost_whoever_asks(peer):
-    bench = Bench()
+def test_nothing_inflates_while_the_master_is_lost_for_any_client(peer):
+    setup = LostMasterSetup()
     for _ in range(3):
-        assert bench.ask_to_inflate(peer) == ("failed", "cause_persists")
-        assert not bench.drive.inflates
-        assert bench.drive.see().first_fault == 41
-        bench.run(1.0)
+        assert setup.try_to_inflate(peer) == ("failed", "cause_persists")
+        assert not setup.harness.commands_hold
+        assert setup.harness.snapshot().first_out_fault == 41
+        setup.run(1.0)
 
 
-def test_a_clear_by_command_frame_says_that_the_cause_persists():
-    bench = Bench()
-    bench.say("000 01 05")
-    answers = [f for f in bench.say("205 00 00 02 07 00 00 00 00") if f.id == 0x485]
+def test_a_clear_by_command_frame_fails_because_the_cause_persists():
+    setup = LostMasterSetup()
+    setup.send("000 01 05")
+    answers = [f for f in setup.send("205 00 00 02 07 00 00 00 00") if f.id == 0x485]
     assert [f.data[:2] for f in answers] == [bytes((7, 16 + 5))]
 
 
-@pytest.mark.parametrize("back", [HEARTBEAT, WATCH, NO_WATCH])
-def test_once_the_cause_is_gone_the_way_back_is_open_and_nothing_inflates_by_itself(back):
-    bench = Bench()
-    bench.say(back)
-    bench.run(0.1)
-    assert (bench.drive.see().state, bench.drive.inflates) == ("tripped", False)
-    bench.say(back)  # the deadline is running again
-    assert bench.ask_to_inflate(ROBOT) == ("done", "none")
-    assert bench.drive.inflates
+@pytest.mark.parametrize("back", [HEARTBEAT, MONITOR_MASTER, END_MONITORING])
+def test_after_the_cause_is_gone_the_fault_can_be_cleared_and_nothing_inflates_by_itself(back):
+    setup = LostMasterSetup()
+    setup.send(back)
+    setup.run(0.1)
+    assert (setup.harness.snapshot().state, setup.harness.commands_hold) == ("tripped", False)
+    setup.send(back)  # the heartbeat deadline is running again
+    assert setup.try_to_inflate(ROBOT) == ("done", "none")
+    assert setup.harness.commands_hold
 
 
-@pytest.mark.parametrize("said", [BOOT_UP, "77E 05", "000 81 05", "000 82 00"])
-def test_neither_a_boot_up_nor_another_node_nor_a_reset_is_the_master(said):
-    bench = Bench()
-    bench.say(said)
-    bench.run(0.1)
-    assert bench.ask_to_inflate(ROBOT) == ("failed", "cause_persists")
+@pytest.mark.parametrize("step", [BOOT_UP, "77E 05", "000 81 05", "000 82 00"])
+def test_a_boot_up_another_node_or_a_reset_does_not_recover_the_master(step):
+    setup = LostMasterSetup()
+    setup.send(step)
+    setup.run(0.1)
+    assert setup.try_to_inflate(ROBOT) == ("failed", "cause_persists")
 
 
-def test_a_master_lost_again_while_its_first_loss_is_cleared_keeps_the_fault():
-    bench = Bench()
-    bench.say(HEARTBEAT)
-    bench.run(0.45)
-    bench.node.receive(CanFrame(0, b"\x01\x05"), bench.drive.now_s)
-    bench.say("205 00 00 02 07 00 00 00 00")
-    bench.run(0.6)
-    assert bench.drive.see().first_fault == 41
+def test_a_second_loss_of_the_master_sets_the_fault_again():
+    setup = LostMasterSetup()
+    setup.send(HEARTBEAT)
+    setup.run(0.45)
+    setup.node.receive(CanFrame(0, b"\x01\x05"), setup.harness.now_s)
+    setup.send("205 00 00 02 07 00 00 00 00")
+    setup.run(0.6)
+    assert setup.harness.snapshot().first_out_fault == 41

@@ -1,12 +1,12 @@
-"""A source that keeps what it is told: the smallest instrument that a bus can be put on."""
+"""Source that stores written values: the smallest instrument for tests of a bus server."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from instrument.snapshot import Snapshot
-from registers.source import Peer
+from pneuforce.instrument.core.snapshot import Snapshot
+from pneuforce.registers.source import Peer
 
 AT_REST: dict[str, Any] = {
     **dict.fromkeys(Snapshot._fields, 0.0),
@@ -22,14 +22,14 @@ AT_REST: dict[str, Any] = {
     "state": "vented",
     "status": frozenset(("vented", "simulated", "any_failure")),
     "setpoint_kpa": float("nan"),
-    "first_fault": 0,
-    "active_faults": 0,
+    "first_out_fault": 0,
+    "active_fault_count": 0,
     "faults": (),
     "setpoint_requested_kpa": 5.0,
     "force_limit_n": 5.0,
     "mode": "vent",
     "lease_holder": "none",
-    "refusal": "none",
+    "reject_reason": "none",
     "command_key": 0,
     "command_code": "none",
     "command_argument": 0,
@@ -42,37 +42,40 @@ AT_REST: dict[str, Any] = {
     "serial_number": 1234567890,
     "calibration_date": 20250131,
     "balloon_id": 9,
-    "inflations": 17,
+    "inflation_count": 17,
 }
 
 
-def nothing_refused(_peer: Peer, _values: Mapping[str, Any]) -> str:
+def accept_all(_peer: Peer, _values: Mapping[str, Any]) -> str:
     return "none"
 
 
 class MemorySource:
-    """Keeps written values, refuses by rule, and counts one sample per snapshot that is taken."""
+    """Source that stores written values. The sample counter increases by 1 with each snapshot.
 
-    def __init__(self, refuse: Callable[[Peer, Mapping[str, Any]], str] = nothing_refused) -> None:
+    `reject` returns the reject reason of a write request, "none" to accept the request.
+    """
+
+    def __init__(self, reject: Callable[[Peer, Mapping[str, Any]], str] = accept_all) -> None:
         self.values = dict(AT_REST)
-        self.refuse = refuse
-        self.refusals: dict[Peer, str] = {}
-        self.asked: list[dict[str, Any]] = []
-        self.turned_away: list[tuple[Peer, bytes, str]] = []
+        self.reject = reject
+        self.reject_reasons: dict[Peer, str] = {}
+        self.write_requests: list[dict[str, Any]] = []
+        self.rejected_writes: list[tuple[Peer, bytes, str]] = []
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         self.values["sample_counter"] += 1
-        return Snapshot(**self.values | {"refusal": self.refusals.get(peer, "none")})
+        return Snapshot(**self.values | {"reject_reason": self.reject_reasons.get(peer, "none")})
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> str:
-        self.asked.append(dict(values))
-        reason = "none" if values == {"mode": "vent"} else self.refuse(peer, values)
-        self.refusals[peer] = reason
+        self.write_requests.append(dict(values))
+        reason = "none" if values == {"mode": "vent"} else self.reject(peer, values)
+        self.reject_reasons[peer] = reason
         if reason == "none":
             self.values.update(values)
         elif values.get("mode") == "vent":
             self.values["mode"] = "vent"
         return reason
 
-    def refused(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
-        self.turned_away.append((peer, request, why))
+    def log_rejected_write(self, peer: Peer, request: bytes, reason: str, now_s: float) -> None:
+        self.rejected_writes.append((peer, request, reason))

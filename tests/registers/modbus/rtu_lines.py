@@ -1,30 +1,30 @@
-"""A serial line in virtual time: pieces of bytes and pauses in, what the unit says out."""
+"""Simulated serial line in virtual time: bytes and pauses in, answers of the unit out."""
 
-from registers.modbus.rtu import Timing, frame
-from registers.modbus.rtu_unit import Unit
-from tests.registers.modbus.memory import MemorySource
+from pneuforce.registers.modbus.rtu import RtuTiming, encode_frame
+from pneuforce.registers.modbus.rtu_unit import ModbusRtuUnit
+from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import IDENTITY
 
-TIMING = Timing(19200)
+TIMING = RtuTiming(19200)
 SILENCE_S = TIMING.silence_s
-READ = frame(1, bytes.fromhex("04 0000 0002"))
-READ_ANSWER = frame(1, bytes.fromhex("04 04 3fa00000"))
+READ = encode_frame(1, bytes.fromhex("04 0000 0002"))
+READ_ANSWER = encode_frame(1, bytes.fromhex("04 04 3fa00000"))
 VENT = bytes.fromhex("06 0204 0000")
 HOLD = bytes.fromhex("06 0204 0001")
 
 
 class VirtualLine:
-    """Bytes arrive at once, pauses pass; where one is long enough, the unit is told, as its port would."""
+    """Line on which bytes arrive at once. After a long pause, the unit is asked for its answer."""
 
     def __init__(self, **options):
         self.source = MemorySource()
-        self.unit = Unit(self.source, 1, TIMING, IDENTITY, **options)
+        self.unit = ModbusRtuUnit(self.source, 1, TIMING, IDENTITY, **options)
         self.now_s = 100.0
         self._silent = True
 
     def play(self, *pieces):
-        """What the unit says while these come: bytes, or pauses in seconds; a silence ends them."""
-        said = []
+        """Return the answers to `pieces`: bytes, or pauses in seconds. A silence is added at the end."""
+        answers = []
         for piece in (*pieces, SILENCE_S):
             if isinstance(piece, bytes):
                 self.unit.feed(piece, self.now_s)
@@ -32,12 +32,12 @@ class VirtualLine:
                 continue
             if piece >= SILENCE_S and not self._silent:
                 self._silent = True
-                said += [answer] if (answer := self.unit.answer(self.now_s + SILENCE_S)) else []
+                answers += [answer] if (answer := self.unit.answer(self.now_s + SILENCE_S)) else []
             self.now_s += piece
-        return said
+        return answers
 
-    def asked(self, pdu, unit=1):
-        """Hex of the answer's PDU to a request in hex; "" for silence."""
-        said = self.play(frame(unit, bytes.fromhex(pdu)))
-        assert all(answer == frame(1, answer[1:-2]) for answer in said)
-        return said[0][1:-2].hex(" ") if said else ""
+    def send_request(self, pdu, unit=1):
+        """Return the answer PDU to a request PDU, both as hex texts; "" if there is no answer."""
+        answers = self.play(encode_frame(unit, bytes.fromhex(pdu)))
+        assert all(answer == encode_frame(1, answer[1:-2]) for answer in answers)
+        return answers[0][1:-2].hex(" ") if answers else ""

@@ -1,4 +1,4 @@
-"""Serial lines of ptys: what one end sends, all others hear."""
+"""Serial lines made of ptys: all other ends receive what one end sends."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import threading
 import tty
 from contextlib import contextmanager
 
-from registers.modbus.rtu_line import ModbusRtuLine, Options
+from pneuforce.registers.modbus.rtu_server import ModbusRtuOptions, ModbusRtuServer
 from tests.registers.modbus.serving import IDENTITY
 
 
 class Cable:
-    """Ends to be opened as serial ports; `echoing` ones hear themselves too."""
+    """Line whose ends can be opened as serial ports. The ends `echoing` receive their own bytes, too."""
 
     def __init__(self, ends=2, echoing=()):
         self._pairs = [os.openpty() for _ in range(ends)]
@@ -38,7 +38,7 @@ class Cable:
                         os.write(other, data)
 
     def unplug(self):
-        """Pull it out: whoever has an end open is hung up."""
+        """Close all ends. Processes that have opened a port receive a hang-up."""
         os.write(self._end, b"x")
         self._thread.join()
         for descriptor in (*(fd for pair in self._pairs for fd in pair), self._end, self._ending):
@@ -56,7 +56,7 @@ def cable(ends=2, echoing=()):
 
 @contextmanager
 def in_a_loop(start, close):
-    """Run `start()` in an event loop of a thread of its own, and `close()` at the end."""
+    """Run `start()` in an event loop in a separate thread, and `close()` at the end."""
     loop = asyncio.new_event_loop()
     loop.run_until_complete(start())
     thread = threading.Thread(target=loop.run_forever)
@@ -74,7 +74,7 @@ def in_a_loop(start, close):
 
 @contextmanager
 def serving_on(port, source, **options):
-    """The unit on a port, in a thread of its own, until the block ends."""
-    line = ModbusRtuLine(source, Options(port=str(port), **options), IDENTITY)
-    with in_a_loop(line.start, line.close):
-        yield line
+    """Run a server on `port` in a separate thread until the block ends."""
+    server = ModbusRtuServer(source, ModbusRtuOptions(port=str(port), **options), IDENTITY)
+    with in_a_loop(server.start, server.close):
+        yield server

@@ -1,4 +1,4 @@
-"""A server on a free port of this machine, and raw bytes to and from it."""
+"""Modbus TCP server on a free port of this machine, and a raw client."""
 
 from __future__ import annotations
 
@@ -10,19 +10,24 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from registers.modbus.identity import Object
-from registers.modbus.tcp import ModbusTcpServer, Options
-from registers.source import Source
+from pneuforce.registers.modbus.device_identification import IdentityObject
+from pneuforce.registers.modbus.tcp import ModbusTcpOptions, ModbusTcpServer
+from pneuforce.registers.source import Source
 
 FORCE = bytes.fromhex("04 0000 0002")
 FORCE_ANSWER = bytes.fromhex("04 04 3fa00000")
-IDENTITY = {Object.VENDOR: "pneuforce", Object.PRODUCT_CODE: "PF", Object.REVISION: "0.1", 0x80: "42"}
+IDENTITY = {
+    IdentityObject.VENDOR: "pneuforce",
+    IdentityObject.PRODUCT_CODE: "PF",
+    IdentityObject.REVISION: "0.1",
+    0x80: "42",
+}
 
 
 @contextmanager
 def serving(source: Source, **options: Any) -> Iterator[ModbusTcpServer]:
-    """A server in a thread of its own, until the block ends."""
-    server = ModbusTcpServer(source, Options(**{"port": 0} | options), IDENTITY)
+    """Run a server in a separate thread until the block ends."""
+    server = ModbusTcpServer(source, ModbusTcpOptions(**{"port": 0} | options), IDENTITY)
     loop = asyncio.new_event_loop()
     loop.run_until_complete(server.start())
     thread = threading.Thread(target=loop.run_forever)
@@ -38,35 +43,35 @@ def serving(source: Source, **options: Any) -> Iterator[ModbusTcpServer]:
 
 
 def connected(server: ModbusTcpServer, address: str = "127.0.0.1") -> socket.socket:
-    """A client at an address of the loopback."""
+    """Return a client socket that connects from `address`, an address of the loopback."""
     return socket.create_connection(("127.0.0.1", server.port), timeout=10, source_address=(address, 0))
 
 
-def asked(client: socket.socket, request: str) -> str:
-    """Hex of the one answer to a request in hex; "" where the server closed."""
+def send_request(client: socket.socket, request: str) -> str:
+    """Send a request and return its answer, both as hex texts; "" if the server closes."""
     client.sendall(bytes.fromhex(request))
-    return received(client)
+    return read_answer(client)
 
 
 def still_answers(client):
-    return asked(client, "0001 0000 0006 01 04 0000 0002") == "00 01 00 00 00 07 01 04 04 3f a0 00 00"
+    return send_request(client, "0001 0000 0006 01 04 0000 0002") == "00 01 00 00 00 07 01 04 04 3f a0 00 00"
 
 
-def received(client: socket.socket) -> str:
-    head = exactly(client, 6)
-    return (head + exactly(client, int.from_bytes(head[4:6], "big"))).hex(" ") if head else ""
+def read_answer(client: socket.socket) -> str:
+    head = read_exactly(client, 6)
+    return (head + read_exactly(client, int.from_bytes(head[4:6], "big"))).hex(" ") if head else ""
 
 
-def everything(client: socket.socket) -> bytes:
-    """All bytes until the server closes."""
+def read_until_closed(client: socket.socket) -> bytes:
+    """Return all bytes until the server closes."""
     data = b""
     while chunk := client.recv(65536):
         data += chunk
     return data
 
 
-def exactly(client: socket.socket, count: int) -> bytes:
-    """`count` bytes; none where the server closed first."""
+def read_exactly(client: socket.socket, count: int) -> bytes:
+    """Return `count` bytes; b"" if the server closes before that."""
     data = bytearray()
     while len(data) < count:
         chunk = client.recv(min(count - len(data), 65536))
@@ -76,9 +81,10 @@ def exactly(client: socket.socket, count: int) -> bytes:
     return bytes(data)
 
 
-def eventually(fact: Callable[[], bool], within_s: float = 15.0) -> bool:
+def eventually(condition: Callable[[], bool], within_s: float = 15.0) -> bool:
+    """Wait until `condition()` is true. Return False if that takes longer than `within_s`."""
     deadline = time.monotonic() + within_s
-    while not fact():
+    while not condition():
         if time.monotonic() > deadline:
             return False
         time.sleep(0.005)

@@ -1,16 +1,16 @@
-"""The list of those that may connect, alone and on real sockets."""
+"""Tests of the allow list, alone and with a server on real sockets."""
 
 import contextlib
 import socket
 
 import pytest
 
-from registers.modbus.allow import AllowList
-from tests.registers.modbus.memory import MemorySource
-from tests.registers.modbus.serving import asked, connected, everything, serving, still_answers
+from pneuforce.support.allow_list import AllowList
+from tests.registers.modbus.memory_source import MemorySource
+from tests.registers.modbus.serving import connected, read_until_closed, send_request, serving, still_answers
 
-FACTORY = AllowList(["192.168.1.0/24", "10.0.0.7", "fd00::/8"])
-NEIGHBOUR, FOREIGN = "127.0.0.2", "127.0.0.3"
+ALLOW_LIST = AllowList(["192.168.1.0/24", "10.0.0.7", "fd00::/8"])
+ALLOWED, NOT_ALLOWED = "127.0.0.2", "127.0.0.3"
 VENT = "0001 0000 0006 01 06 0204 0000"
 
 
@@ -24,7 +24,7 @@ VENT = "0001 0000 0006 01 06 0204 0000"
         ("10.0.0.70", False),
         ("fd12::1", True),
         ("fe80::1%eth0", False),
-        ("::ffff:192.168.1.9", True),  # an IPv4 client of a socket that listens to both families
+        ("::ffff:192.168.1.9", True),  # IPv4 client of a socket for both address families
         ("::ffff:192.168.2.9", False),
         ("127.0.0.1", True),  # this machine
         ("::1", True),
@@ -33,53 +33,53 @@ VENT = "0001 0000 0006 01 06 0204 0000"
         ("", False),
     ],
 )
-def test_who_is_named_and_this_machine_may_connect(address, admitted):
-    assert FACTORY.admits(address) is admitted
+def test_listed_addresses_and_this_machine_may_connect(address, admitted):
+    assert ALLOW_LIST.admits(address) is admitted
 
 
-def test_where_nobody_is_named_everyone_may():
+def test_an_empty_list_allows_every_address():
     assert AllowList([]).admits("203.0.113.9")
 
 
-def test_who_is_not_named_is_closed_at_once_and_cannot_vent():
+def test_a_connection_from_another_address_is_closed_at_once_and_cannot_vent():
     source = MemorySource()
     source.values["mode"] = "hold"
-    with serving(source, allow=(NEIGHBOUR,)) as server:
-        for own in ("127.0.0.1", NEIGHBOUR):
-            with connected(server, own) as client:
+    with serving(source, allow=(ALLOWED,)) as server:
+        for address in ("127.0.0.1", ALLOWED):
+            with connected(server, address) as client:
                 assert still_answers(client)
-        with connected(server, FOREIGN) as client, contextlib.suppress(ConnectionError):
-            assert asked(client, VENT) == ""
-        assert source.asked == []
-        assert (server.counters.foreign, server.counters.connections) == (1, 2)
+        with connected(server, NOT_ALLOWED) as client, contextlib.suppress(ConnectionError):
+            assert send_request(client, VENT) == ""
+        assert source.write_requests == []
+        assert (server.counters.not_allowed, server.counters.connections) == (1, 2)
 
 
-def test_who_is_not_named_takes_nobodys_place():
+def test_a_connection_from_another_address_evicts_nobody():
     with (
-        serving(MemorySource(), allow=(NEIGHBOUR,), most_connections=2) as server,
+        serving(MemorySource(), allow=(ALLOWED,), max_connections=2) as server,
         connected(server) as first,
-        connected(server, NEIGHBOUR) as second,
+        connected(server, ALLOWED) as second,
     ):
         for _ in range(20):
-            with connected(server, FOREIGN) as client, contextlib.suppress(ConnectionError):
-                assert everything(client) == b""
+            with connected(server, NOT_ALLOWED) as client, contextlib.suppress(ConnectionError):
+                assert read_until_closed(client) == b""
         assert still_answers(first)
         assert still_answers(second)
-        assert (server.counters.foreign, server.counters.evicted, server.counters.clients) == (20, 0, 2)
+        assert (server.counters.not_allowed, server.counters.evicted, server.counters.clients) == (20, 0, 2)
 
 
-def test_a_flood_of_foreign_connections_is_a_few_lines_in_the_log(caplog):
-    with serving(MemorySource(), allow=(NEIGHBOUR,)) as server:
+def test_a_flood_of_rejected_connections_writes_only_a_few_log_lines(caplog):
+    with serving(MemorySource(), allow=(ALLOWED,)) as server:
         for _ in range(200):
-            connected(server, FOREIGN).close()
+            connected(server, NOT_ALLOWED).close()
         with connected(server) as client:
             assert still_answers(client)
-    assert "client 127.0.0.3 turned away" in caplog.text
+    assert "client 127.0.0.3 rejected" in caplog.text
     assert len(caplog.records) < 50
 
 
 @pytest.mark.skipif(not socket.has_ipv6, reason="this Python has no IPv6")
-def test_an_ipv6_neighbour_connects_as_an_ipv4_one_does():
+def test_a_listed_ipv6_address_may_connect():
     try:
         with socket.create_server(("::1", 0), family=socket.AF_INET6):
             pass
@@ -88,4 +88,4 @@ def test_an_ipv6_neighbour_connects_as_an_ipv4_one_does():
     with serving(MemorySource(), host="::1", allow=("fd00::/8",)) as server:
         with socket.create_connection(("::1", server.port), timeout=10) as client:
             assert still_answers(client)
-        assert server.counters.foreign == 0
+        assert server.counters.not_allowed == 0

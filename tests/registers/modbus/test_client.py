@@ -1,4 +1,4 @@
-"""The instrument as a PLC sees it, and as pymodbus's own client does."""
+"""Tests of ModbusClient and of the client of pymodbus with a TCP server."""
 
 import math
 import socket
@@ -6,8 +6,8 @@ import socket
 import pytest
 from pymodbus.client import ModbusTcpClient
 
-from registers.modbus.client import Plc, PlcError
-from tests.registers.modbus.memory import MemorySource
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
+from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import serving
 
 
@@ -24,11 +24,11 @@ def server(source):
 
 @pytest.fixture
 def plc(server):
-    with Plc.connect(port=server.port) as plc:
+    with ModbusClient.connect(port=server.port) as plc:
         yield plc
 
 
-def test_a_plc_reads_every_value_by_name(plc):
+def test_the_client_reads_every_value_by_name(plc):
     values = plc.read()
     assert values["force"] == 1.25
     assert values["pressure"] == 8.5
@@ -40,13 +40,13 @@ def test_a_plc_reads_every_value_by_name(plc):
     assert values["condensed_status"] == {"simulated"}
 
 
-def test_no_name_contradicts_the_unit_of_its_value(plc):
+def test_no_name_ends_in_a_unit_that_differs_from_the_unit_of_its_value(plc):
     for values in (plc.read(), plc.read_all()):
         assert {name.rpartition("_")[2] for name in values} & {"mn", "pa", "um", "ms"} == set()
         assert {"force", "pressure", "radius", "setpoint", "rise", "peak_force", "force_limit"} <= set(values)
 
 
-def test_a_plc_sets_the_pressure_holds_and_vents(plc, source):
+def test_the_client_sets_the_pressure_holds_and_vents(plc, source):
     plc.write("setpoint_requested", 8.0)
     plc.write("mode", "hold")
     assert (source.values["setpoint_requested_kpa"], source.values["mode"]) == (8.0, "hold")
@@ -55,56 +55,61 @@ def test_a_plc_sets_the_pressure_holds_and_vents(plc, source):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "why"),
+    ("name", "value", "message"),
     [
         ("setpoint_requested", 12.5, "illegal value (03h); allowed: 2 … 12 kPa"),
         ("setpoint_requested", math.nan, "illegal value (03h); allowed: 2 … 12 kPa"),
-        ("setpoint_requested_pa", 6.5, "repeats a value that goes by its quantity: write setpoint_requested"),
+        ("setpoint_requested_pa", 6.5, "write setpoint_requested instead"),
         ("lease", 70.0, "allowed: 0 or 0.2 … 60 s"),
-        ("force", 1.0, "force is read only"),
-        ("mode", "hodl", "mode = hodl cannot be put on the wire; allowed: vent, hold"),
-        ("mode", [], "mode = [] cannot be put on the wire; allowed: vent, hold"),
-        ("setpoint_requested", 1e40, "cannot be put on the wire; allowed: 2 … 12 kPa"),
-        ("setpoint_requested", "eight", "cannot be put on the wire; allowed: 2 … 12 kPa"),
-        ("forcelimit", 1, "there is no register forcelimit; near: force_limit"),
-        ("colour", 1, "there is no register colour"),
+        ("force", 1.0, "force is read-only"),
+        ("mode", "hodl", "mode = hodl: invalid value; allowed: vent, hold"),
+        ("mode", [], "mode = []: invalid value; allowed: vent, hold"),
+        ("setpoint_requested", 1e40, "invalid value; allowed: 2 … 12 kPa"),
+        ("setpoint_requested", "eight", "invalid value; allowed: 2 … 12 kPa"),
+        ("forcelimit", 1, "forcelimit: unknown register; similar: force_limit"),
+        ("colour", 1, "colour: unknown register"),
     ],
 )
-def test_a_refusal_is_told_in_a_sentence(plc, name, value, why):
-    with pytest.raises(PlcError) as refused:
+def test_a_rejected_write_raises_an_error_with_the_allowed_values(plc, name, value, message):
+    with pytest.raises(ModbusClientError) as error:
         plc.write(name, value)
-    assert why in str(refused.value)
+    assert message in str(error.value)
 
 
-def test_a_refusal_by_the_instrument_comes_with_its_reason(plc, source):
-    source.refuse = lambda peer, values: "not_zeroed"
-    with pytest.raises(PlcError, match=r"mode = hold was refused: device busy \(06h\), reason not_zeroed"):
+def test_the_error_contains_the_reject_reason_of_the_instrument(plc, source):
+    source.reject = lambda peer, values: "not_zeroed"
+    with pytest.raises(
+        ModbusClientError, match=r"mode = hold was rejected: device busy \(06h\), reason not_zeroed"
+    ):
         plc.write("mode", "hold")
 
 
-def test_a_plc_settles_the_word_order_by_itself(source):
-    with serving(source, word_swap=True) as server, Plc.connect(port=server.port) as plc:
+def test_the_client_determines_the_word_order(source):
+    with serving(source, word_swap=True) as server, ModbusClient.connect(port=server.port) as plc:
         assert plc.read()["force"] == 1.25
         plc.write("setpoint_requested", 8.0)
     assert source.values["setpoint_requested_kpa"] == 8.0
 
 
-def test_nobody_at_the_port_is_told():
+def test_a_closed_port_raises_an_error():
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
-        with pytest.raises(PlcError, match="no Modbus TCP server answers"):
-            Plc.connect(port=unused.getsockname()[1], wait_s=0.5)
+        with pytest.raises(ModbusClientError, match="no Modbus TCP server answers"):
+            ModbusClient.connect(port=unused.getsockname()[1], wait_s=0.5)
 
 
-def test_a_server_that_says_nothing_is_told():
-    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(PlcError, match="does not answer"):
-        Plc.connect(port=silent.getsockname()[1], wait_s=0.2)
+def test_a_server_that_does_not_answer_raises_an_error():
+    with (
+        socket.create_server(("127.0.0.1", 0)) as silent,
+        pytest.raises(ModbusClientError, match="does not answer"),
+    ):
+        ModbusClient.connect(port=silent.getsockname()[1], wait_s=0.2)
 
 
-def test_an_instrument_that_ends_is_told(source):
+def test_a_lost_connection_raises_an_error(source):
     with serving(source) as server:
-        plc = Plc.connect(port=server.port, wait_s=0.5)
-    with pytest.raises(PlcError):
+        plc = ModbusClient.connect(port=server.port, wait_s=0.5)
+    with pytest.raises(ModbusClientError):
         plc.read()
 
 

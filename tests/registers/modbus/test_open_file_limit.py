@@ -1,19 +1,19 @@
-"""A process that may open few files: told at start, not when nobody gets in any more."""
+"""Tests of the limit of open files: a limit that is too low is reported when the server starts."""
 
 import subprocess
 import sys
 
 import pytest
 
-#: In a process of its own, for a limit that is lowered cannot be raised again.
+#: Run in a separate process, because a lowered limit cannot be raised again.
 PROGRAM = """
 import asyncio, resource, sys
-from registers.modbus.tcp import ModbusTcpServer, Options
-from tests.registers.modbus.memory import MemorySource
+from pneuforce.registers.modbus.tcp import ModbusTcpServer, ModbusTcpOptions
+from tests.registers.modbus.memory_source import MemorySource
 
 soft, hard, connections = map(int, sys.argv[1:])
 resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-server = ModbusTcpServer(MemorySource(), Options(port=0, most_connections=connections), {})
+server = ModbusTcpServer(MemorySource(), ModbusTcpOptions(port=0, max_connections=connections), {})
 
 async def serve():
     try:
@@ -27,21 +27,20 @@ asyncio.run(serve())
 """
 
 
-def said(soft, hard, connections):
+def output(soft, hard, connections):
     arguments = [sys.executable, "-c", PROGRAM, *map(str, (soft, hard, connections))]
     return subprocess.run(arguments, capture_output=True, text=True, check=True).stdout.strip()
 
 
-def test_what_is_allowed_to_be_opened_is_taken():
-    assert said(60, 700, 90) == "666 30"
+def test_the_soft_limit_is_raised_as_needed():
+    assert output(60, 700, 90) == "666 30"
 
 
-def test_a_limit_that_suffices_is_left_alone():
-    assert said(700, 700, 90) == "700 30"
+def test_a_sufficient_limit_is_not_changed():
+    assert output(700, 700, 90) == "700 30"
 
 
 @pytest.mark.parametrize("hard", [60, 665])
-def test_more_connections_than_files_are_refused_in_a_sentence(hard):
-    assert said(60, hard, 90) == (
-        f"90 connections need up to 666 open files, and {hard} are allowed (ulimit -n)"
-    )
+def test_a_hard_limit_that_is_too_low_is_reported(hard):
+    message = output(60, hard, 90)
+    assert all(text in message for text in ("90 connections", "666", str(hard), "ulimit -n"))

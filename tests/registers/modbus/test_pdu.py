@@ -1,4 +1,4 @@
-"""Request in hex, answer in hex: every rule of the Modbus face as a table."""
+"""Tests of the request handler: tables of requests and expected answers as hex texts."""
 
 import logging
 import struct
@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.registers.modbus.asking import PLC, answer, responder, spaced
-from tests.registers.modbus.memory import MemorySource
+from tests.registers.modbus.memory_source import MemorySource
+from tests.registers.modbus.pdu_requests import PLC, answer, request_handler, spaced
 
 READS = [
     ("03 0000 0002", "03 04 3fa00000"),  # force 1.25 N
@@ -28,7 +28,7 @@ READS = [
     ("02 000f 0002", "02 01 01"),
 ]
 
-REFUSED_READS = [
+REJECTED_READS = [
     ("03 0000 0000", "83 03"),
     ("03 0000 007e", "83 03"),
     ("04 0000 ffff", "84 03"),
@@ -37,7 +37,7 @@ REFUSED_READS = [
     ("03 0000", "83 03"),
     ("03", "83 03"),
     ("03 0000 0001 00", "83 03"),
-    ("03 007f 0002", "83 02"),  # leaves its block
+    ("03 007f 0002", "83 02"),  # leaves the block
     ("03 0080 0001", "83 02"),
     ("03 01ff 0002", "83 02"),
     ("03 0240 0001", "83 02"),
@@ -56,7 +56,7 @@ REFUSED_READS = [
     ("01", "81 03"),
 ]
 
-OTHERS = [
+OTHER_REQUESTS = [
     ("08 0000 a537", "08 0000 a537"),
     ("08 0000 a537 0102", "08 0000 a537 0102"),
     ("08 0001 0000", "88 01"),
@@ -82,36 +82,36 @@ def test_a_read_is_answered(request_, expected):
     assert answer(request_) == spaced(expected)
 
 
-@pytest.mark.parametrize(("request_", "expected"), REFUSED_READS + OTHERS)
+@pytest.mark.parametrize(("request_", "expected"), REJECTED_READS + OTHER_REQUESTS)
 def test_a_request_is_answered(request_, expected):
     source = MemorySource()
     assert answer(request_, source) == spaced(expected)
-    assert source.asked == []
+    assert source.write_requests == []
 
 
 @pytest.mark.parametrize("function", [0x80, 0x83, 0xFF])
-def test_a_function_that_no_request_has_ends_the_connection(function):
+def test_a_function_of_80h_or_above_has_no_answer(function):
     assert answer(f"{function:x} 0000 0001") is None
 
 
-def test_a_failing_source_is_answered_with_04_and_logged_sparingly(caplog):
-    class Failing(MemorySource):
+def test_an_error_of_the_source_is_answered_with_04_and_logged_with_a_rate_limit(caplog):
+    class FailingSource(MemorySource):
         def snapshot(self, peer, now_s):
-            raise ZeroDivisionError("a mistake of ours")
+            raise ZeroDivisionError("injected error")
 
-    failing = responder(Failing())
+    failing = request_handler(FailingSource())
     with caplog.at_level(logging.WARNING):
         answers = [failing.answer(bytes.fromhex("0300000002"), PLC, 0.001 * i) for i in range(900)]
         failing.answer(bytes.fromhex("0300000002"), PLC, 2.0)
     assert set(answers) == {b"\x83\x04"}
     assert failing.answer(bytes.fromhex("08000001"), PLC, 3.0) == bytes.fromhex("08000001")
-    assert "a mistake of ours" in caplog.text
-    assert "895 more lines were held back" in caplog.text
+    assert "injected error" in caplog.text
+    assert "895 more lines were suppressed" in caplog.text
     assert len(caplog.records) == 7
 
 
-def test_one_answer_shows_one_sample():
-    """The counter stands within the block that is read: each answer takes exactly one snapshot."""
+def test_one_answer_contains_one_snapshot():
+    """The sample counter is within the block, so it shows how many snapshots an answer takes."""
     source = MemorySource()
     before = source.values["sample_counter"]
     words = bytes.fromhex(answer("04 0000 0024", source))[2:]
@@ -123,9 +123,9 @@ def test_one_answer_shows_one_sample():
     st.builds(lambda f, rest: bytes((f,)) + rest, st.sampled_from((1, 2, 3, 4, 5, 6, 8, 15, 16, 22, 23, 43)),
               st.binary(max_size=30)),
 ))  # fmt: skip
-def test_any_bytes_get_an_answer_of_their_function(pdu):
+def test_any_bytes_get_an_answer_with_the_same_function(pdu):
     source = MemorySource()
-    reply = responder(source).answer(pdu, PLC, 0.0)
+    reply = request_handler(source).answer(pdu, PLC, 0.0)
     if pdu[0] >= 0x80:
         assert reply is None
     else:

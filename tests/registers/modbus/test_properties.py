@@ -1,4 +1,4 @@
-"""What holds for any bytes: streams cut at will, garbage, and long stories of reads and writes."""
+"""Property tests: streams cut at any position, garbage, and long sequences of reads and writes."""
 
 import socket
 import struct
@@ -9,14 +9,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from registers.map import BLOCKS
-from registers.modbus.bank import Bank
-from registers.modbus.identity import Identity
-from registers.modbus.mbap import Decoder, Request, frame
-from registers.modbus.pdu import Responder
-from registers.source import Peer
-from tests.registers.modbus.plain import MODE, LeasedSource, PlainServer
-from tests.registers.modbus.serving import IDENTITY, connected, everything, serving, still_answers
+from pneuforce.registers.map import BLOCKS
+from pneuforce.registers.modbus.device_identification import DeviceIdentification
+from pneuforce.registers.modbus.mbap import MbapDecoder, MbapRequest, encode_frame
+from pneuforce.registers.modbus.pdu import RequestHandler
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from pneuforce.registers.source import Peer
+from tests.registers.modbus.reference_bank import MODE, LeasedSource, ReferenceServer
+from tests.registers.modbus.serving import IDENTITY, connected, read_until_closed, serving, still_answers
 from tests.registers.modbus.test_mbap import chunks
 
 PEERS = (Peer("modbus_tcp", "127.0.0.1"), Peer("modbus_tcp", "127.0.0.2"))
@@ -43,8 +43,8 @@ def write_many(address, data):
     return struct.pack(">BHHB", 16, address, len(data) // 2, len(data)) + data
 
 
-def mask(address, keep, put):
-    return struct.pack(">BHHH", 22, address, keep, put)
+def mask(address, and_mask, or_mask):
+    return struct.pack(">BHHH", 22, address, and_mask, or_mask)
 
 
 def exchange(read_at, count, write_at, data):
@@ -64,16 +64,18 @@ requests = st.one_of(
 anything = st.one_of(requests, st.binary(min_size=1, max_size=40).filter(lambda pdu: pdu[0] < 0x80))
 
 
-def responder(**options):
+def request_handler(**options):
     read_only = options.pop("read_only", False)
-    return Responder(Bank(**options), LeasedSource(), Identity(IDENTITY), read_only=read_only)
+    return RequestHandler(
+        RegisterBank(**options), LeasedSource(), DeviceIdentification(IDENTITY), read_only=read_only
+    )
 
 
 @given(st.lists(anything, max_size=12), st.lists(st.integers(0, 2000), max_size=20))
 def test_any_split_of_any_requests_gives_the_same_answers_in_the_same_order(pdus, cuts):
-    one_by_one, streamed, decoder = responder(), responder(), Decoder()
+    one_by_one, streamed, decoder = request_handler(), request_handler(), MbapDecoder()
     expected = [one_by_one.answer(pdu, PEERS[0], 0.0) for pdu in pdus]
-    stream = b"".join(frame(i, 1, pdu) for i, pdu in enumerate(pdus))
+    stream = b"".join(encode_frame(i, 1, pdu) for i, pdu in enumerate(pdus))
     received = [request for chunk in chunks(stream, cuts) for request in decoder.feed(chunk)]
     assert [r.transaction for r in received] == list(range(len(pdus)))
     assert [streamed.answer(r.pdu, PEERS[0], 0.0) for r in received] == expected
@@ -86,9 +88,9 @@ def server():
 
 
 @pytest.fixture(scope="module")
-def alike():
-    """A responder that is asked all that the server is asked."""
-    return responder()
+def reference():
+    """Request handler that receives the same requests as the server."""
+    return request_handler()
 
 
 few = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -96,64 +98,66 @@ few = settings(max_examples=25, deadline=None, suppress_health_check=[HealthChec
 
 @few
 @given(pdus=st.lists(anything, min_size=1, max_size=30), cuts=st.lists(st.integers(0, 2000), max_size=12))
-def test_so_it_is_through_a_socket(server, alike, pdus, cuts):
-    expected = b"".join(frame(i, 1, alike.answer(pdu, PEERS[0], 0.0)) for i, pdu in enumerate(pdus))
+def test_any_split_gives_the_same_answers_through_a_socket(server, reference, pdus, cuts):
+    expected = b"".join(
+        encode_frame(i, 1, reference.answer(pdu, PEERS[0], 0.0)) for i, pdu in enumerate(pdus)
+    )
     with connected(server) as client:
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for chunk in chunks(b"".join(frame(i, 1, pdu) for i, pdu in enumerate(pdus)), cuts):
+        for chunk in chunks(b"".join(encode_frame(i, 1, pdu) for i, pdu in enumerate(pdus)), cuts):
             client.sendall(chunk)
         client.shutdown(socket.SHUT_WR)
-        assert everything(client) == expected
+        assert read_until_closed(client) == expected
 
 
 @given(st.lists(st.binary(max_size=600), max_size=6))
-def test_a_decoder_takes_any_bytes_and_keeps_less_than_a_frame(pieces):
-    decoder = Decoder()
+def test_the_decoder_accepts_any_bytes_and_buffers_less_than_a_frame(pieces):
+    decoder = MbapDecoder()
     for piece in pieces:
         for request in decoder.feed(piece):
-            assert isinstance(request, Request)
+            assert isinstance(request, MbapRequest)
             assert 1 <= len(request.pdu) <= 253
         assert len(decoder._rest) < 260
-        assert not (decoder.broken and decoder.unfinished)
+        assert not (decoder.error and decoder.is_incomplete)
 
 
 @few
 @given(garbage=st.lists(st.binary(min_size=1, max_size=400), max_size=5))
-def test_any_bytes_to_a_socket_leave_the_others_unharmed(server, garbage):
+def test_any_bytes_on_one_connection_leave_other_connections_working(server, garbage):
     with connected(server) as client, connected(server) as other:
-        with suppress(OSError):  # closed before all was sent
+        with suppress(OSError):  # the server closed before all bytes were sent
             for piece in garbage:
                 client.sendall(piece)
             client.shutdown(socket.SHUT_WR)
         with suppress(ConnectionError):
-            everything(client)
+            read_until_closed(client)
         assert still_answers(other)
 
 
-class AgreesWithPlainWords(RuleBasedStateMachine):
-    """Two peers, any requests: each answer, and all that is read afterwards, is as the reference has it."""
+class AgreesWithReferenceServer(RuleBasedStateMachine):
+    """Two peers send any requests: each answer, and all values read afterwards, agree with the reference."""
 
     @initialize(word_swap=st.booleans(), read_only=st.sampled_from((False, False, True)))
     def start(self, word_swap, read_only):
-        self.plain = PlainServer(word_swap=word_swap, read_only=read_only)
-        self.server = responder(word_swap=word_swap, read_only=read_only)
+        self.reference = ReferenceServer(word_swap=word_swap, read_only=read_only)
+        self.server = request_handler(word_swap=word_swap, read_only=read_only)
 
-    def asked(self, pdu, peer):
-        expected = self.plain.answer(pdu, peer)
+    def check(self, pdu, peer):
+        expected = self.reference.answer(pdu, peer)
         assert self.server.answer(pdu, peer, 0.0).hex(" ") == expected.hex(" ")
         return expected
 
     @rule(pdu=requests, peer=st.sampled_from(PEERS))
-    def ask(self, pdu, peer):
-        self.asked(pdu, peer)
+    def send_any_request(self, pdu, peer):
+        self.check(pdu, peer)
 
     @rule(peer=st.sampled_from(PEERS), lease=st.sampled_from((0, 200, 60000)))
     def take_a_lease(self, peer, lease):
-        self.asked(write_one(517, lease.to_bytes(2, "big")), peer)
+        self.check(write_one(517, lease.to_bytes(2, "big")), peer)
 
-    @rule(at=st.sampled_from((MODE, 522, 544)), keep=masks, put=masks, peer=st.sampled_from(PEERS))
-    def change_bits(self, at, keep, put, peer):
-        self.asked(mask(at, keep, put), peer)
+    @rule(at=st.sampled_from((MODE, 522, 544)), and_mask=masks, or_mask=masks, peer=st.sampled_from(PEERS))
+    def change_bits(self, at, and_mask, or_mask, peer):
+        self.check(mask(at, and_mask, or_mask), peer)
 
     @rule(
         at=st.sampled_from((0, 127, 512, 544, 0xFFFF)),
@@ -162,26 +166,26 @@ class AgreesWithPlainWords(RuleBasedStateMachine):
         peer=st.sampled_from(PEERS),
     )
     def write_and_read(self, at, count, written, peer):
-        self.asked(exchange(at, count, *written), peer)
+        self.check(exchange(at, count, *written), peer)
 
     @rule(peer=st.sampled_from(PEERS))
     def hold(self, peer):
-        self.asked(write_one(MODE, b"\0\1"), peer)
+        self.check(write_one(MODE, b"\0\1"), peer)
 
     @rule(
         peer=st.sampled_from(PEERS),
         vent=st.sampled_from((write_one(MODE, b"\0\0"), write_many(MODE, b"\0\0"), mask(MODE, 0xFFFE, 0))),
     )
     def vent(self, peer, vent):
-        assert self.asked(vent, peer)[0] < 0x80, "a vent is never refused"
-        assert self.asked(read(3, MODE, 1), peer) == b"\3\2\0\0"
+        assert self.check(vent, peer)[0] < 0x80, "a vent is never rejected"
+        assert self.check(read(3, MODE, 1), peer) == b"\3\2\0\0"
 
     @invariant()
-    def all_that_is_shown_agrees(self):
+    def all_readable_values_agree(self):
         for peer in PEERS:
             for first, last in BLOCKS[:2]:
-                self.asked(read(4, first, last + 1 - first if last - first < 125 else 125), peer)
+                self.check(read(4, first, last + 1 - first if last - first < 125 else 125), peer)
 
 
-AgreesWithPlainWords.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)
-TestAgreesWithPlainWords = AgreesWithPlainWords.TestCase
+AgreesWithReferenceServer.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)
+TestAgreesWithReferenceServer = AgreesWithReferenceServer.TestCase

@@ -1,4 +1,4 @@
-"""The address space agrees with a plain list of words, written down another way."""
+"""Tests of the register bank against a simple table of words."""
 
 import struct
 from types import SimpleNamespace
@@ -8,23 +8,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from registers.map import BLOCKS, REGISTERS
-from registers.modbus.bank import Bank, asks_vent, discrete_inputs
-from registers.modbus.codes import Code
-from tests.registers.modbus.memory import MemorySource
+from pneuforce.registers.map import BLOCKS, REGISTERS
+from pneuforce.registers.modbus.exception_codes import ExceptionCode
+from pneuforce.registers.modbus.register_bank import RegisterBank, contains_vent, discrete_inputs
+from tests.registers.modbus.memory_source import MemorySource
 
 SNAPSHOT = MemorySource().snapshot(None, 0.0)
 FORCE_AND_UNCERTAINTY = bytes.fromhex("3fa00000 3ca3d70a")  # 1.25, 0.02
 WRITABLE = [r for r in REGISTERS if r.writable]
-KINDS = {"F32": ">f", "U32": ">I", "I16": ">h", "U16": ">H"}
+STRUCT_FORMATS = {"F32": ">f", "U32": ">I", "I16": ">h", "U16": ">H"}
 
 
 def words_of(snapshot):
-    """Address → word, one register after the other."""
+    """Return address → word, encoded register by register."""
     words = {a: b"\0\0" for first, last in BLOCKS for a in range(first, last + 1)}
     for r in REGISTERS:
         code = r.constant if r.constant is not None else r.encode(getattr(snapshot, r.quantity))
-        data = struct.pack(KINDS[r.wire.name], code)
+        data = struct.pack(STRUCT_FORMATS[r.wire.name], code)
         words.update({r.address + i: data[2 * i : 2 * i + 2] for i in range(len(data) // 2)})
     return words
 
@@ -33,29 +33,29 @@ WORDS = words_of(SNAPSHOT)
 
 
 def read(address, count, bank=None, snapshot=SNAPSHOT):
-    reader = (bank or Bank()).reader(address, count)
+    reader = (bank or RegisterBank()).reader(address, count)
     return None if reader is None else reader(snapshot)
 
 
-def test_values_stand_high_word_first():
+def test_the_high_word_comes_first():
     assert read(0, 4) == FORCE_AND_UNCERTAINTY
 
 
-def test_swapped_words_stand_low_word_first():
-    assert read(0, 4, Bank(word_swap=True)) == bytes.fromhex("0000 3fa0 d70a 3ca3")
-    assert read(3840, 5, Bank(word_swap=True)) == bytes.fromhex("e666 c2f6 5678 1234 cfc7")
+def test_word_swap_puts_the_low_word_first():
+    assert read(0, 4, RegisterBank(word_swap=True)) == bytes.fromhex("0000 3fa0 d70a 3ca3")
+    assert read(3840, 5, RegisterBank(word_swap=True)) == bytes.fromhex("e666 c2f6 5678 1234 cfc7")
 
 
 def test_half_of_a_long_value_can_be_read():
     assert read(1, 2) == FORCE_AND_UNCERTAINTY[2:6]
 
 
-def test_what_is_reserved_reads_zero():
+def test_reserved_registers_read_0():
     assert read(36, 28) == bytes(56)
 
 
 @pytest.mark.parametrize("block", BLOCKS)
-def test_a_read_ends_with_its_block(block):
+def test_a_read_across_the_end_of_a_block_is_rejected(block):
     first, last = block
     assert read(last, 1) is not None
     assert read(last, 2) is None
@@ -70,12 +70,12 @@ def test_any_range_equals_its_words_one_by_one(address, count):
     assert read(address, count) == (b"".join(WORDS[a] for a in range_) if within else None)
 
 
-def test_no_number_of_the_instrument_is_too_great_to_be_read():
+def test_a_number_too_large_for_float32_reads_as_nan():
     assert read(0, 2, snapshot=SimpleNamespace(force_n=1e39)) == bytes.fromhex("7fc00000")
 
 
 @pytest.mark.parametrize(
-    ("address", "words", "meaning"),
+    ("address", "words", "decoded"),
     [
         (512, "41000000", {"setpoint_requested_kpa": 8.0}),
         (
@@ -86,39 +86,39 @@ def test_no_number_of_the_instrument_is_too_great_to_be_read():
         (544, "1f40", {"setpoint_requested_kpa": 8.0}),
         (517, "0000", {"lease_s": 0.0}),
         (517, "00c8", {"lease_s": 0.2}),
-        (517, "00c7", Code.ILLEGAL_VALUE),  # below the least lease
-        (512, "00000000", Code.ILLEGAL_VALUE),
-        (512, "00000001", Code.ILLEGAL_VALUE),  # subnormal
-        (512, "00004100", Code.ILLEGAL_VALUE),  # 8.0 with its words swapped
-        (512, "7fc00000", Code.ILLEGAL_VALUE),  # NaN
-        (512, "7f800000", Code.ILLEGAL_VALUE),  # infinity
-        (512, "bf800000", Code.ILLEGAL_VALUE),  # -1
-        (512, "414028f6", Code.ILLEGAL_VALUE),  # 12.01
-        (512, "4100", Code.ILLEGAL_VALUE),  # half
-        (513, "0000", Code.ILLEGAL_VALUE),  # the other half
-        (513, "0000 40000000", Code.ILLEGAL_VALUE),  # half and a whole
-        (515, "0000 0001", Code.ILLEGAL_VALUE),
-        (516, "0002", Code.ILLEGAL_VALUE),
-        (521, "0006", Code.ILLEGAL_VALUE),
-        (520, "5045", Code.ILLEGAL_VALUE),  # a wrong key
-        (519, "0000", Code.ILLEGAL_VALUE),
-        (524, "0000", Code.ILLEGAL_ADDRESS),  # read-only
-        (527, "0000", Code.ILLEGAL_ADDRESS),  # reserved
-        (0, "41000000", Code.ILLEGAL_ADDRESS),
-        (511, "0000 41000000", Code.ILLEGAL_ADDRESS),
-        (523, "0001 0001", Code.ILLEGAL_ADDRESS),  # runs into what is read-only
-        (9999, "0000", Code.ILLEGAL_ADDRESS),
-        (65535, "0000 0000", Code.ILLEGAL_ADDRESS),
+        (517, "00c7", ExceptionCode.ILLEGAL_VALUE),  # below the shortest lease
+        (512, "00000000", ExceptionCode.ILLEGAL_VALUE),
+        (512, "00000001", ExceptionCode.ILLEGAL_VALUE),  # subnormal
+        (512, "00004100", ExceptionCode.ILLEGAL_VALUE),  # 8.0 with its words swapped
+        (512, "7fc00000", ExceptionCode.ILLEGAL_VALUE),  # NaN
+        (512, "7f800000", ExceptionCode.ILLEGAL_VALUE),  # infinity
+        (512, "bf800000", ExceptionCode.ILLEGAL_VALUE),  # -1
+        (512, "414028f6", ExceptionCode.ILLEGAL_VALUE),  # 12.01
+        (512, "4100", ExceptionCode.ILLEGAL_VALUE),  # half
+        (513, "0000", ExceptionCode.ILLEGAL_VALUE),  # the other half
+        (513, "0000 40000000", ExceptionCode.ILLEGAL_VALUE),  # half of one value and another complete value
+        (515, "0000 0001", ExceptionCode.ILLEGAL_VALUE),
+        (516, "0002", ExceptionCode.ILLEGAL_VALUE),
+        (521, "0006", ExceptionCode.ILLEGAL_VALUE),
+        (520, "5045", ExceptionCode.ILLEGAL_VALUE),  # a wrong key
+        (519, "0000", ExceptionCode.ILLEGAL_VALUE),
+        (524, "0000", ExceptionCode.ILLEGAL_ADDRESS),  # read-only
+        (527, "0000", ExceptionCode.ILLEGAL_ADDRESS),  # reserved
+        (0, "41000000", ExceptionCode.ILLEGAL_ADDRESS),
+        (511, "0000 41000000", ExceptionCode.ILLEGAL_ADDRESS),
+        (523, "0001 0001", ExceptionCode.ILLEGAL_ADDRESS),  # includes read-only registers
+        (9999, "0000", ExceptionCode.ILLEGAL_ADDRESS),
+        (65535, "0000 0000", ExceptionCode.ILLEGAL_ADDRESS),
     ],
 )
-def test_written_words_mean(address, words, meaning):
-    assert Bank().writes(address, bytes.fromhex(words)) == meaning
+def test_written_words_are_decoded_or_rejected(address, words, decoded):
+    assert RegisterBank().decode_write(address, bytes.fromhex(words)) == decoded
 
 
-def test_swapped_words_are_written_as_they_are_read():
-    bank = Bank(word_swap=True)
-    assert bank.writes(512, bytes.fromhex("00004100")) == {"setpoint_requested_kpa": 8.0}
-    assert bank.writes(512, bytes.fromhex("41000000")) == Code.ILLEGAL_VALUE
+def test_word_swap_applies_to_writes():
+    bank = RegisterBank(word_swap=True)
+    assert bank.decode_write(512, bytes.fromhex("00004100")) == {"setpoint_requested_kpa": 8.0}
+    assert bank.decode_write(512, bytes.fromhex("41000000")) == ExceptionCode.ILLEGAL_VALUE
 
 
 @pytest.mark.parametrize(
@@ -126,8 +126,8 @@ def test_swapped_words_are_written_as_they_are_read():
     [(516, "0000", True), (514, "0000 0000 0000 0000", True), (516, "0001", False), (517, "0000", False),
      (514, "0000 0000", False), (0, "0000", False)],
 )  # fmt: skip
-def test_a_vent_is_seen_among_other_words(address, words, vents):
-    assert asks_vent(address, bytes.fromhex(words)) is vents
+def test_a_vent_is_found_among_other_words(address, words, vents):
+    assert contains_vent(address, bytes.fromhex(words)) is vents
 
 
 @given(st.integers(0, 40), st.integers(1, 40))
@@ -135,7 +135,7 @@ def test_discrete_inputs_are_the_status_bits(address, count):
     status = 1 << 3 | 1 << 15 | 1 << 31
     answer = discrete_inputs(SNAPSHOT, address, count)
     if address + count > 32:
-        assert answer == Code.ILLEGAL_ADDRESS
+        assert answer == ExceptionCode.ILLEGAL_ADDRESS
         return
     bits = [answer[i // 8] >> i % 8 & 1 for i in range(8 * len(answer))]
     assert bits[:count] == [status >> address + i & 1 for i in range(count)]
@@ -143,11 +143,11 @@ def test_discrete_inputs_are_the_status_bits(address, count):
 
 
 class WritesAndReads(RuleBasedStateMachine):
-    """What was accepted is read back through any register that shows it; what was refused changed nothing."""
+    """Accepted values are read back from each register of the quantity. Rejected writes change nothing."""
 
     def __init__(self):
         super().__init__()
-        self.bank = Bank()
+        self.bank = RegisterBank()
         self.source = MemorySource()
         self.words = words_of(SNAPSHOT)
 
@@ -163,49 +163,49 @@ class WritesAndReads(RuleBasedStateMachine):
         code = register.low + part * (register.high - register.low)
         if register.wire.name != "F32":
             code = min(max(round(code), 0), 65535)
-        self.write(register.address, struct.pack(KINDS[register.wire.name], code))
+        self.write(register.address, struct.pack(STRUCT_FORMATS[register.wire.name], code))
 
     def write(self, address, data):
-        verdict = self.bank.writes(address, data)
-        if isinstance(verdict, Code):
-            assert verdict == self.refusal(address, data)
+        decoded = self.bank.decode_write(address, data)
+        if isinstance(decoded, ExceptionCode):
+            assert decoded == self.expected_error(address, data)
         else:
-            assert self.refusal(address, data) is None
-            self.source.write(None, verdict, 0.0)
+            assert self.expected_error(address, data) is None
+            self.source.write(None, decoded, 0.0)
             self.expect(address, data)
 
-    def refusal(self, address, data):
-        asked = set(range(address, address + len(data) // 2))
-        if not asked <= {a for r in WRITABLE for a in range(r.address, r.end)}:
-            return Code.ILLEGAL_ADDRESS
+    def expected_error(self, address, data):
+        written = set(range(address, address + len(data) // 2))
+        if not written <= {a for r in WRITABLE for a in range(r.address, r.end)}:
+            return ExceptionCode.ILLEGAL_ADDRESS
         for r in WRITABLE:
-            own = set(range(r.address, r.end))
-            if own & asked and not own <= asked:
-                return Code.ILLEGAL_VALUE
-            if own <= asked and not self.allowed(r, data[2 * (r.address - address) :]):
-                return Code.ILLEGAL_VALUE
+            addresses = set(range(r.address, r.end))
+            if addresses & written and not addresses <= written:
+                return ExceptionCode.ILLEGAL_VALUE
+            if addresses <= written and not self.allowed(r, data[2 * (r.address - address) :]):
+                return ExceptionCode.ILLEGAL_VALUE
         return None
 
     def allowed(self, r, data):
-        code = struct.unpack_from(KINDS[r.wire.name], data)[0]
+        code = struct.unpack_from(STRUCT_FORMATS[r.wire.name], data)[0]
         if r.values:
             return code in r.values.names
-        return r.low is None or r.low <= code <= r.high or code in r.also
+        return r.low is None or r.low <= code <= r.high or code in r.also_allowed
 
     def expect(self, address, data):
-        """Keep the written words, and carry each value over to the other registers of its quantity."""
+        """Store the written words, and update the other registers of the same quantities."""
         for i in range(len(data) // 2):
             self.words[address + i] = data[2 * i : 2 * i + 2]
         for r in WRITABLE:
             if address <= r.address < address + len(data) // 2:
-                code = struct.unpack_from(KINDS[r.wire.name], data, 2 * (r.address - address))[0]
+                code = struct.unpack_from(STRUCT_FORMATS[r.wire.name], data, 2 * (r.address - address))[0]
                 for twin in WRITABLE:
                     if twin is not r and twin.quantity == r.quantity:
-                        self.carry(twin, code * twin.scale / r.scale)
+                        self.store(twin, code * twin.scale / r.scale)
 
-    def carry(self, twin, code):
-        whole = code if twin.wire.name == "F32" else round(code)
-        data = struct.pack(KINDS[twin.wire.name], whole)
+    def store(self, twin, code):
+        rounded = code if twin.wire.name == "F32" else round(code)
+        data = struct.pack(STRUCT_FORMATS[twin.wire.name], rounded)
         self.words.update({twin.address + i: data[2 * i : 2 * i + 2] for i in range(len(data) // 2)})
 
     @invariant()

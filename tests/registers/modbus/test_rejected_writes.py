@@ -1,13 +1,13 @@
-"""Requests to write that never reach the source: it hears of them, for whoever keeps a log."""
+"""Tests of rejected write requests: the source receives them for its log."""
 
 import pytest
 
-from tests.registers.modbus.asking import PLC, answer
-from tests.registers.modbus.memory import MemorySource
+from tests.registers.modbus.memory_source import MemorySource
+from tests.registers.modbus.pdu_requests import PLC, answer
 
 
 @pytest.mark.parametrize(
-    ("request_", "why"),
+    ("request_", "reason"),
     [
         ("10 0200 0002 04 7fc00000", "illegal_value"),  # NaN
         ("10 0200 0002 04 41400001", "illegal_value"),  # just above 12 kPa
@@ -18,28 +18,28 @@ from tests.registers.modbus.memory import MemorySource
         ("10", "illegal_value"),
     ],
 )
-def test_a_write_that_is_refused_before_the_source_is_told_to_it_with_its_bytes(request_, why):
+def test_a_rejected_write_is_logged_with_its_bytes(request_, reason):
     source = MemorySource()
     answer(request_, source)
-    assert source.turned_away == [(PLC, bytes.fromhex(request_), why)]
-    assert source.asked == []
+    assert source.rejected_writes == [(PLC, bytes.fromhex(request_), reason)]
+    assert source.write_requests == []
 
 
-def test_what_the_source_itself_refused_is_not_told_again():
-    source = MemorySource(refuse=lambda peer, values: "lease")
+def test_a_write_that_the_source_rejects_is_not_logged_again():
+    source = MemorySource(reject=lambda peer, values: "lease")
     answer("06 0204 0001", source)
-    assert source.turned_away == []
+    assert source.rejected_writes == []
 
 
-def test_of_a_read_only_face_each_write_but_a_vent_is_told():
+def test_a_read_only_server_logs_each_write_except_a_vent():
     source = MemorySource()
     for request in ("06 0204 0001", "06 0204 0000"):
         answer(request, source, read_only=True)
-    assert [why for _, _, why in source.turned_away] == ["illegal_function"]
+    assert [reason for _, _, reason in source.rejected_writes] == ["illegal_function"]
 
 
 @pytest.mark.parametrize("request_", ["03 ffff 0001", "04 0000 0000", "64 00", "08 0001 0000"])
-def test_what_is_no_write_is_not_told(request_):
+def test_rejected_reads_are_not_logged(request_):
     source = MemorySource()
     answer(request_, source)
-    assert source.turned_away == []
+    assert source.rejected_writes == []

@@ -1,4 +1,4 @@
-"""The unit on real ports: pymodbus as its master, lines that echo, two units, and cables that are pulled."""
+"""Tests of the RTU server on ptys: pymodbus as master, echoing lines, two units, and unplugged cables."""
 
 import asyncio
 import os
@@ -15,11 +15,11 @@ import serial
 from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ModbusIOException
 
-from registers.modbus import line_port, rtu_line
-from registers.modbus.client import Plc, PlcError, PortError
-from registers.modbus.rtu import frame
-from registers.modbus.rtu_line import ModbusRtuLine, Options
-from tests.registers.modbus.memory import MemorySource
+from pneuforce.registers.modbus import rtu_port, rtu_server
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, SerialPortError
+from pneuforce.registers.modbus.rtu import encode_frame
+from pneuforce.registers.modbus.rtu_server import ModbusRtuOptions, ModbusRtuServer
+from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.rtu_lines import READ, READ_ANSWER, VENT
 from tests.registers.modbus.serial_lines import Cable, cable, serving_on
 from tests.registers.modbus.serving import IDENTITY, eventually
@@ -32,7 +32,7 @@ def source():
 
 @contextmanager
 def master(port, **options):
-    """pymodbus's serial client; what it is not answered in half a second is lost."""
+    """Return the serial client of pymodbus with a time-out of 0.5 s."""
     client = ModbusSerialClient(port, parity="N", retries=0, **{"timeout": 0.5} | options)
     assert client.connect()
     try:
@@ -43,7 +43,7 @@ def master(port, **options):
 
 @contextmanager
 def pty():
-    """A port, and the raw file of whoever is at its far end."""
+    """Yield a port, and the raw file of its other end."""
     far, near = os.openpty()
     tty.setraw(near)
     with os.fdopen(far, "r+b", buffering=0) as raw:
@@ -75,56 +75,56 @@ def test_pymodbus_reads_writes_and_identifies(source):
 
 
 @pytest.mark.parametrize("parity", ["even", "odd", "none"])
-def test_a_plc_reaches_an_instrument_over_a_pair_of_ptys_whatever_its_parity(source, parity):
+def test_a_client_reaches_the_instrument_over_a_pair_of_ptys_with_any_parity(source, parity):
     with cable() as line, serving_on(line.ports[0], source, parity=parity):
-        for _ in range(2):  # a pty refuses a parity from the second time on
-            with Plc.on_line(line.ports[1], parity=parity) as plc:
+        for _ in range(2):  # a pty rejects a parity when it is set again
+            with ModbusClient.connect_serial(line.ports[1], parity=parity) as plc:
                 assert plc.read()["force"] == 1.25
 
 
 @pytest.mark.parametrize(
-    ("port", "why"),
-    [("/dev/no-such-port", "no such file or directory"), ("/dev/null", "it is no serial port")],
+    ("port", "cause"),
+    [("/dev/no-such-port", "no such file or directory"), ("/dev/null", "not a serial port")],
 )
-def test_a_plc_is_told_why_its_port_cannot_be_opened(port, why):
-    with pytest.raises(PortError, match=f"{port} cannot be opened: .*{why}"):
-        Plc.on_line(port)
+def test_the_client_reports_why_its_port_cannot_be_opened(port, cause):
+    with pytest.raises(SerialPortError, match=f"{port} cannot be opened: .*{cause}"):
+        ModbusClient.connect_serial(port)
 
 
-def test_a_plc_on_the_line_sees_what_one_on_tcp_sees(source):
+def test_a_client_on_the_serial_line_reads_and_writes_as_over_tcp(source):
     with (
         cable() as line,
         serving_on(line.ports[0], source, word_swap=True),
-        Plc.on_line(line.ports[1], parity="none") as plc,
+        ModbusClient.connect_serial(line.ports[1], parity="none") as plc,
     ):
         values = plc.read()
         assert (values["force"], values["state"]) == (1.25, "vented")
         plc.write("setpoint_requested", 8.0)
-        with pytest.raises(PlcError, match="allowed: 2 … 12 kPa"):
+        with pytest.raises(ModbusClientError, match="allowed: 2 … 12 kPa"):
             plc.write("setpoint_requested", 12.5)
     assert source.values["setpoint_requested_kpa"] == 8.0
 
 
-def test_a_plc_is_told_that_its_own_port_is_not_there():
-    with pytest.raises(PlcError, match="/dev/no-such-port cannot be opened"):
-        Plc.on_line("/dev/no-such-port")
+def test_a_missing_port_is_a_modbus_client_error():
+    with pytest.raises(ModbusClientError, match="/dev/no-such-port cannot be opened"):
+        ModbusClient.connect_serial("/dev/no-such-port")
 
 
 def test_a_request_is_answered_soon_after_the_silence(source):
     with pty() as (port, far), serving_on(port, source) as server:
         took_ms = []
         for _ in range(50):
-            begun_s = time.perf_counter()
+            start_s = time.perf_counter()
             far.write(READ)
             assert far.read(len(READ_ANSWER)) == READ_ANSWER
-            took_ms.append(1e3 * (time.perf_counter() - begun_s))
+            took_ms.append(1e3 * (time.perf_counter() - start_s))
         assert min(took_ms) >= 2.0
         assert statistics.median(took_ms) < 20.0
         assert server.unit.counters.requests == 50
 
 
 @pytest.mark.parametrize("echoing", [(0,), (0, 1)])
-def test_a_line_on_which_we_hear_ourselves_is_served(source, echoing):
+def test_a_line_with_echo_is_served(source, echoing):
     with (
         cable(2, echoing) as line,
         serving_on(line.ports[0], source) as server,
@@ -136,10 +136,10 @@ def test_a_line_on_which_we_hear_ourselves_is_served(source, echoing):
             assert force_of(client) == 1.25
         assert eventually(lambda: server.unit.counters.echoes == 12)
         assert server.unit.counters.requests == 12
-    assert [asked["mode"] for asked in source.asked] == ["vent", "vent", "hold"] * 3
+    assert [request["mode"] for request in source.write_requests] == ["vent", "vent", "hold"] * 3
 
 
-def test_two_units_on_one_line_answer_each_for_itself(source):
+def test_two_units_on_one_line_answer_their_own_requests(source):
     other = MemorySource()
     other.values["force_n"] = 2.5
     with (
@@ -160,18 +160,18 @@ def test_two_units_on_one_line_answer_each_for_itself(source):
         assert (first.unit.lost_bytes, second.unit.lost_bytes) == (0, 0)
 
 
-def test_a_port_that_takes_no_bytes_costs_answers_and_nothing_else(source):
-    request = frame(1, bytes.fromhex("04 0000 007d"))
+def test_a_port_that_accepts_no_bytes_drops_only_the_answers(source):
+    request = encode_frame(1, bytes.fromhex("04 0000 007d"))
     with pty() as (port, far), serving_on(port, source, baud=115200) as server:
-        while not server.unsent:
-            heard = server.unit.counters.requests
-            assert heard < 1000
+        while not server.dropped_answers:
+            before = server.unit.counters.requests
+            assert before < 1000
             far.write(request)
-            assert eventually(lambda before=heard: server.unit.counters.requests > before)
-        sent = server.unit.counters.requests - server.unsent
+            assert eventually(lambda before=before: server.unit.counters.requests > before)
+        sent = server.unit.counters.requests - server.dropped_answers
         assert len(drained(far)) < sent * len(
-            frame(1, bytes((4, 250)) + bytes(250))
-        )  # what is late is not sent
+            encode_frame(1, bytes((4, 250)) + bytes(250))
+        )  # late answers are not sent
         far.write(READ)
         assert far.read(len(READ_ANSWER)) == READ_ANSWER
 
@@ -184,7 +184,7 @@ def drained(far):
 
 
 @pytest.mark.parametrize("stop_bits", [1, 2])
-def test_the_stop_bits_are_those_that_were_asked_for(source, stop_bits):
+def test_the_configured_stop_bits_are_set(source, stop_bits):
     with pty() as (port, far), serving_on(port, source, parity="none", stop_bits=stop_bits):
         flags = termios.tcgetattr(far.fileno())[2]
         assert bool(flags & termios.CSTOPB) == (stop_bits == 2)
@@ -195,35 +195,39 @@ def test_the_stop_bits_are_those_that_were_asked_for(source, stop_bits):
     ("parity", "letter"),
     [("even", serial.PARITY_EVEN), ("odd", serial.PARITY_ODD), ("none", serial.PARITY_NONE)],
 )
-def test_the_parity_of_a_line_is_the_one_that_was_asked_for(source, monkeypatch, parity, letter):
-    """A pty keeps no parity: seen is what pyserial is asked for, where the port is taken for a line."""
-    asked, open_port = [], serial.Serial
+def test_the_configured_parity_is_set(source, monkeypatch, parity, letter):
+    """A pty has no parity, so the test checks the arguments of pyserial for a port that is not a pty."""
+    parities, open_serial = [], serial.Serial
 
-    def told(*arguments, **options):
-        asked.append(options["parity"])
-        return open_port(*arguments, **options | {"parity": serial.PARITY_NONE})
+    def record_parity(*arguments, **options):
+        parities.append(options["parity"])
+        return open_serial(*arguments, **options | {"parity": serial.PARITY_NONE})
 
-    monkeypatch.setattr(serial, "Serial", told)
-    monkeypatch.setattr(line_port, "_PTY_MAJORS", ())
+    monkeypatch.setattr(serial, "Serial", record_parity)
+    monkeypatch.setattr(rtu_port, "_PTY_MAJORS", ())
     with pty() as (port, _), serving_on(port, source, parity=parity):
-        assert asked == [letter]
+        assert parities == [letter]
 
 
 def plugged_in(link, echoing=()):
-    """A new cable whose first end is found under `link`."""
-    fresh = Cable(echoing=echoing)
-    link.symlink_to(fresh.ports[0])
-    return fresh
+    """Return a new cable whose first end has the symbolic link `link`."""
+    cable = Cable(echoing=echoing)
+    link.symlink_to(cable.ports[0])
+    return cable
 
 
 def unplug(cable, link):
-    """Pull it out; its name goes first, for the pty's own may be another's a moment later."""
+    """Unplug the cable. The link is removed first, because the name of the pty may be reused at once."""
     link.unlink()
     cable.unplug()
 
 
-def told(caplog):
-    return [record.getMessage() for record in caplog.records if record.name == "registers.modbus.rtu_line"]
+def logged(caplog):
+    return [
+        record.getMessage()
+        for record in caplog.records
+        if record.name == "pneuforce.registers.modbus.rtu_server"
+    ]
 
 
 def answers_on(port):
@@ -244,16 +248,14 @@ def test_a_port_that_comes_back_under_another_name_is_served_again_within_2_s(so
             unplug(plugged, link)
             time.sleep(away_s)
             plugged = plugged_in(link)
-            begun_s = time.monotonic()
+            start_s = time.monotonic()
             assert answers_on(plugged.ports[1])
-            assert time.monotonic() < begun_s + 2.0
+            assert time.monotonic() < start_s + 2.0
     plugged.unplug()
-    assert told(caplog) == [f"Modbus RTU: {link} is gone: hung up", f"Modbus RTU: {link} is open again"] * 2
+    assert logged(caplog) == [f"Modbus RTU: {link} lost: hung up", f"Modbus RTU: {link} is open again"] * 2
 
 
-def test_an_adapter_that_is_exchanged_for_one_that_hears_itself_has_no_request_carried_out_twice(
-    source, tmp_path, caplog
-):
+def test_no_request_is_carried_out_twice_after_a_change_to_an_adapter_with_echo(source, tmp_path, caplog):
     link = tmp_path / "by-id"
     plugged = plugged_in(link)
     with serving_on(link, source) as server:
@@ -261,59 +263,56 @@ def test_an_adapter_that_is_exchanged_for_one_that_hears_itself_has_no_request_c
         assert answers_on(plugged.ports[1])
         unplug(plugged, link)
         plugged = plugged_in(link, echoing=(0,))
-        assert eventually(lambda: told(caplog)[-1:] == [f"Modbus RTU: {link} is open again"], 5.0)
+        assert eventually(lambda: logged(caplog)[-1:] == [f"Modbus RTU: {link} is open again"], 5.0)
         with master(plugged.ports[1], timeout=3.0) as client:
             assert client.write_register(516, 0).isError() is False
         assert eventually(lambda: server.unit.counters.echoes == 1)
     plugged.unplug()
-    assert source.asked == [{"mode": "vent"}]
+    assert source.write_requests == [{"mode": "vent"}]
 
 
-def test_a_port_that_stays_away_is_tried_twice_a_second_and_told_of_once(
-    source, tmp_path, caplog, monkeypatch
-):
-    link, tries, opened = tmp_path / "by-id", [], rtu_line.opened
+def test_a_missing_port_is_tried_twice_a_second_and_logged_once(source, tmp_path, caplog, monkeypatch):
+    link, tries, opened = tmp_path / "by-id", [], rtu_server.open_port
 
     def tried(*settings):
         tries.append(time.monotonic())
         return opened(*settings)
 
-    monkeypatch.setattr(rtu_line, "opened", tried)
+    monkeypatch.setattr(rtu_server, "open_port", tried)
     plugged = plugged_in(link)
     with serving_on(link, source):
         unplug(plugged, link)
         assert eventually(lambda: len(tries) == 4, 10.0)
     assert all(later - earlier > 0.45 for earlier, later in pairwise(tries[1:]))
-    assert len(told(caplog)) == 1
+    assert len(logged(caplog)) == 1
 
 
 @pytest.mark.parametrize(
-    ("port", "why"),
-    [("/dev/no-such-port", "no such file or directory"), ("/dev/null", "it is no serial port")],
+    ("port", "cause"),
+    [("/dev/no-such-port", "no such file or directory"), ("/dev/null", "not a serial port")],
 )
-def test_a_port_that_is_not_there_at_the_start_is_told(source, port, why):
-    with pytest.raises(OSError, match=f"{port} cannot be opened: .*{why}"):
-        asyncio.run(ModbusRtuLine(source, Options(port=port), IDENTITY).start())
+def test_a_port_that_cannot_be_opened_at_the_start_raises_oserror(source, port, cause):
+    with pytest.raises(OSError, match=f"{port} cannot be opened: .*{cause}"):
+        asyncio.run(ModbusRtuServer(source, ModbusRtuOptions(port=port), IDENTITY).start())
 
 
-def test_a_port_in_use_is_told(source):
+def test_a_port_in_use_raises_oserror(source):
     in_use = pytest.raises(OSError, match=r"/dev/pts/\d+ cannot be opened: another process uses it")
     with cable() as line, serving_on(line.ports[0], source), in_use:
-        asyncio.run(ModbusRtuLine(source, Options(port=line.ports[0]), IDENTITY).start())
+        asyncio.run(ModbusRtuServer(source, ModbusRtuOptions(port=line.ports[0]), IDENTITY).start())
 
 
-def test_the_port_is_given_back(source):
+def test_closing_the_server_releases_the_port(source):
     with cable() as line:
         for _ in range(2):
             with serving_on(line.ports[0], source), master(line.ports[1]) as client:
                 assert force_of(client) == 1.25
 
 
-def test_bytes_that_make_no_frame_are_told_once_a_minute_with_the_settings(source, caplog):
+def test_lost_bytes_are_logged_once_a_minute_with_the_settings(source, caplog):
     with pty() as (port, far), serving_on(port, source, baud=9600, parity="none", stop_bits=2):
         for _ in range(5):
-            far.write(frame(1, VENT)[:-1])
+            far.write(encode_frame(1, VENT)[:-1])
             time.sleep(0.1)
-    assert told(caplog) == [
-        f"Modbus RTU on {port}, 9600 8N2: 7 bytes were in no whole frame; noise, or other settings?"
-    ]
+    [message] = logged(caplog)
+    assert message.startswith(f"Modbus RTU on {port}, 9600 8N2: 7 received bytes")

@@ -1,4 +1,4 @@
-"""The C++ listener of the robot guide, compiled strictly."""
+"""C++ listener of the robot guide, compiled with strict warnings."""
 
 import subprocess
 from pathlib import Path
@@ -8,7 +8,7 @@ STRICT = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion",
 
 
 def compiled(folder):
-    """The program, in `folder`."""
+    """Compile the listener in `folder` and return the path of the program."""
     program = Path(folder) / "robot_listener"
     subprocess.run(["g++", *STRICT, "-o", program, EXAMPLES / "robot_listener.cpp"], check=True)
     return program

@@ -1,4 +1,4 @@
-"""The C header, compiled strictly as C and as C++, against our own decoder."""
+"""Tests of the C header: compiled with strict warnings as C and C++, and compared with RegisterBank."""
 
 import ctypes
 import math
@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from registers.codes import STATUS
-from registers.map import BLOCKS, BY_NAME, REGISTERS
-from registers.modbus.bank import Bank
-from registers.views import c_header
-from registers.views.facts import ENUMERATIONS, TEST
+from pneuforce.registers.codes import STATUS
+from pneuforce.registers.document_text import ENUMERATIONS, TEST_BLOCK
+from pneuforce.registers.map import BLOCKS, BY_NAME, REGISTERS
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from pneuforce.registers.views import c_header
 from tests.tools import needs
 
 pytestmark = needs("gcc")
 HEADER = c_header.render()
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow", "-Werror"]
-#: What is undefined ends the process.
-TRAPPED = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
+#: Undefined behaviour ends the process.
+SANITIZER_FLAGS = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 FUNCTION = re.compile(
     r"^/\* (\d+): .* \*/\nstatic inline bool (\w+)\(const uint16_t \*from_(\d+)(.*), (\w+) \*value\)",
     re.MULTILINE,
@@ -30,15 +30,15 @@ FUNCTIONS = [(int(address), name, int(start), bool(order), type_)
 word = st.integers(0, 0xFFFF) | st.sampled_from([0, 0x7FFF, 0x8000, 0xFFFF, 0x7F80, 0xFF80, 0x7FC0])
 
 
-def called():
-    """A C file in which each function can be called in the same way."""
+def wrappers():
+    """Yield a C file that wraps each function, so that all have the same signature."""
     yield '#include "pneuforce_registers.h"\n'
     for address, name, _, order, type_ in FUNCTIONS:
         swapped = "swapped, " if order else ""
         unused = "" if order else "(void)swapped; "
         yield f"bool call_{address}(const uint16_t *words, bool swapped, double *value) {{\n"
-        yield f"    {type_} own; bool valid; {unused}valid = {name}(words, {swapped}&own);\n"
-        yield "    *value = (double)own; return valid;\n}\n"
+        yield f"    {type_} result; bool valid; {unused}valid = {name}(words, {swapped}&result);\n"
+        yield "    *value = (double)result; return valid;\n}\n"
     yield "bool order(const uint16_t *words, bool *swapped) {\n"
     yield "    return pneuforce_word_order(words, swapped);\n}\n"
 
@@ -47,22 +47,22 @@ def called():
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("header")
     (folder / "pneuforce_registers.h").write_text(HEADER)
-    (folder / "called.c").write_text("".join(called()))
+    (folder / "wrappers.c").write_text("".join(wrappers()))
     return folder
 
 
 @pytest.fixture(scope="module")
 def compiled(folder):
-    built = folder / "called.so"
+    built = folder / "wrappers.so"
     command = [
         "gcc",
         "-std=c99",
         *STRICT,
-        *TRAPPED,
+        *SANITIZER_FLAGS,
         "-O1",
         "-shared",
         "-fPIC",
-        folder / "called.c",
+        folder / "wrappers.c",
         "-o",
         built,
     ]
@@ -80,7 +80,7 @@ LANGUAGES = [
 
 
 @pytest.mark.parametrize(("compiler", "language", "standard"), LANGUAGES)
-def test_it_is_clean_in_each_language(folder, compiler, language, standard):
+def test_the_header_compiles_without_warnings_in_each_language(folder, compiler, language, standard):
     program = folder / "main.c"
     program.write_text('#include "pneuforce_registers.h"\nint main(void) { return 0; }\n')
     command = [compiler, "-x", language, f"-std={standard}", *STRICT, "-fsyntax-only", program]
@@ -92,15 +92,15 @@ def test_each_register_has_its_function():
 
 
 @given(words=st.lists(word, min_size=128, max_size=128), swapped=st.booleans())
-def test_every_word_is_the_value_that_our_decoder_gives(compiled, words, swapped):
-    bank = Bank(word_swap=swapped)
+def test_every_register_decodes_as_with_the_register_bank(compiled, words, swapped):
+    bank = RegisterBank(word_swap=swapped)
     data = b"".join(w.to_bytes(2, "big") for w in words)
     array = (ctypes.c_uint16 * len(words))(*words)
     value = ctypes.c_double()
     for (address, _, start, *_), register in zip(FUNCTIONS, REGISTERS, strict=True):
-        (code,) = bank.codes([register], start, data)
+        (code,) = bank.decode_words([register], start, data)
         valid = getattr(compiled, f"call_{address}")(array, swapped, ctypes.byref(value))
-        if register.wire.lowest is None:
+        if register.wire.min_code is None:
             assert valid == math.isfinite(code), register.name
         else:
             assert valid == (code != register.not_available), register.name
@@ -114,9 +114,9 @@ def order_of(compiled, words):
 
 
 @pytest.mark.parametrize("swapped", [False, True])
-def test_the_test_registers_settle_the_word_order(compiled, swapped):
-    bank = Bank(word_swap=swapped)
-    data = b"".join(bank.words(r, r.constant) for r in REGISTERS if r.address in TEST)
+def test_the_test_registers_show_the_word_order(compiled, swapped):
+    bank = RegisterBank(word_swap=swapped)
+    data = b"".join(bank.encode_words(r, r.constant) for r in REGISTERS if r.address in TEST_BLOCK)
     words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
     assert order_of(compiled, words) == (True, swapped)
     for at in range(len(words)):
@@ -124,8 +124,8 @@ def test_the_test_registers_settle_the_word_order(compiled, swapped):
         assert not order_of(compiled, other)[0]
 
 
-def defined(folder):
-    """Every macro and enumerator with its number, as the compiler sees it."""
+def defined_numbers(folder):
+    """Return each macro and enumerator with its number, as the compiler evaluates it."""
     names = re.findall(r"^#define (PNEUFORCE_\w+) |^    (PNEUFORCE_\w+) = ", HEADER, re.MULTILINE)
     names = [macro or enumerator for macro, enumerator in names if not macro.endswith("REGISTERS_H")]
     lines = "".join(f'printf("{name} %.9g\\n", (double)({name}));\n' for name in names)
@@ -133,12 +133,12 @@ def defined(folder):
         f'#include <stdio.h>\n#include "pneuforce_registers.h"\nint main(void) {{ {lines} return 0; }}\n'
     )
     subprocess.run(["gcc", "-std=c99", folder / "print.c", "-o", folder / "print"], check=True)
-    told = subprocess.run([folder / "print"], capture_output=True, text=True, check=True).stdout
-    return {name: float(number) for name, number in map(str.split, told.splitlines())}
+    output = subprocess.run([folder / "print"], capture_output=True, text=True, check=True).stdout
+    return {name: float(number) for name, number in map(str.split, output.splitlines())}
 
 
-def test_every_number_is_the_maps(folder):
-    numbers = defined(folder)
+def test_every_number_agrees_with_the_map(folder):
+    numbers = defined_numbers(folder)
     for register in REGISTERS:
         assert numbers[f"PNEUFORCE_ADDRESS_{register.name.upper()}"] == register.address
     for bit in STATUS.bits:
@@ -146,6 +146,6 @@ def test_every_number_is_the_maps(folder):
     for name, values in ENUMERATIONS.items():
         for code, value in values.names.items():
             assert numbers[f"PNEUFORCE_{name.replace(' ', '_').upper()}_{value.upper()}"] == code
-    assert numbers["PNEUFORCE_LEAST_FORCE_LIMIT"] == pytest.approx(BY_NAME["force_limit"].low)
-    assert numbers["PNEUFORCE_GREATEST_LEASE"] == BY_NAME["lease"].high
+    assert numbers["PNEUFORCE_MIN_FORCE_LIMIT"] == pytest.approx(BY_NAME["force_limit"].low)
+    assert numbers["PNEUFORCE_MAX_LEASE"] == BY_NAME["lease"].high
     assert [start for start, _ in BLOCKS if f"from_{start}" not in HEADER] == []

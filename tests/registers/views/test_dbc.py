@@ -1,4 +1,4 @@
-"""The DBC read by somebody else's reader, strictly, and held against the frames that the node sends."""
+"""Tests of the DBC file: cantools reads it in strict mode, and its values agree with the sent frames."""
 
 import math
 import re
@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from instrument.snapshot import Snapshot
-from registers.can.frames import FRAMES, encode
-from registers.codes import CONDENSED, STATUS
-from registers.map import REGISTERS
-from registers.views import dbc
+from pneuforce.instrument.core.snapshot import Snapshot
+from pneuforce.registers.can.frames import FRAMES, encode
+from pneuforce.registers.codes import CONDENSED, STATUS
+from pneuforce.registers.map import REGISTERS
+from pneuforce.registers.views import dbc
 
 DBC = cantools.database.load_string(dbc.render(), "dbc", strict=True)
 FIELDS = [(frame, field) for frame in FRAMES for field in frame.fields]
@@ -44,13 +44,13 @@ snapshots = st.builds(
 
 
 @st.composite
-def own_values(draw, frame):
-    """Values of the fields that a frame does not take from a snapshot."""
+def frame_values(draw, frame):
+    """Draw values of the fields that a frame does not take from a snapshot."""
     return {
         field.name: draw(
             st.sampled_from(sorted(field.values.codes))
             if field.values
-            else st.integers(field.low or 0, field.largest if field.high is None else field.high)
+            else st.integers(field.low or 0, field.max_value_code if field.high is None else field.high)
         )
         for field in frame.fields
         if not field.quantity
@@ -63,30 +63,32 @@ def _signals(frame):
 
 @each_frame
 @given(data=st.data())
-def test_every_frame_sent_decodes_to_the_snapshot_that_it_was_rendered_from(frame, data):
-    snapshot, own = data.draw(snapshots), data.draw(own_values(frame))
-    decoded = DBC.decode_message(frame.base_id + 5, encode(frame, snapshot, **own))
+def test_every_frame_decodes_to_the_snapshot_that_was_encoded(frame, data):
+    snapshot, extra = data.draw(snapshots), data.draw(frame_values(frame))
+    decoded = DBC.decode_message(frame.base_id + 5, encode(frame, snapshot, **extra))
     for field in frame.fields:
-        value = own[field.name] if field.name in own else getattr(snapshot, field.quantity)
+        value = extra[field.name] if field.name in extra else getattr(snapshot, field.quantity)
         if field.bits:
             names = {bit.name for bit in field.bits.bits}
             assert {name for name in names if decoded[name]} == value & names
         elif field.values:
             assert decoded[field.name] == value
         elif not field.unit:
-            code = value % (field.wire.highest + 1)
+            code = value % (field.wire.max_code + 1)
             assert decoded[field.name] == field.code_names.get(code, code)
         elif value != value and not frame.received:
-            assert decoded[field.name] == ("not_available" if field.not_available else field.largest / 1e3)
+            assert decoded[field.name] == (
+                "not_available" if field.not_available else field.max_value_code / 1e3
+            )
         elif value == value:
-            lowest, greatest = field.wire.lowest / field.scale, field.largest / field.scale
+            smallest, largest = field.wire.min_code / field.scale, field.max_value_code / field.scale
             assert float(decoded[field.name]) == pytest.approx(
-                min(max(value, lowest), greatest), abs=0.5001 / field.scale
+                min(max(value, smallest), largest), abs=0.5001 / field.scale
             )
 
 
 @each_field
-def test_a_span_leaves_out_the_code_of_no_value(frame, field):
+def test_a_range_excludes_the_not_available_code(frame, field):
     if field.not_available is None:
         return
     signal = _signals(frame)[field.name]
@@ -94,7 +96,7 @@ def test_a_span_leaves_out_the_code_of_no_value(frame, field):
     assert signal.unit == {"mN": "N", "Pa": "kPa", "µm": "mm"}[field.unit]
     if not frame.received:
         assert signal.choices[int(field.not_available)] == "not_available"
-        assert signal.initial == "not_available"  # what a tool shows before the first frame
+        assert signal.initial == "not_available"  # shown by tools before the first frame
 
 
 @each_field
@@ -116,26 +118,26 @@ def test_a_message_has_identifier_length_sender_and_cycle_time(frame):
     assert message.comment
 
 
-def test_a_reader_encodes_a_command_in_si_units_and_is_held_to_its_span():
+def test_cantools_encodes_a_command_in_si_units_and_checks_its_range():
     command = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 1.5, "reserved": 0}
     assert DBC.encode_message("Command", command) == bytes.fromhex("401f0101dc050000")
     with pytest.raises(cantools.database.EncodeError):
         DBC.encode_message("Command", command | {"setpoint": 12.5})
 
 
-def test_another_node_id_moves_every_message():
+def test_another_node_id_changes_every_identifier():
     other = cantools.database.load_string(dbc.render(node_id=9), "dbc", strict=True)
     assert {m.frame_id - 9 for m in other.messages} == {frame.base_id for frame in FRAMES}
 
 
-def test_every_character_is_one_that_all_readers_agree_on():
+def test_the_text_is_ascii():
     assert dbc.render().isascii()
 
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,31}")
 
 
-def test_every_name_is_one_that_candb_takes():
+def test_every_name_is_valid_in_candb():
     names = [node.name for node in DBC.nodes]
     for message in DBC.messages:
         names += [message.name, *(signal.name for signal in message.signals)]
@@ -154,6 +156,6 @@ def test_each_attribute_is_declared_then_given_a_default_then_set():
     assert [order.index(kind) for kind, _ in kinds] == sorted(order.index(kind) for kind, _ in kinds)
 
 
-def test_whoever_opens_it_reads_how_a_force_may_be_used():
-    assert 'CM_ "Use a force only while force_valid is 1' in dbc.render()
+def test_the_file_contains_the_rule_for_using_the_force():
+    assert 'CM_ "Use the force only while force_valid is 1' in dbc.render()
     assert all(node.comment for node in DBC.nodes)

@@ -1,3 +1,5 @@
+"""Tests of the generated documents."""
+
 import csv
 import json
 import re
@@ -5,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from registers.can.frames import FRAMES
-from registers.codes import CONDENSED, STATUS
-from registers.map import MAP_HASH, REGISTERS
-from registers.views import VIEWS
-from registers.views.facts import ENUMERATIONS
+from pneuforce.registers.can.frames import FRAMES
+from pneuforce.registers.codes import CONDENSED, STATUS
+from pneuforce.registers.document_text import ENUMERATIONS
+from pneuforce.registers.map import MAP_HASH, REGISTERS
+from pneuforce.registers.views import VIEWS
 
 TOP = Path(__file__).parents[3]
 
@@ -17,11 +19,13 @@ TOP = Path(__file__).parents[3]
 @pytest.mark.parametrize("form", VIEWS)
 def test_the_committed_copy_is_current(form):
     view = VIEWS[form]
-    assert (TOP / view.path).read_text(encoding="utf-8") == view.render(), "run: python -m registers.views"
+    assert (TOP / view.path).read_text(encoding="utf-8") == view.render(), (
+        "run: python -m pneuforce.registers.views"
+    )
 
 
 @pytest.mark.parametrize("register", REGISTERS, ids=lambda r: r.name)
-def test_the_page_lists_each_register_with_its_three_numbers(register):
+def test_the_page_lists_each_register_with_its_three_addresses(register):
     access = "RW" if register.writable else "R"
     row = re.compile(
         rf"\| {register.address} \| {register.address:04X}h \| {register.address + 1} \| `{register.name}` \|"
@@ -47,7 +51,7 @@ def test_the_page_names_every_bit_value_and_frame():
     assert [name for name in names if name not in page] == []
 
 
-def test_the_page_says_which_bits_latch():
+def test_the_page_shows_which_bits_latch():
     page = VIEWS["md"].render().split("## Status bits")[1].split("## ")[0]
     latching = {
         int(row.split("|")[1]) for row in page.splitlines() if "| latches | " in row and "bit |" not in row
@@ -62,7 +66,7 @@ def test_the_table_has_a_row_for_each_register_and_each_field():
     modbus = [(int(r["address"]), r["name"], r["access"]) for r in rows if r["bus"] == "modbus"]
     assert modbus == [(r.address, r.name, "RW" if r.writable else "R") for r in REGISTERS]
     can = [(r["frame"], int(r["address"]), r["name"]) for r in rows if r["bus"] == "can"]
-    assert can == [(frame.name, at, field.name) for frame in FRAMES for at, field in frame.placed]
+    assert can == [(frame.name, at, field.name) for frame in FRAMES for at, field in frame.field_offsets]
 
 
 def test_the_table_has_each_address_in_every_notation():
@@ -75,7 +79,7 @@ def test_the_table_has_each_address_in_every_notation():
             assert int(row["words"]) == (2 if "32" in row["type"] else 1)
 
 
-def test_the_table_tells_unit_span_and_the_code_of_no_value():
+def test_the_table_contains_unit_range_and_not_available_code():
     rows = {(r["bus"], r["frame"], r["name"]): r for r in csv.DictReader(VIEWS["csv"].render().splitlines())}
     setpoint = rows["can", "Command", "setpoint"]
     assert [setpoint[key] for key in ("can_id", "unit", "low", "high", "access")] == [
@@ -84,13 +88,13 @@ def test_the_table_tells_unit_span_and_the_code_of_no_value():
     assert rows["can", "Force", "force"]["not_available"] == "7FFFh"
     assert rows["modbus", "", "radius_um"]["not_available"] == "FFFFh"
     assert rows["modbus", "", "force"]["not_available"] == "NaN"
-    assert rows["modbus", "", "lease"]["also"] == "0"
+    assert rows["modbus", "", "lease"]["also_allowed"] == "0"
     assert rows["modbus", "", "answer_state"]["values"] == "0 idle; 1 busy; 2 done; 3 failed"
-    assert "; 11 leak; " in rows["modbus", "", "first_fault"]["values"]
+    assert "; 11 leak; " in rows["modbus", "", "first_out_fault"]["values"]
     assert "; 65291 leak; " in rows["can", "Emergency", "error_code"]["values"]
 
 
-def test_the_tree_is_the_map():
+def test_the_json_document_agrees_with_the_map():
     tree = json.loads(VIEWS["json"].render())
     assert tree["map_hash"] == MAP_HASH
     assert [(r["address"], r["name"]) for r in tree["registers"]] == [(r.address, r.name) for r in REGISTERS]

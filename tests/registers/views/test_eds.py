@@ -1,4 +1,4 @@
-"""The electronic data sheet: by the keys of CiA 306, and as another's CANopen library reads it."""
+"""Tests of the electronic data sheet: keys of CiA 306, and reading with python-canopen and Lely."""
 
 import configparser
 import io
@@ -10,11 +10,11 @@ from pathlib import Path
 import canopen
 import pytest
 
-from registers.can.frames import FRAMES
-from registers.canopen.communication import TPDOS
-from registers.canopen.dictionary import ENTRIES, OBJECTS
-from registers.canopen.entry import Type
-from registers.views import eds
+from pneuforce.registers.can.frames import FRAMES
+from pneuforce.registers.canopen.communication import TPDOS
+from pneuforce.registers.canopen.entry import DataType
+from pneuforce.registers.canopen.object_dictionary import ENTRIES, OBJECTS
+from pneuforce.registers.views import eds
 
 NODE_ID = 9
 TEXT = eds.render()
@@ -33,54 +33,56 @@ DEVICE_INFO |= {"GroupMessaging", "NrOfRXPDO", "NrOfTXPDO", "LSS_Supported"}
 ENTRY_KEYS = {"ParameterName", "ObjectType", "DataType", "AccessType", "PDOMapping"}
 
 
-def as_read():
+def read_sheet():
     file = io.StringIO(TEXT)
     file.name = "pneuforce.eds"
     return canopen.import_od(file, NODE_ID)
 
 
-READ = as_read()
+READ = read_sheet()
 
-each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: f"{entry.index:04X}.{entry.sub}")
+each_entry = pytest.mark.parametrize(
+    "entry", ENTRIES, ids=lambda entry: f"{entry.index:04X}.{entry.subindex}"
+)
 
 
 def variable(entry):
     found = READ[entry.index]
-    return found if isinstance(found, canopen.objectdictionary.ODVariable) else found[entry.sub]
+    return found if isinstance(found, canopen.objectdictionary.ODVariable) else found[entry.subindex]
 
 
 @each_entry
-def test_another_reader_finds_each_entry_with_type_access_and_default(entry):
+def test_python_canopen_reads_type_access_and_default_of_each_entry(entry):
     read = variable(entry)
     assert (read.data_type, read.access_type, read.pdo_mappable) == (
         entry.type.number, entry.access, entry.mappable
     )  # fmt: skip
-    if entry.type is Type.F32:
+    if entry.type is DataType.F32:
         assert read.default is None
     elif entry.field is not None and entry.field.constant is not None:
         assert read.default == entry.field.constant
     elif entry.default is not None:
-        assert read.default == entry.default + NODE_ID * entry.plus_node_id
+        assert read.default == entry.default + NODE_ID * entry.adds_node_id
     else:
         assert read.default is None
 
 
 @each_entry
-def test_the_limits_are_those_that_the_node_keeps(entry):
+def test_the_limits_agree_with_the_node(entry):
     section = f"{entry.index:04X}"
-    section = section if SHEET.has_option(section, "DataType") else f"{section}sub{entry.sub:X}"
-    told = [SHEET.get(section, key, fallback=None) for key in ("LowLimit", "HighLimit")]
-    kept = [None, None] if entry.type is Type.F32 else [entry.low, entry.high]
-    assert [None if text is None else float(text) for text in told] == kept
+    section = section if SHEET.has_option(section, "DataType") else f"{section}sub{entry.subindex:X}"
+    limits = [SHEET.get(section, key, fallback=None) for key in ("LowLimit", "HighLimit")]
+    expected = [None, None] if entry.type is DataType.F32 else [entry.low, entry.high]
+    assert [None if text is None else float(text) for text in limits] == expected
 
 
-def test_no_float_is_given_because_readers_disagree_about_its_form():
+def test_floats_have_no_values_because_readers_disagree_about_their_form():
     floats = [section for section in SHEET.values() if section.get("DataType") == "0x0008"]
     assert len(floats) > 10
     assert not any(key in section for section in floats for key in ("DefaultValue", "LowLimit", "HighLimit"))
 
 
-def test_the_checker_of_lely_has_nothing_to_say(tmp_path):
+def test_the_checker_of_lely_reports_nothing(tmp_path):
     sheet = tmp_path / "pneuforce.eds"
     sheet.write_text(TEXT, encoding="ascii")
     checker = Path(sys.executable).with_name("dcfchk")
@@ -89,8 +91,8 @@ def test_the_checker_of_lely_has_nothing_to_say(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_another_reader_finds_no_more_than_there_is():
-    assert set(READ) == {made.index for made in OBJECTS}
+def test_python_canopen_finds_exactly_the_objects_of_the_dictionary():
+    assert set(READ) == {object_.index for object_ in OBJECTS}
 
 
 def test_the_head_has_every_key():
@@ -100,7 +102,7 @@ def test_the_head_has_every_key():
     assert len(SHEET["Comments"]) == 1 + int(SHEET["Comments"]["Lines"])
 
 
-def test_dates_and_times_are_written_as_the_standard_wants_them():
+def test_dates_and_times_have_the_format_of_the_standard():
     for what in ("Creation", "Modification"):
         assert re.fullmatch(r"(0[1-9]|1[0-2]):[0-5]\d(AM|PM)", SHEET["FileInfo"][f"{what}Time"])
         assert re.fullmatch(r"[01]\d-[0-3]\d-\d{4}", SHEET["FileInfo"][f"{what}Date"])
@@ -113,25 +115,25 @@ def listed(name):
     return [int(section[str(number)], 16) for number in numbers]
 
 
-def test_each_object_is_in_the_list_that_its_index_says():
+def test_each_object_is_in_the_list_for_its_index():
     assert listed("MandatoryObjects") == [0x1000, 0x1001, 0x1018]
     assert all(0x2000 <= index < 0x6000 for index in listed("ManufacturerObjects"))
     optional = listed("OptionalObjects")
     assert all(0x1000 <= index < 0x2000 or 0x6000 <= index < 0xA000 for index in optional)
-    assert sorted(index for name in LISTS for index in listed(name)) == [made.index for made in OBJECTS]
+    assert sorted(index for name in LISTS for index in listed(name)) == [object_.index for object_ in OBJECTS]
 
 
 def test_each_section_is_an_object_that_is_listed_with_its_sub_indices():
-    own = set(SHEET.sections()) - HEADS - LISTS
-    for made in OBJECTS:
-        section = f"{made.index:04X}"
+    sections = set(SHEET.sections()) - HEADS - LISTS
+    for object_ in OBJECTS:
+        section = f"{object_.index:04X}"
         if SHEET.has_option(section, "SubNumber"):
-            subs = {f"{section}sub{entry.sub:X}" for entry in made.entries}
+            subs = {f"{section}sub{entry.subindex:X}" for entry in object_.entries}
             assert int(SHEET[section]["SubNumber"], 16) == len(subs)
-            assert subs <= own
-            own -= subs
-        own.discard(section)
-    assert own == set()
+            assert subs <= sections
+            sections -= subs
+        sections.discard(section)
+    assert sections == set()
 
 
 def test_each_entry_has_the_keys_of_an_entry():
@@ -141,7 +143,7 @@ def test_each_entry_has_the_keys_of_an_entry():
     assert {section["AccessType"] for section in entries} <= {"ro", "rw", "rww", "const"}
 
 
-def test_the_text_is_what_every_tool_reads():
+def test_the_text_is_ascii_with_short_lines():
     assert TEXT.isascii()
     assert max(map(len, TEXT.splitlines())) <= 255
     assert all(1 <= len(section.get("ParameterName", "x")) <= 241 for section in SHEET.values())
@@ -160,7 +162,7 @@ def test_the_mapping_covers_each_frame_byte_by_byte():
         assert all(var.pdo_mappable for var in named)
 
 
-def test_identifiers_are_those_of_the_frames():
+def test_identifiers_agree_with_the_frames():
     for number, (frame, *_) in enumerate(TPDOS):
         assert READ[0x1800 + number][1].default & 0x7FF == frame.base_id + NODE_ID
     assert READ[0x1400][1].default == 0x200 + NODE_ID

@@ -1,4 +1,4 @@
-"""The PLC guide held against the map, and its figures against the serial line's arithmetic."""
+"""Tests that the PLC guide agrees with the register map and with the timing of a serial line."""
 
 import re
 import subprocess
@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from instrument.config.sections import Modbus, ModbusRtu
-from registers.codes import REFUSALS, STATUS
-from registers.field import Wire
-from registers.map import BLOCKS, BY_NAME, COMMAND_KEY, REGISTERS
-from registers.modbus.bank import Bank
-from registers.views import c_header
-from registers.views.facts import MEASURED, TEST
+from pneuforce.instrument.config.sections import ModbusRtuSection, ModbusSection
+from pneuforce.registers.codes import REJECT_REASONS, STATUS
+from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
+from pneuforce.registers.field import WireType
+from pneuforce.registers.map import BLOCKS, BY_NAME, COMMAND_KEY, REGISTERS
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from pneuforce.registers.views import c_header
 from tests.tools import needs
 
 TOP = Path(__file__).parents[3]
@@ -20,28 +20,28 @@ GUIDE = (TOP / "docs/plc.md").read_text(encoding="utf-8")
 
 
 def rows(columns):
-    """Cells of each table row that begins with a number or a name and has so many columns."""
+    """Return the cells of each table row with this number of columns."""
     cells = [
         [cell.strip() for cell in line.strip("|").split("|")] for line in GUIDE.splitlines() if "|" in line
     ]
     return [row for row in cells if len(row) == columns]
 
 
-def test_the_status_bits_that_the_guide_names_are_the_maps():
-    told = {int(number): name for number, name in re.findall(r"(\d+) \*(\w+)\*[,:]", GUIDE)}
-    assert told.keys() == {6, 15, 21, 31}
-    assert told.items() <= {(bit.number, bit.name) for bit in STATUS.bits}
+def test_the_status_bits_in_the_guide_agree_with_the_map():
+    listed = {int(bit): name.strip("`") for bit, name, _ in rows(3) if re.fullmatch(r"`\w+`", name)}
+    assert listed.keys() == {6, 15, 21, 31}
+    assert listed.items() <= {(bit.number, bit.name) for bit in STATUS.bits}
 
 
-def test_each_refusal_is_named():
-    plain = [f"{code} {name.replace('_', ' ')}" for code, name in REFUSALS.names.items() if code]
+def test_each_reject_reason_is_named():
+    plain = [f"{code} {name.replace('_', ' ')}" for code, name in REJECT_REASONS.names.items() if code]
     assert [name for name in plain if name not in GUIDE] == []
 
 
-def test_each_notation_of_an_address_is_the_maps():
-    told = {row[0]: row[1:] for row in rows(6) if row[0] in BY_NAME}
-    assert {"force", "status", "mode", "test_float"} == set(told)
-    for name, (wire, number, input_, holding, six) in told.items():
+def test_each_notation_of_an_address_agrees_with_the_map():
+    listed = {row[0]: row[1:] for row in rows(6) if row[0] in BY_NAME}
+    assert {"force", "status", "mode", "test_float"} == set(listed)
+    for name, (wire, number, input_, holding, six) in listed.items():
         at = BY_NAME[name].address
         assert wire == f"{at} ({at:04X}h)"
         assert [int(number), int(input_), int(holding)] == [at + 1, 30001 + at, 40001 + at]
@@ -49,25 +49,25 @@ def test_each_notation_of_an_address_is_the_maps():
 
 
 @pytest.mark.parametrize(
-    ("meaning", "swapped", "turned"),
+    ("meaning", "swapped", "bytes_swapped"),
     [("high word", False, False), ("low word", True, False), ("bytes", False, True)],
 )
-def test_the_test_words_are_as_the_guide_prints_them(meaning, swapped, turned):
+def test_the_test_words_in_the_guide_are_correct(meaning, swapped, bytes_swapped):
     [printed] = [row[0] for row in rows(2) if meaning in row[1] and re.match("[0-9A-F]{4} ", row[0])]
-    bank = Bank(word_swap=swapped)
-    data = b"".join(bank.words(r, r.constant) for r in REGISTERS if r.address in TEST)
-    words = [data[at : at + 2][:: -1 if turned else 1].hex().upper() for at in range(0, len(data), 2)]
+    bank = RegisterBank(word_swap=swapped)
+    data = b"".join(bank.encode_words(r, r.constant) for r in REGISTERS if r.address in TEST_BLOCK)
+    words = [data[at : at + 2][:: -1 if bytes_swapped else 1].hex().upper() for at in range(0, len(data), 2)]
     assert printed.split() == words
 
 
 WRITTEN = {"mode": 516, "lease": 517, "setpoint_requested_pa": 544, "force_limit_mn": 545, "command_key": 520}
 
 
-def test_the_writes_and_reads_of_the_guide_are_the_maps():
+def test_the_addresses_in_the_guide_agree_with_the_map():
     for name, address in WRITTEN.items():
         assert BY_NAME[name].address == address
         assert str(address) in GUIDE
-    assert f"0–{MEASURED.stop - 1}, **one** request" in GUIDE
+    assert f"0–{MEASURED_BLOCK.stop - 1}, **one** request" in GUIDE
     assert ", ".join(f"{first}–{last}" for first, last in BLOCKS) in GUIDE
     assert f"key {COMMAND_KEY:04X}h ({COMMAND_KEY})" in GUIDE
 
@@ -75,32 +75,32 @@ def test_the_writes_and_reads_of_the_guide_are_the_maps():
 @pytest.mark.parametrize(
     ("name", "unit"), [("setpoint_requested_pa", "Pa"), ("force_limit_mn", "mN"), ("lease", "ms")]
 )
-def test_the_spans_of_the_guide_are_the_maps(name, unit):
+def test_the_ranges_in_the_guide_agree_with_the_map(name, unit):
     register = BY_NAME[name]
     assert f"in {unit}, {register.low:.0f}–{register.high:.0f}" in GUIDE
 
 
-def test_the_settings_of_the_guide_are_the_configurations():
-    tcp, rtu = Modbus(), ModbusRtu()
+def test_the_settings_in_the_guide_agree_with_the_configuration():
+    tcp, rtu = ModbusSection(), ModbusRtuSection()
     assert f"Port {tcp.port}, unit id {tcp.unit}" in GUIDE
-    assert f"nothing for {tcp.idle_s:.0f} s" in GUIDE
-    assert f"whole after {tcp.frame_s:.0f} s" in GUIDE
+    assert f"idle for {tcp.idle_timeout_s:.0f} s (`idle_timeout_s`)" in GUIDE
+    assert f"within {tcp.frame_timeout_s:.0f} s (`frame_timeout_s`)" in GUIDE
     assert f"{rtu.baud}, {rtu.parity} parity, {rtu.stop_bits} stop bit" in GUIDE
 
 
 def exchange_ms(baud, words):
-    """Request, answer and two silences; 11 bits to a character (serial line spec V1.02, 2.5.1.1)."""
+    """Return the time of request, answer and two silences; 11 bits per character (V1.02, 2.5.1.1)."""
     silence_s = 1.75e-3 if baud > 19200 else 3.5 * 11 / baud
-    return 1e3 * ((8 + 5 + words * Wire.U16.size) * 11 / baud + 2 * silence_s)
+    return 1e3 * ((8 + 5 + words * WireType.U16.size) * 11 / baud + 2 * silence_s)
 
 
-def test_a_read_on_a_serial_line_takes_what_the_guide_says():
-    [told] = [row[1:] for row in rows(3) if row[0].startswith("request, answer")]
-    assert told == [f"{exchange_ms(baud, len(MEASURED)):.0f} ms" for baud in (19200, 115200)]
+def test_the_time_of_a_read_on_a_serial_line_is_correct():
+    [listed] = [row[1:] for row in rows(3) if row[0].startswith("request, answer")]
+    assert listed == [f"{exchange_ms(baud, len(MEASURED_BLOCK)):.0f} ms" for baud in (19200, 115200)]
 
 
 @needs("gcc")
-def test_the_guides_c_compiles(tmp_path):
+def test_the_c_example_compiles(tmp_path):
     [program] = re.findall(r"```c\n(.*?)```", GUIDE, re.DOTALL)
     (tmp_path / "pneuforce_registers.h").write_text(c_header.render())
     (tmp_path / "guide.c").write_text(program)

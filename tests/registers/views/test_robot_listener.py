@@ -1,4 +1,4 @@
-"""The listeners of the robot guide: the C++ one beside our own decoder, and what both make of old frames."""
+"""Tests of the listeners in the robot guide: decoding in C++, and old frames in C++ and Python."""
 
 import importlib.util
 import math
@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
+from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
 from tests.registers.views.cpp_listener import EXAMPLES, compiled
 from tests.tools import needs
 
@@ -22,9 +22,14 @@ def program(tmp_path_factory):
     return compiled(tmp_path_factory.mktemp("listener"))
 
 
-def listened(program, lines, *words):
+def run_listener(program, lines, *arguments):
     done = subprocess.run(
-        [program, "-", *words], input="".join(lines), capture_output=True, text=True, timeout=30, check=True
+        [program, "-", *arguments],
+        input="".join(lines),
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=True,
     )
     return done.stdout.splitlines()
 
@@ -34,7 +39,7 @@ def candump(t_s, can_id, data):
 
 
 def random_frames(count):
-    """Half of the words are codes at which a decoder may go wrong."""
+    """Yield random frames. Half of the words are codes at which a decoder may fail."""
     draw = random.Random(1)
     for _ in range(count):
         can_id = draw.choice(list(SENT))
@@ -42,13 +47,13 @@ def random_frames(count):
         yield can_id, b"".join(word.to_bytes(2, "little") for word in words)[: SENT[can_id].length]
 
 
-def told(line):
+def parse_line(line):
     name, *pairs = line.split(" ")
     return name, dict(pair.split("=") for pair in pairs)
 
 
-def as_told(frame, data):
-    """What the listener should print of a frame, by our own decoder."""
+def expected_line(frame, data):
+    """Return the name and the texts that the listener must print for a frame."""
     codes, values = frame.codes(data), decode(frame, data)
     texts = {
         field.name: f"{values[field.name]:.3f}" if field.unit else str(codes[field.name])
@@ -61,11 +66,11 @@ def as_told(frame, data):
 
 
 @needs("g++")
-def test_it_decodes_each_frame_as_the_instrument_does(program):
+def test_the_program_decodes_each_frame_as_the_instrument_does(program):
     frames = list(random_frames(4000))
-    lines = listened(program, [candump(n, can_id, data) for n, (can_id, data) in enumerate(frames)])
-    decoded = [told(line.replace("-nan", "nan")) for line in lines if not line.startswith("Loop")]
-    assert decoded == [as_told(SENT[can_id], data) for can_id, data in frames]
+    lines = run_listener(program, [candump(n, can_id, data) for n, (can_id, data) in enumerate(frames)])
+    decoded = [parse_line(line.replace("-nan", "nan")) for line in lines if not line.startswith("Loop")]
+    assert decoded == [expected_line(SENT[can_id], data) for can_id, data in frames]
 
 
 @needs("g++")
@@ -73,15 +78,15 @@ def test_it_decodes_each_frame_as_the_instrument_does(program):
     "line",
     [
         "(1.0) can0 185#00000000000080\n",  # too short
-        "(1.0) can0 00000185#0000000000008001\n",  # another frame: its identifier has 29 bits
+        "(1.0) can0 00000185#0000000000008001\n",  # extended identifier with 29 bits
         "(1.0) can0 185#R\n",
         "(1.0) can0 186#0000000000008001\n",  # another node
         "185#0000000000008001\n",
         "\n",
     ],
 )
-def test_what_is_not_the_instruments_frame_gives_no_force(program, line):
-    assert [line for line in listened(program, [line]) if "valid=1" in line or "speed=3" in line] == []
+def test_other_frames_give_no_force(program, line):
+    assert [line for line in run_listener(program, [line]) if "valid=1" in line or "speed=3" in line] == []
 
 
 def force_frame(counter, status=0x82, force_mn=500):
@@ -89,12 +94,12 @@ def force_frame(counter, status=0x82, force_mn=500):
 
 
 def speeds(program, frames):
-    lines = listened(program, [candump(t_s, 0x185, data) for t_s, data in frames])
+    lines = run_listener(program, [candump(t_s, 0x185, data) for t_s, data in frames])
     return [float(re.search("speed=(.*?) ", line)[1]) for line in lines if line.startswith("Loop")][1:]
 
 
 @needs("g++")
-def test_a_frame_that_is_repeated_grows_old(program):
+def test_a_repeated_frame_does_not_keep_the_force_valid(program):
     frames = [
         (10.0, force_frame(1)),
         (10.05, force_frame(1)),
@@ -105,22 +110,22 @@ def test_a_frame_that_is_repeated_grows_old(program):
 
 
 @needs("g++")
-def test_silence_is_no_force(program):
+def test_without_frames_there_is_no_force(program):
     with subprocess.Popen(
         [program, "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         process.stdin.write(candump(10.0, 0x185, force_frame(1)))
         process.stdin.flush()
-        told = [line for _, line in zip(range(4), process.stdout, strict=False) if line.startswith("Loop")]
+        loops = [line for _, line in zip(range(4), process.stdout, strict=False) if line.startswith("Loop")]
         process.stdin.close()
-    assert [re.search("speed=(.*?) ", line)[1] for line in told] == ["-5.000", "2.000", "-5.000"]
+    assert [re.search("speed=(.*?) ", line)[1] for line in loops] == ["-5.000", "2.000", "-5.000"]
 
 
 UNUSABLE = pytest.mark.parametrize(
     "frame",
     [
-        force_frame(2, status=0x02),  # a number, and yet not valid
-        force_frame(2, force_mn=0x7FFF),  # the bit, and yet no number
+        force_frame(2, status=0x02),  # a number, but the valid bit is 0
+        force_frame(2, force_mn=0x7FFF),  # the valid bit is 1, but the force is not available
         force_frame(2, status=0x92),  # above the force limit
     ],
 )
@@ -128,14 +133,14 @@ UNUSABLE = pytest.mark.parametrize(
 
 @needs("g++")
 @UNUSABLE
-def test_it_backs_off_without_a_valid_force_and_above_the_limit(program, frame):
+def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(program, frame):
     assert speeds(program, [(10.0, force_frame(1)), (10.01, frame)]) == [2.0, -5.0]
 
 
 @needs("g++")
-def test_its_commands_are_whole_and_in_their_spans(program):
+def test_its_commands_are_complete_and_in_range(program):
     answers = [(10.0, bytes((1, 0, 0, 0))), (10.01, bytes((2, 0, 0, 0)))]
-    lines = listened(program, [candump(t_s, 0x485, data) for t_s, data in answers], "8.0")
+    lines = run_listener(program, [candump(t_s, 0x485, data) for t_s, data in answers], "8.0")
     sent = [re.search("can0 205#(.*)", line)[1] for line in lines if line.startswith("(")]
     commands = [decode(COMMAND, bytes.fromhex(data)) for data in sent]
     assert [(c["mode"], c["setpoint"], c["lease"], c["sequence"]) for c in commands] == [
@@ -146,14 +151,14 @@ def test_its_commands_are_whole_and_in_their_spans(program):
 
 
 @needs("g++")
-def test_a_refusal_ends_it(program):
+def test_a_rejected_command_ends_the_program(program):
     done = subprocess.run(
         [program, "-", "8.0"],
         input=candump(1.0, 0x485, bytes((1, 18, 0, 0))) + candump(1.1, 0x485, bytes((1, 0, 0, 0))),
         capture_output=True, text=True, timeout=30, check=True,
     )  # fmt: skip
-    assert done.stderr == "refused, result 18: docs/robot.md says what to do\n"
-    assert "#" in done.stdout.splitlines()[-1]  # its last word is a vent
+    assert done.stderr == "The Command was rejected with result 18. See the results in docs/robot.md\n"
+    assert "#" in done.stdout.splitlines()[-1]  # the last frame is a vent
     assert decode(COMMAND, bytes.fromhex(done.stdout.rpartition("#")[2]))["mode"] == "vent"
 
 
@@ -165,7 +170,7 @@ def in_python():
     return module
 
 
-def test_in_python_a_frame_grows_old_and_its_loss_is_counted(in_python):
+def test_in_python_old_frames_are_invalid_and_lost_frames_are_counted(in_python):
     force_input = in_python.ForceInput()
     assert not force_input.force(0.0).valid
     for t_s, counter in ((10.0, 254), (10.01, 1), (10.2, 1)):
@@ -177,7 +182,7 @@ def test_in_python_a_frame_grows_old_and_its_loss_is_counted(in_python):
 
 
 @UNUSABLE
-def test_in_python_it_backs_off_without_a_valid_force_and_above_the_limit(in_python, frame):
+def test_in_python_the_program_backs_off_without_a_valid_force_and_above_the_limit(in_python, frame):
     force_input = in_python.ForceInput()
     force_input.take(in_python.FORCE.decode(frame), 10.0)
     assert in_python.speed_mm_per_s(force_input, 10.0) == in_python.BACK_OFF_MM_PER_S

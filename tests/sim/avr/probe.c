@@ -1,6 +1,6 @@
-/* A program that shows what is wired to the chip. It sends 5 bytes at boot (MCUSR, EEPROM 0 to 3) and 4 after each
- * sum of 16 conversions (sum, bandgap); what it receives it sends back, but at 'h' it hangs. D4 is high from an
- * odd sum on, D7 after any. */
+/* Test program that reports the inputs of the chip. It sends 5 bytes at boot (MCUSR, EEPROM bytes 0 to 3) and 4 bytes
+ * after each sum of 16 conversions (sum, bandgap). It sends received bytes back, and hangs after an 'h'. D4 is high
+ * after an odd sum, D7 after any sum. */
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -11,7 +11,7 @@
 #define BANDGAP_MUX 0x4E
 
 static volatile uint8_t n;
-static volatile uint16_t sum, bandgap, whole;
+static volatile uint16_t sum, bandgap, complete_sum;
 
 ISR(TIMER1_COMPA_vect)
 {
@@ -28,23 +28,23 @@ ISR(ADC_vect)
     if (++n == 16)
         ADMUX = BANDGAP_MUX;
     if (n == 17) {
-        whole = sum;
+        complete_sum = sum;
         sum = 0;
         ADMUX = SENSOR_MUX;
     }
 }
 
-static void say(uint8_t byte)
+static void send(uint8_t byte)
 {
     while (!(UCSR0A & 1 << UDRE0))
         ;
     UDR0 = byte;
 }
 
-static void say_word(uint16_t word)
+static void send_word(uint16_t word)
 {
-    say(word & 0xFF);
-    say(word >> 8);
+    send(word & 0xFF);
+    send(word >> 8);
 }
 
 static void boot(void)
@@ -56,9 +56,9 @@ static void boot(void)
     UCSR0A = 1 << U2X0;
     UCSR0B = 1 << RXEN0 | 1 << TXEN0;
     UBRR0 = 3;
-    say(cause);
+    send(cause);
     for (uintptr_t at = 0; at < 4; at++)
-        say(eeprom_read_byte((uint8_t *)at));
+        send(eeprom_read_byte((uint8_t *)at));
     ADMUX = SENSOR_MUX;
     ADCSRA = 1 << ADEN | 1 << ADIE | 7;
     TCCR1B = 1 << WGM12 | 1 << CS10;
@@ -75,13 +75,13 @@ int main(void)
             uint8_t byte = UDR0;
             while (byte == 'h')
                 ;
-            say(byte);
+            send(byte);
         }
         if (n == 17) {
             n = 0;
-            PORTD = 1 << 7 | (whole & 1) << 4;
-            say_word(whole);
-            say_word(bandgap);
+            PORTD = 1 << 7 | (complete_sum & 1) << 4;
+            send_word(complete_sum);
+            send_word(bandgap);
             wdt_reset();
         }
     }

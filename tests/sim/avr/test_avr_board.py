@@ -1,16 +1,16 @@
-"""The firmware's binary as the board of a simulated rig."""
+"""Tests of the emulated board in a simulated rig."""
 
 import re
 from pathlib import Path
 
 import pytest
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     BoardKind,
     Command,
     CommandFlag,
-    Decoder,
     Fault,
+    FrameDecoder,
     Hello,
     Identify,
     Mode,
@@ -18,13 +18,13 @@ from instrument.rig.frames import (
     Valve,
     encode,
 )
-from sim.avr import board as avr
-from sim.avr.board import AvrBoard
-from sim.faults import Refused
-from sim.hand import Hand
-from sim.published import PublishedPlant
-from sim.rig import Rig
-from sim.world import World
+from pneuforce.sim.avr import board as avr
+from pneuforce.sim.avr.board import AvrBoard
+from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.published import PublishedPlant
+from pneuforce.sim.rig import Rig
+from pneuforce.sim.world import World
 from tests.sim.conftest import AVR_MARKS, brief
 from tests.sim.station import Station
 
@@ -38,7 +38,7 @@ def rig(seed=1, works=False):
 
 
 def drive(rig, seconds):
-    """What it sends while it is greeted, vented for a second, and asked for 8 kPa."""
+    """Send Identify, vent for a second, then request 8 kPa. Return the bytes of the board."""
     sent = b""
     for n in range(round(seconds * 500)):
         mode = Mode.VENT if n < 500 else Mode.HOLD
@@ -47,16 +47,16 @@ def drive(rig, seconds):
     return sent
 
 
-def test_it_says_that_it_is_emulated_and_which_one_it_is():
-    [frame] = Decoder.of_board().feed(AvrBoard(serial=70_001).step(2000, 1000, 5000, b""))
+def test_the_hello_reports_an_emulated_board_and_its_serial_number():
+    [frame] = FrameDecoder.for_board_frames().feed(AvrBoard(serial=70_001).step(2000, 1000, 5000, b""))
     assert isinstance(frame.message, Hello)
     assert (frame.message.board, frame.message.serial) == (BoardKind.EMULATED, 70_001)
 
 
-def test_it_fills_the_balloon_of_the_rig_and_loses_no_byte():
+def test_the_board_fills_the_balloon_of_the_rig_and_loses_no_byte():
     driven = rig()
     drive(driven, 5)
-    assert driven.board.holds
+    assert driven.board.is_holding
     assert driven.truth.balloon_kpa == pytest.approx(8.0, abs=0.1)
     assert driven.board.chip.overruns == 0
     assert driven.board.chip.longest_cycles < 32_000
@@ -68,8 +68,8 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not():
     assert once != other
 
 
-def test_a_sample_shows_what_the_sensor_gave_in_the_step_before():
-    board, decoder = AvrBoard(), Decoder.of_board()
+def test_a_sample_contains_the_adc_sum_of_the_previous_step():
+    board, decoder = AvrBoard(), FrameDecoder.for_board_frames()
     seen = []
     for n in range(1, 40):
         sent = board.step(2000 * n, 900 + n, 5000, encode(Identify(), 1) if n == 1 else b"")
@@ -78,74 +78,75 @@ def test_a_sample_shows_what_the_sensor_gave_in_the_step_before():
     assert all(adc_sum == 900 + n - 1 for n, adc_sum in seen[1:])
 
 
-def test_its_clock_follows_the_quartz():
+def test_the_board_clock_follows_the_crystal():
     driven = rig()
     driven.clock_rate = 1.01
-    samples = [f.message for f in Decoder.of_board().feed(drive(driven, 2)) if isinstance(f.message, Sample)]
+    frames = FrameDecoder.for_board_frames().feed(drive(driven, 2))
+    samples = [frame.message for frame in frames if isinstance(frame.message, Sample)]
     assert len(samples) == pytest.approx(1010, abs=1)
 
 
 def holding(fault):
-    """A host and a rig that holds, and then has the fault."""
+    """Return a station that holds, with the fault injected."""
     station = Station(PublishedPlant(), new_board=AvrBoard).holding()
-    station.world.faults.put_in(fault)
+    station.world.faults.inject(fault)
     return station
 
 
-def test_without_its_quartz_it_says_nothing_and_its_watchdog_vents_within_64_ms():
+def test_a_board_with_a_stopped_crystal_sends_nothing_and_its_watchdog_vents_within_64_ms():
     station = holding("board_frozen")
     station.run(0.062)
     assert station.world.rig.board.valves == Valve.VENT_CLOSED
     station.run(0.004)
     assert station.world.rig.board.valves == Valve.NONE
     station.run(2.0)
-    assert {"link_lost", "failure"} <= station.see().status
-    station.world.faults.take_out("board_frozen")
-    assert station.run(2.0, lambda: Fault.WATCHDOG in station.see().faults)
+    assert {"link_lost", "failure"} <= station.snapshot().status
+    station.world.faults.remove("board_frozen")
+    assert station.run(2.0, lambda: Fault.WATCHDOG in station.snapshot().faults)
     assert station.world.rig.truth.balloon_kpa < 1.0
 
 
-def test_a_quartz_that_stands_still_for_a_moment_changes_nothing():
+def test_a_short_stop_of_the_crystal_changes_nothing():
     station = holding("board_frozen")
     station.run(0.05)
-    station.world.faults.take_out("board_frozen")
+    station.world.faults.remove("board_frozen")
     station.run(1.0)
-    assert (station.see().state, station.see().faults) == ("holding", ())
+    assert (station.snapshot().state, station.snapshot().faults) == ("holding", ())
 
 
-def test_a_reset_board_boots_anew_and_the_balloon_empties():
+def test_a_reset_board_boots_and_the_balloon_empties():
     driven = rig()
     drive(driven, 5)
     driven.reset_board()
-    [frame] = Decoder.of_board().feed(driven.step())
+    [frame] = FrameDecoder.for_board_frames().feed(driven.step())
     assert frame.message.uptime_ms == 2
     for _ in range(1000):
         driven.step()
     assert driven.truth.balloon_kpa < 0.5
 
 
-def test_flashed_with_another_version_it_greets_and_the_host_refuses_it_until_it_is_flashed_back():
+def test_a_board_with_another_version_is_rejected_until_the_right_version_is_flashed():
     station = holding("other_version")
-    assert station.run(2.0, lambda: station.refused)
-    assert "the board speaks version 2 of the rig link" in str(station.refused)
-    assert station.see().state == "tripped"
-    used = station.used
+    assert station.run(2.0, lambda: station.rejection)
+    assert "version 2 of the rig link" in str(station.rejection)
+    assert station.snapshot().state == "tripped"
+    used = station.used_samples
     station.run(1.0)
-    assert station.used == used
+    assert station.used_samples == used
     assert station.world.rig.board.valves == Valve.NONE
-    station.world.faults.take_out("other_version")
-    assert station.run(2.0, lambda: station.used > used)
+    station.world.faults.remove("other_version")
+    assert station.run(2.0, lambda: station.used_samples > used)
 
 
-def test_without_a_compiler_another_version_is_refused_in_a_sentence(monkeypatch):
+def test_without_a_compiler_another_version_is_rejected_with_the_missing_package(monkeypatch):
     world = World(rig())
     monkeypatch.setattr("shutil.which", lambda _: None)
-    with pytest.raises(Refused, match="the emulated board needs avr-gcc: apt-get install"):
-        world.faults.put_in("other_version")
-    assert world.faults.present == {}
+    with pytest.raises(SimulatorRequestError, match="apt-get install gcc-avr"):
+        world.faults.inject("other_version")
+    assert world.faults.active == {}
 
 
-def test_the_pins_are_those_of_the_firmware():
+def test_the_pins_are_the_pins_of_the_firmware():
     bits = dict(re.findall(r"#define (\w+_BIT) (\d+)", HARDWARE.read_text()))
     assert {name: int(bits[name]) for name in ("INLET_BIT", "VENT_BIT", "OK_BIT")} == {
         name: getattr(avr, name) for name in ("INLET_BIT", "VENT_BIT", "OK_BIT")

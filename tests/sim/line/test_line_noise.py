@@ -1,101 +1,103 @@
-"""What a bad line does to bytes, and what the frames of the rig link make of it."""
+"""Tests of the line noise, and of the decoding of frames from a noisy line."""
 
 import random
 
 import pytest
 
-from instrument.rig.frames import BoardKind, Decoder, Hello, Sample, encode
-from instrument.rig.link import Link, Phase
-from sim.line_noise import Noise, NoisyLine
+from pneuforce.instrument.rig.link import Link, LinkPhase
+from pneuforce.protocol.frames import BoardKind, FrameDecoder, Hello, Sample, encode
+from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
 
 TEXT = random.Random(7).randbytes(20_000)
 
 
-def carried(data=TEXT, seed=1, **noise):
-    line = NoisyLine(Noise(**noise), seed)
+def transferred(data=TEXT, seed=1, **noise):
+    line = NoisyLine(LineNoise(**noise), seed)
     line.send(data, 0.0)
-    return line.due(1e9)
+    return line.receive(1e9)
 
 
-def bits_that_differ(a, b):
+def count_different_bits(a, b):
     return sum((x ^ y).bit_count() for x, y in zip(a, b, strict=True))
 
 
-def test_a_clean_line_carries_every_byte_at_once():
-    assert carried() == TEXT
+def test_a_clean_line_transfers_every_byte_at_once():
+    assert transferred() == TEXT
 
 
-def test_the_same_seed_does_the_same_to_the_same_bytes_and_another_does_not():
+def test_the_same_seed_gives_the_same_disturbance_and_another_seed_does_not():
     noise = {"flipped_bits": 1e-3, "dropped": 1e-2, "inserted": 1e-2}
-    assert carried(**noise) == carried(**noise)
-    assert carried(**noise) != carried(seed=2, **noise)
+    assert transferred(**noise) == transferred(**noise)
+    assert transferred(**noise) != transferred(seed=2, **noise)
 
 
-def test_bits_are_flipped_at_the_rate_that_was_asked_for():
-    assert bits_that_differ(TEXT, carried(flipped_bits=0.01)) == pytest.approx(0.01 * 8 * len(TEXT), rel=0.1)
+def test_bits_are_flipped_at_the_configured_rate():
+    assert count_different_bits(TEXT, transferred(flipped_bits=0.01)) == pytest.approx(
+        0.01 * 8 * len(TEXT), rel=0.1
+    )
 
 
 @pytest.mark.parametrize(
     ("noise", "share"), [({"dropped": 0.05}, -0.05), ({"doubled": 0.05}, 0.05), ({"inserted": 0.05}, 0.05)]
 )
 def test_bytes_are_dropped_doubled_and_inserted_at_their_rates(noise, share):
-    assert (len(carried(**noise)) - len(TEXT)) / len(TEXT) == pytest.approx(share, rel=0.15)
+    assert (len(transferred(**noise)) - len(TEXT)) / len(TEXT) == pytest.approx(share, rel=0.15)
 
 
 def test_a_doubled_byte_comes_twice_in_a_row():
-    assert carried(b"abc", doubled=1.0) == b"aabbcc"
+    assert transferred(b"abc", doubled=1.0) == b"aabbcc"
 
 
 def test_a_burst_disturbs_at_most_16_bits_in_a_row():
     lengths = set()
     for seed in range(400):
-        line = NoisyLine(Noise(bursts=1.0), seed)
+        line = NoisyLine(LineNoise(bursts=1.0), seed)
         line.send(bytes(1), 0.0)
         line.noise.bursts = 1e-12  # one burst only
         line.send(bytes(7), 0.0)
-        lengths.add(len(f"{int.from_bytes(line.due(0.0), 'big'):064b}".strip("0")))
+        lengths.add(len(f"{int.from_bytes(line.receive(0.0), 'big'):064b}".strip("0")))
     assert min(lengths) >= 1
     assert 12 < max(lengths) <= 16
 
 
-def test_a_byte_is_under_way_for_the_delay_and_not_longer():
-    line = NoisyLine(Noise(delay_s=0.05))
+def test_a_byte_arrives_after_the_delay():
+    line = NoisyLine(LineNoise(delay_s=0.05))
     line.send(b"one", 10.0)
     line.send(b"two", 10.02)
-    assert line.due(10.049) == b""
-    assert line.due(10.05) == b"one"
-    assert line.due(10.1) == b"two"
-    assert not line.under_way
+    assert line.receive(10.049) == b""
+    assert line.receive(10.05) == b"one"
+    assert line.receive(10.1) == b"two"
+    assert not line.in_transit
 
 
 def test_a_stall_holds_everything_and_then_delivers_it_in_order():
-    line = NoisyLine(Noise(stalled=True))
+    line = NoisyLine(LineNoise(stalled=True))
     line.send(b"one", 0.0)
     line.send(b"two", 1.0)
-    assert line.due(5.0) == b""
+    assert line.receive(5.0) == b""
     line.noise.stalled = False
-    assert line.due(5.0) == b"onetwo"
+    assert line.receive(5.0) == b"onetwo"
 
 
-def test_a_cut_line_loses_what_is_sent_and_what_is_under_way():
-    line = NoisyLine(Noise(delay_s=1.0))
+def test_a_cut_line_loses_the_bytes_that_are_sent_or_in_transit():
+    line = NoisyLine(LineNoise(delay_s=1.0))
     line.send(b"one", 0.0)
     line.noise.cut = True
-    assert line.due(2.0) == b""
+    assert line.receive(2.0) == b""
     line.send(b"two", 2.0)
     line.noise.cut = False
     line.send(b"three", 3.0)
-    assert line.due(9.0) == b"three"
+    assert line.receive(9.0) == b"three"
 
 
-def test_what_was_sent_in_one_piece_arrives_in_pieces_of_the_length_asked_for():
-    line = NoisyLine(Noise(most_bytes=3))
+def test_bytes_arrive_in_pieces_of_the_configured_length():
+    line = NoisyLine(LineNoise(max_chunk_bytes=3))
     line.send(b"abcd", 0.0)
     line.send(b"efgh", 0.0)
-    assert [line.due(0.0) for _ in range(4)] == [b"abc", b"def", b"gh", b""]
+    assert [line.receive(0.0) for _ in range(4)] == [b"abc", b"def", b"gh", b""]
 
 
-# the frames of the rig link through it
+# frames of the rig link through a noisy line
 
 NOISES = {
     "flipped bits": {"flipped_bits": 3e-4},
@@ -112,12 +114,13 @@ def sample(sequence):
 
 
 @pytest.mark.parametrize("noise", NOISES.values(), ids=NOISES)
-def test_no_wrong_frame_is_accepted_and_one_disturbance_costs_one_further_frame_at_most(noise):
-    line, decoder, accepted, disturbed = NoisyLine(Noise(**noise), seed=3), Decoder.of_board(), [], 0
+def test_no_damaged_frame_is_accepted_and_a_disturbance_costs_at_most_one_additional_frame(noise):
+    line, decoder = NoisyLine(LineNoise(**noise), seed=3), FrameDecoder.for_board_frames()
+    accepted, disturbed = [], 0
     for sequence in range(20_000):
         sent = encode(sample(sequence), sequence)
         line.send(sent, 0.0)
-        arrived = line.due(0.0)
+        arrived = line.receive(0.0)
         disturbed += arrived != sent
         accepted += decoder.feed(arrived)
     assert all(f.message == sample(f.sequence) for f in accepted)
@@ -127,17 +130,17 @@ def test_no_wrong_frame_is_accepted_and_one_disturbance_costs_one_further_frame_
     assert decoder.skipped_bytes > 0
 
 
-def test_the_link_counts_what_it_lost_and_recovers_as_soon_as_the_line_is_clean():
-    link, line, taken = Link(), NoisyLine(Noise()), 0
+def test_the_link_counts_lost_frames_and_recovers_as_soon_as_the_line_is_clean():
+    link, line, received = Link(), NoisyLine(LineNoise()), 0
     link.feed(encode(Hello(BoardKind.SIMULATED, 0x100, 1000, 1, 250, 2000), 0), 0.0)
     for sequence in range(1, 3001):
         line.noise.flipped_bits = 2e-3 if 1000 <= sequence < 2000 else 0.0
         line.send(encode(sample(sequence), sequence), sequence * 2e-3)
-        samples = link.feed(line.due(sequence * 2e-3), sequence * 2e-3)
+        samples = link.feed(line.receive(sequence * 2e-3), sequence * 2e-3)
         assert all(s.message == sample(s.sequence) for s in samples)
-        taken += len(samples)
+        received += len(samples)
         if sequence > 2001:
             assert len(samples) == 1
-    assert taken + link.lost_frames == 3000
+    assert received + link.lost_frames == 3000
     assert 200 < link.lost_frames < 500
-    assert link.phase is Phase.READY
+    assert link.phase is LinkPhase.READY

@@ -1,4 +1,4 @@
-"""The real instrument behind a bad line: its Modbus server, and its host on a simulated rig."""
+"""Tests of the proxies: Modbus server behind a bad TCP line, host process behind a bad serial line."""
 
 import asyncio
 import contextlib
@@ -8,31 +8,35 @@ from dataclasses import fields
 
 import pytest
 
-from instrument.core import Instrument
-from instrument.coupling import Coupling
-from instrument.host import Host
-from instrument.rig.port import SerialPort
-from instrument.settings import Settings
-from registers.modbus.mbap import frame
-from sim.cable import Cable
-from sim.line_noise import Noise
-from sim.proxy import SerialProxy, TcpProxy
-from sim.remote import Remote
-from tests.instrument.driving import HOLD_8, PLC, VENT
-from tests.registers.modbus.memory import MemorySource
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.service.host import Host
+from pneuforce.registers.modbus.mbap import encode_frame
+from pneuforce.sim.line.line_noise import LineNoise
+from pneuforce.sim.line.proxy import SerialProxy, TcpProxy
+from pneuforce.sim.line.pty_link import PtyLink
+from pneuforce.sim.server.client import SimulatorClient
+from pneuforce.support.serial_port import SerialPort
+from pneuforce.teststand.child_process import ChildProcess
+from tests.instrument.instrument_harness import HOLD_8, PLC, VENT
+from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import (
     FORCE,
     FORCE_ANSWER,
     connected,
     eventually,
-    exactly,
-    received,
+    read_answer,
+    read_exactly,
     serving,
     still_answers,
 )
-from teststand.children import Child
 
-PATIENCE_S = 20.0
+TIMEOUT_S = 20.0
+
+
+def simulator_at(link):
+    return ChildProcess("simulator", ["pneuforce", "sim", "run", "--link", str(link), "--no-hand"])
 
 
 @pytest.fixture(scope="module")
@@ -48,60 +52,60 @@ def proxy(server):
 
 
 def through(proxy):
-    return socket.create_connection(("127.0.0.1", proxy.port), timeout=PATIENCE_S)
+    return socket.create_connection(("127.0.0.1", proxy.port), timeout=TIMEOUT_S)
 
 
-def test_a_request_in_late_pieces_is_answered_once_and_rightly(proxy):
-    proxy.noise.most_bytes, proxy.noise.delay_s = 1, 0.02
+def test_a_request_in_late_pieces_is_answered_once_and_correctly(proxy):
+    proxy.noise.max_chunk_bytes, proxy.noise.delay_s = 1, 0.02
     with through(proxy) as client:
-        begun_s = time.monotonic()
+        start_s = time.monotonic()
         for number in range(3):
-            client.sendall(frame(number, 1, FORCE))
-            assert received(client) == frame(number, 1, FORCE_ANSWER).hex(" ")
-        assert time.monotonic() - begun_s >= 3 * 2 * 0.02
+            client.sendall(encode_frame(number, 1, FORCE))
+            assert read_answer(client) == encode_frame(number, 1, FORCE_ANSWER).hex(" ")
+        assert time.monotonic() - start_s >= 3 * 2 * 0.02
 
 
-def test_what_a_stall_held_back_arrives_in_order_when_it_is_over(proxy):
+def test_bytes_of_a_stalled_line_arrive_in_order_after_the_stall(proxy):
     with through(proxy) as client:
         proxy.noise.stalled = True
-        stream = b"".join(frame(number, 1, FORCE) for number in range(50))
+        stream = b"".join(encode_frame(number, 1, FORCE) for number in range(50))
         client.sendall(stream)
         client.settimeout(0.1)
         with pytest.raises(TimeoutError):
             client.recv(1)
-        client.settimeout(PATIENCE_S)
+        client.settimeout(TIMEOUT_S)
         proxy.noise.stalled = False
-        answers = b"".join(frame(number, 1, FORCE_ANSWER) for number in range(50))
-        assert exactly(client, len(answers)) == answers
+        answers = b"".join(encode_frame(number, 1, FORCE_ANSWER) for number in range(50))
+        assert read_exactly(client, len(answers)) == answers
 
 
-def test_corrupt_requests_never_crash_the_server_and_leave_no_connection_behind(server, proxy):
+def test_corrupt_requests_never_crash_the_server_and_leave_no_open_connection(server, proxy):
     proxy.noise.flipped_bits, proxy.noise.dropped, proxy.noise.inserted = 0.01, 0.01, 0.01
     for _ in range(100):
         with through(proxy) as client, contextlib.suppress(OSError):
             client.settimeout(0.02)
-            client.sendall(b"".join(frame(number, 1, FORCE) for number in range(5)))
+            client.sendall(b"".join(encode_frame(number, 1, FORCE) for number in range(5)))
             client.recv(4096)
-    assert server.counters.refused_frames > 10
+    assert server.counters.invalid_frames > 10
     with connected(server) as clean:
         assert still_answers(clean)
     assert eventually(lambda: server.counters.clients == 0)
 
 
-def test_a_connection_ends_for_both_sides_when_one_of_them_ends_it(server, proxy):
+def test_a_connection_ends_for_both_sides_when_one_side_closes_it(server, proxy):
     with through(proxy) as client:
-        client.sendall(frame(1, 1, FORCE))
-        received(client)
+        client.sendall(encode_frame(1, 1, FORCE))
+        read_answer(client)
         assert eventually(lambda: server.counters.clients == 1)
         client.sendall(b"GET / HTTP/1.1\r\n\r\n")
         assert client.recv(1) == b""
     assert eventually(lambda: server.counters.clients == 0)
 
 
-def test_a_proxy_of_nobody_closes_the_connection():
+def test_a_proxy_without_a_server_closes_the_connection():
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        nobody = listener.getsockname()
-    with TcpProxy(nobody) as proxy, through(proxy) as client:
+        unused = listener.getsockname()
+    with TcpProxy(unused) as proxy, through(proxy) as client:
         assert client.recv(1) == b""
 
 
@@ -110,7 +114,7 @@ def test_a_proxy_of_nobody_closes_the_connection():
 
 @contextlib.asynccontextmanager
 async def host_on(port):
-    host, stop = Host(Coupling(Instrument(Settings())), port), asyncio.Event()
+    host, stop = Host(Session(Instrument(Settings())), port), asyncio.Event()
     await host.connect(stop)
     running = asyncio.create_task(host.run(stop))
     try:
@@ -121,9 +125,9 @@ async def host_on(port):
 
 
 async def until(condition):
-    deadline_s = time.monotonic() + PATIENCE_S
+    deadline_s = time.monotonic() + TIMEOUT_S
     while not condition():
-        assert time.monotonic() < deadline_s, "what was waited for did not come"
+        assert time.monotonic() < deadline_s, "the condition did not become true in time"
         await asyncio.sleep(0.01)
 
 
@@ -131,8 +135,8 @@ def state(host):
     return host.instrument.snapshot(PLC, time.monotonic()).state
 
 
-def test_through_a_noisy_serial_line_the_rig_holds_and_losses_are_counted_until_it_is_clean_again(tmp_path):
-    async def story(port):
+def test_over_a_noisy_serial_line_the_rig_holds_and_losses_are_counted(tmp_path):
+    async def scenario(port):
         with SerialProxy(port) as proxy:
             async with host_on(proxy.port) as host:
                 await until(lambda: host.instrument.chain.zero.taken)
@@ -140,11 +144,11 @@ def test_through_a_noisy_serial_line_the_rig_holds_and_losses_are_counted_until_
                     assert host.instrument.write(PLC, request, time.monotonic()) == "none"
                 await until(lambda: state(host) == "holding")
                 proxy.noise.flipped_bits, proxy.noise.dropped, proxy.noise.doubled = 3e-4, 1e-3, 1e-3
-                await until(lambda: host.link.lost_frames > 30 and host.link.decoder.refused > 30)
+                await until(lambda: host.link.lost_frames > 30 and host.link.decoder.rejected_frames > 30)
                 assert state(host) == "holding"
                 assert host.link.implausible_frames == 0
                 assert 7.8 < host.instrument.measurement.pressure_kpa < 8.2
-                for kind in fields(Noise()):
+                for kind in fields(LineNoise()):
                     setattr(proxy.noise, kind.name, kind.default)
                 await asyncio.sleep(0.1)
                 lost, used = host.link.lost_frames, host.instrument.sample_counter
@@ -152,71 +156,71 @@ def test_through_a_noisy_serial_line_the_rig_holds_and_losses_are_counted_until_
                 assert host.link.lost_frames == lost
                 assert not host.instrument.faults
 
-    with Child("simulator", ["instrument", "sim", "--link", str(tmp_path / "rig"), "--no-hand"]) as rig:
+    with simulator_at(tmp_path / "rig") as rig:
         rig.ready()
-        asyncio.run(story(str(tmp_path / "rig")))
+        asyncio.run(scenario(str(tmp_path / "rig")))
 
 
-def test_a_serial_line_outlives_a_board_that_takes_no_bytes_for_a_while():
-    def heard():
+def test_a_serial_line_survives_a_board_that_reads_no_bytes_for_a_while():
+    def received():
         host.write(b"there")
         return b"therethere" in board.read()
 
     with (
-        contextlib.closing(Cable()) as board,
+        contextlib.closing(PtyLink()) as board,
         SerialProxy(board.port) as proxy,
         contextlib.closing(SerialPort(proxy.port)) as host,
     ):
         for _ in range(100):
             host.write(b"x" * 1000)
             time.sleep(0.005)
-        assert eventually(heard)
+        assert eventually(received)
 
 
-def test_a_board_whose_cable_was_pulled_is_found_again_where_its_link_points_now(tmp_path):
-    def heard(far):
+def test_an_unplugged_board_is_found_again_by_its_symlink(tmp_path):
+    def received_by(far):
         host.write(b"there")
         return b"there" in far.read()
 
     with (
-        contextlib.closing(Cable(tmp_path / "rig")) as board,
+        contextlib.closing(PtyLink(tmp_path / "rig")) as board,
         SerialProxy(str(tmp_path / "rig")) as proxy,
         contextlib.closing(SerialPort(proxy.port)) as host,
     ):
-        assert eventually(lambda: heard(board))
+        assert eventually(lambda: received_by(board))
         for _ in range(2):
             before = board.port
-            board.pull()
+            board.unplug()
             assert host.read() == b""
             host.write(b"lost")
             time.sleep(0.2)
             board.plug()
             assert board.port != before
-            assert eventually(lambda: heard(board))
+            assert eventually(lambda: received_by(board))
         board.write(b"back")
         assert eventually(lambda: host.read() == b"back")
 
 
-def test_a_host_behind_a_proxy_trips_when_the_boards_cable_is_pulled_and_hears_it_again_when_it_is_back(
+def test_a_host_behind_a_proxy_trips_when_the_board_is_unplugged_and_reconnects_when_it_is_back(
     tmp_path,
 ):
-    async def story(port, rig):
+    async def scenario(port, rig):
         with SerialProxy(port) as proxy:
             async with host_on(proxy.port) as host:
                 await until(lambda: host.instrument.sample_counter > 50)
-                rig.order(fault={"name": "cable_pulled"})
+                rig.request(fault={"name": "cable_pulled"})
                 await until(lambda: state(host) == "tripped")
-                rig.order(fault={"name": "cable_pulled", "on": False})
+                rig.request(fault={"name": "cable_pulled", "on": False})
                 await until(lambda: not host.instrument.link_lost(time.monotonic()))
                 assert host.instrument.snapshot(PLC, time.monotonic()).state == "tripped"
 
-    with Child("simulator", ["instrument", "sim", "--link", str(tmp_path / "rig"), "--no-hand"]) as rig:
-        remote = Remote(rig.ready()["control"])
-        asyncio.run(story(str(tmp_path / "rig"), remote))
+    with simulator_at(tmp_path / "rig") as rig:
+        remote = SimulatorClient(rig.ready()["control"])
+        asyncio.run(scenario(str(tmp_path / "rig"), remote))
 
 
-def test_a_serial_line_that_is_cut_trips_the_host_and_the_link_comes_back_by_itself(tmp_path):
-    async def story(port):
+def test_a_cut_serial_line_trips_the_host_and_the_link_recovers_by_itself(tmp_path):
+    async def scenario(port):
         with SerialProxy(port) as proxy:
             async with host_on(proxy.port) as host:
                 await until(lambda: host.instrument.sample_counter > 50)
@@ -226,6 +230,6 @@ def test_a_serial_line_that_is_cut_trips_the_host_and_the_link_comes_back_by_its
                 await until(lambda: not host.instrument.link_lost(time.monotonic()))
                 assert host.instrument.snapshot(PLC, time.monotonic()).state == "tripped"
 
-    with Child("simulator", ["instrument", "sim", "--link", str(tmp_path / "rig"), "--no-hand"]) as rig:
+    with simulator_at(tmp_path / "rig") as rig:
         rig.ready()
-        asyncio.run(story(str(tmp_path / "rig")))
+        asyncio.run(scenario(str(tmp_path / "rig")))

@@ -1,4 +1,4 @@
-"""docs/simulator.md names every setting with its default."""
+"""The settings in docs/simulator.md agree with the code."""
 
 import re
 from dataclasses import fields
@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.pneumatics import PneumaticSettings
-from sim.sensor import SensorSettings
+from pneuforce.sim.pneumatics import PneumaticSettings
+from pneuforce.sim.sensor import SensorSettings
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "simulator.md"
 ROW = re.compile(r"^\| (`[^|]+`) \| ([^|]+) \|", re.MULTILINE)
@@ -28,7 +28,7 @@ def test_the_document_has_every_setting_and_no_other():
 
 @pytest.mark.parametrize("settings", [PneumaticSettings(), SensorSettings()])
 def test_the_document_has_the_defaults(settings):
-    told = dict(documented())
-    assert {f.name: told[f.name] for f in fields(settings)} == {
+    defaults = dict(documented())
+    assert {f.name: defaults[f.name] for f in fields(settings)} == {
         f.name: getattr(settings, f.name) for f in fields(settings)
     }

@@ -1,4 +1,4 @@
-"""The control server alone, in virtual time: what clients send, what they are answered, and what it costs."""
+"""Control server without a process, in virtual time: requests, answers and computing time."""
 
 import json
 import socket
@@ -8,22 +8,21 @@ from contextlib import closing, contextmanager
 
 import pytest
 
-from instrument.rig.frames import Identify
-from sim.control import MOST_CLIENTS, Control
-from sim.hand import Hand
-from sim.orders import ORDERS
-from sim.published import PublishedPlant
-from sim.rig import Rig
-from sim.world import World
-from tests.sim.test_sim_server import Control as Client
-from tests.sim.test_sim_server import Host, cpu_s, simulator
+from pneuforce.protocol.frames import Identify
+from pneuforce.sim.hand import Hand
+from pneuforce.sim.plants.published import PublishedPlant
+from pneuforce.sim.rig import Rig
+from pneuforce.sim.server.control_requests import REQUESTS
+from pneuforce.sim.server.control_server import MAX_CLIENTS, ControlServer
+from pneuforce.sim.world import World
+from tests.sim.server.test_sim_server import ControlClient, MinimalHost, cpu_s, simulator
 
 DIGITS = 10**400
 
 
 @pytest.fixture
 def control():
-    with closing(Control(0, World(Rig(PublishedPlant(), Hand(False))))) as control:
+    with closing(ControlServer(0, World(Rig(PublishedPlant(), Hand(False))))) as control:
         yield control
 
 
@@ -35,22 +34,22 @@ def connected(control):
 
 
 def answers(control, client, *requests):
-    """One answer to each request."""
+    """Send the requests. Return one answer to each request."""
     client.sendall(b"".join(json.dumps(request).encode() + b"\n" for request in requests))
     client.settimeout(0.001)
-    heard, until_s = b"", time.monotonic() + 5
-    while heard.count(b"\n") < len(requests) and time.monotonic() < until_s:
+    received, until_s = b"", time.monotonic() + 5
+    while received.count(b"\n") < len(requests) and time.monotonic() < until_s:
         control.serve(control.filenos()[1:])
         control.publish()
         try:
-            heard += client.recv(65536)
+            received += client.recv(65536)
         except TimeoutError:
             continue
-    return [json.loads(line) for line in heard.splitlines()]
+    return [json.loads(line) for line in received.splitlines()]
 
 
 @pytest.mark.parametrize(
-    "order",
+    "invalid",
     [
         {"press": DIGITS},
         {"truth": DIGITS},
@@ -64,37 +63,38 @@ def answers(control, client, *requests):
         {"fault": {"name": "leak", "kpa_per_s": DIGITS}},
     ],
 )
-def test_numbers_beyond_all_measure_are_refused_in_a_short_sentence(control, order):
+def test_extreme_numbers_are_rejected_with_a_short_message(control, invalid):
     with connected(control) as client:
-        refused, alive = answers(control, client, order, {"faults": True})
-    assert set(refused) == {"error"}
-    assert len(refused["error"]) < 300
-    assert "error of the simulator" not in refused["error"]
+        rejected, alive = answers(control, client, invalid, {"faults": True})
+    assert set(rejected) == {"error"}
+    assert len(rejected["error"]) < 300
+    assert "internal error" not in rejected["error"]
     assert alive == {"faults": []}
 
 
-def test_an_order_that_ends_in_an_error_of_ours_is_answered_and_logged_and_the_next_is_obeyed(
+def test_an_internal_error_is_answered_and_logged_and_the_next_request_is_executed(
     control, monkeypatch, caplog
 ):
     def broken(world, value):
-        raise ZeroDivisionError("of ours")
+        raise ZeroDivisionError("broken")
 
-    monkeypatch.setitem(ORDERS, "release", ORDERS["release"]._replace(act=broken))
+    monkeypatch.setitem(REQUESTS, "release", REQUESTS["release"]._replace(execute=broken))
     with connected(control) as client:
         failed, alive = answers(control, client, {"release": True}, {"faults": True})
-    assert "error of the simulator's own, which it has survived: ZeroDivisionError" in failed["error"]
+    assert "internal error" in failed["error"]
+    assert "ZeroDivisionError" in failed["error"]
     assert '{"release": true}' in caplog.text
     assert alive == {"faults": []}
 
 
-def test_everyone_is_answered_in_turn_though_one_talks_without_end(control):
+def test_all_clients_are_answered_in_turn_even_if_one_sends_continuously(control):
     slow = {"contact": {"kind": "tap", "force_n": {"from": 0, "to": 19, "step": 0.02}}}
-    with connected(control) as talker, connected(control) as other:
-        talker.sendall(5 * (json.dumps(slow).encode() + b"\n"))
+    with connected(control) as busy, connected(control) as other:
+        busy.sendall(5 * (json.dumps(slow).encode() + b"\n"))
         assert answers(control, other, {"faults": True}, {"faults": True}) == 2 * [{"faults": []}]
 
 
-def test_a_line_that_comes_in_pieces_is_one_order_and_one_without_end_is_dropped(control):
+def test_a_line_in_pieces_is_one_request_and_a_line_that_is_too_long_ends_the_connection(control):
     with connected(control) as client:
         client.sendall(b'{"fau')
         control.serve(control.filenos()[1:])
@@ -120,20 +120,20 @@ def flood(client, ended):
             return
 
 
-def test_clients_that_send_without_end_cost_the_rig_a_share_of_its_time_and_no_more(tmp_path):
+def test_clients_that_send_continuously_do_not_take_all_of_the_computing_time(tmp_path):
     ended = threading.Event()
-    with simulator(tmp_path / "rig", hand=False) as (process, told):
-        host = Host(told["port"])
+    with simulator(tmp_path / "rig", hand=False) as (process, ports):
+        host = MinimalHost(ports["port"])
         host.send(Identify())
         assert host.run(2, lambda: host.samples)
-        clients = [Client(told["control"]).connection for _ in range(MOST_CLIENTS // 2)]
+        clients = [ControlClient(ports["control"]).connection for _ in range(MAX_CLIENTS // 2)]
         threads = [threading.Thread(target=flood, args=(client, ended)) for client in clients]
         for thread in threads:
             thread.start()
         try:
-            begun_s, used_s = board_s_of(told), cpu_s(process.pid)
+            start_s, used_s = board_s_of(ports), cpu_s(process.pid)
             time.sleep(1.5)
-            board_time_s, used_s = board_s_of(told) - begun_s, cpu_s(process.pid) - used_s
+            board_time_s, used_s = board_s_of(ports) - start_s, cpu_s(process.pid) - used_s
         finally:
             ended.set()
             for client in clients:
@@ -144,8 +144,8 @@ def test_clients_that_send_without_end_cost_the_rig_a_share_of_its_time_and_no_m
     assert used_s / board_time_s < 1.0, (used_s, board_time_s)  # of a core
 
 
-def board_s_of(told):
-    """The board's time, by the truth."""
-    with closing(Client(told["control"])) as client:
-        client.ask({"truth": 1})
-        return client.line()["t_s"]
+def board_s_of(ports):
+    """Return the time of the board from the true state."""
+    with closing(ControlClient(ports["control"])) as client:
+        client.send({"truth": 1})
+        return client.read()["t_s"]

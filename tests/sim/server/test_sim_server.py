@@ -1,4 +1,4 @@
-"""The simulated rig as a process of its own, seen through its serial port and its control port."""
+"""Simulated rig as a process, tested through its serial port and its control port."""
 
 import json
 import os
@@ -8,16 +8,17 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import pytest
 import serial
 
-from instrument.rig.frames import (
+from pneuforce.protocol.frames import (
     BAUD,
     BoardState,
     Command,
     CommandFlag,
-    Decoder,
+    FrameDecoder,
     Hello,
     Identify,
     Mode,
@@ -26,12 +27,15 @@ from instrument.rig.frames import (
 )
 from tests.system.waiting import wait_for
 
-SERVE = "from sim.server import Options, serve; serve(Options(link={link!r}, hand={hand}))"
+SERVE = (
+    "from pneuforce.sim.server.server import SimulatorOptions, serve; "
+    "serve(SimulatorOptions(link={link!r}, hand={hand}))"
+)
 
 
 @contextmanager
 def simulator(link, hand=True):
-    """The process and what it printed."""
+    """Run a simulator. Yield the process and the ports that it printed."""
     process = subprocess.Popen(
         [sys.executable, "-c", SERVE.format(link=str(link), hand=hand)], stdout=subprocess.PIPE, text=True
     )
@@ -43,12 +47,12 @@ def simulator(link, hand=True):
         process.stdout.close()
 
 
-class Host:
-    """A host that knows nothing but the frames."""
+class MinimalHost:
+    """Minimal host process: sends commands and decodes frames."""
 
     def __init__(self, port):
         self.port = serial.Serial(port, BAUD, timeout=0.01, exclusive=True)
-        self.decoder = Decoder.of_board()
+        self.decoder = FrameDecoder.for_board_frames()
         self.frames = []
         self.command = None
         self._sequence = 0
@@ -77,19 +81,19 @@ class Host:
         return bool(self.frames) and getattr(self.frames[-1].message, "state", None) == state
 
 
-class Control:
-    """A control client that reads whole lines."""
+class ControlClient:
+    """Client of the control port."""
 
     def __init__(self, port):
         self.connection = socket.create_connection(("127.0.0.1", port), timeout=5)
         self.lines = self.connection.makefile("r")
 
-    def ask(self, *requests):
+    def send(self, *requests):
         for request in requests:
             line = request if isinstance(request, bytes) else json.dumps(request).encode()
             self.connection.sendall(line + b"\n")
 
-    def line(self):
+    def read(self):
         return json.loads(self.lines.readline())
 
     def close(self):
@@ -102,11 +106,11 @@ def kpa(samples):
     return ((mean + 8) / 16384 - 0.04) / 0.018
 
 
-def test_a_host_greets_zeroes_inflates_and_sees_contacts_whose_truth_has_their_sequence(tmp_path):
-    with simulator(tmp_path / "rig") as (_, told):
-        control = Control(told["control"])
-        control.ask({"truth": 5})
-        host = Host(told["link"])
+def test_a_host_inflates_and_receives_contacts_and_each_truth_belongs_to_a_sample(tmp_path):
+    with simulator(tmp_path / "rig") as (_, ports):
+        control = ControlClient(ports["control"])
+        control.send({"truth": 5})
+        host = MinimalHost(ports["link"])
         host.send(Identify())
         assert host.run(2, lambda: host.samples)
         assert any(isinstance(f.message, Hello) for f in host.frames)
@@ -129,7 +133,7 @@ def test_a_host_greets_zeroes_inflates_and_sees_contacts_whose_truth_has_their_s
         times_us = {f.sequence: f.message.board_time_us for f in host.samples}
         compared, truth = 0, {"sample": 0}
         while truth["sample"] < sequences[-1] - 5:
-            truth = control.line()
+            truth = control.read()
             compared += 1
             assert times_us[truth["sample"] & 0xFFFF] == pytest.approx(truth["t_s"] * 1e6)
         assert compared > len(sequences) / 5 - 20
@@ -138,17 +142,17 @@ def test_a_host_greets_zeroes_inflates_and_sees_contacts_whose_truth_has_their_s
         host.port.close()
 
 
-def test_it_keeps_time_and_takes_little_of_a_core(tmp_path):
-    with simulator(tmp_path / "rig") as (process, told):
-        host = Host(told["port"])
+def test_the_simulator_runs_in_real_time_with_less_than_a_quarter_of_a_core(tmp_path):
+    with simulator(tmp_path / "rig") as (process, ports):
+        host = MinimalHost(ports["port"])
         host.send(Identify())
         assert host.run(2, lambda: host.samples)
-        used_s, begun_s = cpu_s(process.pid), board_s(host)
-        delays_s = [least_delay_s(host), least_delay_s(host)]
+        used_s, start_s = cpu_s(process.pid), board_s(host)
+        delays_s = [min_delay_s(host), min_delay_s(host)]
         while abs(delays_s[-1] - delays_s[-2]) > 0.01 and len(delays_s) < 8:
-            delays_s.append(least_delay_s(host))
+            delays_s.append(min_delay_s(host))
         assert abs(delays_s[-1] - delays_s[-2]) < 0.01, delays_s  # in half a second: 2 %
-        assert (cpu_s(process.pid) - used_s) / (board_s(host) - begun_s) < 0.25
+        assert (cpu_s(process.pid) - used_s) / (board_s(host) - start_s) < 0.25
         host.port.close()
 
 
@@ -156,8 +160,8 @@ def board_s(host):
     return host.samples[-1].message.board_time_us * 1e-6
 
 
-def least_delay_s(host):
-    """By how much our clock is ahead of the board's when nothing holds a sample up, over half a second."""
+def min_delay_s(host):
+    """Return the smallest difference of the clocks of test and board within half a second."""
     delays_s, end_s = [], time.monotonic() + 0.5
     while time.monotonic() < end_s:
         host.run(0.005)
@@ -171,14 +175,14 @@ def cpu_s(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def test_nobody_reading_the_port_does_not_stop_it_and_a_late_host_gets_on(tmp_path):
-    with simulator(tmp_path / "rig") as (_, told):
-        first = Host(told["port"])
+def test_the_simulator_continues_without_a_host_and_a_late_host_can_connect(tmp_path):
+    with simulator(tmp_path / "rig") as (_, ports):
+        first = MinimalHost(ports["port"])
         first.send(Identify())
         assert first.run(2, lambda: first.samples)
         first.port.close()
         time.sleep(0.7)  # more samples than the pty holds
-        late = Host(told["port"])
+        late = MinimalHost(ports["port"])
         late.send(Identify())
         assert late.run(2, lambda: any(isinstance(f.message, Hello) for f in late.frames))
         assert late.run(1, lambda: len(late.samples) > 100)
@@ -187,10 +191,10 @@ def test_nobody_reading_the_port_does_not_stop_it_and_a_late_host_gets_on(tmp_pa
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_it_with_less_than_200_ms_of_work_and_takes_the_link_away(tmp_path, number):
+def test_a_signal_ends_the_simulator_within_200_ms_of_computing_time_and_removes_the_link(tmp_path, number):
     link = tmp_path / "rig"
-    with simulator(link) as (process, told):
-        assert os.readlink(link) == told["port"]
+    with simulator(link) as (process, ports):
+        assert os.readlink(link) == ports["port"]
         before_s = cpu_s(process.pid)
         process.send_signal(number)
         ended_unreaped = os.WEXITED | os.WNOWAIT | os.WNOHANG
@@ -200,47 +204,47 @@ def test_a_signal_ends_it_with_less_than_200_ms_of_work_and_takes_the_link_away(
         assert not os.path.lexists(link)
 
 
-def test_a_signal_does_not_wait_for_the_next_time_out_of_anything(tmp_path):
+def test_a_signal_ends_the_simulator_without_waiting_for_a_timeout(tmp_path):
     ends_s = []
     while len(ends_s) < 5 and not any(end_s < 0.5 for end_s in ends_s):  # a busy machine delays one, not all
         with simulator(tmp_path / "rig") as (process, _):
-            begun_s = time.monotonic()
+            start_s = time.monotonic()
             process.terminate()
             process.wait(5)
-            ends_s.append(time.monotonic() - begun_s)
+            ends_s.append(time.monotonic() - start_s)
     assert min(ends_s) < 0.5
 
 
-def test_an_old_link_is_replaced_and_anything_else_is_left_alone(tmp_path):
+def test_an_old_link_is_replaced_and_any_other_file_is_kept(tmp_path):
     link = tmp_path / "rig"
     link.symlink_to("/dev/null")
-    with simulator(link) as (_, told):
-        assert os.readlink(link) == told["port"]
+    with simulator(link) as (_, ports):
+        assert os.readlink(link) == ports["port"]
     link.write_text("precious")
-    refused = subprocess.run(
+    rejected = subprocess.run(
         [sys.executable, "-c", SERVE.format(link=str(link), hand=True)], capture_output=True, text=True
     )
-    assert refused.returncode != 0
-    assert "is not a symlink" in refused.stderr
+    assert rejected.returncode != 0
+    assert "is not a symlink" in rejected.stderr
     assert link.read_text() == "precious"
 
 
-def test_a_link_in_use_is_refused_and_the_link_of_a_simulator_that_was_killed_is_replaced(tmp_path):
+def test_a_link_in_use_is_rejected_and_the_link_of_a_killed_simulator_is_replaced(tmp_path):
     link = tmp_path / "rig"
-    with simulator(link) as (process, told):
+    with simulator(link) as (process, ports):
         second = subprocess.run(
-            [sys.executable, "-m", "instrument", "sim", "--link", str(link)],
+            [sys.executable, "-m", "pneuforce", "sim", "run", "--link", str(link)],
             capture_output=True,
             text=True,
             timeout=20,
         )
         assert (second.returncode, second.stdout) == (2, "")
-        assert second.stderr == (
-            f"pneuforce: the simulator cannot start: {link} is in use by a running simulator (control port "
-            f"{told['control']}): end it, or name another --link\n"
-        )
-        assert os.readlink(link) == told["port"]
-        assert (tmp_path / "rig.control").read_text() == f"{told['control']}\n"
+        assert second.stderr.startswith(f"pneuforce: the simulator cannot start: {link} is in use")
+        assert f"control port {ports['control']}" in second.stderr
+        assert "--link" in second.stderr
+        assert len(second.stderr.splitlines()) == 1
+        assert os.readlink(link) == ports["port"]
+        assert (tmp_path / "rig.control").read_text() == f"{ports['control']}\n"
         process.kill()
         process.wait(5)
         assert os.path.lexists(link)
@@ -250,13 +254,13 @@ def test_a_link_in_use_is_refused_and_the_link_of_a_simulator_that_was_killed_is
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_hand_obeys_and_nonsense_is_answered_with_a_sentence(tmp_path):
-    with simulator(tmp_path / "rig", hand=False) as (_, told):
-        host = Host(told["port"])
+def test_the_hand_follows_requests_and_invalid_requests_are_answered_with_an_error(tmp_path):
+    with simulator(tmp_path / "rig", hand=False) as (_, ports):
+        host = MinimalHost(ports["port"])
         host.send(Identify())
         assert host.run(2, lambda: host.samples)
-        control = Control(told["control"])
-        nonsense = [
+        control = ControlClient(ports["control"])
+        invalid = [
             b"hello", b"[]", b"{}", b"\xff\xfe", b'{"press": NaN}', b'{"press": Infinity}', b"[" * 3000,
             b'{"press": 1' + b"0" * 400 + b"}", {"press": -1}, {"press": 20.1}, {"press": True},
             {"press": "1"}, {"truth": -1}, {"truth": 1.5}, {"hand": 1}, {"release": False}, {"vent": True},
@@ -264,49 +268,54 @@ def test_the_hand_obeys_and_nonsense_is_answered_with_a_sentence(tmp_path):
             {"contact": 3}, {"contact": {"kind": "kick"}},
             {"contact": {"kind": "profile", "file": "/etc/passwd"}},
         ]  # fmt: skip
-        control.ask(*nonsense)
-        for _ in nonsense:
-            assert set(control.line()) == {"error"}
-        control.ask({"press": 2.5}, {"truth": 10})
-        assert host.run(2, lambda: control.line()["force_n"] == 2.5)
-        control.ask({"release": True})
-        assert host.run(2, lambda: control.line()["force_n"] == 0)
-        control.ask({"contact": {"kind": "hold", "force_n": 2.0, "angle_deg": 60}})
-        assert host.run(2, lambda: control.line()["force_n"] == pytest.approx(1.0))
-        assert control.line()["applied_n"] == pytest.approx(2.0)
+        control.send(*invalid)
+        for _ in invalid:
+            assert set(control.read()) == {"error"}
+        control.send({"press": 2.5}, {"truth": 10})
+        assert host.run(2, lambda: control.read()["force_n"] == 2.5)
+        control.send({"release": True})
+        assert host.run(2, lambda: control.read()["force_n"] == 0)
+        control.send({"contact": {"kind": "hold", "force_n": 2.0, "angle_deg": 60}})
+        assert host.run(2, lambda: control.read()["force_n"] == pytest.approx(1.0))
+        assert control.read()["applied_n"] == pytest.approx(2.0)
         control.close()
         host.port.close()
 
 
-def test_a_control_client_that_never_reads_is_dropped_and_the_others_do_not_notice(tmp_path):
-    with simulator(tmp_path / "rig") as (_, told):
-        host = Host(told["port"])
+def test_a_control_client_that_never_reads_is_disconnected_without_effect_on_others(tmp_path):
+    with simulator(tmp_path / "rig") as (process, ports):
+        host = MinimalHost(ports["port"])
         host.send(Identify())
         assert host.run(2, lambda: host.samples)
-        deaf = socket.socket()
-        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-        deaf.connect(("127.0.0.1", told["control"]))
-        deaf.settimeout(15)
-        deaf.sendall(b"x\n" * 40_000)
-        listener = Control(told["control"])
-        listener.ask({"truth": 1})
-        first = listener.line()["sample"]
-        assert [listener.line()["sample"] for _ in range(500)] == list(range(first + 1, first + 501))
+        silent = socket.socket()
+        silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        silent.connect(("127.0.0.1", ports["control"]))
+        silent.settimeout(15)
+        silent.sendall(b"x\n" * 40_000)
+        listener = ControlClient(ports["control"])
+        descriptors = Path(f"/proc/{process.pid}/fd")
+        listener.send({"truth": 1})
+        first = listener.read()["sample"]
+        connected = len(list(descriptors.iterdir()))
+        assert [listener.read()["sample"] for _ in range(500)] == list(range(first + 1, first + 501))
         host.run(0.1)
         sequences = [f.sequence for f in host.samples[-50:]]
         assert sequences[-1] - sequences[0] == 49
+        until_s = time.monotonic() + 15
+        while len(list(descriptors.iterdir())) >= connected and time.monotonic() < until_s:
+            listener.read()
         with suppress(ConnectionResetError):
-            while deaf.recv(65536):
+            while silent.recv(65536):
                 pass
         listener.close()
-        deaf.close()
+        silent.close()
         host.port.close()
 
 
-def test_descriptors_stay_flat_over_many_connections(tmp_path):
-    with simulator(tmp_path / "rig") as (process, told):
+def test_many_connections_leak_no_file_descriptors(tmp_path):
+    with simulator(tmp_path / "rig") as (process, ports):
         for _ in range(100):
-            socket.create_connection(("127.0.0.1", told["control"])).close()
+            socket.create_connection(("127.0.0.1", ports["control"])).close()
         deadline_s = time.monotonic() + 3
         while len(os.listdir(f"/proc/{process.pid}/fd")) > 12 and time.monotonic() < deadline_s:
             time.sleep(0.02)

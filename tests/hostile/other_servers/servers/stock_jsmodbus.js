@@ -1,4 +1,4 @@
-// jsmodbus's own server with 200 of everything: node stock_jsmodbus.js PORT
+// Server of jsmodbus with 200 registers, coils and inputs each: node stock_jsmodbus.js PORT
 const { createServer } = require("net");
 const modbus = require("jsmodbus");
 

@@ -1,4 +1,4 @@
-/* libmodbus's server with 200 of everything, one thread and select: stock_libmodbus PORT */
+/* Server of libmodbus with 200 registers, coils and inputs each, one thread and select: stock_libmodbus PORT */
 #include <modbus.h>
 #include <stdlib.h>
 #include <sys/select.h>

@@ -1,4 +1,4 @@
-// modbus-serial's own server with 200 of everything: node stock_modbus_serial.js PORT
+// Server of modbus-serial with 200 registers, coils and inputs each: node stock_modbus_serial.js PORT
 const { ServerTCP } = require("modbus-serial");
 
 const words = new Uint16Array(200);

@@ -1,4 +1,4 @@
-"""modbus_tk's own server with 200 of everything: `python stock_modbus_tk.py PORT`."""
+"""Server of modbus_tk with 200 registers, coils and inputs each: `python stock_modbus_tk.py PORT`."""
 
 import signal
 import sys

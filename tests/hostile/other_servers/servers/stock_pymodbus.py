@@ -1,4 +1,4 @@
-"""pymodbus's own server with 200 of everything: `python stock_pymodbus.py PORT`."""
+"""Server of pymodbus with 200 registers, coils and inputs each: `python stock_pymodbus.py PORT`."""
 
 import asyncio
 import sys

@@ -1,4 +1,4 @@
-"""pyModbusTCP's own server with 200 of everything: `python stock_pymodbustcp.py PORT`."""
+"""Server of pyModbusTCP with 200 registers, coils and inputs each: `python stock_pymodbustcp.py PORT`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""uModbus's own server, a thread for each client, with 200 of everything: `python stock_umodbus.py PORT`."""
+"""Server of uModbus, one thread per client, 200 words and bits each: `python stock_umodbus.py PORT`."""
 
 import sys
 from socketserver import ThreadingTCPServer

@@ -1,4 +1,4 @@
-"""The function blocks, compiled by matiec and the C compiler, called by ctypes in virtual time."""
+"""Function blocks compiled with matiec and gcc, and called with ctypes in virtual time."""
 
 import ctypes
 import re
@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from registers.views import structured_text
+from pneuforce.registers.views import structured_text
 from tests.tools import needs
 
 MATIEC = shutil.which("iec2c")
-#: No Debian package has it: these tests run where somebody has put it on the PATH, its lib folder beside it.
+#: matiec is not a Debian package. The tests run if iec2c is on the PATH, with its lib folder next to it.
 PYTESTMARKS = [
     pytest.mark.skipif(not MATIEC, reason="iec2c is missing: matiec compiles the Structured Text"),
     needs("gcc"),
@@ -46,7 +46,7 @@ void word(int array, int at, int value) {{ switch (array) {{ {word} }} }}
 
 
 def iec2c(source, folder):
-    """Compile to C; the C files lie in the folder then."""
+    """Compile `source` to C files in `folder`. Return the folder of the C headers of matiec."""
     file = Path(folder) / "source.st"
     file.write_text(source)
     library = Path(MATIEC).resolve().parent / "lib"
@@ -58,19 +58,19 @@ def iec2c(source, folder):
 
 
 def members(kind, name):
-    """Variables of a block or a structure: name and type."""
+    """Return name and type of each variable of a block or structure."""
     text = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", LIBRARY + PROGRAM, re.MULTILINE | re.DOTALL)
     return _VARIABLE.findall(text[1])
 
 
 def members_of(block):
-    """Variables of a function block or of the guide's program."""
+    """Return name and type of each variable of a function block, or of the program in the guide."""
     return members("PROGRAM" if f"PROGRAM {block}\n" in PROGRAM else "FUNCTION_BLOCK", block)
 
 
 @cache
 def variables():
-    """C expression of each number in each block, by block and name; within a structure as Values.Force_N."""
+    """Return the C expression of each number by block and name, for example Values.Force_N."""
     found = {}
     for block in BLOCKS:
         for name, type_ in members_of(block):
@@ -84,7 +84,7 @@ def variables():
 
 @cache
 def arrays():
-    """Block and name of each array of words."""
+    """Return block and name of each array of words."""
     return [
         (block, name) for block in BLOCKS for name, type_ in members_of(block) if type_.endswith("_WORDS")
     ]
@@ -92,7 +92,7 @@ def arrays():
 
 @cache
 def library():
-    """Built once in a run of the tests."""
+    """Return the compiled library. It is built once per test run."""
     numbered = list(enumerate(variables().values()))
     cases = {
         "blocks": "\n".join(f"static {block.upper()} {block}_;" for block in BLOCKS),
@@ -120,13 +120,13 @@ def library():
 
 
 class Block:
-    """One function block or program, its variables by name; there is one of each kind."""
+    """Instance of a function block or program, with its variables by name. One instance of each exists."""
 
     def __init__(self, name):
         self._c = library()
         self._name = name
         self._number = BLOCKS.index(name)
-        self._variables = {own: i for i, (block, own) in enumerate(variables()) if block == name}
+        self._variables = {variable: i for i, (block, variable) in enumerate(variables()) if block == name}
         self._c.new(self._number)
 
     def __getitem__(self, name):

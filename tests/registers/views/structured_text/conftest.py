@@ -1,3 +1,5 @@
+"""Fixtures for the tests of the Structured Text library."""
+
 import pytest
 
 from tests.registers.views.structured_text.compiled import library
@@ -5,5 +7,5 @@ from tests.registers.views.structured_text.compiled import library
 
 @pytest.fixture(scope="session")
 def blocks():
-    """Compiled before a test is timed."""
+    """Compile the library before the time limit of the first test starts."""
     return library()

@@ -1,12 +1,12 @@
-"""What can be said of the Structured Text without a PLC: it parses, and is common to all."""
+"""Tests of the Structured Text without a PLC: the text parses, and uses only common language elements."""
 
 import re
 
 import pytest
 from blark.parse import parse_source_code
 
-from registers.map import REGISTERS
-from registers.views.facts import ENUMERATIONS
+from pneuforce.registers.document_text import ENUMERATIONS
+from pneuforce.registers.map import REGISTERS
 from tests.registers.views.structured_text.compiled import (
     BLOCKS,
     CONSTANTS,
@@ -19,7 +19,7 @@ from tests.registers.views.structured_text.compiled import (
     members_of,
 )
 
-#: Keywords, types, functions and blocks of IEC 61131-3 that mean the same on each PLC.
+#: Keywords, types, functions and blocks of IEC 61131-3 with the same meaning on each PLC.
 COMMON = set(
     re.findall(
         r"\w+",
@@ -35,8 +35,8 @@ NAME = re.compile(r"(?<![\w#])[A-Za-z_]\w*")
 each_block = pytest.mark.parametrize("block", re.findall(r"^FUNCTION_BLOCK (\w+)$", LIBRARY, re.MULTILINE))
 
 
-def bare(text):
-    """The text without comments and numbers."""
+def without_comments(text):
+    """Return `text` without comments and typed literals."""
     return re.sub(r"\(\*.*?\*\)|\w+#[\w#]+", " ", text, flags=re.DOTALL)
 
 
@@ -49,28 +49,28 @@ def text_of(block):
     re.split(r"\n(?=VAR_GLOBAL|TYPE|FUNCTION_BLOCK)", SOURCE) + [PROGRAM],
     ids=lambda text: " ".join(text.split()[:2]),
 )
-def test_a_parser_that_others_wrote_reads_it(text):
+def test_blark_parses_the_text(text):
     parsed = parse_source_code(text)
     assert parsed.exception is None
     assert parsed.transform() is not None
 
 
 @each_block
-def test_a_block_uses_what_it_declares_and_what_every_plc_has(block):
+def test_a_block_uses_only_its_declarations_and_common_names(block):
     declared = {name for kind in [("FUNCTION_BLOCK", block), ("TYPE", "PF_VALUES"), ("TYPE", "PF_STATUS")]
                 for name, _ in members(*kind)}  # fmt: skip
     inputs = {name for other in BLOCKS for name, _ in members_of(other)}
     types = set(re.findall(r"PF_\w+", SOURCE))
-    assert set(NAME.findall(bare(text_of(block)))) - declared - inputs - types - COMMON == set()
+    assert set(NAME.findall(without_comments(text_of(block)))) - declared - inputs - types - COMMON == set()
 
 
-def test_no_name_is_used_twice_whatever_its_case():
+def test_names_are_unique_without_regard_to_case():
     names = [name.upper() for name in re.findall(r"^    (\w+) : ", CONSTANTS, re.MULTILINE)]
     names += [name.upper() for name in re.findall(r"^(?:TYPE|FUNCTION_BLOCK) (\w+)", LIBRARY, re.MULTILINE)]
     assert len(names) == len(set(names)) > len(REGISTERS)
     for block in BLOCKS:
-        own = [name.upper() for name, _ in members_of(block)]
-        assert len(own) == len(set(own))
+        block_names = [name.upper() for name, _ in members_of(block)]
+        assert len(block_names) == len(set(block_names))
 
 
 def test_every_register_and_code_is_a_constant():
@@ -81,16 +81,16 @@ def test_every_register_and_code_is_a_constant():
             assert re.search(rf" PF_\w+_{name.upper()} : UINT := {code};", CONSTANTS)
 
 
-def test_every_character_is_one_that_all_tools_agree_on():
+def test_the_text_is_ascii_without_pragmas():
     assert SOURCE.isascii()
-    assert not re.search(r"__|\{|\$", SOURCE)  # no double underscore, no pragma
+    assert not re.search(r"__|\{|\$", SOURCE)  # identifiers without a double underscore, and no pragmas
 
 
 @pytest.mark.usefixtures("blocks")
 class TestCompiled:
     pytestmark = PYTESTMARKS
 
-    def test_the_constants_are_good_in_a_configuration(self, tmp_path):
+    def test_the_constants_compile_in_a_configuration(self, tmp_path):
         globals_ = CONSTANTS[CONSTANTS.index("VAR_GLOBAL") :] + "END_VAR"
         program = "PROGRAM main VAR a : BOOL; END_VAR a := NOT a; END_PROGRAM"
         task = "TASK t(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM p WITH t : main;"

@@ -1,4 +1,4 @@
-"""The writing block in its cycle, against the instrument itself, in virtual time."""
+"""Tests of the block PF_Pressure with the instrument, in virtual time."""
 
 import struct
 
@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from registers.codes import COMMANDS, REFUSALS, STATES
-from registers.map import BY_NAME
-from registers.modbus.bank import Bank
-from registers.modbus.identity import Identity
-from registers.modbus.pdu import Responder
-from registers.source import Peer
-from tests.instrument.driving import PLC, ROBOT, VENT, Drive
+from pneuforce.registers.codes import COMMANDS, REJECT_REASONS, STATES
+from pneuforce.registers.map import BY_NAME
+from pneuforce.registers.modbus.device_identification import DeviceIdentification
+from pneuforce.registers.modbus.pdu import RequestHandler
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from pneuforce.registers.source import Peer
+from tests.instrument.instrument_harness import PLC, ROBOT, VENT, InstrumentHarness
 from tests.registers.modbus.serving import IDENTITY
 from tests.registers.views.structured_text.compiled import PYTESTMARKS, Block
 from tests.registers.views.structured_text.test_reading import words_of
@@ -24,44 +24,48 @@ MODE, LEASE = BY_NAME["mode"].address, BY_NAME["lease"].address
 
 
 class Master:
-    """A PLC: its Modbus master with functions 04 and 06, the two blocks, and the instrument."""
+    """Simulated PLC: Modbus master with functions 04 and 06, the two blocks, and the instrument."""
 
-    def __init__(self, drive):
-        self.drive = drive
-        self.responder = Responder(Bank(), drive.instrument, Identity(IDENTITY))
+    def __init__(self, harness):
+        self.harness = harness
+        self.request_handler = RequestHandler(
+            RegisterBank(), harness.instrument, DeviceIdentification(IDENTITY)
+        )
         self.reading, self.pressure = Block("PF_Reading"), Block("PF_Pressure")
         self.inputs, self.written = {}, []
-        self.deaf = False  #: nobody answers
-        self.lost = set()  #: addresses whose write is carried out and its answer lost
+        self.line_cut = False  #: no request is answered
+        self.lost = set()  #: addresses whose writes are carried out, but whose answers are lost
 
-    def ask(self, request):
-        return None if self.deaf else self.responder.answer(request, Peer(*PLC), self.drive.now_s)
+    def request(self, request):
+        return None if self.line_cut else self.request_handler.answer(request, Peer(*PLC), self.harness.now_s)
 
     def read(self, address, count):
-        answer = self.ask(struct.pack(">BHH", 4, address, count))
+        answer = self.request(struct.pack(">BHH", 4, address, count))
         return None if answer is None else words_of(answer[2:])
 
     def write(self):
-        """Done, Error and ExceptionCode of the write that the block asks for."""
+        """Carry out the write of the block. Return Done, Error and ExceptionCode."""
         address, value = int(self.pressure["Address"]), int(self.pressure["Value"])
-        answer = self.ask(struct.pack(">BHH", 6, address, value))
+        answer = self.request(struct.pack(">BHH", 6, address, value))
         if answer is None or address in self.lost:
             return {"Done": 0, "Error": 1, "ExceptionCode": 0}
-        refused = answer[0] > 0x80
-        self.written.append((address, value, answer[1] if refused else 0))
-        return {"Done": not refused, "Error": refused, "ExceptionCode": answer[1] if refused else 0}
+        rejected = answer[0] > 0x80
+        self.written.append((address, value, answer[1] if rejected else 0))
+        return {"Done": not rejected, "Error": rejected, "ExceptionCode": answer[1] if rejected else 0}
 
     def cycle(self):
-        self.drive.run(CYCLE_S)
-        now_s = self.drive.now_s
-        words, told = self.read(0, 36), self.read(524, 3)
+        self.harness.run(CYCLE_S)
+        now_s = self.harness.now_s
+        words, answer_words = self.read(0, 36), self.read(524, 3)
         if words:
             self.reading.words(words)
         self.reading.cycle(now_s, CommunicationOk=words is not None)
-        if told:
-            self.inputs |= dict(zip(("AnswerSequence", "AnswerState", "AnswerResult"), told, strict=True))
+        if answer_words:
+            self.inputs |= dict(
+                zip(("AnswerSequence", "AnswerState", "AnswerResult"), answer_words, strict=True)
+            )
         answer = self.write() if self.pressure["Write"] else {"Done": 0, "Error": 0}
-        seen = {"State": self.reading["Values.State"], "Refusal": self.reading["Values.Refusal"]}
+        seen = {"State": self.reading["Values.State"], "RejectReason": self.reading["Values.RejectReason"]}
         self.pressure.cycle(now_s, Fresh=self.reading["Fresh"], **seen, **self.inputs, **answer)
 
     def run(self, seconds, **inputs):
@@ -76,15 +80,15 @@ class Master:
 
     @property
     def reason(self):
-        return REFUSALS.names[int(self.pressure["Reason"])]
+        return REJECT_REASONS.names[int(self.pressure["Reason"])]
 
-    def asked_to_hold(self):
+    def hold_requests(self):
         return [code for address, value, code in self.written if (address, value) == (MODE, 1)]
 
 
 @pytest.fixture
 def plc():
-    return Master(Drive.zeroed()).run(0.3)
+    return Master(InstrumentHarness.zeroed()).run(0.3)
 
 
 @pytest.fixture
@@ -94,33 +98,33 @@ def holding(plc):
     return plc
 
 
-def test_it_vents_first_and_rests(plc):
+def test_the_block_vents_first_and_then_writes_nothing(plc):
     assert plc.written == [(MODE, 0, 0), (LEASE, 0, 0)]
     assert plc.run(1.0).written == [(MODE, 0, 0), (LEASE, 0, 0)]
 
 
-def test_it_inflates_in_the_order_that_the_instrument_asks_for(plc):
+def test_the_block_inflates_in_the_required_order(plc):
     plc.run(2.0, Hold=True, Setpoint_kPa=6.5, ForceLimit_N=3.5)
     assert plc.written[2:7] == [(516, 0, 0), (517, 2000, 0), (544, 6500, 0), (545, 3500, 0), (516, 1, 0)]
     assert plc.pressure["Holding"] == 1
-    assert plc.drive.see().setpoint_kpa == 6.5
-    assert plc.drive.see().force_limit_n == 3.5
+    assert plc.harness.snapshot().setpoint_kpa == 6.5
+    assert plc.harness.snapshot().force_limit_n == 3.5
 
 
-def test_it_renews_its_lease_and_asks_for_inflation_once(holding):
+def test_the_block_renews_its_lease_and_requests_inflation_once(holding):
     holding.run(5.0)
     assert holding.state == "holding"
-    assert holding.drive.see().lease_holder == "modbus_tcp"
-    assert len(holding.asked_to_hold()) == 1
+    assert holding.harness.snapshot().lease_holder == "modbus_tcp"
+    assert len(holding.hold_requests()) == 1
 
 
-def test_a_new_setpoint_is_written_while_it_holds(holding):
+def test_a_new_setpoint_is_written_while_holding(holding):
     holding.run(1.5, Setpoint_kPa=9.0)
-    assert holding.drive.see().setpoint_kpa == 9.0
-    assert len(holding.asked_to_hold()) == 1
+    assert holding.harness.snapshot().setpoint_kpa == 9.0
+    assert len(holding.hold_requests()) == 1
 
 
-def test_it_vents_when_told_and_leaves_no_lease_behind(holding):
+def test_the_block_vents_on_request_and_releases_the_lease(holding):
     holding.run(1.0, Hold=False)
     assert holding.state == "vented"
     assert holding.written[-2:] == [(MODE, 0, 0), (LEASE, 0, 0)]
@@ -128,52 +132,52 @@ def test_it_vents_when_told_and_leaves_no_lease_behind(holding):
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1.99, 12.01, -8.0, 1e9])
-def test_a_setpoint_out_of_span_is_not_written(plc, value):
+def test_a_setpoint_out_of_range_is_not_written(plc, value):
     plc.run(1.0, Hold=True, Setpoint_kPa=value)
-    assert (plc.pressure["SpanError"], plc.pressure["Ended"]) == (1, 1)
+    assert (plc.pressure["RangeError"], plc.pressure["Ended"]) == (1, 1)
     assert len(plc.written) == 2
-    assert plc.run(1.0, Setpoint_kPa=8.0).asked_to_hold() == []  # a wish does not wait
+    assert plc.run(1.0, Setpoint_kPa=8.0).hold_requests() == []  # the request is not postponed
 
 
-def test_a_setpoint_that_breaks_while_it_holds_leaves_the_old_one(holding):
+def test_an_invalid_setpoint_while_holding_keeps_the_old_one(holding):
     holding.run(1.0, Setpoint_kPa=float("nan"))
-    assert holding.drive.see().setpoint_kpa == 8.0
+    assert holding.harness.snapshot().setpoint_kpa == 8.0
     assert holding.state == "holding"
 
 
 def trip(plc):
-    plc.drive.latched.add(4)
+    plc.harness.latched.add(4)
     plc.run(0.5)
     assert plc.state == "tripped"
 
 
-def test_after_a_trip_it_does_not_ask_again_until_cleared_and_told_anew(holding):
+def test_after_a_trip_the_block_inflates_only_after_clearing_and_a_new_request(holding):
     trip(holding)
     holding.run(3.0)
     assert holding.pressure["Ended"] == 1
-    assert len(holding.asked_to_hold()) == 1
+    assert len(holding.hold_requests()) == 1
     holding.run(0.2, Hold=False)
     holding.run(4.0, Hold=True)
-    assert (holding.pressure["Refused"], holding.reason) == (1, "fault_latched")
+    assert (holding.pressure["Rejected"], holding.reason) == (1, "fault_latched")
     holding.run(0.5, Hold=False, Run=True, Command=COMMANDS.codes["clear_faults"])
     assert holding.pressure["CommandDone"] == 1
     holding.run(2.0, Hold=True, Run=False)
     assert holding.pressure["Holding"] == 1
 
 
-def test_a_clear_whose_answer_is_lost_is_repeated_and_runs_once(holding):
+def test_a_clear_command_with_a_lost_answer_is_repeated_and_runs_once(holding):
     trip(holding)
-    before = holding.drive.instrument.command().clear
+    before = holding.harness.instrument.command().clear
     holding.lost = {523}
     holding.run(0.3, Hold=False, Run=True)
     assert holding.pressure["CommandDone"] == 0
     holding.lost = set()
     holding.run(0.5)
     assert holding.pressure["CommandDone"] == 1
-    assert holding.drive.instrument.command().clear == before + 1
+    assert holding.harness.instrument.command().clear == before + 1
 
 
-def test_a_command_that_is_withdrawn_before_anybody_answered_does_not_run_later(holding):
+def test_a_command_that_is_cancelled_before_an_answer_does_not_run_later(holding):
     trip(holding)
     holding.lost = {520}
     holding.run(0.3, Hold=False, Run=True)
@@ -183,106 +187,106 @@ def test_a_command_that_is_withdrawn_before_anybody_answered_does_not_run_later(
     assert holding.state == "tripped"
 
 
-def test_a_clear_while_the_cause_lasts_fails_with_the_reason(holding):
-    holding.drive.causes.add(4)
+def test_a_clear_command_fails_with_a_reason_while_the_cause_persists(holding):
+    holding.harness.causes.add(4)
     trip(holding)
     holding.run(2.0, Hold=False, Run=True)
     assert (holding.pressure["CommandFailed"], holding.reason) == (1, "cause_persists")
 
 
-def test_an_operators_vent_ends_the_hold(holding):
-    assert holding.drive.write(VENT, OTHER) == "none"
+def test_a_vent_by_an_operator_ends_the_hold(holding):
+    assert holding.harness.write(VENT, OTHER) == "none"
     holding.run(5.0)
     assert holding.state == "vented"
     assert holding.pressure["Ended"] == 1
-    assert len(holding.asked_to_hold()) == 1
-    assert holding.drive.see().lease_holder == "none"
+    assert len(holding.hold_requests()) == 1
+    assert holding.harness.snapshot().lease_holder == "none"
 
 
-def test_anothers_lease_is_a_refusal_with_its_reason(plc):
-    plc.drive.must({"lease_s": 60.0}, ROBOT)
+def test_the_lease_of_another_peer_is_a_reject_reason(plc):
+    plc.harness.write_ok({"lease_s": 60.0}, ROBOT)
     plc.run(5.0, Hold=True)
-    assert (plc.pressure["Refused"], plc.reason, plc.pressure["Ended"]) == (1, "lease", 1)
-    assert plc.asked_to_hold() == []
+    assert (plc.pressure["Rejected"], plc.reason, plc.pressure["Ended"]) == (1, "lease", 1)
+    assert plc.hold_requests() == []
     written = len(plc.written)
     assert len(plc.run(1.0).written) == written
 
 
-def test_a_master_that_loses_its_line_is_vented_by_the_lease_and_does_not_inflate_when_it_is_back(holding):
-    holding.deaf = True
+def test_a_cut_line_vents_by_the_lease_and_its_return_does_not_inflate(holding):
+    holding.line_cut = True
     holding.run(4.0)
-    assert holding.drive.see().state == "tripped"
-    holding.deaf = False
+    assert holding.harness.snapshot().state == "tripped"
+    holding.line_cut = False
     holding.run(3.0)
     assert holding.pressure["Ended"] == 1
-    assert len(holding.asked_to_hold()) == 1
+    assert len(holding.hold_requests()) == 1
 
 
-def test_a_request_to_inflate_whose_answer_is_lost_is_not_repeated_but_vented(plc):
+def test_a_lost_answer_before_inflation_vents_and_nothing_is_repeated(plc):
     plc.lost = {LEASE}
     plc.run(0.5, Hold=True)
     plc.lost = set()
     plc.run(2.0)
     assert plc.pressure["Ended"] == 1
-    assert plc.asked_to_hold() == []
+    assert plc.hold_requests() == []
     assert plc.state == "vented"
 
 
-def test_a_wish_of_before_the_connection_inflates_nothing_when_it_comes(plc):
-    plc.deaf = True
+def test_a_request_before_the_connection_does_not_inflate_later(plc):
+    plc.line_cut = True
     plc.run(1.0, Hold=True)
-    plc.deaf = False
+    plc.line_cut = False
     plc.run(3.0)
-    assert plc.asked_to_hold() == []
+    assert plc.hold_requests() == []
     plc.run(0.1, Hold=False)
     assert plc.run(2.0, Hold=True).pressure["Holding"] == 1
 
 
-def test_a_reading_that_stands_still_lets_the_lease_run_out(holding):
+def test_old_values_let_the_lease_expire(holding):
     image = holding.read(0, 36)
     holding.read = lambda address, count: image if address == 0 else None
     holding.run(0.6)
     written = len(holding.written)
     holding.run(3.0)
     assert len(holding.written) == written
-    assert holding.drive.see().state == "tripped"
+    assert holding.harness.snapshot().state == "tripped"
 
 
-def test_no_program_inflates_by_its_first_cycle():
-    plc = Master(Drive.zeroed()).run(3.0, Hold=True)
-    assert plc.asked_to_hold() == []
+def test_hold_in_the_first_cycle_does_not_inflate():
+    plc = Master(InstrumentHarness.zeroed()).run(3.0, Hold=True)
+    assert plc.hold_requests() == []
     assert plc.pressure["Ended"] == 1
 
 
-def test_a_program_loaded_anew_while_its_switch_is_on_vents_and_waits_for_the_switch(holding):
+def test_a_reloaded_program_vents_and_waits_for_a_new_request(holding):
     holding.pressure, holding.written = Block("PF_Pressure"), []
     holding.run(3.0)
-    assert holding.asked_to_hold() == []
+    assert holding.hold_requests() == []
     assert holding.state == "vented"
 
 
-HAPPENINGS = {
-    "the switch is turned": lambda plc: plc.inputs.update(Hold=not plc.inputs.get("Hold", False)),
+EVENTS = {
+    "hold is switched": lambda plc: plc.inputs.update(Hold=not plc.inputs.get("Hold", False)),
     "faults are cleared": lambda plc: plc.inputs.update(Run=not plc.inputs.get("Run", False)),
-    "the line is cut or mended": lambda plc: setattr(plc, "deaf", not plc.deaf),
-    "another vents": lambda plc: plc.drive.write(VENT, OTHER),
-    "the board trips": lambda plc: plc.drive.latched.add(4),
-    "answers get lost": lambda plc: setattr(plc, "lost", set() if plc.lost else {MODE, LEASE, 544, 523}),
+    "the line is cut or repaired": lambda plc: setattr(plc, "line_cut", not plc.line_cut),
+    "another peer vents": lambda plc: plc.harness.write(VENT, OTHER),
+    "the board trips": lambda plc: plc.harness.latched.add(4),
+    "answers are lost": lambda plc: setattr(plc, "lost", set() if plc.lost else {MODE, LEASE, 544, 523}),
 }
-course = st.lists(st.tuples(st.sampled_from(sorted(HAPPENINGS)), st.floats(0.02, 1.5)), max_size=12)
+event_lists = st.lists(st.tuples(st.sampled_from(sorted(EVENTS)), st.floats(0.02, 1.5)), max_size=12)
 
 
-@given(course=course)
+@given(events=event_lists)
 @settings(max_examples=25, deadline=None)
-def test_whatever_happens_it_asks_for_inflation_once_for_each_turn_of_the_switch_and_can_always_vent(course):
-    plc = Master(Drive.zeroed()).run(0.3)
-    turned_on = 0
-    for happening, wait_s in course:
-        HAPPENINGS[happening](plc)
-        turned_on += happening == "the switch is turned" and plc.inputs["Hold"]
+def test_any_events_cause_at_most_one_hold_request_per_switch_and_a_vent_always_works(events):
+    plc = Master(InstrumentHarness.zeroed()).run(0.3)
+    switched_on = 0
+    for event, wait_s in events:
+        EVENTS[event](plc)
+        switched_on += event == "hold is switched" and plc.inputs["Hold"]
         plc.run(wait_s)
-        assert len(plc.asked_to_hold()) <= turned_on
-    plc.deaf, plc.lost = False, set()
+        assert len(plc.hold_requests()) <= switched_on
+    plc.line_cut, plc.lost = False, set()
     plc.run(4.0, Hold=False, Run=False)
     assert plc.state in ("vented", "tripped")
-    assert plc.drive.see().lease_holder == "none"
+    assert plc.harness.snapshot().lease_holder == "none"

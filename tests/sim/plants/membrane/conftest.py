@@ -1,12 +1,12 @@
 import pytest
 
-from sim.membrane.material import NEO_HOOKEAN
-from sim.membrane.plant import MembranePlant
+from pneuforce.sim.plants.membrane.material import NEO_HOOKEAN
+from pneuforce.sim.plants.membrane.plant import MembranePlant
 
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
-    """An empty cache, so that tables come from this code and not from an earlier one."""
+    """Use an empty cache, so that the tables are computed by this version of the code."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield

@@ -1,8 +1,8 @@
 import pytest
 
-from sim.headless import Playback
-from sim.scenario import load
-from sim.staging import plant_of
+from pneuforce.sim.factory import build_plant
+from pneuforce.sim.headless import Playback
+from pneuforce.sim.scenario import load
 
 SCENARIO = """
 doc = "A tool that moves against a spring."
@@ -19,11 +19,11 @@ tissue = { law = "linear", stiffness_n_per_mm = 0.5 }
 """
 
 
-def test_a_scenario_may_ask_for_a_membrane_and_press_it_against_tissue(tmp_path, two_sided):
+def test_a_scenario_can_press_a_membrane_balloon_against_tissue(tmp_path, two_sided):
     path = tmp_path / "mine.toml"
     path.write_text(SCENARIO)
     scenario = load(str(path))
-    plant = plant_of(scenario.plant)
+    plant = build_plant(scenario.plant)
     assert (plant.material, plant.sides) == (two_sided.material, two_sided.sides)
     playback, deepest = Playback(scenario), None
     for _ in playback:

@@ -1,0 +1,180 @@
+"""Event logs after a kill, a truncation or damage: the rest is correct, or is reported as broken."""
+
+import random
+import shutil
+import sqlite3
+import subprocess
+import sys
+import time
+from datetime import datetime
+
+import pytest
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.audit.reading import DamagedLogError
+from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
+from pneuforce.instrument.audit.verification import BrokenChainError
+from pneuforce.instrument.cli.log_table import EventSelection, show_events
+from tests.instrument.audit.event_log_files import make_log, verify_log
+
+RECORDS = 60
+APPEND = """
+import os, sys
+from pathlib import Path
+from pneuforce.instrument.audit.store import EventLogFile
+log, count = EventLogFile(Path(sys.argv[1])), int(sys.argv[2])
+log._db.execute("PRAGMA wal_autocheckpoint = 20")
+for number in range(count):
+    log.append([b'{"at":"%d","padding":"%s"}' % (number, b"x" * 300)])
+    print(number + 1, log.head.hex(), flush=True)
+os._exit(0)
+"""
+
+
+def append_in_process(file, count):
+    return subprocess.Popen(
+        [sys.executable, "-c", APPEND, str(file), str(count)], stdout=subprocess.PIPE, text=True
+    )
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory):
+    """Return the log of a killed process, partly in its -wal file, and the head after each record."""
+    file = tmp_path_factory.mktemp("killed") / "log"
+    output, _ = append_in_process(file, RECORDS).communicate(timeout=60)
+    heads = dict(line.split() for line in output.splitlines())
+    assert len(heads) == RECORDS
+    assert file.with_name("log-wal").stat().st_size > 10_000 < file.stat().st_size
+    return file, {int(number): head for number, head in heads.items()}
+
+
+def copy_log(file, folder):
+    """Copy the file and its -wal file, without the index."""
+    for suffix in ("", "-wal"):
+        shutil.copyfile(f"{file}{suffix}", folder / f"log{suffix}")
+    return folder / "log"
+
+
+def test_a_kill_loses_no_record_whose_append_returned(tmp_path):
+    chance, file, before = random.Random(7), tmp_path / "log", 0
+    for _ in range(6):
+        process = append_in_process(file, 1_000_000)
+        first = int(process.stdout.readline().split()[0])
+        time.sleep(chance.uniform(0.0, 0.15))
+        process.kill()
+        last = [line for line in process.stdout.read().splitlines() if len(line.split()) == 2]
+        appended = before + (int(last[-1].split()[0]) if last else first)
+        chain = verify_log(file)
+        assert appended <= chain.records <= appended + 1
+        before = chain.records
+    assert before > 6
+
+
+def test_the_log_of_a_killed_process_and_its_copy_are_complete(killed, tmp_path):
+    file, heads = killed
+    for path in (file, copy_log(file, tmp_path)):
+        assert verify_log(path).head == heads[RECORDS]
+    assert {path.name for path in tmp_path.iterdir()} == {"log", "log-wal"}
+
+
+def test_a_log_with_a_view_is_rejected(tmp_path):
+    file = make_log(tmp_path / "log", range(3))
+    db = sqlite3.connect(file)
+    db.executescript("""
+        DROP TABLE records;
+        CREATE VIEW records AS WITH RECURSIVE endless(i) AS (SELECT 1 UNION ALL SELECT i FROM endless)
+        SELECT i AS number, i AS body, i AS digest FROM endless;
+    """)
+    db.close()
+    with pytest.raises(ConfigurationError, match="views or generated columns"):
+        verify_log(file)
+
+
+def test_a_deeply_nested_record_is_shown_as_unreadable(tmp_path, capsys):
+    log = EventLogFile(tmp_path / "log")
+    log.append([b"[" * 200_000])
+    log.close()
+    for as_json in (False, True):
+        show_events(tmp_path / "log", EventSelection(since=datetime(1, 1, 1)), as_json)
+        show_events(tmp_path / "log", EventSelection(), as_json)
+    assert "unreadable" in capsys.readouterr().out
+    assert verify_log(tmp_path / "log").records == 1
+
+
+def test_a_truncated_wal_file_loses_only_its_last_records(killed, tmp_path):
+    file, heads = killed
+    copy, chance = copy_log(file, tmp_path), random.Random(11)
+    complete = copy.with_name("log-wal").read_bytes()
+    counts = set()
+    for size in sorted(chance.sample(range(len(complete)), 40), reverse=True):
+        copy.with_name("log-wal").write_bytes(complete[:size])
+        try:
+            chain = verify_log(copy)
+        except (DamagedLogError, BrokenChainError):  # a truncation that SQLite itself never causes
+            continue
+        assert chain.records == 0 or chain.head == heads[chain.records]
+        counts.add(chain.records)
+    assert len(counts) > 5
+
+
+@pytest.mark.parametrize("suffix", ["", "-wal"])
+@pytest.mark.parametrize("damage", ["truncated", "one bit", "200 bytes"])
+def test_damage_never_gives_other_records(killed, tmp_path, suffix, damage):
+    file, heads = killed
+    copy, chance = copy_log(file, tmp_path), random.Random(f"{suffix} {damage}")
+    part = copy.with_name(f"log{suffix}")
+    complete = part.read_bytes()
+    results = set()
+    for _ in range(30):
+        part.write_bytes(damaged(complete, damage, chance))
+        try:
+            chain = verify_log(copy)
+        except (DamagedLogError, BrokenChainError, ConfigurationError) as error:
+            results.add(type(error))
+            continue
+        results.add("unbroken")
+        assert chain.records == 0 or chain.head == heads[chain.records]
+    assert results
+
+
+def damaged(data, damage, chance):
+    at = chance.randrange(len(data))
+    if damage == "truncated":
+        return data[:at]
+    if damage == "one bit":
+        return data[:at] + bytes((data[at] ^ 1 << chance.randrange(8),)) + data[at + 1 :]
+    return data[:at] + chance.randbytes(200) + data[at + 200 :]
+
+
+def test_a_log_with_a_truncated_wal_file_is_continued_or_rejected(killed, tmp_path):
+    file, _ = killed
+    complete = file.with_name("log-wal").read_bytes()
+    continued = 0
+    for size in range(len(complete) - 1, 0, -len(complete) // 12):
+        folder = tmp_path / str(size)
+        folder.mkdir()
+        copy = copy_log(file, folder)
+        copy.with_name("log-wal").write_bytes(complete[:size])
+        try:
+            log = EventLogFile(copy)
+        except EventLogFileError:
+            continue
+        log.append([b'{"at":"later"}'])
+        log.close()
+        try:
+            assert verify_log(copy).records >= 1
+            continued += 1
+        except BrokenChainError:
+            continue
+    assert continued > 5
+
+
+def test_the_verification_reports_a_changed_byte(killed, tmp_path):
+    file, _ = killed
+    copy = copy_log(file, tmp_path)
+    copy.with_name("log-wal").write_bytes(b"")
+    body = copy.read_bytes()
+    at = body.index(b'"at":"5"')
+    copy.write_bytes(body[:at] + b'"at":"6"' + body[at + 8 :])
+    with pytest.raises(BrokenChainError, match=r"^record 6 "):
+        verify_log(copy)

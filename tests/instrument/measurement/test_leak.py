@@ -1,0 +1,54 @@
+"""Tests of the leak monitor, on constant slopes and on the simulated rig."""
+
+import pytest
+
+from pneuforce.instrument.measurement.leak import LEAK_LIMIT_KPA_PER_S, LeakMonitor
+from pneuforce.protocol.frames import SAMPLES_PER_S
+from pneuforce.sim.plants.published import PublishedPlant
+from tests.sim.station import Station
+
+DT_S = 1 / SAMPLES_PER_S
+
+
+def detected_after_s(monitor, kpa_per_s, duration_s, setpoint_pa=8000, pressed=lambda t_s: False):
+    """Return the time after which a falling baseline is detected as a leak, None if it is not detected."""
+    for n in range(round(duration_s * SAMPLES_PER_S)):
+        t_s = n * DT_S
+        monitor.step(setpoint_pa, not pressed(t_s), 8.0 - kpa_per_s * t_s, DT_S)
+        if monitor.detected:
+            return t_s
+    return None
+
+
+@pytest.mark.parametrize(
+    ("ratio", "detected"), [(0.9, False), (1.1, True), (-2.0, False), (float("nan"), False)]
+)
+def test_a_fall_above_the_limit_is_a_leak(ratio, detected):
+    assert (detected_after_s(LeakMonitor(), ratio * LEAK_LIMIT_KPA_PER_S, 150.0) is not None) == detected
+
+
+def test_a_leak_is_detected_after_one_minute_of_creep_and_one_minute_of_slope():
+    assert detected_after_s(LeakMonitor(), 0.002, 200.0) == pytest.approx(120.0, abs=11.0)
+
+
+def test_a_new_setpoint_restarts_the_monitor():
+    monitor = LeakMonitor()
+    assert detected_after_s(monitor, 0.002, 200.0)
+    assert detected_after_s(monitor, 0.002, 100.0, setpoint_pa=9000) is None
+
+
+def test_a_contact_discards_only_its_segment():
+    """15 s of each 20 s are free and contain one segment: 80 s for one minute of creep, then six segments."""
+    with_contacts_s = detected_after_s(LeakMonitor(), 0.002, 400.0, pressed=lambda t_s: t_s % 20 > 15)
+    assert with_contacts_s == pytest.approx(80.0 + 6 * 20.0, abs=20.0)
+    assert detected_after_s(LeakMonitor(), 0.002, 200.0, pressed=lambda t_s: t_s % 8 > 6) is None
+
+
+@pytest.mark.parametrize(("kpa_per_s", "required"), [(0.0, False), (0.0015, True)])
+def test_a_slow_leak_of_the_rig_requires_maintenance_before_the_board_trips(kpa_per_s, required):
+    station = Station(PublishedPlant()).holding()
+    if kpa_per_s:
+        station.world.faults.inject("leak", {"kpa_per_s": kpa_per_s})
+    assert station.run(130.0, lambda: station.instrument.chain.leak.detected) == required
+    assert ("maintenance_required" in station.snapshot().status) == required
+    assert (station.snapshot().state, station.snapshot().faults) == ("holding", ())

@@ -1,0 +1,106 @@
+"""Read routes of the web server, over real sockets, with a fake instrument."""
+
+import contextlib
+import socket
+import time
+
+import pytest
+
+from pneuforce.registers.can.frames import FORCE, encode
+from pneuforce.registers.map import BLOCKS, REGISTERS
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from tests.system.waiting import wait_for
+from tests.web.entries import header, health, real_snapshot, sample, snapshot
+from tests.web.serving import send_until_received, until
+
+
+def test_the_web_server_subscribes_to_the_stream_for_web_pages(site, instrument):
+    assert instrument.subscriptions == [{"want": "web"}]
+
+
+def test_about_describes_the_instrument_and_its_codes(site):
+    status, _, info = site.get("/api/about")
+    assert status == 200
+    assert (info["version"], info["replay"]) == ("1.2", "")
+    assert info["writable"] is True
+    assert {r["name"] for r in info["registers"]} == {r.name for r in REGISTERS}
+    assert info["faults"]["5"]["name"] == "burst"
+    assert all(fault.keys() == {"name", "meaning", "action"} for fault in info["faults"].values())
+    assert info["status"]["burst"]["bit"] == 13
+
+
+def test_about_names_the_file_of_a_replay(site, instrument):
+    instrument.send(header(replay="tuesday.recording"))
+    wait_for(lambda: site.get("/api/about")[2]["replay"], lambda name: name == "tuesday.recording")
+
+
+def test_a_new_browser_gets_the_current_state_at_once(site, instrument):
+    send_until_received(instrument, site, {"state": "holding"})
+    with site.event_stream() as stream:
+        assert [name for name, _ in (next(stream) for _ in range(3))] == ["link", "state", "contacts"]
+
+
+def test_register_words_are_those_of_a_modbus_answer(site, instrument):
+    real, plain = real_snapshot()
+    send_until_received(instrument, site, plain)
+    _, _, answer = site.get("/api/registers")
+    for (first, last), block in zip(BLOCKS, answer["blocks"], strict=True):
+        words = RegisterBank().reader(first, last - first + 1)(real)
+        assert block["address"] == first
+        assert b"".join(word.to_bytes(2, "big") for word in block["words"]) == words
+
+
+def test_can_frames_are_decoded_and_invalid_frames_have_no_values(site, instrument):
+    real, plain = real_snapshot()
+    data = encode(FORCE, real, counter=3).hex(" ")
+    frames = [
+        {"id": 0x185, "name": name, "data": data_, "count": 1, "age_s": 0.0, "out": True}
+        for name, data_ in [("Force", data), ("Force", "00"), ("", data), ("State", "zz")]
+    ]
+    send_until_received(instrument, site, plain)
+    instrument.send(health(time.monotonic(), can={"frames": frames}))
+    wait_for(lambda: site.services.feed.health, bool)
+    send_until_received(instrument, site, plain)
+    _, _, answer = site.get("/api/frames")
+    assert answer["frames"][0]["values"]["counter"] == 3
+    assert answer["frames"][0]["values"]["pressure"] == pytest.approx(8.0, abs=0.1)
+    assert [frame["values"] for frame in answer["frames"][1:]] == [{}, {}, {}]
+
+
+@pytest.mark.parametrize("path", ["/api/registers", "/api/frames"])
+def test_without_values_of_the_instrument_the_status_is_503(site, path):
+    status, _, answer = site.get(path)
+    assert status == 503
+    assert answer["text"].endswith(".")
+
+
+def test_the_stream_reports_a_lost_instrument_and_its_return(site, instrument):
+    with site.event_stream() as stream:
+        until(stream, "link")
+        send_until_received(instrument, site, {"state": "holding"})
+        assert until(stream, "link", lambda link: link["up"])["reason"] == ""
+        instrument.close()
+        assert until(stream, "link")["up"] is False
+        assert site.get("/api/registers")[0] == 503
+        instrument.open()
+        wait_for(lambda: instrument.subscriptions, lambda subscriptions: len(subscriptions) == 2)
+        instrument.send(header())
+        send_until_received(instrument, site, {"state": "vented"})
+        assert until(stream, "link")["up"] is True
+        assert until(stream, "state")["state"] == "vented"
+
+
+def test_after_an_invalid_entry_the_web_server_connects_again(site, instrument):
+    instrument.clients[-1].sendall(b"\xff" * 100)
+    wait_for(lambda: instrument.subscriptions, lambda subscriptions: len(subscriptions) == 2)
+    assert "version" in site.services.feed.down_reason
+
+
+def test_the_stream_of_the_instrument_is_read_even_if_a_browser_does_not_read(site, instrument):
+    """The host process disconnects clients that lag by 8 MB. A slow browser must not make the server lag."""
+    with contextlib.closing(socket.create_connection(("127.0.0.1", site.port))) as slow:
+        slow.sendall(b"GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        for second in range(20):
+            instrument.send(*(sample(second + i / 500) for i in range(500)))
+        instrument.send(snapshot(time.monotonic()))
+        wait_for(lambda: site.services.feed.snapshot, lambda received: received is not None)

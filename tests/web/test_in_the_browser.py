@@ -1,0 +1,274 @@
+"""Web page in a real browser, with a complete instrument on a simulated rig."""
+
+import signal
+from urllib.parse import urlsplit
+
+import pytest
+
+from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
+from tests.web.conftest import OPERATOR_TOKEN
+
+pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
+
+PHONE = {"width": 360, "height": 740}
+TABLET = {"width": 900, "height": 1200}
+PROJECTOR = {"width": 1920, "height": 1080}
+
+#: Number of pixels with the colour of a legend key, in the rightmost part of the pressure plot.
+PIXELS = """((part) => {
+  const [r, g, b] = getComputedStyle(document.querySelector(".%s")).color.match(/\\d+/g).map(Number);
+  const canvas = document.querySelector("#pressure-plot canvas");
+  const { data } = canvas.getContext("2d").getImageData(
+    canvas.width * (1 - part), 0, canvas.width * part, canvas.height);
+  let count = 0;
+  for (let at = 0; at < data.length; at += 4)
+    count += data[at] === r && data[at + 1] === g && data[at + 2] === b;
+  return count;
+})(%s)"""
+MIN_STAR_PIXELS = 20
+VENT_VERIFIED = "#vent-status[data-state=verified]"
+#: True if a vent was accepted, as shown by the page or, without scripts, by the JSON answer of the server.
+VENT_ACCEPTED = """document.querySelector('#vent-status')?.dataset.state === 'accepted'
+  || document.querySelector('#vent-status')?.dataset.state === 'verified'
+  || /^\\{.*"none"/.test(document.body.innerText)"""
+
+
+def test_readings_and_a_contact_agree_with_modbus(page, live):
+    live.rig.inflate(8.0)
+    live.rig.press(2.0)
+    registers = live.rig.read()
+    page.wait_for_text("#state", "in contact")
+    assert page.number("#force") == pytest.approx(registers["force"], abs=0.1)
+    assert page.number("#pressure") == pytest.approx(registers["pressure"], abs=0.05)
+    assert page.number("#radius") == pytest.approx(registers["radius"], abs=0.02)
+    assert page.number("#setpoint") == 8.0
+    live.rig.release()
+    page.wait_for_text("#contacts tr td:last-child", ".")
+    number, _, peak, initial, final, *_ = page.text("#contacts tr").split("\t")
+    registers = live.rig.read()
+    assert int(number) == registers["contact_counter"]
+    assert float(peak.split()[0]) == pytest.approx(registers["peak_force"], abs=0.02)
+    assert float(initial) == pytest.approx(8.0, abs=0.15)
+    assert float(final) > float(initial) + 0.5
+    assert page.evaluate(PIXELS % ("initial-star", 1)) > MIN_STAR_PIXELS
+    assert page.evaluate(PIXELS % ("final-star", 1)) > MIN_STAR_PIXELS
+
+
+def test_alt_v_vents(page, live):
+    live.rig.inflate(5.0)
+    page.wait_for_state("holding")
+    page("click", on="#setpoint-input")
+    page("press", key="Alt+v")
+    live.rig.wait_for(lambda registers: registers["state"] in ("venting", "vented"))
+    page.wait_for_visible(VENT_VERIFIED)
+    assert "vented" in live.rig.read()["status"]
+
+
+def test_an_operator_inflates_after_a_vent_a_setpoint_and_a_confirmation(page, live):
+    page("click", on="#vent-button")
+    page("fill", on="#setpoint-input", text="12.5")
+    page("press", key="Enter")
+    page.wait_for_text("#result[data-code=invalid_setpoint]", "from 2 to 12 kPa")
+    page("fill", on="#setpoint-input", text="5,5")
+    page("press", key="Enter")
+    page.wait_for_text("#result[data-code=setpoint_accepted]", "5.500 kPa")
+    assert live.rig.read()["setpoint_requested"] == 5.5
+    page.wait_for_text("#setpoint-requested", "5.50")
+    page("click", on="#hold-button")
+    assert "5.500 kPa" in page.text("#confirm-text")
+    page("press", key="Escape")
+    assert live.rig.read()["mode"] == "vent"
+    page("click", on="#hold-button")
+    page("click", on="#confirm-yes")
+    page.wait_for_text("#result[data-code=inflating]", "5.500 kPa")
+    page.wait_for_state("holding")
+    page.wait_for_hidden("#result")
+    assert live.rig.read()["setpoint"] == 5.5
+    page.wait_for_text("#announcements", "State: holding, setpoint 5.50 kilopascals.")
+    assert page.data("#zero-reason", "code") == "not_vented"
+
+
+@pytest.mark.parametrize("way", [("press", {"key": "Alt+v"}), ("click", {"on": "#vent-button"})])
+def test_a_vent_cancels_an_open_confirmation(page, live, way):
+    _ask_to_inflate(page)
+    count = len(page("requestedUrls"))
+    action, arguments = way
+    page(action, **arguments)
+    page.wait_for_visible(VENT_VERIFIED)
+    assert page.is_hidden("#confirm")
+    page.evaluate("document.querySelector('#confirm-yes').click()")
+    page.evaluate("new Promise(requestAnimationFrame)")
+    assert not [url for url in page("requestedUrls")[count:] if url.endswith("/api/write")]
+    assert live.rig.read()["mode"] == "vent"
+
+
+def test_a_changed_state_cancels_an_open_confirmation(page, live):
+    _ask_to_inflate(page)
+    live.rig.write("mode", "hold")
+    page.wait_for_hidden("#confirm")
+
+
+def _ask_to_inflate(page):
+    page("click", on="#vent-button")
+    page("fill", on="#setpoint-input", text="5")
+    page("click", on="#setpoint-button")
+    page.wait_for_text("#setpoint-requested", "5.00 kPa")
+    page("click", on="#hold-button")
+    page.wait_for_visible("#confirm")
+
+
+def test_a_force_above_its_limit_is_shown_and_announced(page, live):
+    live.rig.write("force_limit", 0.5)
+    live.rig.inflate(8.0)
+    live.rig.press(1.0)
+    page.wait_for_text("#force-limit", "0.50 N")
+    assert page.evaluate("document.querySelector('#force-limit').role") == "alert"
+    assert "0.50 N" in page.text("#force-above")
+    live.rig.release()
+    page.wait_for_hidden("#force-limit")
+    live.rig.write("force_limit", 5.0)
+
+
+def test_a_fault_is_shown_with_its_action_and_can_be_cleared(page, live):
+    live.rig.write("lease", 0.2)
+    page.wait_for_visible("#faults [data-fault=lease_expired]")
+    assert "→" not in page.text("#faults .action")  # the arrow is in the style sheet, for screen readers
+    assert page.text("#faults .action")
+    page.wait_for_text("#alarm-announcements", "lease expired")
+    assert page.data("#hold-reason", "code") == "tripped"
+    page("click", on="#clear-button")
+    page.wait_for_visible("#result[data-code=command_done]")
+    page.wait_for_hidden("#faults")
+    assert live.rig.read()["first_out_fault"] == 0
+
+
+def test_after_a_trip_a_new_vent_is_required(page, live):
+    page("click", on="#vent-button")
+    page.wait_for_visible(VENT_VERIFIED)
+    live.rig.write("lease", 0.2)
+    page.wait_for_visible("#faults [data-fault=lease_expired]")
+    page("click", on="#vent-button")  # a vent during a trip does not arm
+    page("click", on="#clear-button")
+    page.wait_for_visible("#result[data-code=command_done]")
+    page.wait_for_visible("#hold-reason[data-code=vent_due]")
+    _ask_to_inflate(page)
+    page("click", on="#confirm-yes")
+    page.wait_for_state("holding")
+
+
+def test_the_time_axis_moves_on_while_the_board_is_silent(page, live):
+    page("click", on="label:has([value='10'])")
+    latest_pixels = PIXELS % ("pressure-key", 0.1)
+    page.wait(latest_pixels)
+    live.stack.sim.send(signal.SIGSTOP)
+    try:
+        page.wait(f"!{latest_pixels}")
+        assert page.evaluate("document.body.classList.contains('stale')")
+    finally:
+        live.stack.sim.send(signal.SIGCONT)
+    page.wait(latest_pixels)
+
+
+def test_with_an_expired_token_only_vent_is_possible(page, live):
+    page.wait("sessionStorage.getItem('operator')")
+    page.evaluate("sessionStorage.setItem('operator', 'of yesterday')")
+    page("reload")
+    page.wait_for_text("#read-only", "READ-ONLY")
+    live.rig.inflate(5.0)
+    page.wait_for_state("holding")
+    assert page.data("#setpoint-reason", "code") == "token_expired"
+    page("click", on="#vent-button")
+    page.wait_for_visible(VENT_VERIFIED)
+    assert "vented" in live.rig.read()["status"]
+    page("fill", on="#token", text=OPERATOR_TOKEN)
+    page("press", key="Enter")
+    page.wait_for_hidden("#read-only")
+
+
+@pytest.mark.parametrize(
+    "broken", [{"without": "main.js"}, {"scripts": False}], ids=["main script", "any script"]
+)
+def test_vent_works_without(broken, live, browser):
+    browser("open", url=live.url, **broken)
+    live.recover()  # after the start of the page, which loads the machine
+    try:
+        live.rig.inflate(3.0)
+        browser("click", on="#vent-button")
+        browser.wait(VENT_ACCEPTED)
+        assert live.rig.read()["mode"] == "vent"
+    finally:
+        browser("open", url=live.operator_url)
+
+
+def test_without_uplot_all_but_the_plots_is_shown(live, browser):
+    live.recover()
+    browser("open", url=live.operator_url, without="uPlot.esm.js")
+    browser.wait_for_state("vented")
+    browser.wait_for_text("#no-plots", "uPlot")
+    browser("open", url=live.operator_url)
+
+
+def test_the_inspector_shows_the_words_of_each_register(page):
+    page.evaluate("document.querySelector('#inspector').open = true")
+    page("fill", on="#filter", text="384")
+    page.wait_for_text("#registers", "C2F6 E666")
+    assert page.text("#registers tr:first-child").split("\t")[:4] == [
+        "3840",
+        "C2F6 E666",
+        "test float",
+        "−123.45",
+    ]
+    page("fill", on="#filter", text="force mn")
+    page.wait_for_text("#registers", "7FFF")
+    assert page.text("#registers tr:first-child").split("\t")[:5] == ["64", "7FFF", "force mn", "–", "mN"]
+
+
+@pytest.mark.parametrize("size", [PHONE, TABLET, PROJECTOR], ids=["phone", "tablet", "projector"])
+def test_vent_is_always_in_view_and_the_page_is_accessible(page, size):
+    page.evaluate("document.querySelector('#inspector').open = true")
+    for scheme in ("light", "dark"):
+        page("resize", **size, scheme=scheme)
+        serious = [found for found in page("audit") if found[1] in ("serious", "critical")]
+        assert (scheme, serious) == (scheme, [])
+    page("press", key="Alt+v")
+    page.wait_for_visible(VENT_VERIFIED)
+    page.evaluate("scrollTo(0, document.body.scrollHeight)")
+    box = page.evaluate("document.querySelector('#vent-button').getBoundingClientRect().toJSON()")
+    assert box["top"] >= 0 <= box["left"]
+    assert box["bottom"] <= size["height"]
+    assert box["right"] <= size["width"]
+    assert box["height"] >= 44
+    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+
+
+def test_without_a_connection_readings_are_dashes_and_a_failed_vent_is_an_alarm(page, live):
+    live.stack.host.send(signal.SIGSTOP)
+    try:
+        page.wait_for_text("#disconnected", "NOT CONNECTED since")
+        readings = ("force", "pressure", "radius", "state")
+        assert [page.text(f"#{name} .number") for name in readings] == ["–"] * 4
+        assert page.data("#setpoint-reason", "code") == "disconnected"
+        page("press", key="Alt+v")
+        page.wait_for_text("#vent-failed", "NOT VENTED")
+        assert page.text("#vent-failed").count("stop switch") == 1
+    finally:
+        live.stack.host.send(signal.SIGCONT)
+    page.wait_for_hidden("#disconnected")
+    page.wait_for_visible(VENT_VERIFIED)
+    assert page.is_hidden("#vent-failed")
+
+
+def test_a_killed_instrument_is_shown_again_after_its_restart(page, live):
+    live.kill()
+    page.wait_for_text("#disconnected", "NOT CONNECTED since")
+    assert page.text("#pressure .number") == "–"
+    live.restart()
+    page.wait_for_hidden("#disconnected")
+    page.wait_for_text("#pressure", ".")
+    page("reload")
+    page.wait_for_text("#pressure", ".")
+
+
+def test_the_page_requests_nothing_from_other_machines_and_has_no_errors(browser):
+    assert {urlsplit(url).hostname for url in browser("requestedUrls")} == {"127.0.0.1"}
+    assert [text for text in browser("errors") if "Failed to load resource" not in text] == []
