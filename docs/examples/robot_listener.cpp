@@ -1,10 +1,11 @@
-// A robot's force loop on pneuforce's CAN frames. Linux, C++17, no library; with pneuforce_can.hpp beside it.
+// Force control loop of a robot on the CAN frames of pneuforce. Linux, C++17, no library.
+// Needs pneuforce_can.hpp in the same folder.
 //
 //   g++ -std=c++17 -O2 -o robot_listener robot_listener.cpp
 //   ./robot_listener can0          listens
-//   ./robot_listener can0 8.0      vents, inflates to 8 kPa, keeps its lease; Ctrl-C vents
-//   ./robot_listener - 8.0         the same over candump lines, where the kernel has no CAN: those on stdin are
-//                                  received, those on stdout sent, and time is what the lines say
+//   ./robot_listener can0 8.0      vents, inflates to 8 kPa, and renews the lease; Ctrl-C vents
+//   ./robot_listener - 8.0         the same with candump lines, if the kernel has no CAN: lines on stdin are the
+//                                  received frames, lines on stdout are sent; the time comes from the lines
 
 #include <chrono>
 #include <csignal>
@@ -26,26 +27,27 @@
 
 #include "pneuforce_can.hpp"
 
-constexpr double WANTED_N = 1.5, GAIN_MM_PER_S_N = 2.0, BACK_OFF_MM_PER_S = -5.0;
+constexpr double TARGET_N = 1.5, GAIN_MM_PER_S_N = 2.0, BACK_OFF_MM_PER_S = -5.0;
 
-// An admittance: on (+) while the force is too small, back (-) while it is too great, or not known.
+// Return the speed of an admittance control: forward (+) if the force is too small, back (-) if the force is
+// too large or unknown.
 double speed_mm_per_s(const pneuforce::ForceInput &input, double now_s)
 {
     pneuforce::Reading force_n = input.force_n(now_s);
     if (!force_n.valid || input.above_limit())
         return BACK_OFF_MM_PER_S;
-    return GAIN_MM_PER_S_N * (WANTED_N - force_n.value);
+    return GAIN_MM_PER_S_N * (TARGET_N - force_n.value);
 }
 
-// ---- the two ways to a bus
+// ---- access to the bus: SocketCAN, or candump lines
 
 using pneuforce::Frame;
 constexpr int WAIT_MS = 20;
 
 struct Link {
     virtual ~Link() = default;
-    virtual std::optional<Frame> receive() = 0; // nothing after 20 ms
-    virtual void send(const Frame &frame) = 0;  // what is lost here, the missing Answer tells
+    virtual std::optional<Frame> receive() = 0; // nothing if no frame comes within 20 ms
+    virtual void send(const Frame &frame) = 0;  // errors are not reported: the Answer is missing then
     virtual double now_s() const = 0;
     bool open = true;
 };
@@ -69,9 +71,9 @@ class SocketCan : public Link {
 
     std::optional<Frame> receive() override
     {
-        pollfd waiting{socket_, POLLIN, 0};
+        pollfd events{socket_, POLLIN, 0};
         can_frame raw{};
-        if (poll(&waiting, 1, WAIT_MS) < 1 || read(socket_, &raw, sizeof raw) != sizeof raw)
+        if (poll(&events, 1, WAIT_MS) < 1 || read(socket_, &raw, sizeof raw) != sizeof raw)
             return {};
         Frame frame{raw.can_id & CAN_SFF_MASK, raw.can_dlc, {}};
         std::memcpy(frame.data.data(), raw.data, sizeof raw.data);
@@ -85,7 +87,7 @@ class SocketCan : public Link {
         raw.can_dlc = static_cast<std::uint8_t>(frame.length);
         std::memcpy(raw.data, frame.data.data(), sizeof raw.data);
         if (write(socket_, &raw, sizeof raw) != sizeof raw)
-            std::perror("not sent");
+            std::perror("frame not sent");
     }
 
     double now_s() const override
@@ -102,19 +104,19 @@ class CandumpLines : public Link {
   public:
     std::optional<Frame> receive() override
     {
-        auto end = waiting_.find('\n');
+        auto end = buffer_.find('\n');
         if (end == std::string::npos)
             return read_more();
-        std::string line = waiting_.substr(0, end);
-        waiting_.erase(0, end + 1);
-        return parsed(line);
+        std::string line = buffer_.substr(0, end);
+        buffer_.erase(0, end + 1);
+        return parse(line);
     }
 
     void send(const Frame &frame) override
     {
         std::printf("(%.6f) can0 %03X#", now_s_, frame.id);
-        for (std::size_t at = 0; at < frame.length; at++)
-            std::printf("%02X", frame.data[at]);
+        for (std::size_t i = 0; i < frame.length; i++)
+            std::printf("%02X", frame.data[i]);
         std::puts("");
     }
 
@@ -131,12 +133,12 @@ class CandumpLines : public Link {
         }
         auto length = read(STDIN_FILENO, bytes, sizeof bytes);
         open = length > 0;
-        waiting_.append(bytes, open ? static_cast<std::size_t>(length) : 0);
+        buffer_.append(bytes, open ? static_cast<std::size_t>(length) : 0);
         return {};
     }
 
-    // "(1700000000.000000) can0 185#E803401F64008107"; a 29-bit or a remote frame is none of ours.
-    std::optional<Frame> parsed(const std::string &line)
+    // Parse a line like "(1700000000.000000) can0 185#E803401F64008107". 29-bit and remote frames are ignored.
+    std::optional<Frame> parse(const std::string &line)
     {
         double stamp_s = 0;
         char id[9] = "", text[17] = "";
@@ -146,14 +148,14 @@ class CandumpLines : public Link {
         if (std::strlen(id) != 3)
             return {};
         Frame frame{static_cast<std::uint32_t>(std::strtoul(id, nullptr, 16)), std::strlen(text) / 2, {}};
-        for (std::size_t at = 0; at < frame.length; at++) {
-            char byte[3] = {text[2 * at], text[2 * at + 1], 0};
-            frame.data[at] = static_cast<std::uint8_t>(std::strtoul(byte, nullptr, 16));
+        for (std::size_t i = 0; i < frame.length; i++) {
+            char byte[3] = {text[2 * i], text[2 * i + 1], 0};
+            frame.data[i] = static_cast<std::uint8_t>(std::strtoul(byte, nullptr, 16));
         }
         return frame;
     }
 
-    std::string waiting_;
+    std::string buffer_;
     double now_s_ = 0;
 };
 
@@ -169,12 +171,12 @@ void print(const Frame &frame)
                     force->force_n.value, force->pressure_kpa.value, force->uncertainty_n.value,
                     force->condensed_status, force->counter, force->force_n.valid);
     else if (auto state = pneuforce::decode_state(frame))
-        std::printf("State setpoint=%.3f initial_pressure=%.3f radius=%.3f peak_force=%.3f\n",
-                    state->setpoint_kpa.value, state->initial_pressure_kpa.value, state->radius_mm.value,
+        std::printf("State setpoint=%.3f baseline_pressure=%.3f radius=%.3f peak_force=%.3f\n",
+                    state->setpoint_kpa.value, state->baseline_pressure_kpa.value, state->radius_mm.value,
                     state->peak_force_n.value);
     else if (auto status = pneuforce::decode_status(frame))
-        std::printf("Status status=%u state=%u refusal=%u contact_counter=%u sample_counter=%u\n", status->bits,
-                    status->state, status->refusal, status->contact_counter, status->sample_counter);
+        std::printf("Status status=%u state=%u reject_reason=%u contact_counter=%u sample_counter=%u\n", status->bits,
+                    status->state, status->reject_reason, status->contact_counter, status->sample_counter);
     else if (auto answer = pneuforce::decode_answer(frame))
         std::printf("Answer sequence=%u result=%u setpoint=%.3f\n", answer->sequence, answer->result,
                     answer->setpoint_kpa.value);
@@ -183,8 +185,8 @@ void print(const Frame &frame)
 void run(Link &link, std::optional<pneuforce::Inflation> inflation)
 {
     pneuforce::ForceInput input;
-    double told_mm_per_s = std::numeric_limits<double>::quiet_NaN();
-    while (link.open && !stopped && !(inflation && inflation->ended())) {
+    double printed_mm_per_s = std::numeric_limits<double>::quiet_NaN();
+    while (link.open && !stopped && !(inflation && inflation->rejected())) {
         if (auto frame = link.receive()) {
             print(*frame);
             if (auto force = pneuforce::decode_force(*frame))
@@ -193,39 +195,40 @@ void run(Link &link, std::optional<pneuforce::Inflation> inflation)
                 inflation->take(*answer);
         }
         double now_s = link.now_s(), speed = speed_mm_per_s(input, now_s);
-        if (speed != told_mm_per_s)
+        if (speed != printed_mm_per_s)
             std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s, speed, input.lost(),
                         input.simulated());
-        told_mm_per_s = speed;
+        printed_mm_per_s = speed;
         if (inflation)
             if (auto due = inflation->due(now_s))
                 link.send(*due);
         std::fflush(stdout);
     }
-    if (inflation && inflation->ended())
-        std::fprintf(stderr, "refused, result %d: docs/robot.md says what to do\n", inflation->result());
+    if (inflation && inflation->rejected())
+        std::fprintf(stderr, "The Command was rejected with result %d. See the results in docs/robot.md\n",
+                     inflation->result());
     if (inflation)
-        link.send(inflation->leave());
+        link.send(inflation->vent_and_release());
 }
 
-int main(int count, char **words)
+int main(int argc, char **argv)
 {
-    if (count < 2 || count > 3) {
-        std::fprintf(stderr, "usage: %s can0|- [setpoint_kpa]\n", words[0]);
+    if (argc < 2 || argc > 3) {
+        std::fprintf(stderr, "usage: %s can0|- [setpoint_kpa]\n", argv[0]);
         return 2;
     }
     std::unique_ptr<Link> link;
-    if (std::strcmp(words[1], "-") == 0)
+    if (std::strcmp(argv[1], "-") == 0)
         link = std::make_unique<CandumpLines>();
     else
-        link = std::make_unique<SocketCan>(words[1]);
+        link = std::make_unique<SocketCan>(argv[1]);
     if (!link->open)
         return 1;
     for (int number : {SIGINT, SIGTERM})
         std::signal(number, [](int) { stopped = 1; });
     std::optional<pneuforce::Inflation> inflation;
-    if (count == 3)
-        inflation.emplace(std::atof(words[2]));
+    if (argc == 3)
+        inflation.emplace(std::atof(argv[2]));
     run(*link, inflation);
     std::fflush(stdout);
     return 0;

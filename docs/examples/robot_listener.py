@@ -1,10 +1,10 @@
-"""A robot's force loop on pneuforce's CAN frames, by the DBC: python-can and cantools.
+"""Force control loop of a robot on the CAN frames of pneuforce, with python-can, cantools and the DBC file.
 
     python robot_listener.py                                  # listens on can0
-    python robot_listener.py --setpoint 8.0                   # inflates, keeps its lease; Ctrl-C vents
-    python robot_listener.py --interface socketcand --host 127.0.0.1 --port 29536      # beside `make run`
+    python robot_listener.py --setpoint 8.0                   # inflates and renews the lease; Ctrl-C vents
+    python robot_listener.py --interface socketcand --host 127.0.0.1 --port 29536      # with `make run`
 
-pneuforce_can.hpp is the same in C++; the guide is docs/robot.md.
+pneuforce_can.hpp is the same in C++. The guide is docs/robot.md.
 """
 
 import argparse
@@ -20,82 +20,94 @@ import cantools
 
 DBC = cantools.database.load_file(Path(__file__).parents[1] / "pneuforce.dbc")
 FORCE, ANSWER, COMMAND = (DBC.get_message_by_name(name) for name in ("Force", "Answer", "Command"))
-FRESH_S = 0.1  # ten periods at 100 Hz: a frame may be lost, an old force not be used
+MAX_AGE_S = 0.1  # ten periods at 100 Hz: one frame may be lost, but an old force must not be used
 LEASE_S, RETRY_S = 1.0, 0.1
-WANTED_N, GAIN_MM_PER_S_N, BACK_OFF_MM_PER_S = 1.5, 2.0, -5.0
+TARGET_N, GAIN_MM_PER_S_N, BACK_OFF_MM_PER_S = 1.5, 2.0, -5.0
 
 
 class Reading(NamedTuple):
-    """A value is never to be had without the word whether it may be used."""
+    """Value, and True if the value may be used."""
 
     value: float = math.nan
     valid: bool = False
 
 
 class ForceInput:
-    """What a force loop may believe, and when."""
+    """Latest force for a control loop, with the checks that make it valid."""
 
     def __init__(self):
         self.lost = 0
         self._last = None
-        self._seen_s = -math.inf
+        self._received_s = -math.inf
 
     def take(self, frame, now_s):
-        """A counter that stands still is an old frame, from a gateway that repeats its last one."""
+        """Store a Force frame. An unchanged counter means an old frame, repeated by a gateway."""
         before, self._last = self._last, frame
         if before is None or frame["counter"] != before["counter"]:
             self.lost += (frame["counter"] - before["counter"] - 1) % 256 if before else 0
-            self._seen_s = now_s
+            self._received_s = now_s
 
     def force(self, now_s):
-        """Silence is judged by the receiver's own clock: a sender that is gone sets no bit."""
+        """Return the force [N].
+
+        The receiver checks the age of the force, because a stopped sender cannot report an error.
+        """
         last = self._last
-        if last is None or now_s - self._seen_s > FRESH_S or not last["force_valid"]:
+        if last is None or now_s - self._received_s > MAX_AGE_S or not last["force_valid"]:
             return Reading()
         force_n = last["force"]  # a float, or the name of the code for "not available"
         return Reading(force_n, True) if isinstance(force_n, float) else Reading()
 
     @property
     def above_limit(self):
-        return bool(self._last and self._last["force_limit"])
+        """Return True if the force is above the force limit."""
+        return bool(self._last and self._last["force_high_alarm"])
 
 
 def speed_mm_per_s(force_input, now_s):
-    """An admittance: on (+) while the force is too small, back (-) while it is too great, or not known."""
+    """Return the speed of an admittance control: forward (+) if the force is too small, else back (-).
+
+    The robot also moves back if the force is unknown.
+    """
     force = force_input.force(now_s)
     if not force.valid or force_input.above_limit:
         return BACK_OFF_MM_PER_S
-    return GAIN_MM_PER_S_N * (WANTED_N - force.value)
+    return GAIN_MM_PER_S_N * (TARGET_N - force.value)
 
 
 class Inflation:
-    """Vent, then hold, each until it is answered; then the same Command again renews the lease."""
+    """Sequence of Commands that inflates the balloon and keeps the lease.
+
+    Vent and hold are each repeated until the answer arrives. After that, the same Command renews the lease.
+    """
 
     def __init__(self, setpoint_kpa):
-        self.refused = None
+        self.rejected = None
         self._setpoint_kpa = setpoint_kpa
         self._mode, self._sequence, self._wait_s = "vent", 1, RETRY_S
         self._next_s = -math.inf
 
     def due(self, now_s):
+        """Return the Command to send now, or None."""
         if now_s < self._next_s:
             return None
         self._next_s = now_s + self._wait_s
         return self._command(self._mode, self._setpoint_kpa, LEASE_S)
 
     def take(self, answer):
+        """Handle an Answer frame."""
         if answer["sequence"] != self._sequence:
             return
         if answer["result"] not in ("accepted", "renewed"):
-            self.refused = str(answer["result"])  # never ask again blindly: somebody has to look
+            self.rejected = str(answer["result"])  # a person must find the reason before the next attempt
         elif self._mode == "vent":
             self._mode, self._next_s = "hold", -math.inf
             self._sequence += 1
         else:
             self._wait_s = LEASE_S / 3
 
-    def leave(self):
-        """The lease goes too: one that is left to run out trips the rig."""
+    def vent_and_release(self):
+        """Return the Command that vents and releases the lease. A lease that expires trips the rig."""
         self._sequence += 1
         return self._command("vent", 0.0, 0.0)
 
@@ -109,8 +121,8 @@ class Inflation:
 
 
 def run(bus, inflation, stopped):
-    force_input, told_mm_per_s = ForceInput(), None
-    while not stopped and not (inflation and inflation.refused):
+    force_input, printed_mm_per_s = ForceInput(), None
+    while not stopped and not (inflation and inflation.rejected):
         frame = bus.recv(0.02)
         now_s = time.monotonic()
         if frame is not None and frame.arbitration_id == FORCE.frame_id:
@@ -118,9 +130,9 @@ def run(bus, inflation, stopped):
         elif frame is not None and frame.arbitration_id == ANSWER.frame_id and inflation:
             inflation.take(ANSWER.decode(frame.data))
         speed = speed_mm_per_s(force_input, now_s)
-        if speed != told_mm_per_s:
+        if speed != printed_mm_per_s:
             force = force_input.force(now_s)
-            told_mm_per_s = speed
+            printed_mm_per_s = speed
             print(
                 f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {force_input.lost} lost"
             )
@@ -130,26 +142,26 @@ def run(bus, inflation, stopped):
 
 
 def main():
-    words = argparse.ArgumentParser()
-    words.add_argument("--interface", default="socketcan")
-    words.add_argument("--channel", default="can0")
-    words.add_argument("--host")
-    words.add_argument("--port", type=int)
-    words.add_argument("--setpoint", type=float, help="kPa; without it nothing is sent")
-    given = words.parse_args()
-    hub = {"host": given.host, "port": given.port, "tcp_tune": True} if given.host else {}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--interface", default="socketcan", help="python-can interface")
+    parser.add_argument("--channel", default="can0", help="channel of the interface")
+    parser.add_argument("--host", help="socketcand only: address of the server")
+    parser.add_argument("--port", type=int, help="socketcand only: TCP port of the server")
+    parser.add_argument("--setpoint", type=float, help="kPa; without a setpoint, nothing is sent")
+    options = parser.parse_args()
+    server = {"host": options.host, "port": options.port, "tcp_tune": True} if options.host else {}
     stopped = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.append(True))
-    inflation = Inflation(given.setpoint) if given.setpoint else None
-    with can.Bus(interface=given.interface, channel=given.channel, **hub) as bus:
+    inflation = Inflation(options.setpoint) if options.setpoint else None
+    with can.Bus(interface=options.interface, channel=options.channel, **server) as bus:
         try:
             run(bus, inflation, stopped)
         finally:
             if inflation:
-                bus.send(inflation.leave())
-    if inflation and inflation.refused:
-        sys.exit(f"refused, {inflation.refused}: docs/robot.md says what to do")
+                bus.send(inflation.vent_and_release())
+    if inflation and inflation.rejected:
+        sys.exit(f"The Command was rejected with {inflation.rejected}. See the results in docs/robot.md")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A robot's force loop, here a few lines of Python, tested over CAN against pneuforce on a simulated rig."""
+"""Test of a robot's force control loop, written here in Python, over CAN with a simulated rig."""
 
 import time
 from pathlib import Path
@@ -9,54 +9,54 @@ import pytest
 
 DBC = cantools.database.load_file(Path(__file__).parents[1] / "pneuforce.dbc")
 FORCE = DBC.get_message_by_name("Force")
-WANTED_N = 1.5
+TARGET_N = 1.5
 GAIN_MM_PER_S_N = 2.0
 BACK_OFF_MM_PER_S = -5.0
-SILENT_S = 0.1
+TIMEOUT_S = 0.1
 
 
 class Approach:
-    """An admittance: drives on (+) while the force is too small, back (-) while too great or unknown."""
+    """Admittance control: forward (+) if the force is too small, back (-) if it is too large or unknown."""
 
     def __init__(self, bus):
         self.bus = bus
         self.speed_mm_per_s = BACK_OFF_MM_PER_S
 
     def step(self):
-        """Take the next Force frame; silence is no force."""
-        end_s = time.monotonic() + SILENT_S
-        frame = self.bus.recv(SILENT_S)
+        """Set the speed from the next Force frame. Without a frame within 0.1 s, the force is unknown."""
+        deadline_s = time.monotonic() + TIMEOUT_S
+        frame = self.bus.recv(TIMEOUT_S)
         while frame is not None and frame.arbitration_id != FORCE.frame_id:
-            frame = self.bus.recv(max(0.0, end_s - time.monotonic()))
-        told = {"force_valid": 0} if frame is None else DBC.decode_message(FORCE.frame_id, frame.data)
+            frame = self.bus.recv(max(0.0, deadline_s - time.monotonic()))
+        values = {"force_valid": 0} if frame is None else DBC.decode_message(FORCE.frame_id, frame.data)
         self.speed_mm_per_s = (
-            GAIN_MM_PER_S_N * (WANTED_N - told["force"]) if told["force_valid"] else BACK_OFF_MM_PER_S
+            GAIN_MM_PER_S_N * (TARGET_N - values["force"]) if values["force_valid"] else BACK_OFF_MM_PER_S
         )
 
 
 @pytest.fixture
 def approach(pneuforce_rig):
     pneuforce_rig.inflate(6.0)
-    with can.Bus(**pneuforce_rig.can) as bus:
+    with can.Bus(**pneuforce_rig.can_arguments) as bus:
         yield Approach(bus)
 
 
-def until(approach, wanted, seconds=5.0):
-    end_s = time.monotonic() + seconds
-    while not wanted(approach.speed_mm_per_s):
-        assert time.monotonic() < end_s, f"{approach.speed_mm_per_s} mm/s"
+def step_until(approach, condition, seconds=5.0):
+    deadline_s = time.monotonic() + seconds
+    while not condition(approach.speed_mm_per_s):
+        assert time.monotonic() < deadline_s, f"{approach.speed_mm_per_s} mm/s"
         approach.step()
 
 
-def test_it_drives_on_until_the_force_is_the_wanted_one_and_yields_to_a_greater(pneuforce_rig, approach):
-    until(approach, lambda speed: speed == GAIN_MM_PER_S_N * WANTED_N)
-    pneuforce_rig.press(WANTED_N)
-    until(approach, lambda speed: abs(speed) < 0.2)
+def test_the_robot_drives_on_until_the_target_force_and_yields_to_a_larger_force(pneuforce_rig, approach):
+    step_until(approach, lambda speed: speed == GAIN_MM_PER_S_N * TARGET_N)
+    pneuforce_rig.press(TARGET_N)
+    step_until(approach, lambda speed: abs(speed) < 0.2)
     pneuforce_rig.press(3.0)
-    until(approach, lambda speed: -3.4 < speed < -2.6)
+    step_until(approach, lambda speed: -3.4 < speed < -2.6)
 
 
-def test_it_backs_off_as_soon_as_the_force_is_not_valid(pneuforce_rig, approach):
-    until(approach, lambda speed: speed > 0.0)
-    with pneuforce_rig.fault("sensor_open"):
-        until(approach, lambda speed: speed == BACK_OFF_MM_PER_S, seconds=2.0)
+def test_the_robot_backs_off_when_the_force_is_invalid(pneuforce_rig, approach):
+    step_until(approach, lambda speed: speed > 0.0)
+    with pneuforce_rig.inject_fault("sensor_open"):
+        step_until(approach, lambda speed: speed == BACK_OFF_MM_PER_S, seconds=2.0)

@@ -1,10 +1,11 @@
 /* pneuforce: the register map for programs in C99 and C++11.
- * Map version 1, hash D039D128h (registers 768 and 770).
- * Made from the register map: pneuforce map --format h. How to use it: docs/plc.md.
+ * Map version 1, hash 23D6F113h (registers 768 and 770).
+ * Generated from the register map: pneuforce map --format h. How to use it: docs/plc.md.
  *
- * A function takes the words of a block, as read from that block's first address on, each a number of this
- * machine (as libmodbus delivers them). It stores the value and returns whether it is one: false for "not
- * available", the value being 0 then. Whether the words are fresh only the sample counter can tell.
+ * Each function takes the words of one block, read from the first address of the block. The words have the
+ * byte order of this machine, as libmodbus delivers them. The function stores the value and returns true if
+ * the value is valid. If it returns false, the value is not available and is set to 0. Check the sample
+ * counter as well: if it does not change, the words are old.
  */
 #ifndef PNEUFORCE_REGISTERS_H
 #define PNEUFORCE_REGISTERS_H
@@ -14,16 +15,16 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0xD039D128)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x23D6F113)
 #define PNEUFORCE_COMMAND_KEY 20550
-#define PNEUFORCE_COUNT_MEASURED 36 /* words from 0: one read is one instant */
+#define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
 #define PNEUFORCE_ADDRESS_FORCE 0
 #define PNEUFORCE_ADDRESS_FORCE_UNCERTAINTY 2
 #define PNEUFORCE_ADDRESS_PRESSURE 4
 #define PNEUFORCE_ADDRESS_RADIUS 6
 #define PNEUFORCE_ADDRESS_SETPOINT 8
-#define PNEUFORCE_ADDRESS_INITIAL_PRESSURE 10
+#define PNEUFORCE_ADDRESS_BASELINE_PRESSURE 10
 #define PNEUFORCE_ADDRESS_RISE 12
 #define PNEUFORCE_ADDRESS_INDENTATION 14
 #define PNEUFORCE_ADDRESS_CONTACT_RADIUS 16
@@ -33,8 +34,8 @@
 #define PNEUFORCE_ADDRESS_SAMPLE_AGE 24
 #define PNEUFORCE_ADDRESS_STATE 25
 #define PNEUFORCE_ADDRESS_CONTACT_COUNTER 26
-#define PNEUFORCE_ADDRESS_REFUSAL 27
-#define PNEUFORCE_ADDRESS_FORCE_LOW 28
+#define PNEUFORCE_ADDRESS_REJECT_REASON 27
+#define PNEUFORCE_ADDRESS_FORCE_LOWER_RANGE_LIMIT 28
 #define PNEUFORCE_ADDRESS_FORCE_UNCOMPENSATED 30
 #define PNEUFORCE_ADDRESS_BASELINE_DRIFT 32
 #define PNEUFORCE_ADDRESS_DELAY 34
@@ -71,55 +72,55 @@
 #define PNEUFORCE_ADDRESS_CONFIGURATION_HASH 772
 #define PNEUFORCE_ADDRESS_SERIAL_NUMBER 774
 #define PNEUFORCE_ADDRESS_CALIBRATION_DATE 776
-#define PNEUFORCE_ADDRESS_FIRST_FAULT 778
-#define PNEUFORCE_ADDRESS_ACTIVE_FAULTS 779
+#define PNEUFORCE_ADDRESS_FIRST_OUT_FAULT 778
+#define PNEUFORCE_ADDRESS_ACTIVE_FAULT_COUNT 779
 #define PNEUFORCE_ADDRESS_BALLOON_ID 780
-#define PNEUFORCE_ADDRESS_INFLATIONS 782
+#define PNEUFORCE_ADDRESS_INFLATION_COUNT 782
 #define PNEUFORCE_ADDRESS_TEST_FLOAT 3840
 #define PNEUFORCE_ADDRESS_TEST_LONG 3842
 #define PNEUFORCE_ADDRESS_TEST_INT 3844
-#define PNEUFORCE_LEAST_SETPOINT_REQUESTED 2.0f /* kPa */
-#define PNEUFORCE_GREATEST_SETPOINT_REQUESTED 12.0f /* kPa */
-#define PNEUFORCE_LEAST_FORCE_LIMIT 0.1f /* N */
-#define PNEUFORCE_GREATEST_FORCE_LIMIT 20.0f /* N */
-#define PNEUFORCE_LEAST_LEASE 200 /* ms */
-#define PNEUFORCE_GREATEST_LEASE 60000 /* ms */
-#define PNEUFORCE_LEAST_REFERENCE_PRESSURE -1.0f /* kPa */
-#define PNEUFORCE_GREATEST_REFERENCE_PRESSURE 3.0f /* kPa */
-#define PNEUFORCE_LEAST_SETPOINT_REQUESTED_PA 2000 /* Pa */
-#define PNEUFORCE_GREATEST_SETPOINT_REQUESTED_PA 12000 /* Pa */
-#define PNEUFORCE_LEAST_FORCE_LIMIT_MN 100 /* mN */
-#define PNEUFORCE_GREATEST_FORCE_LIMIT_MN 20000 /* mN */
-#define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* The balloon is pressed. */
-#define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* Inflating or settling. */
-#define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* Holding: both valves locked at the setpoint. */
-#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* Vented, and verified so: below 0.3 kPa for 0.5 s. */
-#define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* Rise below 0.5 kPa: the force is interpolated to zero. */
-#define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i outside 4.95-11.45 kPa, or the model has no answer: force not available. */
-#define PNEUFORCE_STATUS_FORCE_LIMIT UINT32_C(0x00000040) /* Force above the force limit (register 514). */
+#define PNEUFORCE_MIN_SETPOINT_REQUESTED 2.0f /* kPa */
+#define PNEUFORCE_MAX_SETPOINT_REQUESTED 12.0f /* kPa */
+#define PNEUFORCE_MIN_FORCE_LIMIT 0.1f /* N */
+#define PNEUFORCE_MAX_FORCE_LIMIT 20.0f /* N */
+#define PNEUFORCE_MIN_LEASE 200 /* ms */
+#define PNEUFORCE_MAX_LEASE 60000 /* ms */
+#define PNEUFORCE_MIN_REFERENCE_PRESSURE -1.0f /* kPa */
+#define PNEUFORCE_MAX_REFERENCE_PRESSURE 3.0f /* kPa */
+#define PNEUFORCE_MIN_SETPOINT_REQUESTED_PA 2000 /* Pa */
+#define PNEUFORCE_MAX_SETPOINT_REQUESTED_PA 12000 /* Pa */
+#define PNEUFORCE_MIN_FORCE_LIMIT_MN 100 /* mN */
+#define PNEUFORCE_MAX_FORCE_LIMIT_MN 20000 /* mN */
+#define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
+#define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
+#define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* Both valves are closed after the setpoint was reached. */
+#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The balloon is empty: the pressure was below 0.3 kPa for 0.5 s. */
+#define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The rise is below 0.5 kPa: the force is interpolated towards zero. */
+#define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, or the model has no solution: no force is available. */
+#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514). */
 #define PNEUFORCE_STATUS_SETPOINT_NOT_REACHED UINT32_C(0x00000080) /* The setpoint was not reached in time. */
-#define PNEUFORCE_STATUS_STALE UINT32_C(0x00000100) /* Sample older than 100 ms: values not available. */
-#define PNEUFORCE_STATUS_LINK_LOST UINT32_C(0x00000200) /* No frame from the rig for more than 250 ms. */
-#define PNEUFORCE_STATUS_SENSOR_FAULT UINT32_C(0x00000400) /* Pressure sensor open, short or stuck. */
+#define PNEUFORCE_STATUS_STALE UINT32_C(0x00000100) /* The last sample is older than 100 ms: measured values are not available. */
+#define PNEUFORCE_STATUS_LINK_LOST UINT32_C(0x00000200) /* No frame has come from the rig for more than 250 ms. */
+#define PNEUFORCE_STATUS_SENSOR_FAULT UINT32_C(0x00000400) /* The pressure sensor is open, shorted or frozen. */
 #define PNEUFORCE_STATUS_OVERPRESSURE UINT32_C(0x00000800) /* A pressure limit was exceeded. */
-#define PNEUFORCE_STATUS_LEAK UINT32_C(0x00001000) /* The locked pressure falls steadily without contact. */
-#define PNEUFORCE_STATUS_BURST UINT32_C(0x00002000) /* Balloon burst, or past its limit point. */
-#define PNEUFORCE_STATUS_LEASE_EXPIRED UINT32_C(0x00004000) /* A lease ran out. */
-#define PNEUFORCE_STATUS_SIMULATED UINT32_C(0x00008000) /* The source is not a real rig. */
-#define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero yet: no inflation. */
-#define PNEUFORCE_STATUS_WRITE_LOCK UINT32_C(0x00020000) /* Writes are locked by the configuration. */
-#define PNEUFORCE_STATUS_BOARD_WATCHDOG UINT32_C(0x00040000) /* The board restarted by its watchdog or a brown-out. */
-#define PNEUFORCE_STATUS_CAN_DOWN UINT32_C(0x00080000) /* The CAN interface is down. */
-#define PNEUFORCE_STATUS_INLET_FAULT UINT32_C(0x00100000) /* Inlet valve or supply: no rise, or stuck open. */
-#define PNEUFORCE_STATUS_VENT_FAULT UINT32_C(0x00200000) /* Vent valve stuck, or the tube is occluded: the balloon may be inflated. */
+#define PNEUFORCE_STATUS_LEAK UINT32_C(0x00001000) /* The held pressure falls steadily without contact. */
+#define PNEUFORCE_STATUS_BURST UINT32_C(0x00002000) /* The balloon has burst, or is past its limit point. */
+#define PNEUFORCE_STATUS_LEASE_EXPIRED UINT32_C(0x00004000) /* A lease expired. */
+#define PNEUFORCE_STATUS_SIMULATED UINT32_C(0x00008000) /* The values come from a simulation or a replay, not from a real rig. */
+#define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero adjustment yet: inflation is rejected. */
+#define PNEUFORCE_STATUS_WRITE_PROTECT UINT32_C(0x00020000) /* The configuration disables writing. */
+#define PNEUFORCE_STATUS_BOARD_WATCHDOG UINT32_C(0x00040000) /* The watchdog or a brown-out restarted the board. */
+#define PNEUFORCE_STATUS_CAN_DOWN UINT32_C(0x00080000) /* The CAN interface does not work. */
+#define PNEUFORCE_STATUS_INLET_FAULT UINT32_C(0x00100000) /* The inlet valve is stuck, or there is no gas supply. */
+#define PNEUFORCE_STATUS_VENT_FAULT UINT32_C(0x00200000) /* The vent valve is stuck, or the tube is blocked: the balloon may be inflated. */
 #define PNEUFORCE_STATUS_BOARD_RESET UINT32_C(0x00400000) /* The board restarted. */
-#define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline is old or drifting. */
-#define PNEUFORCE_STATUS_MAINTENANCE UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): look at it soon. */
-#define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107). */
-#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): nothing is held, nothing has failed. */
-#define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or samples are stale. */
-#define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force carries a force calibration. */
-#define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Any failure is active. */
+#define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline is older than 60 s or drifts. */
+#define PNEUFORCE_STATUS_MAINTENANCE_REQUIRED UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): check the instrument soon. */
+#define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107): the same condition as out_of_range. */
+#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): no pressure is held, and no failure is present. */
+#define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
+#define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
+#define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* A copy of bit 27, for masters that test the sign bit. */
 
 enum pneuforce_state {
     PNEUFORCE_STATE_BOOT = 0,
@@ -131,16 +132,16 @@ enum pneuforce_state {
     PNEUFORCE_STATE_TRIPPED = 6
 };
 
-enum pneuforce_refusal {
-    PNEUFORCE_REFUSAL_NONE = 0,
-    PNEUFORCE_REFUSAL_STATE = 1,
-    PNEUFORCE_REFUSAL_FAULT_LATCHED = 2,
-    PNEUFORCE_REFUSAL_LEASE = 3,
-    PNEUFORCE_REFUSAL_WRITE_LOCK = 4,
-    PNEUFORCE_REFUSAL_CAUSE_PERSISTS = 5,
-    PNEUFORCE_REFUSAL_LINK_LOST = 6,
-    PNEUFORCE_REFUSAL_NOT_ZEROED = 7,
-    PNEUFORCE_REFUSAL_IN_CONTACT = 8
+enum pneuforce_reject_reason {
+    PNEUFORCE_REJECT_REASON_NONE = 0,
+    PNEUFORCE_REJECT_REASON_STATE = 1,
+    PNEUFORCE_REJECT_REASON_FAULT_LATCHED = 2,
+    PNEUFORCE_REJECT_REASON_LEASE = 3,
+    PNEUFORCE_REJECT_REASON_WRITE_PROTECT = 4,
+    PNEUFORCE_REJECT_REASON_CAUSE_PERSISTS = 5,
+    PNEUFORCE_REJECT_REASON_LINK_LOST = 6,
+    PNEUFORCE_REJECT_REASON_NOT_ZEROED = 7,
+    PNEUFORCE_REJECT_REASON_IN_CONTACT = 8
 };
 
 enum pneuforce_mode {
@@ -153,7 +154,7 @@ enum pneuforce_lease_holder {
     PNEUFORCE_LEASE_HOLDER_MODBUS_TCP = 1,
     PNEUFORCE_LEASE_HOLDER_MODBUS_RTU = 2,
     PNEUFORCE_LEASE_HOLDER_CAN = 3,
-    PNEUFORCE_LEASE_HOLDER_PAGE = 4
+    PNEUFORCE_LEASE_HOLDER_WEB = 4
 };
 
 enum pneuforce_command_code {
@@ -161,7 +162,7 @@ enum pneuforce_command_code {
     PNEUFORCE_COMMAND_CODE_ZERO_PRESSURE = 1,
     PNEUFORCE_COMMAND_CODE_CLEAR_FAULTS = 2,
     PNEUFORCE_COMMAND_CODE_SELF_TEST = 3,
-    PNEUFORCE_COMMAND_CODE_UNDO_ZERO = 4,
+    PNEUFORCE_COMMAND_CODE_RESTORE_ZERO = 4,
     PNEUFORCE_COMMAND_CODE_NEW_BALLOON = 5
 };
 
@@ -184,7 +185,7 @@ enum pneuforce_method {
 enum pneuforce_fault {
     PNEUFORCE_FAULT_NONE = 0,
     PNEUFORCE_FAULT_SENSOR = 1,
-    PNEUFORCE_FAULT_STUCK = 2,
+    PNEUFORCE_FAULT_SENSOR_FROZEN = 2,
     PNEUFORCE_FAULT_SUPPLY_VOLTAGE = 3,
     PNEUFORCE_FAULT_OVERPRESSURE = 4,
     PNEUFORCE_FAULT_BURST = 5,
@@ -194,7 +195,7 @@ enum pneuforce_fault {
     PNEUFORCE_FAULT_VENT_SHUT = 9,
     PNEUFORCE_FAULT_OCCLUSION = 10,
     PNEUFORCE_FAULT_LEAK = 11,
-    PNEUFORCE_FAULT_TIMEOUT = 12,
+    PNEUFORCE_FAULT_SETPOINT_TIMEOUT = 12,
     PNEUFORCE_FAULT_HOST_SILENT = 13,
     PNEUFORCE_FAULT_WATCHDOG = 14,
     PNEUFORCE_FAULT_LEASE_EXPIRED = 32,
@@ -202,7 +203,7 @@ enum pneuforce_fault {
     PNEUFORCE_FAULT_LINK_LOST = 34,
     PNEUFORCE_FAULT_PRESSURE_LIMIT = 35,
     PNEUFORCE_FAULT_SENSOR_LIMIT = 36,
-    PNEUFORCE_FAULT_SENSOR_STUCK = 37,
+    PNEUFORCE_FAULT_BOARD_UNRESPONSIVE = 37,
     PNEUFORCE_FAULT_DISAGREEMENT = 38,
     PNEUFORCE_FAULT_NOT_VENTED = 39,
     PNEUFORCE_FAULT_FORCE_LIMIT = 40,
@@ -241,13 +242,13 @@ static inline bool pneuforce_uint16(uint16_t word, uint16_t *value)
     return valid;
 }
 
-/* 0: Contact force, positive when the balloon is pressed. [N] */
+/* 0: Contact force; positive when an object presses on the balloon. [N] */
 static inline bool pneuforce_force_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 0, low_word_first, value);
 }
 
-/* 2: Standard uncertainty of the force; without contact, the detection limit. [N] */
+/* 2: Standard uncertainty of the force. Without contact: the detection limit. [N] */
 static inline bool pneuforce_force_uncertainty_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 2, low_word_first, value);
@@ -259,31 +260,31 @@ static inline bool pneuforce_pressure_kpa(const uint16_t *from_0, bool low_word_
     return pneuforce_float(from_0 + 4, low_word_first, value);
 }
 
-/* 6: Inflated radius R_i before contact. [mm] */
+/* 6: Radius R_i of the inflated balloon before contact. [mm] */
 static inline bool pneuforce_radius_mm(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 6, low_word_first, value);
 }
 
-/* 8: Setpoint in effect; not available while vented or tripped. [kPa] */
+/* 8: Setpoint in effect. Not available while vented or tripped. [kPa] */
 static inline bool pneuforce_setpoint_kpa(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 8, low_word_first, value);
 }
 
-/* 10: DP_i of the contact in progress, else the running baseline. [kPa] */
-static inline bool pneuforce_initial_pressure_kpa(const uint16_t *from_0, bool low_word_first, float *value)
+/* 10: Baseline pressure DP_i: the value when the contact started, otherwise the running value. [kPa] */
+static inline bool pneuforce_baseline_pressure_kpa(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 10, low_word_first, value);
 }
 
-/* 12: Rise DP_f - DP_i. [kPa] */
+/* 12: Pressure rise DP_f - DP_i. [kPa] */
 static inline bool pneuforce_rise_kpa(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 12, low_word_first, value);
 }
 
-/* 14: Indentation d. [mm] */
+/* 14: Indentation depth d. [mm] */
 static inline bool pneuforce_indentation_mm(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 14, low_word_first, value);
@@ -301,21 +302,21 @@ static inline bool pneuforce_peak_force_n(const uint16_t *from_0, bool low_word_
     return pneuforce_float(from_0 + 18, low_word_first, value);
 }
 
-/* 20: Status bits; also the discrete inputs 0-31. */
+/* 20: Status bits. The discrete inputs 0-31 are the same bits. */
 static inline bool pneuforce_status(const uint16_t *from_0, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_0 + 20, low_word_first);
     return true;
 }
 
-/* 22: One per rig frame used; wraps. */
+/* 22: Number of samples used. Wraps to 0. */
 static inline bool pneuforce_sample_counter(const uint16_t *from_0, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_0 + 22, low_word_first);
     return true;
 }
 
-/* 24: Age of the sample, saturating. [ms] */
+/* 24: Age of the last sample. Stays at the largest value when older. [ms] */
 static inline bool pneuforce_sample_age_ms(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 24, sizeof *value);
@@ -329,45 +330,45 @@ static inline bool pneuforce_state(const uint16_t *from_0, uint16_t *value)
     return true;
 }
 
-/* 26: Contacts begun; wraps. */
+/* 26: Number of contacts that have started. Wraps to 0. */
 static inline bool pneuforce_contact_counter(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 26, sizeof *value);
     return true;
 }
 
-/* 27: Why this peer's last write was refused, kept until its next accepted write. */
-static inline bool pneuforce_refusal(const uint16_t *from_0, uint16_t *value)
+/* 27: Why the last write of this peer was rejected. Reset by its next accepted write. */
+static inline bool pneuforce_reject_reason(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 27, sizeof *value);
     return true;
 }
 
 /* 28: Lower limit of the model's range at this DP_i: the force at a rise of 0.5 kPa. [N] */
-static inline bool pneuforce_force_low_n(const uint16_t *from_0, bool low_word_first, float *value)
+static inline bool pneuforce_force_lower_range_limit_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 28, low_word_first, value);
 }
 
-/* 30: Force without delay compensation. [N] */
+/* 30: Force without compensation of the delay. [N] */
 static inline bool pneuforce_force_uncompensated_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 30, low_word_first, value);
 }
 
-/* 32: Drift of the baseline. [kPa/s] */
+/* 32: Drift of the baseline pressure. [kPa/s] */
 static inline bool pneuforce_baseline_drift_kpa_per_s(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 32, low_word_first, value);
 }
 
-/* 34: Remaining delay of the force. [ms] */
+/* 34: Delay of the force that is not compensated. [ms] */
 static inline bool pneuforce_delay_ms(const uint16_t *from_0, uint16_t *value)
 {
     return pneuforce_uint16(from_0[34], value);
 }
 
-/* 35: Age of the baseline. [s] */
+/* 35: Age of the baseline pressure. [s] */
 static inline bool pneuforce_baseline_age_s(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 35, sizeof *value);
@@ -392,7 +393,7 @@ static inline bool pneuforce_pressure_pa(const uint16_t *from_0, int16_t *value)
     return pneuforce_int16(from_0[66], value);
 }
 
-/* 67: Inflated radius R_i before contact. [um] */
+/* 67: Radius R_i of the inflated balloon before contact. [um] */
 static inline bool pneuforce_radius_um(const uint16_t *from_0, uint16_t *value)
 {
     return pneuforce_uint16(from_0[67], value);
@@ -404,7 +405,7 @@ static inline bool pneuforce_setpoint_pa(const uint16_t *from_0, int16_t *value)
     return pneuforce_int16(from_0[68], value);
 }
 
-/* 69: Rise DP_f - DP_i. [Pa] */
+/* 69: Pressure rise DP_f - DP_i. [Pa] */
 static inline bool pneuforce_rise_pa(const uint16_t *from_0, int16_t *value)
 {
     return pneuforce_int16(from_0[69], value);
@@ -437,7 +438,7 @@ static inline bool pneuforce_status_high(const uint16_t *from_0, uint16_t *value
     return true;
 }
 
-/* 512: Inflation pressure requested. [kPa] */
+/* 512: Requested setpoint. [kPa] */
 static inline bool pneuforce_setpoint_requested_kpa(const uint16_t *from_512, bool low_word_first, float *value)
 {
     return pneuforce_float(from_512 + 0, low_word_first, value);
@@ -449,166 +450,166 @@ static inline bool pneuforce_force_limit_n(const uint16_t *from_512, bool low_wo
     return pneuforce_float(from_512 + 2, low_word_first, value);
 }
 
-/* 516: 0 vents, always accepted; 1 inflates to the setpoint, then locks. */
+/* 516: 0 vents and is always accepted. 1 inflates to the setpoint, then closes both valves. */
 static inline bool pneuforce_mode(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 4, sizeof *value);
     return true;
 }
 
-/* 517: Lease: 0 none; else the writer must write again within this time. [ms] */
+/* 517: Lease time. 0: no lease. Otherwise the writer must write again within this time. [ms] */
 static inline bool pneuforce_lease_ms(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 5, sizeof *value);
     return true;
 }
 
-/* 518: Pressure around the balloon above ambient (insufflation); in the vented state only. [kPa] */
+/* 518: Gauge pressure around the balloon (insufflation). Writable only while vented. [kPa] */
 static inline bool pneuforce_reference_pressure_kpa(const uint16_t *from_512, bool low_word_first, float *value)
 {
     return pneuforce_float(from_512 + 6, low_word_first, value);
 }
 
-/* 520: Command: key 5046h. */
+/* 520: Command: the key 5046h. */
 static inline bool pneuforce_command_key(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 8, sizeof *value);
     return true;
 }
 
-/* 521: Command: what to do. */
+/* 521: Command: its code. */
 static inline bool pneuforce_command_code(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 9, sizeof *value);
     return true;
 }
 
-/* 522: Command: argument. */
+/* 522: Command: its argument. */
 static inline bool pneuforce_command_argument(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 10, sizeof *value);
     return true;
 }
 
-/* 523: Command: runs when this is written with a new value; the same value repeats the answer. */
+/* 523: Command: sequence number. A new value starts it; the same value repeats the answer. */
 static inline bool pneuforce_command_sequence(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 11, sizeof *value);
     return true;
 }
 
-/* 524: Answer: sequence echoed. */
+/* 524: Answer: sequence number of the command. */
 static inline bool pneuforce_answer_sequence(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 12, sizeof *value);
     return true;
 }
 
-/* 525: Answer: state. */
+/* 525: Answer: state of the command. */
 static inline bool pneuforce_answer_state(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 13, sizeof *value);
     return true;
 }
 
-/* 526: Answer: 0 ok, else a refusal code. */
+/* 526: Answer: 0 if successful, otherwise a reject reason. */
 static inline bool pneuforce_answer_result(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 14, sizeof *value);
     return true;
 }
 
-/* 528: Lease time left. [ms] */
+/* 528: Remaining lease time. [ms] */
 static inline bool pneuforce_lease_left_ms(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 16, sizeof *value);
     return true;
 }
 
-/* 529: Lease holder. */
+/* 529: Channel of the lease holder. */
 static inline bool pneuforce_lease_holder(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 17, sizeof *value);
     return true;
 }
 
-/* 544: Inflation pressure requested, for masters that write single registers. [Pa] */
+/* 544: Requested setpoint, for masters that write single registers only. [Pa] */
 static inline bool pneuforce_setpoint_requested_pa(const uint16_t *from_512, uint16_t *value)
 {
     return pneuforce_uint16(from_512[32], value);
 }
 
-/* 545: Force alarm limit, for masters that write single registers. [mN] */
+/* 545: Force alarm limit, for masters that write single registers only. [mN] */
 static inline bool pneuforce_force_limit_mn(const uint16_t *from_512, uint16_t *value)
 {
     return pneuforce_uint16(from_512[33], value);
 }
 
-/* 768: Version of this map. */
+/* 768: Version of this register map. */
 static inline bool pneuforce_map_version(const uint16_t *from_768, uint16_t *value)
 {
     memcpy(value, from_768 + 0, sizeof *value);
     return true;
 }
 
-/* 769: Force model; +256 with a force calibration. */
+/* 769: Force model; 256 is added if a force calibration is applied. */
 static inline bool pneuforce_method(const uint16_t *from_768, uint16_t *value)
 {
     memcpy(value, from_768 + 1, sizeof *value);
     return true;
 }
 
-/* 770: Hash of this map. */
+/* 770: Hash of this register map. */
 static inline bool pneuforce_map_hash(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 2, low_word_first);
     return true;
 }
 
-/* 772: Hash of configuration and calibration. */
+/* 772: Hash of the configuration and the calibration. */
 static inline bool pneuforce_configuration_hash(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 4, low_word_first);
     return true;
 }
 
-/* 774: Serial number. */
+/* 774: Serial number of the instrument. */
 static inline bool pneuforce_serial_number(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 6, low_word_first);
     return true;
 }
 
-/* 776: Calibration date yyyymmdd, 0 where uncalibrated. */
+/* 776: Calibration date as yyyymmdd; 0 if not calibrated. */
 static inline bool pneuforce_calibration_date(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 8, low_word_first);
     return true;
 }
 
-/* 778: Code of the fault that came first, 0 where there is none. */
-static inline bool pneuforce_first_fault(const uint16_t *from_768, uint16_t *value)
+/* 778: Code of the first-out fault; 0 if no fault is latched. */
+static inline bool pneuforce_first_out_fault(const uint16_t *from_768, uint16_t *value)
 {
     memcpy(value, from_768 + 10, sizeof *value);
     return true;
 }
 
-/* 779: Number of active faults. */
-static inline bool pneuforce_active_faults(const uint16_t *from_768, uint16_t *value)
+/* 779: Number of latched faults. */
+static inline bool pneuforce_active_fault_count(const uint16_t *from_768, uint16_t *value)
 {
     memcpy(value, from_768 + 11, sizeof *value);
     return true;
 }
 
-/* 780: Balloon id: the configuration's, or the argument of command 5 since the host started. */
+/* 780: Number of the balloon: from the configuration, or from the last command 5. */
 static inline bool pneuforce_balloon_id(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 12, low_word_first);
     return true;
 }
 
-/* 782: Inflations since the balloon was fitted, or since the host started. */
-static inline bool pneuforce_inflations(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+/* 782: Number of inflations since the balloon was fitted, or since the host process started. */
+static inline bool pneuforce_inflation_count(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 14, low_word_first);
     return true;
@@ -634,7 +635,8 @@ static inline bool pneuforce_test_int(const uint16_t *from_3840, int16_t *value)
     return true;
 }
 
-/* Settles the word order from 5 words from 3840 on; false: no pneuforce's. */
+/* Finds the word order from the 5 test words at address 3840.
+ * Returns false if the server is not a pneuforce instrument. */
 static inline bool pneuforce_word_order(const uint16_t *test, bool *low_word_first)
 {
     *low_word_first = test[0] == UINT16_C(0xE666);
