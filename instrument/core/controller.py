@@ -1,4 +1,4 @@
-"""Instrument: process samples, time and requests; produce board commands and snapshots. No I/O."""
+"""Instrument without I/O: samples, time and requests in, board commands and snapshots out."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ class Instrument(InstrumentState):
     # ---- input from the rig
 
     def identify_board(self, hello: Hello) -> None:
-        """Store the identity of the board. Another board has another sensor: discard the zero and trip."""
+        """Store the identity of the board.
+
+        If the board was replaced, discard the zero and trip, because the new board has another sensor.
+        """
         self.revision += 1
         if self.hello is not None and hello.serial != self.hello.serial:
             self.chain.zero.clear()
@@ -49,16 +52,16 @@ class Instrument(InstrumentState):
         self.hello = hello
 
     def board_restarted(self) -> None:
-        """Trip because the uptime of the board went back. Nothing is restored."""
+        """Trip because the board has restarted. The rig stays vented until a peer arms it again."""
         self.trip(HostFault.BOARD_RESET)
 
     def disconnected(self) -> None:
-        """Trip because the port is gone, even if samples return within a moment."""
+        """Trip because the port was lost. A fast reconnection does not prevent the trip."""
         if self.raw is not None:
             self.trip(HostFault.LINK_LOST)
 
     def process(self, raw: RawSample) -> Measurement:
-        """Return the measurement of one sample, after the interlocks and the board's faults are checked."""
+        """Return the measurement of one sample. Check board faults and interlocks."""
         self.revision += 1
         m = self.chain.step(raw)
         self.raw, self.measurement = raw, m
@@ -92,9 +95,10 @@ class Instrument(InstrumentState):
     # ---- input from the clock
 
     def tick(self, now_s: float) -> None:
-        """Handle all that depends on time alone: lost link, leases, delayed vents, commands in progress."""
+        """Handle all effects of time: lost link, leases, delayed vents, commands in progress."""
         self.revision += 1
-        if self.link_lost(now_s) and self.sample is not None:
+        self.check_stall(now_s)
+        if self.link_lost(now_s) and self.sample is not None and not self._resuming(now_s):
             self.trip(HostFault.LINK_LOST)
         self._check_lease(now_s)
         self.command_monitor.set_command(self.holding, now_s)
@@ -105,14 +109,27 @@ class Instrument(InstrumentState):
             for block in self.command_blocks.values():
                 block.finish(result)
 
+    def check_stall(self, now_s: float) -> None:
+        """Detect and log a stall of this process."""
+        stall_s = self.stalls.update(now_s)
+        if stall_s and self.sample is not None:
+            log.warning("this process did not run for %.2f s: the computer is overloaded", stall_s)
+
+    def _resuming(self, now_s: float) -> bool:
+        """Return True shortly after a stall, because bytes of that time may still be in the buffers.
+
+        Repeated stalls postpone a trip at most until the host timeout. The board then vents by itself.
+        """
+        return self.stalls.buffered_s(now_s) > 0 and self.age_s(now_s) <= self.settings.host_timeout_s
+
     def _check_lease(self, now_s: float) -> None:
-        if self.lease.expire(now_s):
+        if not self._resuming(now_s) and self.lease.expire(now_s):
             self.trip_after_contact(HostFault.LEASE_EXPIRED, now_s)
 
     # ---- output to the rig
 
     def command(self) -> Command:
-        """Return the command that the board shall follow now."""
+        """Return the command for the board."""
         hold = self.holding and not self.command_monitor.vent_due
         zero = self.chain.zero
         flags = CommandFlag.IN_CONTACT if self.measurement.in_contact else CommandFlag.NONE
@@ -131,7 +148,10 @@ class Instrument(InstrumentState):
     # ---- output to the buses
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
-        """Return every quantity at one instant, as `peer` sees it. Peers with the same view share it."""
+        """Return the snapshot for `peer` at `now_s`.
+
+        The snapshot is cached, and peers with equal values share it.
+        """
         view = (self.revision, now_s, peer[0], self.peers.reject_reason_of(peer))
         if view not in self._snapshots:
             self._snapshots = {view: snapshot_of(self, peer, now_s)}
@@ -140,8 +160,9 @@ class Instrument(InstrumentState):
     # ---- requests from the buses
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:
-        """Execute one request completely or not at all. A vent is executed even if the rest is rejected."""
+        """Execute one request completely or not at all. A vent is always executed."""
         self.revision += 1
+        self.check_stall(now_s)
         self._check_lease(now_s)
         record = self.peers.record_of(peer)
         context = write_context_of(self, peer, now_s)

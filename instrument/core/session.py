@@ -19,14 +19,14 @@ from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.rig.link import Link, LinkPhase, RawSample
 from pneuforce.instrument.stream.entry import EntryKind
 
-MAX_SILENCE_S = 1.0  #: after this time without samples the handshake with the board starts again
+MAX_SILENCE_S = 1.0  #: time without samples after which the handshake with the board starts again
 
 
 class EntrySink(Protocol):
     """Destination of the entries of a session."""
 
     def record(self, kind: EntryKind, t_s: float, body: bytes = b"") -> None:
-        """Store one entry. Never waits, never raises."""
+        """Store one entry. This method never blocks and never raises."""
         ...
 
     def record_tick(self, instrument: Instrument, t_s: float) -> None:
@@ -58,7 +58,7 @@ class Session:
         self.instrument = instrument
         self.link = Link(round(instrument.settings.host_timeout_s * 1e3))
         self.sink: EntrySink = sink or NullSink()
-        self.heard_s = 0.0  #: time of the latest samples, or of the opening of the port
+        self.heard_s = 0.0  #: time of the latest samples or, if it is later, of the latest `attach`
         self._restarts_seen = 0
 
     def attach(self, now_s: float) -> None:
@@ -68,7 +68,7 @@ class Session:
         self.link.restart()
 
     def detach(self, now_s: float) -> None:
-        """Trip the instrument because the port is gone."""
+        """Trip the instrument because the port was lost."""
         self.sink.record(EntryKind.DETACHED, now_s)
         self.instrument.disconnected()
 
@@ -90,10 +90,11 @@ class Session:
         Raises ProtocolMismatch or TimeoutMismatch if the board is not compatible with this host.
         """
         self.sink.record(EntryKind.RECEIVED, now_s, data)
+        self.instrument.check_stall(now_s)
         if self.instrument.link_lost(now_s):
             self.instrument.tick(now_s)  # late bytes do not hide a lost link
         try:
-            samples = self.link.feed(data, now_s)
+            samples = self.link.feed(data, now_s, self.instrument.stalls.buffered_s(now_s))
         except (ProtocolMismatch, TimeoutMismatch):
             self.link.clear_hello()
             raise
@@ -113,7 +114,7 @@ class Session:
         return measurement
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:
-        """Execute one request of a bus; see `Instrument.write`."""
+        """Execute one write request of a bus, as `Instrument.write` describes."""
         self.sink.record(EntryKind.WRITE, now_s, json.dumps([*peer, dict(values)]).encode())
         return self.instrument.write(peer, values, now_s)
 
@@ -124,12 +125,12 @@ class Session:
         self.instrument.trip_after_contact(HostFault.CAN_MASTER_LOST, now_s)
 
     def master_recovered(self, now_s: float) -> None:
-        """Allow that the loss of the CANopen master is cleared."""
+        """Store that the heartbeat of the CANopen master has returned, so that its fault can be cleared."""
         self.sink.record(EntryKind.MASTER_RECOVERED, now_s)
         self.instrument.master_lost = False
 
     def leave(self, now_s: float) -> None:
-        """Vent because the host ends."""
+        """Vent because the host process ends."""
         self.sink.record(EntryKind.SHUTDOWN, now_s)
         self.instrument.vent(now_s)
         self.link.vent()

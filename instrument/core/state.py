@@ -1,4 +1,4 @@
-"""State of the instrument: its data, its transitions and the properties derived from them."""
+"""State of the instrument: data, derived properties and transitions."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pneuforce.instrument.core.faults import FaultLatch, name_of
 from pneuforce.instrument.core.lease import Lease, Peer
 from pneuforce.instrument.core.peers import Peers
 from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.core.stall_monitor import StallMonitor
 from pneuforce.instrument.core.vent_monitor import VentMonitor
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.measurement import Measurement
@@ -22,13 +23,14 @@ from pneuforce.protocol.limits import HOST_SILENCE_S
 
 log = logging.getLogger("pneuforce")
 
-MAX_VENT_DELAY_S = 5.0  #: a contact delays the vent at most this long after the commanding peer is lost
-ALARM_RISE_KPA = 6.0  #: a pressure rise that is larger than any force in the measuring range causes
+MAX_VENT_DELAY_S = 5.0  #: longest delay of a vent by a contact, after the commanding peer is lost
+#: Pressure rise above which the force alarm is active. No force in the measuring range causes this rise.
+ALARM_RISE_KPA = 6.0
 
 
 @dataclass(slots=True)
 class RequestedValues:
-    """Values that the peers requested, as last accepted."""
+    """Last accepted value of each quantity that a peer can request."""
 
     setpoint_kpa: float = math.nan
     force_limit_n: float = 5.0
@@ -38,16 +40,17 @@ class RequestedValues:
 
 @dataclass(slots=True)
 class FaultClearing:
-    """Progress of the command that clears faults; the board takes part in it."""
+    """Progress of the command that clears the faults of the host and of the board."""
 
-    count: int = 0  #: sent to the board, which clears its faults when the value changes
-    #: Faults being cleared, which the board may still report. A fault that occurs again is removed.
+    count: int = 0  #: counter that is sent to the board: a change clears the faults of the board
+    #: Faults that are being cleared: a report of the board does not latch them again. A fault that the host
+    #: detects again is removed from this set, so that it stays latched.
     faults: set[int] = field(default_factory=set)
-    since_s: float | None = None
+    since_s: float | None = None  #: start of the command; None if no command is in progress
 
     @property
     def pending(self) -> bool:
-        """Return True while the answer of the board is awaited."""
+        """Return True while the instrument waits for the board to clear its faults."""
         return self.since_s is not None
 
 
@@ -72,7 +75,7 @@ class InstrumentState:
         self.can_down = False
         self.master_lost = False  #: the heartbeat of the CANopen master is monitored and missing
         self.log_down = False  #: the event log cannot be written
-        self.recording_down = False  #: a recording that was requested has stopped by itself
+        self.recording_down = False  #: a requested recording has stopped because of an error
         self.peak_force_n = math.nan
         self.balloon_id = settings.identity.balloon_id
         self.inflation_count = 0
@@ -80,6 +83,7 @@ class InstrumentState:
         self.vent_due_s: float | None = None
         self.command_monitor = CommandMonitor()
         self.vent_monitor = VentMonitor()
+        self.stalls = StallMonitor()
 
     # ---- derived properties
 
@@ -109,9 +113,9 @@ class InstrumentState:
 
     @property
     def force_limit_exceeded(self) -> bool:
-        """Return True if the force alarm is active: by the force, or by the unfiltered pressure rise.
+        """Return True if the force exceeds its limit, or if the pressure rise exceeds `ALARM_RISE_KPA`.
 
-        The unfiltered pressure has no filter delay.
+        The pressure rise is computed from the unfiltered pressure, which has no filter delay.
         """
         m = self.measurement
         return (
@@ -140,7 +144,7 @@ class InstrumentState:
         self.requested.mode = "hold" if self.arming is Arming.HOLDING else "vent"
 
     def trip(self, fault: int) -> None:
-        """Latch a fault and stop holding at once."""
+        """Latch a fault and end the hold at once."""
         is_new = self.faults.set(fault)
         self.clearing.faults.discard(fault)
         self.vent_due_s = None
@@ -163,7 +167,7 @@ class InstrumentState:
         self.advance(Step.VENT)
 
     def hold(self) -> None:
-        """Inflate to the setpoint, then lock. The caller has checked that arming allows it."""
+        """Inflate to the setpoint, then lock. Call this only in a state of arming that allows a hold."""
         if self.arming is not Arming.HOLDING:
             self.inflation_count += 1
             self.command_monitor.request_hold()

@@ -33,22 +33,22 @@ KEEP_ALIVE_PERIOD_S = 0.05
 #: Without a restart, the board's uptime lags at most by its clock error and by this time.
 UPTIME_TOLERANCE_MS = 250
 UPTIME_WRAP_MS = 2**32
-#: Longest time [s] that one sample stands for after a gap.
+#: Longest time [s] that is counted for one sample after a gap.
 MAX_STEP_S = 0.5
 #: Longest time for which a sample proves a state, because the events in a longer gap are unknown.
 MAX_SAMPLE_SPAN_S = 0.02
 FROZEN_FRAMES = 10
-REPEATED_STEP = 0x8000  #: a sequence number so far ahead is an old one: the frame was received again
+REPEATED_STEP = 0x8000  #: smallest step of the sequence number that means an old, repeated frame
 _STATES = frozenset(BoardState)
 
 
 class LinkPhase(Enum):
     """Phase of the handshake between host and board."""
 
-    GREETING = auto()  #: Identify is sent until samples come; a board streams only to a host of its version
-    NEGOTIATING = (
-        auto()
-    )  #: samples are used; the board receives vent commands until it confirms the host timeout
+    #: Identify is sent until samples arrive. A board sends samples only to a host with its protocol version.
+    GREETING = auto()
+    #: Samples are used. The board receives vent commands until it confirms the host timeout.
+    NEGOTIATING = auto()
     READY = auto()  #: samples are used, commands are sent
 
 
@@ -60,21 +60,21 @@ class RawSample:
     t_s: float  #: host clock
     message: Sample
     elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the previous sample, at most 0.5 s
-    frozen: bool = False  #: the board's clock has stood still for 10 samples
+    frozen: bool = False  #: the board's clock has not advanced for 10 samples
     clock_off: bool = False  #: the rate error of the board's clock is above 1 %
 
 
 @dataclass(slots=True)
 class Link:
-    """Protocol state machine: received bytes become samples, the requested command becomes bytes to send."""
+    """Protocol state machine that decodes received bytes to samples and encodes the requested command."""
 
-    host_timeout_ms: int = 2_000  #: configured silence after which the board vents; another value is an error
+    host_timeout_ms: int = 2_000  #: silence of the host after which the board must vent
     phase: LinkPhase = LinkPhase.GREETING
     clock: BoardClock = field(default_factory=BoardClock)
     echo: CommandEcho = field(default_factory=CommandEcho)
     hello: Hello | None = None
-    board_restarts: int = 0  #: Hello messages of another board, or with a smaller uptime than expected
-    lost_frames: int = 0  #: gaps in the sequence
+    board_restarts: int = 0  #: number of Hello messages from another board or with a too small uptime
+    lost_frames: int = 0  #: number of frames that are missing in the sequence
     repeated_frames: int = 0
     implausible_frames: int = 0  #: samples with a value that no board can send
     received_bytes: int = 0
@@ -104,8 +104,10 @@ class Link:
         """Discard the identity of an incompatible board. Samples are ignored until the next Hello."""
         self.hello = None
 
-    def feed(self, data: bytes, now_s: float) -> list[RawSample]:
+    def feed(self, data: bytes, now_s: float, buffered_s: float = 0.0) -> list[RawSample]:
         """Return the samples that `data` completes.
+
+        `buffered_s` is the longest time for which `data` can have waited in a buffer of the host.
 
         Raises ProtocolMismatch if the board has another protocol version. Raises TimeoutMismatch if the board
         reacts to a silent host after another time than required.
@@ -119,7 +121,7 @@ class Link:
                 if self._is_new(frame, message, now_s):
                     samples.append(self._raw(frame.sequence, message, before_us, now_s))
             elif isinstance(message, Hello):
-                self._receive_hello(message, frame.version, now_s)
+                self._receive_hello(message, frame.version, now_s, buffered_s)
             elif isinstance(message, Event) and {message.state, message.previous_state} <= _STATES:
                 self.events.append(message)
         return samples
@@ -163,14 +165,14 @@ class Link:
         elapsed_s = min(passed_us * 1e-6, MAX_STEP_S)
         return RawSample(sequence, t_s, message, elapsed_s, frozen, self.clock.out_of_tolerance)
 
-    def _receive_hello(self, hello: Hello, version: int, now_s: float) -> None:
+    def _receive_hello(self, hello: Hello, version: int, now_s: float, buffered_s: float) -> None:
         """Check the identity of a board and detect a restart by its uptime."""
         if version != PROTOCOL_VERSION:
             raise ProtocolMismatch(version, PROTOCOL_VERSION)
         if hello.host_silence_ms != round(HOST_SILENCE_S * 1e3):
             raise TimeoutMismatch("shuts its inlet", hello.host_silence_ms, round(HOST_SILENCE_S * 1e3))
         if self.hello is not None:
-            passed_ms = (now_s - self._hello_s) * 1e3 * (1 - MAX_RATE_ERROR)
+            passed_ms = (now_s - buffered_s - self._hello_s) * 1e3 * (1 - MAX_RATE_ERROR)
             min_uptime_ms = (self.hello.uptime_ms + passed_ms) % UPTIME_WRAP_MS - UPTIME_TOLERANCE_MS
             if hello.uptime_ms < min_uptime_ms or hello.serial != self.hello.serial:
                 self.board_restarts += 1

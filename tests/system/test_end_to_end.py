@@ -1,4 +1,4 @@
-"""Main function with real serial bytes, real sockets and third-party clients."""
+"""Tests of the main function with real serial bytes, real sockets and third-party clients."""
 
 import math
 import signal
@@ -11,7 +11,7 @@ import pytest
 
 from pneuforce.registers.modbus.client import ModbusClientError
 from pneuforce.registers.views import VIEWS
-from tests.system.waiting import inflate, wait_for
+from tests.system.waiting import inflate, start_inflation, wait_for
 from tests.tools import needs
 
 DBC = cantools.database.load_string(VIEWS["dbc"].render(), "dbc")
@@ -142,20 +142,44 @@ def test_the_board_vents_after_the_host_process_is_killed(stack):
     wait_for(lambda: next(truths)["balloon_kpa"], lambda kpa: kpa < 0.3, deadline_s=5)
 
 
-def test_a_suspended_host_process_reports_no_old_values_and_trips(stack):
+def suspend(stack, seconds):
+    """Stop the host process for a time, as an overloaded computer does."""
+    stack.host.send(signal.SIGSTOP)
+    time.sleep(seconds)
+    stack.host.send(signal.SIGCONT)
+
+
+def test_a_suspended_host_process_reports_no_old_values_and_continues(stack):
     with stack.plc() as plc, stack.robot() as bus:
         inflate(plc, 8.0)
         stack.request(press=2.0)
         wait_for(plc.read, lambda v: abs(v["force"] - 2.0) < 0.05)
-        stack.host.send(signal.SIGSTOP)
         stack.request(release=True)
-        time.sleep(0.8)
+        suspend(stack, 0.8)
         while bus.recv(0) is not None:
             pass
-        stack.host.send(signal.SIGCONT)
         seen = wait_for(plc.read, lambda v: v["sample_age"] < 0.1)
-        assert seen["state"] == "tripped"
-        assert {str(force) for force in can_forces(bus, 30)} == {"not_available"}
+        assert seen["state"] == "holding"
+        assert {force for force in can_forces(bus, 30) if force != "not_available"} <= {0.0}
+        assert any("did not run" in line for line in stack.host.stderr_lines)
+
+
+def test_a_host_process_that_is_suspended_while_the_balloon_fills_continues(stack):
+    with stack.plc() as plc:
+        start_inflation(plc, 8.0)
+        wait_for(plc.read, lambda v: v["state"] == "inflating")
+        for _ in range(3):
+            suspend(stack, 0.5)
+            time.sleep(0.1)
+        wait_for(plc.read, lambda v: v["state"] == "holding")
+
+
+def test_a_host_process_that_is_suspended_for_longer_than_its_time_limit_trips(stack):
+    with stack.plc() as plc:
+        inflate(plc, 8.0)
+        suspend(stack, 3.0)
+        assert wait_for(plc.read, lambda v: v["sample_age"] < 0.1)["state"] == "tripped"
+        wait_for(plc.read, lambda v: "vented" in v["status"])
 
 
 def test_after_the_cable_is_unplugged_and_plugged_in_the_rig_is_tripped(stack):

@@ -15,10 +15,15 @@ def wait_for(read, condition, deadline_s=30.0):
     return value
 
 
-def inflate(plc, setpoint_kpa):
-    """Inflate after the start of the instrument. Return the registers of the held balloon."""
+def start_inflation(plc, setpoint_kpa):
+    """Command the inflation after the start of the instrument."""
     wait_for(plc.read, lambda v: "not_zeroed" not in v["status"] and "vented" in v["status"])
     plc.write("mode", "vent")
     plc.write("setpoint_requested", setpoint_kpa)
     plc.write("mode", "hold")
+
+
+def inflate(plc, setpoint_kpa):
+    """Inflate after the start of the instrument. Return the registers of the held balloon."""
+    start_inflation(plc, setpoint_kpa)
     return wait_for(plc.read, lambda v: v["state"] == "holding")

@@ -33,7 +33,10 @@ STEPPED = {
 
 
 def may_hold(steps):
-    """Return whether a sequence inflates, by a second implementation: cleared, then vent, then hold."""
+    """Return True if a sequence of steps inflates the balloon: no fault, then vent, then hold.
+
+    This second implementation of the rule is independent of `STEPS`.
+    """
     faulty, vent_seen, holds, last_mode = False, False, False, "vent"
     for step in steps:
         if step == "trip":
@@ -156,7 +159,7 @@ def test_a_restarted_board_is_tripped_and_its_setpoint_is_not_restored():
     assert harness.snapshot().state == "tripped"
 
 
-def test_a_vent_reaches_the_board_even_when_hold_follows_before_anything_was_sent():
+def test_a_vent_is_sent_even_if_hold_follows_before_the_next_command():
     harness = InstrumentHarness.holding()
     harness.write_ok(VENT)
     harness.write_ok(HOLD_8)
@@ -166,12 +169,12 @@ def test_a_vent_reaches_the_board_even_when_hold_follows_before_anything_was_sen
     assert harness.instrument.arming is Arming.HOLDING
 
 
-def test_a_vent_right_after_hold_reaches_a_board_that_has_not_yet_shown_that_it_fills():
+def test_a_vent_right_after_hold_is_sent_even_if_no_sample_shows_the_hold_yet():
     harness = InstrumentHarness.ready()
     harness.write_ok(HOLD_8)
     harness.write_ok(VENT)
     harness.write_ok(HOLD_8)
-    for _ in range(24):  # 48 ms, in which the board may not have received the vent
+    for _ in range(24):  # for 48 ms the board may not have received the vent
         assert not harness.commands_hold
         harness.feed()
     harness.run(0.2)
@@ -208,7 +211,7 @@ def test_a_board_that_vents_without_a_command_trips_the_host():
     assert harness.snapshot().first_out_fault == HostFault.DISAGREEMENT
 
 
-def test_a_board_that_does_not_vent_has_its_own_fault_that_cannot_be_cleared():
+def test_a_board_that_does_not_vent_has_a_separate_fault_that_cannot_be_cleared():
     harness = InstrumentHarness.holding()
     harness.write_ok(VENT)
     for _ in range(490):
@@ -223,8 +226,8 @@ def test_a_board_that_does_not_vent_has_its_own_fault_that_cannot_be_cleared():
     assert harness.run_command("clear_faults") == ("failed", "cause_persists")
 
 
-def test_the_state_before_a_command_is_no_deviation():
-    harness = InstrumentHarness.holding()
+def test_samples_from_before_a_command_are_not_a_disagreement():
+    harness = InstrumentHarness.holding(host_timeout_s=1.0)
     stopped_s = harness.now_s
     harness.now_s += 1.2  # the process was stopped while the board continued
     harness.instrument.tick(harness.now_s)
@@ -244,7 +247,7 @@ def test_an_unknown_fault_of_a_newer_board_trips(mask):
     harness.write_ok(VENT)
 
 
-def test_a_board_that_received_no_command_does_not_deviate():
+def test_a_board_that_received_no_command_does_not_cause_a_disagreement():
     harness = InstrumentHarness.holding()
     harness.run_without_samples(1.5)
     harness.feed()  # still locked: the board has not received the vent
@@ -253,12 +256,12 @@ def test_a_board_that_received_no_command_does_not_deviate():
 
 
 class AnyTraffic(RuleBasedStateMachine):
-    """State machine of random requests, trips and silences: the rig holds only if all rules were followed."""
+    """Random requests, trips and missing samples. The rig holds only if the rules of arming were followed."""
 
     def __init__(self):
         super().__init__()
         self.harness = InstrumentHarness.zeroed()
-        self.vent_seen = False  # by any peer, since the start or the last trip, with no fault latched
+        self.vent_seen = False  # a peer has vented, without a latched fault, since the start or the last trip
         self.last_mode = {}
         self.asked = False  # "hold" was accepted since the last vent
 
