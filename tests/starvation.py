@@ -1,0 +1,87 @@
+"""Starvation: the time for which a test and its child processes waited for a processor.
+
+Tests in real time fail if the computer does not run the instrument for a quarter of a second. Such a failure
+says nothing about the product, so the test is repeated once, and the summary names it. A test that fails for
+another reason is not repeated.
+"""
+
+import contextlib
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event, Thread
+
+import psutil
+
+HEARTBEAT_S = 0.02
+WINDOW_S = 0.5  #: time between two readings of the run queues
+#: A process that waits longer than this in one window is starved. The processes of one test need up to 0.25 s
+#: for their start on two free processors.
+MAX_WAIT_S = 0.3
+
+
+class StarvationMonitor:
+    """Thread that measures the longest wait of this process and its descendants since `restart`."""
+
+    def __init__(self) -> None:
+        self.longest_s = 0.0
+        self._waited_s: dict[int, float] = {}
+        self._stop = Event()
+        self._thread = Thread(target=self._run, daemon=True)
+
+    def start(self) -> None:
+        """Start measuring."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop measuring."""
+        self._stop.set()
+        self._thread.join()
+
+    def restart(self) -> None:
+        """Discard all measurements, because another test begins."""
+        self.longest_s = 0.0
+
+    @property
+    def starved(self) -> bool:
+        """Return True if a process waited so long that it can explain a failure."""
+        return self.longest_s > MAX_WAIT_S
+
+    def _run(self) -> None:
+        window_end_s = 0.0
+        while True:
+            before_s = time.monotonic()
+            if self._stop.wait(HEARTBEAT_S):
+                return
+            now_s = time.monotonic()
+            self.add(now_s - before_s - HEARTBEAT_S)
+            if now_s >= window_end_s:
+                self.read_run_queues()
+                window_end_s = time.monotonic() + WINDOW_S
+
+    def add(self, wait_s: float) -> None:
+        """Add one wait [s]."""
+        self.longest_s = max(self.longest_s, wait_s)
+
+    def read_run_queues(self) -> None:
+        """Add the time for which each process waited in a run queue since the last reading.
+
+        A process that is new since the last reading is first measured at the next one.
+        """
+        waited_s = dict(self._waits())
+        for pid, total_s in waited_s.items():
+            self.add(total_s - self._waited_s.get(pid, total_s))
+        self._waited_s = waited_s
+
+    def _waits(self) -> Iterator[tuple[int, float]]:
+        """Yield process id and total waiting time [s] of this process and its descendants.
+
+        The source is the second field of schedstat (Linux, Documentation/scheduler/sched-stats.rst). Systems
+        without schedstat have the heartbeat only.
+        """
+        this = psutil.Process()
+        with contextlib.suppress(psutil.Error):
+            for process in (this, *this.children(recursive=True)):
+                with contextlib.suppress(OSError):
+                    fields = Path(f"/proc/{process.pid}/schedstat").read_text().split()
+                    yield process.pid, int(fields[1]) * 1e-9

@@ -1,0 +1,72 @@
+"""Tests of the measurement of starvation, and of the repetition of starved tests."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.source_tree import ROOT
+from tests.starvation import StarvationMonitor
+
+pytest_plugins = ["pytester"]
+
+#: Processes that all run on the first processor of this process.
+CROWD = "import os\nos.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\nwhile True: pass"
+
+
+def test_a_child_process_that_waits_for_a_processor_is_starved():
+    monitor = StarvationMonitor()
+    crowd = [subprocess.Popen([sys.executable, "-c", CROWD]) for _ in range(4)]
+    try:
+        monitor.start()
+        until_s = time.monotonic() + 20.0
+        while not monitor.starved and time.monotonic() < until_s:
+            time.sleep(0.05)
+        monitor.stop()
+    finally:
+        for process in crowd:
+            process.kill()
+            process.wait()
+    assert monitor.starved
+
+
+def test_a_process_that_sleeps_is_not_starved():
+    with subprocess.Popen(["sleep", "10"]) as sleeper:
+        monitor = StarvationMonitor()
+        waits = dict(monitor._waits())
+        sleeper.kill()
+    assert set(waits) >= {os.getpid(), sleeper.pid}
+    assert waits[sleeper.pid] < 0.5
+
+
+CONFTEST = """
+from pathlib import Path
+from tests.conftest import *
+REAL_TIME.append(Path.cwd())
+"""
+STARVED_OR_NOT = """
+import pytest
+from tests import conftest
+
+@pytest.fixture(scope="module")
+def runs():
+    return []
+
+def test_it(runs):
+    runs.append(1)
+    if {starve}:
+        conftest.monitor.add(0.5)
+    assert len(runs) > 1
+"""
+
+
+@pytest.mark.parametrize(("starve", "outcome"), [(True, {"passed": 1, "rerun": 1}), (False, {"failed": 1})])
+def test_only_a_starved_test_is_repeated(pytester, monkeypatch, starve, outcome):
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    pytester.makeconftest(CONFTEST)
+    pytester.makepyfile(STARVED_OR_NOT.format(starve=starve))
+    result = pytester.runpytest_subprocess("--rootdir", str(pytester.path))
+    assert result.parseoutcomes() == outcome
+    assert ("repeated once" in result.stdout.str()) == starve
