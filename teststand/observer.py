@@ -45,7 +45,9 @@ class EventRate:
 
     def per_s(self, now_s: float) -> int:
         """Return the number of events in the second before `now_s`."""
-        return sum(t_s > now_s - 1.0 for t_s in tuple(self.times_s))  # another thread adds events meanwhile
+        return sum(
+            t_s > now_s - 1.0 for t_s in tuple(self.times_s)
+        )  # a copy, because another thread adds events
 
 
 @dataclass(slots=True)
@@ -72,15 +74,16 @@ def can_frames(node: CanNodeAddress, stop: Event) -> Iterator[tuple[float, str, 
 
 
 class Observer:
-    """Threads that collect the values of a running instrument in `values` until they are stopped."""
+    """Threads that collect the values of a running instrument in `values` until they are stopped.
 
-    def __init__(self, plc: ModbusClient, node: CanNodeAddress, control_port: int) -> None:
+    Each thread connects again after its connection has failed.
+    """
+
+    def __init__(self, modbus_port: int, node: CanNodeAddress, control_port: int) -> None:
         self.values = ObservedValues()
-        self.failure: ModbusClientError | None = None  #: error that has ended the Modbus thread
-        self._plc = plc
         self._stop = Event()
         self._threads = [
-            Thread(target=self._poll_modbus, daemon=True),
+            Thread(target=self._poll_modbus, args=(modbus_port,), daemon=True),
             Thread(target=self._receive_can, args=(node,), daemon=True),
             Thread(target=self._receive_truth, args=(control_port,), daemon=True),
         ]
@@ -96,20 +99,20 @@ class Observer:
         for thread in self._threads:
             thread.join(0.2)
 
-    def _poll_modbus(self) -> None:
+    def _poll_modbus(self, port: int) -> None:
         while not self._stop.wait(POLL_PERIOD_S):
-            try:
-                values = self._plc.read()
-            except ModbusClientError as error:
-                self.failure = error
-                return
-            now_s = time.monotonic()
-            self.values.modbus = values
-            self.values.polls.add(now_s)
-            self.values.history.append((now_s, values["force"], values["pressure"]))
+            with contextlib.suppress(ModbusClientError), ModbusClient.connect(port=port) as plc:
+                while not self._stop.wait(POLL_PERIOD_S):
+                    self._add(plc.read(), time.monotonic())
+            self.values.modbus = {}
+
+    def _add(self, values: dict[str, Any], now_s: float) -> None:
+        self.values.modbus = values
+        self.values.polls.add(now_s)
+        self.values.history.append((now_s, values["force"], values["pressure"]))
 
     def _receive_can(self, node: CanNodeAddress) -> None:
-        with contextlib.suppress(OSError):  # the process of the hub reports its own end
+        with contextlib.suppress(OSError):  # `Stack.check` reports the end of the hub
             for _, _, values in can_frames(node, self._stop):
                 self.values.can.update(values)
                 self.values.frames.add(time.monotonic())

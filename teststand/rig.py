@@ -17,7 +17,7 @@ from pneuforce.teststand.stack import Stack
 POLL_S = 0.02
 VENT_TIMEOUT_S = 10.0
 INFLATE_TIMEOUT_S = 20.0
-CAN_TIMEOUT_S = 5.0  #: for the CAN node to check that its id is free
+CAN_TIMEOUT_S = 5.0  #: longest time in which the CAN node checks that its id is free
 PRESS_TIMEOUT_S = 5.0
 SETTLED_S = 0.6  #: five times the time constant of 0.12 s from a force to the indicated force
 
@@ -33,7 +33,7 @@ class RigTripped(PneuforceError):
 
 
 class BalloonNotHeld(PneuforceError):
-    """Press of a balloon that is not held. The instrument measures no force then."""
+    """Press of a balloon that is not held, so that the instrument measures no force."""
 
 
 class LiveRig:
@@ -54,7 +54,7 @@ class LiveRig:
 
     @property
     def can_arguments(self) -> Values:
-        """Return the arguments of python-can's `Bus`. Wait until the instrument sends. Raises WaitTimeout."""
+        """Return the arguments of python-can's `Bus` as soon as the CAN node sends. Raises WaitTimeout."""
         self.wait_for(lambda registers: "can_down" not in registers["status"], CAN_TIMEOUT_S)
         address = {"channel": "can0", "host": "127.0.0.1", "port": self._stack.can_port}
         return {"interface": "socketcand", **address, "tcp_tune": True, "ignore_config": True}

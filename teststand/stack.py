@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import socket
 from collections.abc import Mapping, Sequence
@@ -11,6 +12,7 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
+from pneuforce.errors import ServerError
 from pneuforce.sim.line.proxy import SerialProxy
 from pneuforce.teststand.child_process import ChildProcess
 
@@ -62,7 +64,8 @@ def start(
     hub = children.enter_context(
         ChildProcess("CAN hub", ["pneuforce.registers.can.hub", "--port", str(can.get("port", 0))])
     )
-    line_stack = children.enter_context(ExitStack())  # entered before the instrument: the line ends after it
+    # Entered before the instrument, so that the line ends after the instrument.
+    line_stack = children.enter_context(ExitStack())
     host = children.enter_context(ChildProcess("instrument", ["pneuforce", "run", "--config", "/dev/stdin"]))
     can["port"] = hub.ready(stop)["port"]
     control_port = sim.ready(stop)["control"]
@@ -73,7 +76,7 @@ def start(
     host.write_stdin(
         toml({**given, "rig": rig_table, "modbus": modbus, "can": can, "events": events, "local": local})
     )
-    host.ready(stop)  # the port is valid only now: before, another instrument may answer on the same port
+    host.ready(stop)  # before the instrument is ready, another program could answer on its port
     return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line)
 
 
@@ -85,10 +88,21 @@ def toml(tables: Tables) -> str:
     return "\n".join(lines) + "\n"
 
 
+def check_ports_free(ports: Mapping[str, int]) -> None:
+    """Raise ServerError if a TCP port cannot be used. `ports` maps the names of the options to the ports."""
+    for option, port in ports.items():
+        try:
+            socket.create_server(("127.0.0.1", port)).close()
+        except OSError as error:
+            in_use = error.errno == errno.EADDRINUSE
+            why = "is in use by another program" if in_use else "needs privileges that you do not have"
+            raise ServerError(f"--{option} {port} {why}: choose another port") from None
+
+
 def reserve_port(reservation: ExitStack) -> int:
     """Return a free TCP port of the loopback, and reserve it until `reservation` ends.
 
-    A server can bind the port. The system does not assign it to other sockets.
+    A server can bind the port. The system does not assign the port to other sockets.
     """
     reserved = reservation.enter_context(socket.socket())
     reserved.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # lets a server bind the same port

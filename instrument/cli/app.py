@@ -103,10 +103,10 @@ def demo(
     """
     from secrets import token_urlsafe
 
-    from pneuforce.instrument.cli.demo import check_ports_free, run_demo
+    from pneuforce.instrument.cli.demo import run_demo
     from pneuforce.instrument.cli.panel import DemoPorts
     from pneuforce.instrument.cli.scenarios import check_scenario
-    from pneuforce.teststand.stack import free_port
+    from pneuforce.teststand.stack import check_ports_free, free_port
 
     simulator = ["--control-port", str(control_port), "--scenario", check_scenario(scenario)]
     simulator += ["--board", board.value]
@@ -183,7 +183,7 @@ def config(
     from pneuforce.instrument.config import example as example_text
 
     if as_json and check is None:
-        raise ConfigurationError("--json goes with --check: the example is printed as TOML only")
+        raise ConfigurationError("--json is valid only with --check: the example is printed as TOML")
     if example or check is None:
         typer.echo(example_text(), nl=False)
     if check is not None:

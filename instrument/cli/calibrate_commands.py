@@ -19,7 +19,9 @@ commands = typer.Typer(
 Data = Annotated[Path, typer.Argument(help="CSV file with the names of the columns in the first line.")]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Calibration file: a new one, or one to which this part is added.", dir_okay=False),
+    typer.Option(
+        help="Calibration file to create, or existing file to which this part is added.", dir_okay=False
+    ),
 ]
 Config = Annotated[
     Path | None,
@@ -36,8 +38,9 @@ def radius(data: Data, out: Out = None, config: Config = None, as_json: Json = F
     Example: pneuforce calibrate radius docs/examples/radius.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
+    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
 
-    typer.echo(calibrate.radius(data, calibrate.CalibrationTarget(out, config)).format(as_json))
+    typer.echo(calibrate.radius(data, CalibrationTarget(out, config), as_json))
 
 
 @commands.command()
@@ -63,9 +66,11 @@ def volume(
     Example: pneuforce calibrate volume docs/examples/volume.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
+    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
 
     strokes = (displaced_ml or [], before_kpa or [], after_kpa or [])
-    typer.echo(calibrate.volume(data, strokes, calibrate.CalibrationTarget(out, config)).format(as_json))
+    target = CalibrationTarget(out, config)
+    typer.echo(calibrate.volume(data, strokes, target, as_json))
 
 
 @commands.command()
@@ -86,9 +91,10 @@ def lag(
     Example: pneuforce calibrate lag docs/examples/lag.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
+    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
 
-    target = calibrate.CalibrationTarget(out, config)
-    typer.echo(calibrate.lag(data, filter_time_constant_s, target).format(as_json))
+    target = CalibrationTarget(out, config)
+    typer.echo(calibrate.lag(data, filter_time_constant_s, target, as_json))
 
 
 @commands.command()
@@ -100,8 +106,9 @@ def force(data: Data, out: Out = None, config: Config = None, as_json: Json = Fa
     Example: pneuforce calibrate force docs/examples/contacts.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
+    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
 
-    typer.echo(calibrate.force(data, calibrate.CalibrationTarget(out, config)).format(as_json))
+    typer.echo(calibrate.force(data, CalibrationTarget(out, config), as_json))
 
 
 @commands.command()

@@ -39,8 +39,8 @@ def canlog(
 ) -> None:
     """Record every frame on a CAN bus: the frames of the instrument and of all other nodes.
 
-    If the command is killed, the file contains all frames up to then.
-    Only a BLF file must be closed by Ctrl-C or by --seconds.
+    If the command is killed, the file contains all frames that were received before.
+    A BLF file is incomplete after a kill: end the command with Ctrl-C or --seconds.
     To send the recorded frames again, use python -m can.player.
 
     Example: pneuforce canlog --seconds 10 --output press.log

@@ -8,12 +8,12 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from pneuforce.instrument.cli.observe import EventRate
 from pneuforce.instrument.cli.output import format_value
 from pneuforce.instrument.core.faults import name_of
 from pneuforce.registers.can.frames import EMERGENCY, FORCE, FRAMES, HEARTBEAT, RIG_ERROR, FrameDefinition
+from pneuforce.teststand.observer import EventRate
 
-#: A frame is late after 3 periods, but not before 1.5 s. A Force rate of 1 Hz is a valid setting.
+#: A frame is late after 3 default periods, but not before 1.5 s, because the Force rate may be set to 1 Hz.
 LATE_PERIODS, MIN_LATE_S = 3, 1.5
 _BY_NAME = {frame.name: frame for frame in FRAMES}
 _FIELDS = {frame.name: {field.name: field for field in frame.fields} for frame in FRAMES}

@@ -39,9 +39,9 @@ def record(address: CanAddress, log_format: str, output: Path | None, seconds: f
 
 
 def _frames(address: CanAddress, stop: Event) -> Iterator[tuple[float, CanFrame] | None]:
-    """Yield None when the bus is open, so that the file is created only then. Then yield time and frame.
+    """Yield time and frame of each received frame, and None if no frame arrives for a short time.
 
-    None is also yielded while no frame comes.
+    The first item is None and shows that the bus is open. The file is created only then.
     """
     try:
         with closing(CanBus(address)) as bus:
@@ -53,7 +53,7 @@ def _frames(address: CanAddress, stop: Event) -> Iterator[tuple[float, CanFrame]
 
 
 def _open_output(log_format: str, output: Path | None) -> IO[Any]:
-    """Return the open output. An existing file is never overwritten, because it may hold a recording."""
+    """Return the open output. An existing file is never overwritten, because it may contain a recording."""
     text = LOG_FORMATS[log_format][1]
     if output is None and not text:
         raise ConfigurationError(f"{log_format} cannot be written to stdout: name a file with --output")

@@ -50,7 +50,7 @@ class EstimatedContact(NamedTuple):
 
 
 def estimate_contact(baseline_kpa: float, final_kpa: float, law: ForceLaw) -> EstimatedContact:
-    """Return the contact between two gauge pressures. Raises ConfigurationError if they are no contact."""
+    """Return the contact between two gauge pressures. Raises ConfigurationError for impossible pressures."""
     _check(baseline_kpa, final_kpa)
     balloon, circuit = Balloon(), Circuit()
     solution = estimate(baseline_kpa, final_kpa, balloon, circuit, law)
@@ -124,7 +124,7 @@ def budget_json(contact: EstimatedContact) -> str:
 
 
 def _check(baseline_kpa: float, final_kpa: float) -> None:
-    """Raise ConfigurationError if the pressures are not those of a contact."""
+    """Raise ConfigurationError if the pressures cannot belong to a contact."""
     if not (math.isfinite(baseline_kpa) and math.isfinite(final_kpa)):
         raise ConfigurationError("--dpi and --dpf must be finite pressures in kPa")
     if not baseline_kpa > 0:

@@ -58,7 +58,7 @@ class SampleCounter:
 
 
 def export(path: Path, options: ExportOptions, as_json: bool) -> int:
-    """Write the table and print what it contains. Return the exit code, 1 if the recording is damaged.
+    """Write the table and print a summary. Return the exit code, 1 if the recording is damaged.
 
     Raises ConfigurationError if a file or an option cannot be used.
     """
@@ -101,7 +101,7 @@ def _check_options(path: Path, options: ExportOptions) -> str:
     if form == "parquet":
         check_parquet()
     if form != "validation" and options.reference:
-        raise ConfigurationError("--reference goes with --format validation only")
+        raise ConfigurationError("--reference is valid only with --format validation")
     if form == "validation" and not options.reference:
         raise ConfigurationError(
             "a recording contains no true force: name with --reference a CSV with the columns t_s, "

@@ -1,52 +1,22 @@
-"""`pneuforce flash`: write the firmware to an Arduino UNO with avrdude, and wait for the board's answer."""
+"""`pneuforce flash`: write the firmware to an Arduino UNO, and print the version that answers."""
 
 from __future__ import annotations
 
-import asyncio
 import json
 import shlex
-import shutil
-import subprocess
-from typing import Any
 
-from pneuforce.errors import ConfigurationError, PortBusy, RigError
-from pneuforce.instrument.core.controller import Instrument
-from pneuforce.instrument.core.session import Session
-from pneuforce.instrument.core.settings import Settings
-from pneuforce.instrument.rig.usb_device import is_local_device, processes_using
-from pneuforce.instrument.service.host import Host
-from pneuforce.protocol.frames import PROTOCOL_VERSION, Hello
+from pneuforce.instrument.commissioning.firmware_upload import upload, upload_command
+from pneuforce.protocol.frames import PROTOCOL_VERSION
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
 from pneuforce.sim.board.board import FIRMWARE_REVISION
-from pneuforce.support.serial_port import SerialPort
-
-#: Signature of the ATmega328P, data sheet table 28-10.
-SIGNATURE = (0x1E, 0x95, 0x0F)
-#: Baud rate of Optiboot, the boot loader of the UNO.
-BOOT_BAUD = 115_200
-AVRDUDE_TIMEOUT_S = 60.0
-LAST_LINE = "avrdude done"  #: avrdude ends its output with this text, also after an error
-
-
-def avrdude_command(port: str) -> list[str]:
-    """Return the avrdude command without an operation, for the boot loader of an UNO at `port`."""
-    return ["avrdude", "-q", "-p", "atmega328p", "-c", "arduino", "-P", port, "-b", str(BOOT_BAUD)]
-
-
-def flash_command(port: str) -> list[str]:
-    """Return the command that writes and verifies the firmware.
-
-    The option -D is necessary because the boot loader cannot erase the chip in advance.
-    """
-    return [*avrdude_command(port), "-D", "-U", f"flash:w:{HEX}:i"]
 
 
 def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
-    """Flash the board at `port` and print the version that answers. Raises ConfigurationError, RigError.
+    """Flash the board at `port`, and print the version that answers. Raises ConfigurationError, RigError.
 
-    The board restarts, so the rig vents. With `dry_run`, the command is only printed.
+    With `dry_run`, the command is only printed.
     """
-    command = flash_command(port)
+    command = upload_command(port, HEX)
     plan = {
         "firmware": _format_revision(FIRMWARE_REVISION),
         "protocol": PROTOCOL_VERSION,
@@ -55,92 +25,15 @@ def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
     if not as_json:
         print("firmware {firmware}, protocol {protocol}, made from {sketch}".format(**plan))
         print(shlex.join(command), flush=True)
-    answer = None if dry_run else _flash(port, command)
+    answer = None
+    if not dry_run:
+        hello = upload(port, HEX)
+        answer = {"firmware": _format_revision(hello.firmware), "serial": hello.serial}
     if as_json:
         print(json.dumps({**plan, "command": command, "answers": answer}))
     elif answer:
         print("firmware {firmware} answers, board {serial}".format(**answer))
 
 
-def _flash(port: str, command: list[str]) -> dict[str, Any]:
-    """Run the flash command and return the identification of the board afterwards."""
-    _check_port(port)
-    _check_signature(port)
-    _run_avrdude(command)
-    hello = asyncio.run(_identify_board(port))
-    return {"firmware": _format_revision(hello.firmware), "serial": hello.serial}
-
-
 def _format_revision(firmware: int) -> str:
     return f"{firmware >> 8}.{firmware & 0xFF}"
-
-
-def _check_port(port: str) -> None:
-    """Raise ConfigurationError, PortBusy or PortUnavailable if the port cannot be used."""
-    if not is_local_device(port):
-        raise ConfigurationError(
-            f"{port} is not a port of this machine: run pneuforce flash on the machine of the board"
-        )
-    if processes_using(port):
-        raise PortBusy(port)
-    SerialPort(port).close()
-
-
-def _check_signature(port: str) -> None:
-    """Raise RigError if the chip is not an ATmega328P."""
-    words = _run_avrdude([*avrdude_command(port), "-U", "signature:r:-:h"]).split()
-    if not any(_parse_numbers(word) == SIGNATURE for word in words):
-        raise RigError(
-            f"the board on {port} is not an ATmega328P (signature {' '.join(words) or 'unreadable'}, "
-            f"expected {','.join(f'{byte:#x}' for byte in SIGNATURE)}): nothing was written"
-        )
-
-
-def _parse_numbers(word: str) -> tuple[int, ...]:
-    """Return the numbers of a text like `0x1e,0x95,0xf`; empty if the text is something else."""
-    try:
-        return tuple(int(number, 16) for number in word.split(","))
-    except ValueError:
-        return ()
-
-
-def _run_avrdude(command: list[str]) -> str:
-    """Return avrdude's stdout. Raises ConfigurationError if avrdude is missing, RigError if it fails."""
-    if shutil.which(command[0]) is None:
-        raise ConfigurationError("avrdude is missing: apt-get install avrdude")
-    try:
-        finished = subprocess.run(
-            command, capture_output=True, text=True, timeout=AVRDUDE_TIMEOUT_S, check=False
-        )
-    except subprocess.TimeoutExpired:
-        raise RigError(
-            f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: look at cable and board"
-        ) from None
-    if finished.returncode:
-        raise RigError(
-            f"avrdude failed: {_error_line(finished.stderr)}; if RESET-EN is cut, press the board's reset "
-            "button when avrdude starts"
-        )
-    return finished.stdout
-
-
-def _error_line(stderr: str) -> str:
-    """Return the line of avrdude's output that names the error.
-
-    An "OS error" line is skipped, because it is a consequence of the line before. The last line of avrdude
-    is skipped, because it is the same after a success.
-    """
-    lines = [line.strip() for line in stderr.splitlines() if line.strip() and LAST_LINE not in line]
-    errors = [line for line in lines if "error" in line.lower() and "OS error" not in line]
-    return (errors or lines or ["no message"])[-1]
-
-
-async def _identify_board(port: str) -> Hello:
-    """Return the Hello of the board at `port`. The rig is vented and the port is closed."""
-    stop = asyncio.Event()
-    host = Host(Session(Instrument(Settings())), port)
-    await host.connect(stop)
-    stop.set()
-    await host.run(stop)
-    assert host.link.hello is not None
-    return host.link.hello

@@ -74,7 +74,7 @@ def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[St
 
 
 def verify_events(path: Path, head: str | None, as_json: bool) -> int:
-    """Print whether the chain of digests is unbroken. Return the exit code, 1 for a broken chain.
+    """Verify the chain of digests and print the result. Return the exit code, 1 for a broken chain.
 
     Raises ConfigurationError if `head` is not a digest.
     """
@@ -87,7 +87,7 @@ def verify_events(path: Path, head: str | None, as_json: bool) -> int:
             chain = verify_chain(rows, head.lower() if head else None)
         if not chain.records:
             raise BrokenChainError(
-                "it holds no record: was the log moved or copied without the file that ends in -wal?"
+                "it contains no record: was the log moved or copied without the file that ends in -wal?"
             )
     except (BrokenChainError, DamagedLogError) as error:
         result = {"file": str(path), "good": False, "why": str(error)}
@@ -96,7 +96,7 @@ def verify_events(path: Path, head: str | None, as_json: bool) -> int:
     if as_json:
         print(json.dumps({"file": str(path), "good": True, **chain._asdict()}))
         return 0
-    head_text = ", the noted head among them" if head else ""
+    head_text = ", including the noted head" if head else ""
     print(
         f"{chain.records} records from {chain.first_at} to {chain.last_at}, unbroken{head_text}, "
         f"head {chain.head}"

@@ -61,11 +61,11 @@ def validate(
         typer.Option(help="Scenario to simulate, campaign by default; see pneuforce sim run --list."),
     ] = None,
     plant: Annotated[
-        PlantName | None, typer.Option(help="Simulated balloon, instead of that of the scenario.")
+        PlantName | None, typer.Option(help="Simulated balloon, instead of the balloon of the scenario.")
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(help="Seed of the noise, instead of that of the scenario.", min=0, max=0xFFFF_FFFF),
+        typer.Option(help="Seed of the noise, instead of the seed of the scenario.", min=0, max=0xFFFF_FFFF),
     ] = None,
     switch: Switch = "paper",
     low: Low = "line",
@@ -75,7 +75,7 @@ def validate(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare the force with a reference force, and the errors with those of the paper.
+    """Compare the force with a reference force, and the errors with the errors in the paper.
 
     Example: pneuforce validate --plant membrane
     """

@@ -13,7 +13,8 @@ Parity = Literal["even", "odd", "none"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
 Seconds = Annotated[
-    float | None, typer.Option("--seconds", min=0.0, help="End after this time; without it, end at Ctrl-C.")
+    float | None,
+    typer.Option("--seconds", min=0.0, help="End after this time, in s; by default, end at Ctrl-C."),
 ]
 Method = Annotated[law.MethodName, typer.Option(help="Force model.")]
 Switch = Annotated[

@@ -1,4 +1,4 @@
-"""Output of the commands: values with units, lines of JSON, progress bars, and the end by signal or time."""
+"""Output of the commands: values with units, lines of JSON, progress bars; end by signal or after a time."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def progress(title: str) -> Iterator[ReportProgress]:
 
 
 def print_line(line: str) -> None:
-    """Print a line without delay."""
+    """Print a line and flush stdout."""
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 

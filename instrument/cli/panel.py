@@ -1,4 +1,4 @@
-"""Live panel of the demo, and its output of one line per second without a terminal."""
+"""Live panel of the demo, and lines of text for a demo without a terminal."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from pneuforce.instrument.cli.observe import ObservedValues, value_or_nan
+from pneuforce.teststand.observer import ObservedValues, value_or_nan
 
 Rows = tuple[tuple[str, RenderableType], ...]
 BLOCKS = " ▁▂▃▄▅▆▇█"
 SPARKLINE_WIDTH = 56
-COLUMN_WIDTHS = (15, 22, 8, 25)  #: columns of the numbers: with the gaps they fill 80 characters
+COLUMN_WIDTHS = (15, 22, 8, 25)  #: widths of the columns; columns and gaps fill 80 characters
 MAX_EVENTS = 3  #: number of events in the panel
 
 
@@ -127,7 +127,7 @@ def _curves(values: ObservedValues) -> RenderableType:
     curves = Table.grid(padding=(0, 1))
     for width in (8, SPARKLINE_WIDTH, 8):
         curves.add_column(width=width, no_wrap=True)
-    history = tuple(values.history)  # another thread adds values meanwhile
+    history = tuple(values.history)  # a copy, because another thread adds values
     forces = [force for _, force, _ in history]
     pressures = [pressure for _, _, pressure in history]
     curves.add_row("force", Text(sparkline(forces, 0.0, 3.5), style="cyan"), "0–3.5 N")
@@ -162,7 +162,7 @@ def _second_terminal(ports: DemoPorts, control_port: int) -> Text:
         f"browser     {ports.url}\n"
         f"as a PLC    {program} watch modbus{modbus_option}\n"
         f"as a robot  {program} watch can{can_option}\n"
-        f"go to 6.5   mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
+        f"setpoint    mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
         f"vent        mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
         f"a fault     {program} sim fault leak --control {control_port}\n"
         "end         Ctrl-C here         (mbpoll: apt-get install mbpoll)"

@@ -1,52 +1,19 @@
-"""`pneuforce plot`: draw a recording."""
+"""`pneuforce plot`: draw a recording, and print the file and what it shows."""
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
 
-from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.output import progress
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.plot_data import PlotData
-from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducible_style, set_title
 from pneuforce.instrument.recording.reader import Recording
 from pneuforce.instrument.stream.sample_record import SampleRecord
-from pneuforce.instrument.validation import by_pressure
-from pneuforce.instrument.validation.figures import pressure_bin_bars, require_matplotlib
-from pneuforce.instrument.validation.reference import read
-from pneuforce.support.atomic_file import check_writable, replaced_user_file
+from pneuforce.instrument.validation.recording_plot import PlotOptions, collect, write
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-#: Metadata by file format. Date and program are left out, so that equal data gives equal files.
-METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None}}
-DOTS_PER_INCH = 160
 PROGRESS_SAMPLES = 5000  #: number of samples between two progress reports
-
-
-class PlotOptions(NamedTuple):
-    """Recording, time range, kind and output file of a plot."""
-
-    recording: Path
-    out: Path | None = None
-    from_s: float = -math.inf
-    to_s: float = math.inf
-    by_pressure: bool = False
-    reference: Path | None = None
-    title: str | None = None
-
-    @property
-    def file(self) -> Path:
-        """Return the output file. Raises ConfigurationError if its format is unknown."""
-        out = self.out or self.recording.with_suffix(".png")
-        if out.suffix.lower() not in METADATA:
-            raise ConfigurationError(f"{out}: the format is unknown: name a file .png or .svg")
-        return out
 
 
 def plot(options: PlotOptions) -> int:
@@ -54,21 +21,12 @@ def plot(options: PlotOptions) -> int:
 
     Raises ConfigurationError if a file or an option cannot be used.
     """
-    require_matplotlib("pneuforce plot")
-    if options.reference is not None and not options.by_pressure:
-        raise ConfigurationError("--reference goes with --by-pressure")
-    if not options.from_s < options.to_s:
-        raise ConfigurationError("--from-s must be less than --to-s")
-    check_writable(options.file)
+    options.check()
     with open_recording(options.recording) as recording:
-        data = _collect(recording, options)
+        data = collect(recording, options, partial(_with_progress, total=recording.sample_count))
         title = options.title or _title(recording)
-        remark, damaged, begin_s = recording.remark(), bool(recording.damage), recording.begin_s
-    with reproducible_style():
-        figure = (
-            _draw_bars(data, options, begin_s, title) if options.by_pressure else draw_figure(data, title)
-        )
-        _save(figure, options.file)
+        remark, damaged = recording.remark(), bool(recording.damage)
+    write(data, options, title)
     if remark:
         print(f"pneuforce: {remark}", file=sys.stderr)
     print(f"{options.file}: {_summary(data)}")
@@ -79,76 +37,12 @@ def _title(recording: Recording) -> str:
     return recording.path.stem + ("  (simulated rig)" if recording.simulated else "")
 
 
-def _collect(recording: Recording, options: PlotOptions) -> PlotData:
-    """Return the samples of the time range with the faults that were latched at the time."""
-    data = PlotData(recording.begin_s)
-    faults = _latched_faults(recording)
-    data.set_latched_faults(next(faults)[1])
-    next_t_s, latched = next(faults)
-    for m in _with_progress(recording.samples(options.from_s, options.to_s), recording.sample_count):
-        while m.t_s >= next_t_s:
-            data.set_latched_faults(latched)
-            next_t_s, latched = next(faults)
-        data.add_sample(m)
-    return data
-
-
-def _latched_faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
-    """Yield time [s] and latched faults at each change, in order of time. The last time is infinite."""
-    yield recording.begin_s, _names(recording.metadata.get("faults"))
-    for record in recording.events():
-        at_s = record.get("mono_s")
-        if record.get("kind") == "faults" and isinstance(at_s, float | int):
-            yield at_s, _names(record.get("is"))
-    yield math.inf, ()
-
-
-def _names(value: Any) -> tuple[str, ...]:
-    """Return the names of faults in a recording. A manipulated recording can contain any value."""
-    return tuple(map(str, value)) if isinstance(value, list) else ()
-
-
 def _with_progress(samples: Iterable[SampleRecord], total: int | None) -> Iterator[SampleRecord]:
     with progress("reading") as report:
         for number, m in enumerate(samples, 1):
             if number % PROGRESS_SAMPLES == 0:
                 report(number, total)
             yield m
-
-
-def _draw_bars(data: PlotData, options: PlotOptions, begin_s: float, title: str) -> Figure:
-    """Draw one bar per pressure bin: the error if there is a reference, else the reported uncertainty."""
-    if options.reference is None:
-        quantity, bars = "mean relative uncertainty u [%]", by_pressure.uncertainty_by_bin(data.contacts)
-    else:
-        quantity = "mean absolute error of the peak [%]"
-        reference = read(options.reference)
-        bars = by_pressure.error_by_bin(
-            data.contacts, by_pressure.ReferenceForce(reference["t_s"] + begin_s, reference["force_n"])
-        )
-    names = [f"{bar.name}\nn = {bar.contacts}" for bar in bars]
-    percents = [bar.percent for bar in bars]
-    figure = pressure_bin_bars(names, percents, "inflating pressure ΔP_i [kPa]", quantity)
-    axes = figure.axes[0]
-    set_title(axes, title)
-    axes.margins(y=0.1)
-    if not any(bar.contacts for bar in bars):
-        axes.text(0.5, 0.5, _empty_text(data, options), transform=axes.transAxes, ha="center", fontsize=13)
-        axes.set_ylim(0, 1)
-        axes.set_yticks([])
-    return figure
-
-
-def _empty_text(data: PlotData, options: PlotOptions) -> str:
-    """Return the reason why there is no bar."""
-    with_reference = " with a reference force" if options.reference else ""
-    return data.remark or f"no contact of more than 0.5 kPa{with_reference}"
-
-
-def _save(figure: Figure, file: Path) -> None:
-    suffix = file.suffix.lower()
-    with replaced_user_file(file) as new:
-        figure.savefig(new, format=suffix[1:], dpi=DOTS_PER_INCH, metadata=METADATA[suffix])
 
 
 def _summary(data: PlotData) -> str:

@@ -1,4 +1,4 @@
-"""`pneuforce record`: record a running instrument into a file, and print what was recorded."""
+"""`pneuforce record`: record a running instrument into a file, and print a summary."""
 
 from __future__ import annotations
 

@@ -124,7 +124,8 @@ def plot(
 
     Example: pneuforce plot press.recording press.svg --from-s 10 --to-s 40
     """
-    from pneuforce.instrument.cli.plot import PlotOptions, plot
+    from pneuforce.instrument.cli.plot import plot
+    from pneuforce.instrument.validation.recording_plot import PlotOptions
 
     raise typer.Exit(plot(PlotOptions(file, out, *_span(from_s, to_s), by_pressure, reference, title)))
 
@@ -147,12 +148,12 @@ def replay(
     loop: Annotated[bool, typer.Option("--loop", help="Start again at the end, until Ctrl-C.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Verify a recording: measure its inputs again and compare every sample to the last bit.
+    """Verify a recording: compute its samples again from the inputs, and compare them bit by bit.
 
     The exit code is 1 if a sample differs or the file is damaged.
 
     With --config, nothing is verified: the recording is played on the buses and marked as simulated.
-    Then every write except a vent is rejected.
+    During this replay, every write except a vent is rejected.
 
     Example: pneuforce replay press.recording --config instrument.toml --speed 0.5
     """
@@ -168,7 +169,7 @@ def _check_no_bus_options(speed: float | None, loop: bool) -> None:
     from pneuforce.errors import ConfigurationError
 
     if speed is not None or loop:
-        raise ConfigurationError("--speed and --loop go with --config, which names the buses of the replay")
+        raise ConfigurationError("--speed and --loop need --config, which defines the buses of the replay")
 
 
 def _play(file: Path, config: Path, speed: float, loop: bool, as_json: bool) -> None:
@@ -177,6 +178,8 @@ def _play(file: Path, config: Path, speed: float, loop: bool, as_json: bool) -> 
     from pneuforce.instrument.service.replay_host import serve_replay
 
     if as_json:
-        raise ConfigurationError("--json does not go with --config: a replay on buses has no result to print")
+        raise ConfigurationError(
+            "--json is not valid with --config: a replay on buses has no result to print"
+        )
     configuration = read(config)
     serve_replay(file, configuration, resolve_path(config, configuration.local.socket), speed, loop)

@@ -15,11 +15,12 @@ from pneuforce.instrument.stream.entry import json_safe
 
 
 def replay(file: Path, as_json: bool) -> int:
-    """Verify a recording. Return the exit code: 0 if the file is undamaged and every sample equal, else 1.
+    """Verify a recording. Return the exit code: 0 if the file is undamaged and all samples are equal, else 1.
 
     Raises PneuforceError.
     """
-    logging.getLogger("pneuforce").addHandler(logging.NullHandler())  # the same messages were logged before
+    # The instrument has already logged these messages during the recording.
+    logging.getLogger("pneuforce").addHandler(logging.NullHandler())
     with open_replayable(file) as recording, progress("replayed") as report:
         result = verify_recording(recording, report)
     typer.echo(json.dumps(json_safe(_facts(result))) if as_json else _format_result(result))
@@ -46,7 +47,7 @@ def _format_result(result: ReplayResult) -> str:
     if result.difference is not None:
         lines.append(f"differs: {result.difference}")
     elif result.unexplained:
-        lines.append(f"differs: no recorded input produces the last {result.unexplained} samples")
+        lines.append(f"differs: the replay does not produce the last {result.unexplained} samples")
     else:
         lines.append(f"all {'undamaged samples ' if result.damaged else ''}equal, to the last bit")
     return "\n".join([*lines, result.remark] if result.remark else lines)

@@ -21,17 +21,17 @@ def doctor(
         typer.Option(
             min=2.0,
             max=12.0,
-            help="Also inflate the balloon to this many kPa, to test filling, leak and venting!",
+            help="Also inflate the balloon to this pressure in kPa, to test filling, leak and venting!",
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
     """Examine a rig: port, board, samples, clock, sensor, supply; with --inflate also the circuit.
 
-    Each check gives pass, warning or fail, and says what to do.
+    Each check gives pass, warning or fail, and a recommended action.
     The rig is vented at the end, also after Ctrl-C.
     The exit code is 1 if a check fails or the examination is interrupted.
-    Do not touch the balloon meanwhile. Start a simulator with --no-hand.
+    Do not touch the balloon during the examination. Start a simulator with --no-hand.
 
     Example: pneuforce doctor --port /dev/ttyACM0 --inflate 5.0
     """
@@ -48,7 +48,7 @@ def flash(
 ) -> None:
     """Write the firmware to an Arduino UNO with avrdude.
 
-    Nothing is written if the chip is another one or another process uses the port.
+    Nothing is written if the chip is not an ATmega328P, or if another process uses the port.
 
     Example: pneuforce flash --port /dev/ttyACM0 --dry-run
     """

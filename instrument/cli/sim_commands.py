@@ -47,7 +47,7 @@ def run(
     ] = 0,
     scenario: ScenarioName = "demo",
     hand: Annotated[
-        bool, typer.Option(help="Let the simulated hand press the balloon as the scenario says.")
+        bool, typer.Option(help="Let the simulated hand press the balloon according to the scenario.")
     ] = True,
     seed: Seed = None,
     board: BoardOption = BoardName.PYTHON,

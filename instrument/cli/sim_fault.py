@@ -30,7 +30,7 @@ def show_catalogue(as_json: bool) -> None:
 
 
 def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off: bool, as_json: bool) -> str:
-    """Inject the named fault, or remove it if `off`. Return the active faults as text or JSON.
+    """Inject the named fault, or remove it if `off` is True. Return the active faults as text or JSON.
 
     Without a name, nothing is changed. Raises ConfigurationError if the simulator rejects the request,
     RigError if no simulator answers.
@@ -62,7 +62,7 @@ def control_port_of(link: Path) -> int:
         return int(control_port_file(link).read_text(encoding="ascii"))
     except (OSError, ValueError):
         raise ConfigurationError(
-            f"no simulator has its port at {link}: start pneuforce sim run, or name --link or --control PORT"
+            f"no simulator has its port at {link}: start pneuforce sim run, or give --link or --control PORT"
         ) from None
 
 

@@ -62,7 +62,7 @@ def report_json(source: ValidationSource, law: ForceLaw, report: ValidationRepor
 def _check_save(save: Path, options: SourceOptions) -> None:
     """Raise ConfigurationError before the long run if the file cannot be written."""
     if options.data is not None:
-        raise ConfigurationError("--save writes a simulated recording: it does not go with --data")
+        raise ConfigurationError("--save writes a simulated recording: it is not valid with --data")
     check_writable(save)
 
 

@@ -17,9 +17,9 @@ DEFAULT_SCENARIO = "campaign"
 #: Meaning of the errors for each kind of source.
 NOTES = {
     "published": "The published plant follows the energetic law itself. Its errors come from tube, "
-    "filter, noise and leak, and do not show how good the law is.",
+    "filter, noise and leak, and do not show the quality of the law.",
     "membrane": "The membrane plant is a rubber balloon by finite elasticity. The law is not calibrated "
-    "to it. The errors show the law of the paper on another balloon than that of the paper.",
+    "to it. The errors show the law of the paper on a different balloon.",
     "recording": "The law of the paper is used with the balloon and circuit of the paper. Nothing was "
     "fitted to the recording.",
 }
@@ -29,7 +29,7 @@ NOTES = {
 class SourceOptions:
     """Selected source: a recording, or a scenario.
 
-    If `plant` or `seed` is None, that of the scenario is used.
+    If `plant` or `seed` is None, the value in the scenario is used.
     """
 
     data: Path | None = None

@@ -13,13 +13,13 @@ from rich.live import Live
 
 from pneuforce.errors import ServerError
 from pneuforce.instrument.cli.can_traffic import CanTraffic, format_signals
-from pneuforce.instrument.cli.observe import CanNodeAddress
 from pneuforce.instrument.cli.output import CONNECTION_HINT, json_line, print_line, stop_after
 from pneuforce.registers.can.bus import CanBus
 from pneuforce.registers.can.frames import decode_frame
+from pneuforce.teststand.observer import CanNodeAddress
 
 REDRAW_PERIOD_S = 0.2
-#: Time without frames after which a warning is printed. The heartbeat comes each second.
+#: Time without frames after which a warning is printed. The heartbeat is sent each second.
 SILENCE_WARNING_S = 1.5
 
 
@@ -39,7 +39,7 @@ def watch_can(node: CanNodeAddress, seconds: float | None, json_lines: bool) -> 
 
 
 def _show_table(bus: CanBus, node_id: int, stop: Event) -> None:
-    """Show a live table. The ages increase even if no frames come."""
+    """Show a live table. The ages increase even if no frames arrive."""
     traffic, drawn_s = CanTraffic(), 0.0
     with Live(auto_refresh=False) as live:
         while not stop.is_set():
@@ -54,7 +54,7 @@ def _show_table(bus: CanBus, node_id: int, stop: Event) -> None:
 def _print_frames(
     bus: CanBus, node_id: int, stop: Event, format_frame: Callable[[dict[str, Any]], str]
 ) -> None:
-    """Print one line per frame, and a warning on stderr if no frames come."""
+    """Print one line per frame, and a warning on stderr if no frames arrive."""
     traffic, received_s = CanTraffic(), time.monotonic()
     while not stop.is_set():
         received, now_s = _receive(bus, node_id), time.monotonic()
@@ -64,11 +64,11 @@ def _print_frames(
             print_line(format_frame(received | {"lost": lost}))
         elif now_s > received_s + SILENCE_WARNING_S:
             received_s = now_s
-            print(f"pneuforce: nothing from node {node_id} for {SILENCE_WARNING_S} s", file=sys.stderr)
+            print(f"pneuforce: no frame from node {node_id} for {SILENCE_WARNING_S} s", file=sys.stderr)
 
 
 def _receive(bus: CanBus, node_id: int) -> dict[str, Any] | None:
-    """Return the next frame, None if it is not the instrument's or if no frame comes for 0.1 s."""
+    """Return the next frame; None if another node sent it, or if no frame arrives for 0.1 s."""
     received = bus.receive()
     decoded = received and decode_frame(received[1], node_id)
     if not received or not decoded:

@@ -20,7 +20,7 @@ class BusName(Enum):
     CAN = "can"
 
 
-#: Options of each variant of the command. Other options have no effect there, so they are rejected.
+#: Valid options of each variant of the command. All other options are rejected, because they have no effect.
 VALID_OPTIONS: Mapping[str, set[str]] = {
     "modbus": {"host", "port", "unit"},
     "modbus --device": {"device", "baud", "parity", "unit"},
@@ -62,7 +62,7 @@ def watch(
     seconds: Seconds = None,
     as_json: Json = False,
 ) -> None:
-    """Show what a PLC (modbus) or a robot controller (can) reads from a running instrument.
+    """Show the values that a PLC (modbus) or a robot controller (can) reads from a running instrument.
 
     Modbus registers are shown in the units of the registers, CAN signals in the units of the DBC file.
     With --json, both are in N, kPa, mm and s, with null for a value that is not available.
@@ -70,11 +70,11 @@ def watch(
 
     Example: pneuforce watch modbus --seconds 5
     """
-    from pneuforce.instrument.cli.observe import CanNodeAddress
     from pneuforce.instrument.cli.watch_can import watch_can
     from pneuforce.instrument.cli.watch_modbus import watch_modbus
     from pneuforce.registers.can.bus import CanAddress
     from pneuforce.registers.modbus.client import ModbusClient
+    from pneuforce.teststand.observer import CanNodeAddress
 
     variant = f"{bus.value} --device" if bus is BusName.MODBUS and device else bus.value
     options = {"host": host, "port": port, "device": device, "baud": baud, "parity": parity, "unit": unit}
@@ -92,7 +92,7 @@ def watch(
             ),
             seconds,
             as_json,
-            "does its [modbus_rtu] have this baud rate, parity and unit?",
+            "does [modbus_rtu] of the instrument have this baud rate, parity and unit?",
         )
     else:
         watch_modbus(lambda: ModbusClient.connect(host, port or 5020, unit=unit or 1), seconds, as_json)

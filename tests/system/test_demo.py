@@ -1,4 +1,4 @@
-"""`pneuforce demo` as a user or a script starts and ends it."""
+"""Tests of `pneuforce demo`, which is started and ended as by a user or a script."""
 
 import math
 import os
@@ -30,6 +30,11 @@ class Demo:
             stderr=subprocess.PIPE,
             text=True,
         )
+
+    def instrument_pid(self):
+        """Return the process id of the instrument."""
+        names = {pid: Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in self.children()}
+        return next(pid for pid, words in names.items() if "run" in words and "sim" not in words)
 
     def children(self):
         listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text()
@@ -77,6 +82,25 @@ def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number):
     assert demo.process.returncode == 0
     assert "Traceback" not in stderr
     assert not any(running(pid) for pid in children)
+
+
+def test_the_demo_holds_again_after_its_instrument_was_suspended_for_three_seconds(demo):
+    demo.until_holding()
+    os.kill(demo.instrument_pid(), signal.SIGSTOP)
+    time.sleep(3.0)
+    os.kill(demo.instrument_pid(), signal.SIGCONT)
+    with ModbusClient.connect(port=demo.modbus_port) as plc:
+        wait_for(plc.read, lambda v: v["state"] == "tripped", deadline_s=5)
+        wait_for(plc.read, lambda v: v["state"] == "holding")
+
+
+def test_the_demo_does_not_clear_a_fault_of_the_rig(demo):
+    demo.until_holding()
+    with ModbusClient.connect(port=demo.modbus_port) as plc:
+        plc.write("lease", 0.2)
+        wait_for(plc.read, lambda v: v["state"] == "tripped")
+        time.sleep(2.5)
+        assert plc.read()["state"] == "tripped"
 
 
 def test_a_killed_demo_leaves_no_child_behind(demo):

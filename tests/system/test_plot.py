@@ -1,4 +1,4 @@
-"""`pneuforce plot`: contents of the figures, and rejected arguments."""
+"""Tests of `pneuforce plot`: contents of the figures, and rejected arguments."""
 
 import csv
 import re
@@ -9,12 +9,13 @@ from pathlib import Path
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.plot import PlotOptions, plot
+from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.recording.contacts import ContactHistory
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.writer import RecordingWriter
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, json_entry
 from pneuforce.instrument.stream.sample_record import pack
+from pneuforce.instrument.validation.recording_plot import PlotOptions
 from tests.command_runner import pneuforce
 from tests.instrument.instrument_harness import HOLD_8, VENT, InstrumentHarness
 from tests.instrument.recording.recording_files import make_recording
@@ -59,7 +60,7 @@ def press(harness, _=None):
 
 
 def lose_the_lease(harness, file):
-    """Trip because of the host process. The board only vents, and only the event log has the reason."""
+    """Write a trip by the host process. The board only vents, so only the event log contains the reason."""
     hold(harness)
     now_s = harness.now_s
     facts = {"at": "2027-01-31T08:00:00Z", "mono_s": now_s, "kind": "faults", "was": []}
@@ -106,7 +107,7 @@ def texts(figure):
 
 
 def stars(figure, name):
-    """Return the positions of the stars of this name. y counts downwards."""
+    """Return the positions of the stars of this name. The y axis points downwards."""
     [group] = [group for group in figure.iter(f"{SVG}g") if group.get("id") == name]
     return [(float(use.get("x")), float(use.get("y"))) for use in group.iter(f"{SVG}use")]
 
@@ -179,7 +180,7 @@ def test_a_trip_recorded_only_in_the_event_log_is_named(tmp_path):
 
 
 def test_the_force_axis_is_not_scaled_by_the_uncertainty_of_a_burst(tmp_path):
-    """During the sudden fall of the pressure the uncertainty of the force is very large."""
+    """A burst of the balloon makes the uncertainty of the force very large for a short time."""
     burst_figure = draw(record_story(tmp_path / "burst.recording", burst))
     ticks = [float(text.replace("−", "-")) for text in texts(burst_figure) if re.fullmatch(r"−?[\d.]+", text)]
     with open_recording(tmp_path / "burst.recording") as recording:
@@ -188,7 +189,7 @@ def test_the_force_axis_is_not_scaled_by_the_uncertainty_of_a_burst(tmp_path):
 
 
 def low(harness, _):
-    """Press below the validated range, in which a contact has pressures but no force."""
+    """Press below the validated range. Such a contact has pressures but no force."""
     hold(harness)
     harness.write_ok({"setpoint_requested_kpa": 3.0})
     harness.renew(2.0)
@@ -224,7 +225,7 @@ EMPTY_STORIES = {
 
 
 @pytest.mark.parametrize("sentence", EMPTY_STORIES)
-def test_a_figure_without_force_has_a_sentence(tmp_path, sentence):
+def test_a_figure_without_force_contains_the_reason(tmp_path, sentence):
     recording = record_story(tmp_path / "a.recording", EMPTY_STORIES[sentence])
     assert sentence in texts(draw(recording))
     assert sentence in texts(draw(recording, by_pressure=True))
@@ -266,7 +267,7 @@ def test_the_command_writes_a_png_beside_the_recording(pressed):
     ("options", "why"),
     [
         (["a.jpg"], "name a file .png or .svg"),
-        (["--reference", "cell.csv"], "--reference goes with --by-pressure"),
+        (["--reference", "cell.csv"], "--reference is valid only with --by-pressure"),
         (["--from-s", "3", "--to-s", "2"], "--from-s must be less than --to-s"),
         (["missing/a.png"], "cannot be written"),
         (["--by-pressure", "--reference", "missing.csv"], "no such file"),

@@ -1,9 +1,9 @@
-"""Event rates that one thread counts and another thread reads."""
+"""Tests of event rates: one thread counts the events, and another thread reads the rate."""
 
 import time
 from threading import Event, Thread
 
-from pneuforce.instrument.cli.observe import EventRate
+from pneuforce.teststand.observer import EventRate
 
 
 def test_a_rate_can_be_read_while_another_thread_counts():

@@ -1,4 +1,4 @@
-"""Lost frames, late frames and fault names in the received CAN traffic."""
+"""Tests of received CAN traffic: lost frames, late frames and names of faults."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from pneuforce.registers.can.frames import RIG_ERROR
 
 
 def lost_frames(*counters):
-    """Return the number of lost frames that is reported at each Force frame with these counters."""
+    """Receive Force frames with these counters. Return the number of lost frames at each frame."""
     traffic = CanTraffic()
     return [traffic.add("Force", {"counter": counter}, now_s=0.01 * counter) for counter in counters]
 

@@ -1,4 +1,4 @@
-"""Flashing with a fake avrdude that only logs its arguments: no board is flashed here."""
+"""Tests of flashing with a fake avrdude that only logs its arguments. No board is flashed."""
 
 import json
 import re
@@ -30,7 +30,7 @@ def cable(tmp_path):
 
 @pytest.fixture
 def avrdude(tmp_path, monkeypatch):
-    """Put a fake avrdude on PATH. The fixture returns a function that returns the log of its arguments."""
+    """Return a function that puts a fake avrdude on PATH and returns the log file of its arguments."""
 
     def create(signature="0x1e,0x95,0xf", writes="exit 0"):
         log, program = tmp_path / "arguments", tmp_path / "bin" / "avrdude"

@@ -1,4 +1,4 @@
-"""Help texts of all commands: they are sentences, and no unit in brackets is taken for markup."""
+"""Tests of the help texts: sentences without units in brackets, because typer reads brackets as markup."""
 
 import re
 from pathlib import Path

@@ -1,0 +1,1 @@
+"""Commissioning of one instrument: firmware, calibration, examination of the rig."""

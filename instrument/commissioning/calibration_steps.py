@@ -1,0 +1,162 @@
+"""Steps of the calibration: fit measured points, and add the result to a calibration file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date
+from pathlib import Path
+from typing import Generic, NamedTuple, TypeVar
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration import contacts, file, parts
+from pneuforce.instrument.calibration import lag as lags
+from pneuforce.instrument.calibration import radius as radii
+from pneuforce.instrument.calibration import volume as volumes
+from pneuforce.instrument.calibration.apply import apply_calibration, changed_conditions
+from pneuforce.instrument.calibration.file import (
+    Calibration,
+    CalibrationPart,
+    ForcePart,
+    LagPart,
+    RadiusPart,
+    VolumePart,
+)
+from pneuforce.instrument.calibration.force import ForceCalibration, fit_force
+from pneuforce.instrument.calibration.lag import LagFit
+from pneuforce.instrument.calibration.radius import RadiusFit
+from pneuforce.instrument.calibration.residuals import errors_by_pressure
+from pneuforce.instrument.calibration.volume import VolumeFit
+from pneuforce.instrument.config import Configuration, read
+from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.support.atomic_file import check_writable, read_file
+from pneuforce.support.columns import Points, parse_points
+
+#: Highest setpoint that the registers accept.
+MAX_SETPOINT_KPA = 12.0
+
+Part = TypeVar("Part", bound=CalibrationPart)
+Fit = TypeVar("Fit")
+
+
+class CalibrationStep(NamedTuple, Generic[Part, Fit]):
+    """Result of one step."""
+
+    part: Part  #: part of the calibration file
+    fit: Fit
+    point_count: int
+    notes: list[str]  #: for the user: warnings, and the file that was written
+
+
+class CalibrationTarget(NamedTuple):
+    """Calibration file to write, and configuration of the instrument."""
+
+    out: Path | None
+    config: Path | None
+
+
+class _Instrument(NamedTuple):
+    """Configuration and calibration of the instrument before the new part."""
+
+    configuration: Configuration
+    calibration: Calibration
+
+    @classmethod
+    def of(cls, target: CalibrationTarget) -> _Instrument:
+        """Read both files. Raises ConfigurationError if the calibration file cannot be written later."""
+        if target.out is not None:
+            check_writable(target.out)
+        configuration = read(target.config) if target.config else Configuration()
+        if target.out is None or not target.out.exists():
+            return cls(configuration, file.empty(configuration.balloon.id))
+        return cls(configuration, file.load(target.out))
+
+    @property
+    def chain(self) -> ChainSettings:
+        """Return the settings of the measuring chain without a force calibration.
+
+        The force calibration is left out because a new part replaces it or does not depend on it.
+        """
+        calibration = self.calibration.model_copy(update={"force": None})
+        return self.configuration.with_calibration(calibration).chain
+
+
+def calibrate_radius(data: Path, target: CalibrationTarget) -> CalibrationStep[RadiusPart, RadiusFit]:
+    """Fit the radius over the pressure, and save it. Raises ConfigurationError."""
+    points, instrument = _points(data, radii.COLUMNS), _Instrument.of(target)
+    found = radii.fit_radius(points)
+    part = parts.radius_part(found, points, date.today())
+    warning = found.rubber.limit_warning(MAX_SETPOINT_KPA)
+    notes = [warning] if warning else []
+    return CalibrationStep(part, found, len(points), notes + _save("radius", part, instrument, target))
+
+
+def calibrate_volume(
+    data: Path | None, strokes_as_options: Sequence[list[float]], target: CalibrationTarget
+) -> CalibrationStep[VolumePart, VolumeFit]:
+    """Fit the volume V_c of the pipes, and save it. Raises ConfigurationError."""
+    if (data is None) is not any(strokes_as_options):
+        raise ConfigurationError(
+            "give either a CSV file, or all of --displaced-ml, --before-kpa and --after-kpa"
+        )
+    if data is None:
+        strokes = volumes.strokes_from_options(*strokes_as_options)
+    else:
+        strokes = volumes.read_strokes(_points(data, volumes.COLUMNS, volumes.OPTIONAL_COLUMNS))
+    instrument = _Instrument.of(target)
+    ambient_kpa = instrument.configuration.circuit.ambient_kpa
+    found = volumes.fit_volume(strokes, ambient_kpa)
+    part = parts.volume_part(found, strokes.points, ambient_kpa, date.today())
+    return CalibrationStep(part, found, len(strokes.points), _save("volume", part, instrument, target))
+
+
+def calibrate_lag(
+    data: Path, filter_time_constant_s: float, target: CalibrationTarget
+) -> CalibrationStep[LagPart, LagFit]:
+    """Fit the time constant of the tube, and save it. Raises ConfigurationError."""
+    points, instrument = _points(data, lags.COLUMNS), _Instrument.of(target)
+    found = lags.fit_lag(points, filter_time_constant_s)
+    part = parts.lag_part(found, points, date.today())
+    return CalibrationStep(part, found, len(points), _save("lag", part, instrument, target))
+
+
+def calibrate_force(data: Path, target: CalibrationTarget) -> CalibrationStep[ForcePart, ForceCalibration]:
+    """Fit the force calibration, and save it.
+
+    Raises ConfigurationError if the contacts do not support a calibration.
+    """
+    points = _points(data, contacts.COLUMNS, contacts.OPTIONAL_COLUMNS)
+    instrument = _Instrument.of(target)
+    settings = instrument.chain
+    try:
+        found = fit_force(contacts.read_contacts(points, settings), settings)
+    except ConfigurationError as error:
+        raise error if str(error).startswith(points.name) else points.error(str(error)) from None
+    by_pressure = errors_by_pressure(found.chosen.held_out_n, found.contacts)
+    part = parts.force_part(found, by_pressure, points, settings, date.today())
+    return CalibrationStep(part, found, len(points), _save("force", part, instrument, target))
+
+
+def _points(data: Path, columns: Sequence[Sequence[str]], optional: Sequence[str] = ()) -> Points:
+    return parse_points(read_file(data), str(data), columns, optional)
+
+
+def _save(name: str, part: CalibrationPart, instrument: _Instrument, target: CalibrationTarget) -> list[str]:
+    """Add the part to the calibration file, if there is one. Return notes for the user.
+
+    A force calibration that was made with other values of this part is removed from the file.
+    """
+    calibration = instrument.calibration.model_copy(update={name: part})
+    without_force = calibration.model_copy(update={"force": None})
+    settings = instrument.configuration.with_calibration(without_force).chain
+    notes = []
+    if calibration.force and changed_conditions(settings, calibration.force):
+        calibration = without_force
+        notes.append(
+            "the force calibration in this file was made with the old value and was removed: "
+            "calibrate the force again"
+        )
+    apply_calibration(instrument.configuration.chain, calibration)
+    if target.out is None:
+        return [*notes, "nothing was written: use --out calibration.toml to save the result"]
+    file.save(calibration, target.out)
+    return [*notes, f"written to {target.out}"]
