@@ -1,4 +1,4 @@
-"""`python -m pneuforce`: the command line."""
+"""Entry point of `python -m pneuforce`."""
 
 from pneuforce.instrument.cli import main
 

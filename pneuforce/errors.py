@@ -7,8 +7,8 @@
     │   ├── PortUnavailable (OSError)       the port does not exist, or the permission is missing
     │   ├── RigNotResponding (TimeoutError) no pneuforce board answers on the port
     │   ├── ProtocolMismatch (ValueError)   the board uses another version of the rig link
-    │   └── TimeoutMismatch (ValueError)    the board's reaction time to a silent host differs
-    └── ServerError (OSError)               a bus cannot be served
+    │   └── TimeoutMismatch (ValueError)    the board has another reaction time to a silent host
+    └── ServerError (OSError)               a bus or a local socket is not available
 
 Invalid measurements and rejected requests are never exceptions: they are codes and status bits.
 """
@@ -45,7 +45,7 @@ class PortUnavailable(RigError, OSError):
 
 
 class RigNotResponding(RigError, TimeoutError):
-    """Missing answer: no pneuforce board has sent a Hello message before the deadline."""
+    """Missing answer: no pneuforce board sent a Hello message before the deadline."""
 
     def __init__(self, port: str, waited_s: float, received_bytes: int) -> None:
         if received_bytes:
@@ -82,4 +82,4 @@ class TimeoutMismatch(RigError, ValueError):
 
 
 class ServerError(PneuforceError, OSError):
-    """Bus or local service that cannot be served."""
+    """Bus or local socket that is not available."""

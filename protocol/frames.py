@@ -1,11 +1,11 @@
 """Frames of the rig link, the serial protocol between the host process and the board.
 
-Every frame has 24 bytes. There is no length field, so no damaged byte can change the length of a frame:
+Every frame has 24 bytes. There is no length field, so damaged bytes cannot change the length of a frame:
 
     A5 5A · kind u8 · version u8 · sequence u16 · payload (16 bytes) · CRC u16       (little-endian)
 
 The CRC is CRC-16/IBM-3740 (x^16 + x^12 + x^5 + 1, initial value FFFFh) over the bytes from kind to payload.
-The CRC detects every error of up to 3 bits and every burst of up to 16 bits. A damaged frame does not damage
+The CRC detects every error of up to 3 bits and every burst of up to 16 bits. A damaged frame does not affect
 the next frame: the decoder searches the rejected bytes for the next start.
 """
 
@@ -137,7 +137,7 @@ class Event:
     board_time_us: int
     state: int  #: `BoardState` entered
     previous_state: int  #: `BoardState` left
-    fault: int  #: `Fault` that caused the change, 0 if no fault did
+    fault: int  #: `Fault` that caused the change, 0 if the change has another cause
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +152,7 @@ class Identify:
 class Command:
     """Mode, setpoint and keep-alive, host → board, every 50 ms and at every change.
 
-    A command states the wanted condition and not a step to take, so a lost command does no harm.
+    Each command states the complete required condition, so that the next command replaces a lost command.
     After a trip, the board inflates only if it has applied mode VENT and then receives mode HOLD.
     """
 
@@ -162,7 +162,7 @@ class Command:
     mode: int = Mode.VENT
     flags: int = CommandFlag.NONE
     setpoint_pa: int = 0
-    zero_pa: int = 0  #: reading of the sensor when vented
+    zero_pa: int = 0  #: reading of the sensor while the rig is vented
     contact_limit_pa: int = 18_000  #: overpressure limit while the balloon is held
     host_timeout_ms: int = 2_000  #: time without a command after which the board vents
     clear: int = 0  #: a changed value clears the latched faults whose cause is gone
@@ -177,7 +177,7 @@ class Vent:
 
 
 Message = Sample | Hello | Event | Identify | Command | Vent
-#: Message types by kind. Two kinds differ in at least four bits, so three flipped bits cannot change a kind.
+#: Message types by kind. Two kinds differ in at least four bits, so three wrong bits give no other kind.
 KINDS: dict[int, type[Message]] = {m.kind: m for m in (Sample, Hello, Event, Identify, Command, Vent)}
 _VALUES = {kind: attrgetter(*m.__slots__) if m.__slots__ else None for kind, m in KINDS.items()}
 BOARD_MESSAGES = (Sample, Hello, Event)  #: board → host
@@ -206,7 +206,7 @@ class FrameDecoder:
     """Decoder from received bytes to rig link frames.
 
     Invalid bytes and frames of the wrong direction raise no exception; they are counted. A frame with another
-    protocol version is returned only if it is a Hello or an Identify, because these carry the version check.
+    protocol version is returned only if it is a Hello or an Identify, because their versions are compared.
     """
 
     expects: tuple[type[Message], ...]  #: accepted message types

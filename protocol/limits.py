@@ -17,17 +17,17 @@ SETPOINT_PA = (2_000, 12_000)
 HARD_LIMIT_KPA = 25.0
 #: Time without a command after which the board closes the inlet.
 HOST_SILENCE_S = 0.25
-#: The rig counts as vented if the pressure stays below this value for this time.
+#: The rig counts as vented if the pressure stays below this limit [kPa] for this time [s].
 VENTED_KPA = 0.3
 VENTED_S = 0.5
 
-#: The circuit as commissioned, measured at the sensor. The open inlet raises the pressure at this rate.
+#: Rate at which the open inlet raises the pressure at the sensor, in the circuit as commissioned.
 FILL_KPA_PER_S = 5.0
-#: The open vent halves a pressure of `HALVING_FROM_KPA` in `HALVING_TIME_S`. From another pressure p the
-#: vent takes √(p / HALVING_FROM_KPA) times as long.
+#: Time in which the open vent halves a pressure of `HALVING_FROM_KPA`, in the circuit as commissioned.
+#: Another pressure p is halved in √(p / HALVING_FROM_KPA) times this time.
 HALVING_TIME_S, HALVING_FROM_KPA = 0.55, 8.0
-#: The tube counts as occluded if a pressure change takes less than this ratio of the commissioned time. Then
-#: less gas moves than balloon and tubes contain.
+#: The tube counts as occluded if a pressure change takes less than this ratio of the commissioned time. The
+#: change is faster because only part of the gas in balloon and tubes moves.
 OCCLUDED_TIME_RATIO = 0.6
 
 #: States in which the balloon is inflated or is being inflated.
@@ -44,5 +44,5 @@ def nominal_pressure_kpa(adc_sum: int) -> float:
 
 
 def adc_sum_is_valid(adc_sum: int) -> bool:
-    """Return True if the ADC sum is that of a sensor that is neither open nor short."""
+    """Return True if the ADC sum is possible for a sensor that is neither open nor short."""
     return VALID_ADC_SUM[0] <= adc_sum <= VALID_ADC_SUM[1]

@@ -11,13 +11,13 @@ from pneuforce.registers.codes import STATUS
 class Advice(NamedTuple):
     """Meaning of a code or bit, and the action that it requires."""
 
-    what: str  #: what has happened
-    do: str  #: what to do; empty if no action is required
+    what: str  #: event or condition
+    do: str  #: required action; empty if no action is required
 
 
 _INFLATED = "Do not pull the balloon out: it may be inflated. Press the stop switch, which cuts both coils. "
 
-#: By the code of register 778. "Clear" is the command of docs/rules.md. It moves no valve.
+#: Advice by fault code (register 778). "Clear" is the command `clear_faults`, which moves no valve.
 FAULT_ADVICE: Mapping[int, Advice] = {
     0: Advice("No fault is latched.", ""),
     1: Advice(
@@ -26,7 +26,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "Check the sensor, its cable, its 5 V supply and the 100 kΩ resistor from A0 to ground. Then clear.",
     ),
     2: Advice(
-        "The sensor's reading did not change for 0.2 s while a valve was open that must change the pressure.",
+        "The sensor's reading did not change for 0.2 s although an open valve must change the pressure.",
         "Check the sensor and its cable. Check for a pinched tube before the sensor. Then clear.",
     ),
     3: Advice(
@@ -111,7 +111,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "Check the sensor, its cable, its 5 V supply and the 100 kΩ resistor from A0 to ground. Then clear.",
     ),
     37: Advice(
-        "The clock of the board stands still: the program of the board hangs.",
+        "The clock of the board has stopped: the program of the board hangs.",
         "Unplug the board, which vents the rig, and plug it in again. Then clear. If it happens again, "
         "install the board's program again: pneuforce flash.",
     ),
@@ -167,8 +167,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "maintenance_required": "The cause is a slow leak, CAN, the board's clock, or the disk of the event log "
     "or recording. The log of the host process names the cause.",
     "out_of_specification": "See out_of_range.",
-    "function_check": "The balloon is vented or not yet held. Wait until it is held: until then there is no "
-    "force.",
+    "function_check": "The balloon is vented or not yet held. No force is available until it is held: wait.",
     "failure": "Stop. Follow the advice for the fault (register 778).",
     "calibrated": "",
     "any_failure": "See failure. This bit is for programs that test one bit only.",

@@ -23,7 +23,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
 
 
 def quantity_unit(unit: str) -> str:
-    """Return the unit of the quantity behind a wire unit, for example N for mN; "" for no unit."""
+    """Return the unit of the quantity for a wire unit, for example N for mN; "" if `unit` is empty."""
     suffix = UNITS[unit][0] if unit else None
     return next((name for name, entry in UNITS.items() if entry == (suffix, 1.0)), "")
 
@@ -56,7 +56,7 @@ class StatusBit:
     number: int
     name: str
     doc: str
-    latches: bool = False  #: the bit stays set after its cause is gone, until it is cleared by command
+    latches: bool = False  #: the bit stays set until a command clears it, even if its cause is gone
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class BitField:
         return {bit.name: 1 << bit.number for bit in self.bits}
 
     def code(self, names: Iterable[str]) -> int:
-        """Return the integer in which the bits of `names` are set. Names without a bit here are ignored."""
+        """Return the integer in which the bits of `names` are set. Names without a bit are ignored."""
         return sum(self._masks.get(name, 0) for name in names)
 
     def names(self, code: int) -> frozenset[str]:

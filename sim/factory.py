@@ -17,7 +17,7 @@ from pneuforce.sim.rig import BoardProtocol, Rig
 from pneuforce.sim.scenario import PlantTable, Scenario
 from pneuforce.sim.world import World
 
-#: Board in Python, or the binary of the firmware on an emulated chip.
+#: Boards by name: the board in Python, and the firmware binary on an emulated chip.
 BOARDS: Mapping[str, Callable[[], BoardProtocol]] = {"python": SimulatedBoard, "avr": AvrBoard}
 MATERIALS = {"mooney-rivlin": MOONEY_RIVLIN, "neo-hookean": NEO_HOOKEAN}
 

@@ -25,7 +25,7 @@ class Hand:
     def __init__(
         self, plays_phases: bool, phases: Sequence[Phase] | None = None, repeat: bool = True
     ) -> None:
-        """Without `phases`, the hand plays the phases of the scenario `demo`."""
+        """Start without a contact. If `phases` is None, the hand plays the phases of the scenario `demo`."""
         self.plays_phases = plays_phases  #: if False, the hand plays requested contacts only
         self.push: Push
         self._contact: Contact
@@ -35,17 +35,17 @@ class Hand:
         self._queue = [
             (phase.setpoint_kpa, contact) for phase in _or_demo(phases) for contact in phase.contacts
         ]
-        self._position = 0  # in the queue
+        self._position = 0  # index of the next contact in the queue
         self._repeat = repeat
         self._in_phase_contact = False  # False during a requested contact
-        self._keeps_pressing = False  # until released
+        self._keeps_pressing = False  # True from a requested press until the release
         self._requested: deque[Contact] = deque()
         self._held_s = 0.0
         self._start(REST)
 
     @property
     def setpoint_kpa(self) -> float:
-        """Return the setpoint at which the scenario requires the balloon to be held now [kPa]."""
+        """Return the setpoint that the scenario requires now [kPa]."""
         return self._queue[min(self._position, len(self._queue) - 1)][0]
 
     @property
@@ -61,7 +61,7 @@ class Hand:
         self._start(Contact(Trajectory.of(smooth_change(start_n, force_n))))
 
     def release(self) -> None:
-        """End the contact. A hand that plays phases continues with them."""
+        """End the contact. A hand that plays phases then continues to play them."""
         self._request([])
 
     def play(self, contacts: Iterable[Contact]) -> None:
@@ -69,7 +69,7 @@ class Hand:
         self._request(contacts)
 
     def step(self, held: bool, dt_s: float) -> Push:
-        """Return the push after another `dt_s`. `held`: the board holds the balloon now."""
+        """Advance the time by `dt_s` and return the push. `held` is True if the board holds the balloon."""
         self._held_s = self._held_s + dt_s if held else 0.0
         self._elapsed_s += dt_s
         if (

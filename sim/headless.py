@@ -26,21 +26,26 @@ from pneuforce.sim.scenario import Scenario
 
 COMMAND_STEPS = SAMPLES_PER_S // 20  #: the host sends a command every 50 ms
 ZERO_SAMPLES = SAMPLES_PER_S  #: the zero of the sensor is the mean of one second
-#: Time of a phase in addition to its contacts: start, filling, settling. The waiting of the hand is added.
+#: Estimate of the time in addition to the contacts: start of the rig [s], filling rate [kPa/s], settling [s].
+#: The waiting time of the hand is added.
 START_S, FILL_KPA_PER_S, SETTLE_S = 2.0, 4.5, 1.2
 TRIPPED_S = 1.0  #: the playback continues for this time after the board has tripped
-#: The playback ends this long after twice the expected time, for example if the board never holds.
+#: The playback ends after twice the expected time plus this time [s], for example if the board never reaches
+#: the setpoint.
 MAX_DELAY_S = 60.0
 
 
 class Playback:
-    """Iterator over the bytes that the board sends, 2 ms for each item.
+    """Iterator over the bytes that the board sends. Each item has the bytes of 2 ms.
 
     The playback ends when all phases are `finished`, when the board has `tripped`, or when it takes too long.
     """
 
     def __init__(self, scenario: Scenario, progress: ProgressCallback = lambda _done, _total: None) -> None:
-        """`progress(done, total)` is called while the table of a new membrane balloon is computed."""
+        """Build the rig.
+
+        `progress(done, total)` is called while the table of a new membrane balloon is computed.
+        """
         self.expected_s = _expected_s(scenario.phases)  #: approximate duration in virtual time
         self.tripped = False  #: True if the board has tripped
         self._world = build_world(scenario, repeat=False, progress=progress)

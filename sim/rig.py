@@ -73,7 +73,7 @@ class Rig:
         self.sensor = Sensor(sensor or SensorSettings(), seed)
         self.supply_mv = 5000  #: supply of sensor and ADC
         self.clock_rate = 1.0  #: frequency of the board's crystal relative to the nominal frequency
-        self.frozen_board = False  #: if True, the clock of the board stands still
+        self.frozen_board = False  #: if True, the clock of the board has stopped
         self._plant = plant
         self._new_board = new_board
         self._force_n = 0.0

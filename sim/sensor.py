@@ -18,8 +18,8 @@ SPAN_KPA = 50.0
 ERROR_BAND_KPA = 0.025 * SPAN_KPA
 LEVELS = 1024
 NOISE_BLOCK = 500
-#: The noise is truncated at this multiple of its rms. A level farther than that from the end of the ADC range
-#: then cannot reach the end.
+#: The noise is truncated at this multiple of its rms. A level that is farther than this from both ends of the
+#: ADC range then never reaches an end.
 MAX_NOISE_RMS = 6.0
 #: Twice the mains frequency, aliased by the sampling.
 RIPPLE_HZ = 100.3
@@ -107,7 +107,7 @@ class Sensor:
 
 
 def _clipped_sum(level: float, noise: np.ndarray) -> int:
-    """Return the sum of conversions that may reach an end of the ADC range, each clipped to the range."""
+    """Return the sum of the conversions, each limited to the ADC range."""
     return int(np.floor(level + noise).clip(0, LEVELS - 1).sum())
 
 

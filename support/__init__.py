@@ -1,1 +1,1 @@
-"""Small modules that several packages share; none knows the instrument."""
+"""Small modules that several packages share. They do not depend on the instrument."""

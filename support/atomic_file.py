@@ -1,4 +1,4 @@
-"""Files that are read completely, and files that replace an old one only when they are complete."""
+"""Reading of whole files, and writing of files that replace an old file only when they are complete."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from secrets import token_hex
 from pneuforce.errors import ConfigurationError
 
 MAX_BYTES = 100_000_000
-#: The only pipe that may be read: the user chose its content on purpose.
+#: Standard input, the only pipe that may be read: a user chooses its content on purpose.
 STDIN = Path("/dev/stdin")
 
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside `path`; move the file there to `path` at the end.
+    """Yield a temporary path in the folder of `path`. At the end, rename the temporary file to `path`.
 
-    An old file stays until the new one is complete. Raises OSError if the file cannot be written.
+    An old file stays until the new file is complete. Raises OSError if the file cannot be written.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{token_hex(4)}")
     try:
@@ -59,7 +59,7 @@ def check_writable(path: Path) -> None:
 
 
 def write_lines(path: Path, lines: Iterable[str]) -> None:
-    """Write lines to a file. An old file stays until the new one is complete.
+    """Write lines to a file. An old file stays until the new file is complete.
 
     Raises ConfigurationError if the file cannot be written.
     """
@@ -69,7 +69,7 @@ def write_lines(path: Path, lines: Iterable[str]) -> None:
 
 @contextmanager
 def replaced_user_file(path: Path) -> Iterator[Path]:
-    """Do the same as `replaced_file` for a path that a user chose. Raises ConfigurationError."""
+    """Yield a temporary path as `replaced_file` does, but raise ConfigurationError for errors."""
     with _errors_of(path), replaced_file(path) as temporary:
         yield temporary
 
@@ -85,6 +85,6 @@ def _errors_of(path: Path) -> Iterator[None]:
 
 
 def _check_regular(path: Path, action: str) -> None:
-    """Reject devices and pipes: they may be endless, and a file must not replace them."""
+    """Raise ConfigurationError for a device or a pipe: it may be endless, and must not be replaced."""
     if not path.is_file():
         raise ConfigurationError(f"{path}: cannot be {action}: not a regular file")

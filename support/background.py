@@ -1,4 +1,4 @@
-"""Calls that may block for long, for example to open a port: they run in daemon threads."""
+"""Daemon threads for calls that may block for long, for example to open a port."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ Result = TypeVar("Result")
 
 
 async def run_in_background(call: Callable[[], Result]) -> Result:
-    """Return or raise what `call` does, from a new daemon thread.
+    """Run `call` in a new daemon thread. Return its result, or raise its exception.
 
-    The process does not wait for this thread at its end. It would wait for the threads of asyncio.
+    A process that ends does not wait for a daemon thread. It would wait for the worker threads of asyncio.
     """
     outcome: Future[Result] = Future()
-    outcome.set_running_or_notify_cancel()  # otherwise a cancelled waiter would cancel the outcome
+    outcome.set_running_or_notify_cancel()  # a cancelled caller must not cancel the outcome
     Thread(target=_run, args=(call, outcome), name="background", daemon=True).start()
     return await asyncio.wrap_future(outcome)
 
@@ -32,7 +32,10 @@ def _run(call: Callable[[], Result], outcome: Future[Result]) -> None:
 
 
 async def cancel_on(stop: asyncio.Event, work: Coroutine[Any, Any, Result]) -> Result | None:
-    """Return or raise what `work` does. If `stop` is set first, cancel `work` and return None."""
+    """Run `work`. Return its result, or raise its exception.
+
+    If `stop` is set first, cancel `work` and return None.
+    """
     working, stopping = asyncio.ensure_future(work), asyncio.ensure_future(stop.wait())
     try:
         await asyncio.wait({working, stopping}, return_when=asyncio.FIRST_COMPLETED)

@@ -1,4 +1,4 @@
-"""Exponential back-off between attempts to open what has failed."""
+"""Exponential back-off between attempts to open a failed connection."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Backoff:
 
     first_s: float
     max_s: float
-    stable_s: float  #: a connection that lasted longer than this resets the waiting time when it fails
+    stable_s: float  #: duration after which a connection counts as stable
     wait_s: float = field(init=False)
     _opened_s: float = -math.inf
 
@@ -20,7 +20,7 @@ class Backoff:
         self.wait_s = self.first_s
 
     def attempted(self) -> None:
-        """Double the waiting time, up to its maximum, because an attempt was made."""
+        """Double the waiting time after an attempt, up to its maximum."""
         self.wait_s = min(2 * self.wait_s, self.max_s)
 
     def opened(self, now_s: float) -> None:
@@ -28,7 +28,7 @@ class Backoff:
         self._opened_s = now_s
 
     def failed(self, now_s: float) -> bool:
-        """Reset the waiting time if the connection was stable before it failed; return True if it was."""
+        """Reset the waiting time if the failed connection was stable. Return True if it was stable."""
         if stable := now_s - self._opened_s > self.stable_s:
             self.reset()
         return stable

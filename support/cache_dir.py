@@ -1,4 +1,4 @@
-"""Directory for files that take seconds to compute."""
+"""Cache directory for files that take seconds to compute."""
 
 from __future__ import annotations
 

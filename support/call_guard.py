@@ -10,10 +10,10 @@ log = logging.getLogger("pneuforce")
 
 
 class CallGuard:
-    """Wrapper for calls whose exceptions must not end the loop. The same exception is logged once."""
+    """Wrapper for calls whose exceptions must not end the event loop. A repeated exception is logged once."""
 
     def __init__(self, consequence: str) -> None:
-        """Set the log message, which says what is lost when a call fails."""
+        """Set the log message, which states the consequence of a failed call."""
         self._consequence = consequence
         self._last_error = ""
 

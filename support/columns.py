@@ -18,7 +18,7 @@ from pneuforce.errors import ConfigurationError
 
 Numbers = NDArray[np.float64]
 MAX_ROWS = 4_000_000
-#: Largest accepted magnitude. No measured quantity comes near it, and its square does not overflow.
+#: Largest accepted magnitude. All measured quantities are much smaller, and its square does not overflow.
 MAX_MAGNITUDE = 1e15
 #: Spreadsheets in many countries write semicolons between columns and commas in numbers.
 CSV_FORMAT_HINT = "use commas between columns, points in numbers"
@@ -53,14 +53,14 @@ class CsvRow(NamedTuple):
 
 
 class CsvTable(NamedTuple):
-    """A CSV file: the column names, and an iterator that parses the rows as they are read."""
+    """CSV file: the column names, and an iterator over the rows. A row is parsed when it is read."""
 
     file: str
     names: tuple[str, ...]
     rows: Iterator[CsvRow]
 
     def require_columns(self, *alternatives: Sequence[str]) -> Sequence[str]:
-        """Return the first set of columns of which the file contains every column.
+        """Return the first of the alternative sets of columns that the file contains completely.
 
         Raises ConfigurationError if the file has none of the alternatives.
         """
@@ -125,8 +125,8 @@ def parse_points(
 ) -> Points:
     """Return the numeric columns of a CSV text.
 
-    The columns are the first of `alternatives` that the header has completely, and those of `optional` that
-    the header has. Raises ConfigurationError, with the line, if a cell or a row is invalid.
+    The columns are the first set of `alternatives` that the file contains completely, and the columns of
+    `optional` that the file contains. Raises ConfigurationError, with the line, if a cell or row is invalid.
     """
     table = parse_table(content, name)
     chosen = [
@@ -158,7 +158,7 @@ def _split_lines(text: str, file: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _rows(lines: Iterator[tuple[int, list[str]]], file: str, header: list[str]) -> Iterator[CsvRow]:
-    """Yield a row for each line. Raise ConfigurationError if a line has not as many cells as the header."""
+    """Yield a row for each line. Raise ConfigurationError if its number of cells differs from the header."""
     for line, cells in lines:
         row = CsvRow(file, line, dict(zip(header, cells, strict=False)))
         if len(cells) != len(header):

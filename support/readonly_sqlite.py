@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from pneuforce.errors import ConfigurationError
 
-#: Selects views and generated columns. Their expressions run at each reading, and some never end. The query
+#: Query for views and generated columns. Their expressions run at each reading, and may never end. The query
 #: uses the schema as SQLite parsed it, because sqlite_master can declare a view as a table.
 _GENERATED_COLUMNS = """
     SELECT 1 FROM pragma_table_list AS t, pragma_table_xinfo(t.name) AS c
@@ -18,16 +18,16 @@ _GENERATED_COLUMNS = """
 
 
 def open_readonly(path: Path) -> sqlite3.Connection:
-    """Open a SQLite file for reading, also while a program writes it, after a kill, or without its index.
+    """Open a SQLite file for reading, even if another program writes it or was killed while writing.
 
     The mode depends on the write-ahead log (`-wal`) and its index (`-shm`):
 
     - No log, or an empty log: no process writes, and the file is opened as immutable.
-    - Log and index: a process writes the file or was killed, and both files exist already.
+    - Log and index: a process writes the file, or was killed. Reading creates no file.
     - Log without index: the files are copies. No other process uses them, so the index is made in memory.
 
-    An empty file is opened as immutable too. The log beside it belongs to another file, and SQLite would
-    delete that log.
+    An empty file is opened as immutable too. A log beside an empty file belongs to another file, and SQLite
+    would delete that log.
 
     Raises ConfigurationError if `path` is not a readable file, and sqlite3.Error.
     """

@@ -13,23 +13,24 @@ from pneuforce.errors import PortBusy, PortUnavailable
 from pneuforce.protocol.frames import BAUD
 
 MAX_READ_BYTES = 4096
-#: Time after which a board that accepts no bytes counts as gone. The event loop waits no longer than this.
+#: Time after which a board that accepts no bytes counts as disconnected.
+#: The event loop waits for at most this time.
 WRITE_TIMEOUT_S = 0.02
 
 
 class BytePort(Protocol):
-    """Interface between the rig link and the hardware: bytes in and out, with a descriptor to wait for."""
+    """Interface between the rig link and the hardware: bytes in and out, with a file descriptor."""
 
     def fileno(self) -> int:
-        """Return the file descriptor that becomes readable when bytes have come."""
+        """Return the file descriptor that becomes readable when bytes arrive."""
         ...
 
     def read(self) -> bytes:
-        """Return the received bytes without waiting. Raises OSError if the far end is gone."""
+        """Return the received bytes without waiting. Raises OSError if the connection is lost."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send bytes. Raises OSError if the far end is gone."""
+        """Send bytes. Raises OSError if the connection is lost."""
         ...
 
     def close(self) -> None:
@@ -51,15 +52,15 @@ class SerialPort:
             raise _port_error(url, error) from None
 
     def fileno(self) -> int:
-        """Return the file descriptor that becomes readable when bytes have come."""
+        """Return the file descriptor that becomes readable when bytes arrive."""
         return int(self._serial.fileno())
 
     def read(self) -> bytes:
-        """Return the received bytes without waiting. Raises OSError if the far end is gone."""
+        """Return the received bytes without waiting. Raises OSError if the connection is lost."""
         return bytes(self._serial.read(MAX_READ_BYTES))
 
     def write(self, data: bytes) -> None:
-        """Send bytes. Raises OSError if the far end is gone.
+        """Send bytes. Raises OSError if the connection is lost.
 
         pyserial's own timeout is not used, because it fails after a successful write if the process was
         suspended for longer than the timeout.

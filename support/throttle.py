@@ -1,4 +1,4 @@
-"""Rate limits: a logger for messages that a flood of bad requests causes, and a token bucket."""
+"""Rate limits: a logger that suppresses floods of messages, and a token bucket."""
 
 from __future__ import annotations
 

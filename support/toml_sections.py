@@ -1,4 +1,4 @@
-"""TOML files: read, validated against pydantic models, and written with comments."""
+"""Reading, validation (by pydantic models) and writing of TOML files."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def parse_tables(text: str, name: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(f"{name}: not TOML: {error}") from None
-    except ValueError:  # Python converts no integer of more than 4300 digits
-        raise ConfigurationError(f"{name}: not TOML: a number of thousands of digits") from None
+    except ValueError:  # Python does not convert integers of more than 4300 digits
+        raise ConfigurationError(f"{name}: not TOML: a number with thousands of digits") from None
     except RecursionError:
-        raise ConfigurationError(f"{name}: not TOML: brackets within brackets, too deep") from None
+        raise ConfigurationError(f"{name}: not TOML: brackets are nested too deeply") from None
 
 
 def validate_tables(section: type[AnySection], tables: dict[str, Any], name: str) -> AnySection:
@@ -82,7 +82,7 @@ _ESCAPES = {chr(code): f"\\u{code:04x}" for code in (*range(32), 127)} | {'"': '
 
 
 def format_section(section: Section, name: str = "") -> str:
-    """Return a section and its inner sections as TOML, each inner section with its docstring as a comment.
+    """Return a section and its inner sections as TOML. The docstring of an inner section is a comment.
 
     Values that are None are left out. `name` is the dotted name of the section.
     """

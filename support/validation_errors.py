@@ -14,7 +14,7 @@ MAX_VALUE_CHARACTERS = 80
 #: Location of an error as pydantic reports it: keys, list indices and tags of discriminated unions.
 Location = tuple[int | str, ...]
 
-#: Formats the location of an error. The second argument is the rejected value.
+#: Function that formats the location of an error. Its second argument is the rejected value.
 LocationFormatter = Callable[[Location, object], str]
 
 
@@ -56,7 +56,7 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
 
 
 def _is_secret(table_type: Any, location: Location) -> bool:
-    """Return True if the key at a location is a secret, which no message may contain."""
+    """Return True if the key at a location is a secret. A message must not contain its value."""
     table = model_at(table_type, location[:-1]) if location else None
     field = table.model_fields.get(str(location[-1])) if table else None
     return field is not None and field.annotation is SecretStr
@@ -81,8 +81,8 @@ def format_input(value: object) -> str:
     """Return the text of a rejected value, cut after `MAX_VALUE_CHARACTERS`."""
     try:
         text = repr(value)
-    except ValueError:  # Python converts no integer of more than 4300 digits
-        return "a number of thousands of digits"
+    except ValueError:  # Python does not convert integers of more than 4300 digits
+        return "a number with thousands of digits"
     except RecursionError:
         return "…"
     return text if len(text) <= MAX_VALUE_CHARACTERS else f"{text[:MAX_VALUE_CHARACTERS]}…"
@@ -98,7 +98,7 @@ def model_at(table_type: Any, location: Location) -> type[BaseModel] | None:
 
 
 def _type_within(kind: Any, part: int | str) -> Any:
-    """Return the type of a key, of a list entry, or of the union member with a tag; None if unknown."""
+    """Return the type of a key, of a list entry, or of a tagged member of a union; None if unknown."""
     kind = _unwrapped(kind)
     if _is_model(kind):
         field = kind.model_fields.get(str(part))
@@ -130,7 +130,7 @@ def _has_tag(kind: Any, tag: str) -> bool:
 def _allowed_values_at(table_type: Any, location: Location) -> str:
     """Return the allowed values of the key at a location; empty if the key is unknown or has no limits."""
     while location and isinstance(location[-1], int):
-        location = location[:-1]  # an entry of a list: the key of the list has the limits
+        location = location[:-1]  # the limits of a list entry belong to the key of the list
     table = model_at(table_type, location[:-1]) if location else None
     key = str(location[-1]) if location else ""
     if table is None or key not in table.model_fields:

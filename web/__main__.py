@@ -36,7 +36,7 @@ from pneuforce.web.operator_token import TokenVerifier
 BROADCAST_PERIOD_S = 0.05
 KEEP_ALIVE_PERIOD_S = 10.0
 HEARTBEAT_PERIOD_S = 1.0
-NICENESS = 5  #: lower priority than the host process, if the machine is busy
+NICENESS = 5  #: reduces the priority, so that the host process runs first on a busy machine
 
 
 class WebProcessOptions(NamedTuple):

@@ -174,7 +174,7 @@ async def _token(services: WebServices, request: Request) -> Response:
 
 
 def _answer_response(answer: Mapping[str, Any]) -> Response:
-    """Return the instrument's answer: status 400 if the request was invalid, else the reject reason."""
+    """Return the response for an answer: status 400 for an invalid request, else the reject reason."""
     reject_reason, invalid = str(answer.get("reject_reason")), answer.get("why")
     if invalid:
         return json_response({"reject_reason": reject_reason, "text": invalid}, 400)

@@ -19,13 +19,12 @@ from pneuforce.web.rates import HealthReading, with_rates
 STATE_PERIOD_S = 0.2
 OPEN_CONTACT_PERIOD_S = 1.0  #: period of the messages about a contact in progress
 HISTORY_S = 60.0
-HISTORY_PART_S = 0.5  #: duration of one history message; short, because new messages wait behind the part
+HISTORY_PART_S = 0.5  #: duration of one history message; short, because a new message must wait for its end
 MAX_CONTACTS = 50
 MAX_POINTS = 6000  #: 60 s at 100 points per second
 MAX_EVENTS = 50
-SNAPSHOT_TIMEOUT_S = (
-    1.0  #: the instrument sends a snapshot each 50 ms; after this time the values are invalid
-)
+#: The instrument sends a snapshot each 50 ms. Without a snapshot for this time, the values are invalid.
+SNAPSHOT_TIMEOUT_S = 1.0
 
 #: Quantities of the snapshot that the browsers show.
 STATE = (
@@ -34,7 +33,7 @@ STATE = (
     *("force_limit_n", "state", "mode", "status", "faults", "lease_holder", "lease_left_s"),
     *("answer_sequence", "answer_state", "answer_result"),
 )
-#: A change of one of these is sent at once.
+#: Quantities whose change is sent at once.
 URGENT = ("state", "status", "faults")
 NOT_REACHED = "The instrument has not been reached yet."
 
@@ -170,7 +169,7 @@ class BrowserFeed:
         return [_contacts_message(changed)]
 
     def initial_messages(self) -> list[SseMessage]:
-        """Return the messages for a new browser. The large numbers of the web page come first."""
+        """Return the messages for a new browser. The values of the large readings come first."""
         state = [_state_message(self.snapshot)] if self.snapshot is not None else []
         health = [SseMessage("health", self.health)] if self.health else []
         contacts = _contacts_message(self._contacts.rows)
@@ -206,14 +205,14 @@ def _samples_message(event: str, points: list[LivePoint]) -> SseMessage:
 
 
 def _rounded(value: float) -> float | None:
-    """Return a value with the resolution of a plot. Return None for NaN and infinity, which JSON lacks."""
+    """Return a value with the resolution of a plot. Return None for NaN and infinity."""
     return round(value, 3) if math.isfinite(value) else None
 
 
 def _contacts_message(rows: list[ContactRow]) -> SseMessage:
     """Return a message with contact rows.
 
-    The browser replaces all its rows from the number of the first row on. An empty list clears its table.
+    The browser replaces its rows, beginning with the number of the first row. An empty list clears the table.
     """
     return SseMessage("contacts", {"rows": [_row_data(row) for row in rows]})
 

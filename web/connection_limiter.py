@@ -36,7 +36,7 @@ class LimitedConnection(Protocol):
 
 
 class ConnectionLimiter:
-    """Open connections by the address of the client."""
+    """Limiter for the number of open connections, in total and per client address."""
 
     def __init__(self, allow: Iterable[str]) -> None:
         """Create a limiter for this machine and the networks in `allow`.
@@ -93,5 +93,5 @@ class ConnectionLimiter:
             self._abort(self._connections[client])
 
     def _abort(self, connection: LimitedConnection) -> None:
-        self.remove(connection)  # at once, because the event loop reports the end of the connection later
+        self.remove(connection)  # do not wait until the event loop reports the end of the connection
         connection.transport.abort()

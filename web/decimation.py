@@ -1,6 +1,6 @@
 """Decimation of live samples for the plots of the browsers.
 
-The buckets have a fixed duration, because points that a browser has received cannot be taken back.
+The buckets have a fixed duration, because points that a browser has received cannot be changed.
 `instrument/recording/decimation.py` decimates a complete recording into a fixed number of buckets instead.
 """
 
@@ -13,7 +13,7 @@ from pneuforce.instrument.stream.sample_record import SampleRecord
 
 BUCKET_S = 0.04
 MAX_BUCKET_POINTS = 4  #: minimum and maximum of force and pressure
-MAX_BUCKET_SAMPLES = 256  #: limits the memory if the clock stands still
+MAX_BUCKET_SAMPLES = 256  #: limits the memory if the clock has stopped
 
 
 class LivePoint(NamedTuple):

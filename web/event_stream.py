@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 from pneuforce.web.http_json import to_json
 
 MAX_STREAMS = 32
-#: Age of the oldest message that was not sent. Beyond this age the connection is too slow. The stream is then
-#: closed, so that the browser connects again and starts with current data.
+#: Maximum age of the oldest unsent message. An older message shows that the connection is too slow. The
+#: stream is then closed, so that the browser connects again and starts with current data.
 MAX_LAG_S = 2.0
 RETRY_FIELD = b"retry: 1000\n\n"  #: browsers connect again after 1000 ms
-KEEP_ALIVE = b":\n\n"  #: a comment; sending detects a connection that is gone
+KEEP_ALIVE = b":\n\n"  #: a comment; sending it detects a lost connection
 
 
 class SseMessage(NamedTuple):

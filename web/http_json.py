@@ -15,7 +15,7 @@ from pneuforce.registers.write_request import MalformedWriteRequest, parse_write
 
 MAX_BODY_BYTES = 16_384
 BODY_TIMEOUT_S = 5.0
-MAX_QUOTED_CHARACTERS = 200  #: of a validation error, which may quote the request
+MAX_QUOTED_CHARACTERS = 200  #: limit for a validation error, which may quote the request
 MAX_TIME_S = 1e12  #: upper bound of a valid time; infinity and NaN fail the comparison
 VENT = {"mode": "vent"}
 

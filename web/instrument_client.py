@@ -27,11 +27,11 @@ RECONNECT_FIRST_S = 0.1
 RECONNECT_MAX_S = 3.0
 ANSWER_TIMEOUT_S = 1.0
 READ_BYTES = 65_536
-MAX_UNSENT_BYTES = 65_536  #: of requests that the instrument has not read
+MAX_UNSENT_BYTES = 65_536  #: limit for the size of requests that the instrument has not read
 
 
 class InstrumentUnavailable(PneuforceError, TimeoutError):
-    """A write request without an answer: the instrument may or may not have received the request."""
+    """Error for an unanswered write request. The instrument may have received the request."""
 
 
 class InstrumentClient:

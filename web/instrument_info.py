@@ -22,8 +22,8 @@ _IDENTITY = ("version", "configuration_hash", "serial_number", "simulated")
 def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]:
     """Return the facts that a browser requests once per connection, as JSON values.
 
-    `header` is the stream header of the instrument. The header is empty if the instrument has not been
-    reached yet. The identity is null then. `writable` is True if an operator's token is configured.
+    `header` is the stream header of the instrument. Before the instrument is reached, the header is empty and
+    the identity is null. `writable` is True if an operator's token is configured.
     """
     return {
         **{name: header.get(name) for name in _IDENTITY},

@@ -7,8 +7,8 @@ from collections import OrderedDict
 from enum import Enum, auto
 from ipaddress import IPv6Address, ip_address, ip_network
 
-MAX_ATTEMPTS = 8  #: wrong tokens that one address can send at once
-ATTEMPT_PERIOD_S = 10.0  #: then one attempt per period
+MAX_ATTEMPTS = 8  #: wrong tokens that one address may send without a wait
+ATTEMPT_PERIOD_S = 10.0  #: after that, one attempt is allowed per period
 MAX_ADDRESSES = 1024
 IPV6_PREFIX_BITS = 64
 
@@ -22,10 +22,10 @@ class TokenResult(Enum):
 
 
 class TokenVerifier:
-    """Comparison of tokens with the configured one. An empty configured token rejects every token.
+    """Verifier that compares tokens with the configured token. If that is empty, every token is rejected.
 
-    The rate limit per address is a leaky bucket. The limit is stored as the time at which the bucket will be
-    empty.
+    The rate limit per address is a leaky bucket. For each address, the time at which its bucket will be empty
+    is stored.
     """
 
     def __init__(self, token: str) -> None:

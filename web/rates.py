@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 Health = Mapping[str, Any]
 
-#: Each rate, and the counters whose increases are added: section of HEALTH, and name in the section.
+#: Counters of each rate: section of HEALTH, and name in the section. The increases of the counters are added.
 RATES: Mapping[str, tuple[tuple[str, str], ...]] = {
     "samples_per_s": (("rig", "samples"),),
     "modbus_requests_per_s": (("modbus_tcp", "requests"), ("modbus_rtu", "requests")),

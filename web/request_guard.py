@@ -39,7 +39,7 @@ def machine_names() -> frozenset[str]:
 
 
 def is_this_machine(host: str, names: frozenset[str]) -> bool:
-    """Return True if a Host header holds an IP address or one of `names`, with or without a port."""
+    """Return True if a Host header contains an IP address or one of `names`, with or without a port."""
     name, bracket, port = host.strip().rpartition("]")
     if not bracket:
         name, _, port = host.strip().partition(":")

@@ -6,10 +6,10 @@
 #include "pressure_control.h"
 #include "wire.h"
 
-/* As many frames as the line carries in two samples. Further frames are dropped, and the host detects a gap. */
+/* Number of frames that the line carries in two samples. Further frames are dropped, and the host detects a gap. */
 #define MAX_FRAMES 8u
 
-/* Board that has just booted. It sends samples only to a host of the same protocol version. */
+/* State of the board and of its link to the host. Samples are sent only to a host with the same protocol version. */
 struct board {
     struct pressure_controller pressure;
     struct frame_decoder decoder;

@@ -19,13 +19,13 @@ struct fill_controller {
     float lowest_kpa;       /* lowest pressure since the start */
 };
 
-/* Return the final pressure at the sensor if both valves were closed now. */
+/* Return the pressure that the sensor will show after both valves are closed now. */
 static float predicted_kpa(const struct pressure_reading *r)
 {
     return r->filtered_kpa + r->rate_kpa_per_s * ((TUBE_LAG_MS + VALVE_DELAY_MS) * 1e-3f);
 }
 
-/* Start to a new setpoint from the present pressure. */
+/* Start filling to a new setpoint from the present pressure. */
 static void filling_start(struct fill_controller *f, const struct pressure_reading *r)
 {
     f->elapsed_ms = f->in_band_ms = 0;
@@ -60,7 +60,8 @@ static void filling_step(struct fill_controller *f, const struct pressure_readin
         f->lowest_kpa = r->filtered_kpa;
 }
 
-/* Keep the inlet open until the pressure that is still in the tube reaches the setpoint. */
+/* Keep the inlet open until the predicted pressure is near the setpoint. The pressure still rises afterwards, because
+ * the valve and the tube cause a delay. */
 static uint8_t inflate(struct fill_controller *f, const struct pressure_reading *r, float setpoint_kpa)
 {
     if (predicted_kpa(r) < setpoint_kpa - BAND_KPA) {
@@ -80,7 +81,8 @@ static void start_pulse(struct fill_controller *f, float error_kpa)
     filling_drive(f, error_kpa > 0 ? FILL : SAFE);
 }
 
-/* Wait for equal pressures, then pulse towards the setpoint until the pressure stays in the band. */
+/* Wait until tube and balloon have the same pressure. Then open a valve in pulses until the pressure stays within
+ * the band around the setpoint. */
 static uint8_t settle(struct fill_controller *f, const struct pressure_reading *r, float setpoint_kpa)
 {
     float error_kpa = setpoint_kpa - r->filtered_kpa;

@@ -7,7 +7,7 @@
 #define INLET_BIT 4 /* of port D: D4 */
 #define VENT_BIT 7  /* of port D: D7; the energised relay closes the vent */
 #define OK_BIT 0    /* of port B: D8, output contact "instrument OK": the host is active and no fault is latched */
-#define LED_BIT 5   /* of port B: D13, off while the rig is vented and the pressure has confirmed it */
+#define LED_BIT 5   /* of port B: D13, off in the state VENTED, in which the pressure is verified to be low */
 
 #define SENSOR_CHANNEL 0u /* A0 */
 #define BANDGAP_CHANNEL 14u
@@ -15,7 +15,7 @@
 /* Blank cells read FFh. */
 #define EEPROM_KIND 0       /* u8: kind of board; blank: a real board */
 #define EEPROM_SERIAL 1     /* u32: serial number */
-#define EEPROM_BANDGAP_MV 5 /* u16: measured reference; a value outside the data sheet's span: the nominal value */
+#define EEPROM_BANDGAP_MV 5 /* u16: measured reference; outside the data sheet's limits, the nominal value is used */
 #define MIN_BANDGAP_MV 1000u
 #define NOMINAL_BANDGAP_MV 1100u
 #define MAX_BANDGAP_MV 1200u

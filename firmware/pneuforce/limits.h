@@ -1,4 +1,4 @@
-/* Limits of the board: a condition that must hold in certain states. A violated condition trips the board. A NaN
+/* Limits of the board: conditions that must be true in certain states. A violated condition trips the board. A NaN
  * violates every condition.
  * On shutdown: this file drives no pin; a board without power is SAFE and violates no limit. */
 #ifndef LIMITS_H
@@ -6,7 +6,7 @@
 
 #include "board_status.h"
 
-/* Condition that must hold in `states`. `samples` violations in a row latch `fault`. */
+/* Condition that must be true in `states`. `samples` violations in a row latch `fault`. */
 struct limit {
     uint8_t fault;
     uint8_t states;
@@ -47,13 +47,14 @@ static bool below_filling_limit(const struct board_status *s)
     return s->reading.pressure_kpa <= fminf(highest_kpa, FILLING_LIMIT_KPA);
 }
 
-/* Return true if the held balloon is pressed no harder than the host allows. */
+/* Return true if the pressure of the held balloon is within the contact limit of the host. */
 static bool below_contact_limit(const struct board_status *s)
 {
     return s->reading.pressure_kpa <= s->contact_limit_kpa;
 }
 
-/* Return true unless the pressure fell by half in 100 ms. A fall back to the setpoint is a release. */
+/* Return false if the pressure fell by more than half in 100 ms. A fall to a pressure near the setpoint is allowed,
+ * because it is the end of a contact. */
 static bool balloon_intact(const struct board_status *s)
 {
     float now_kpa = s->reading.pressure_kpa;
@@ -61,13 +62,13 @@ static bool balloon_intact(const struct board_status *s)
     return now_kpa >= 0.5f * past_kpa(&s->reading) || now_kpa >= s->setpoint_kpa - BURST_BELOW_KPA;
 }
 
-/* Return true unless the pressure falls with the inlet open, as it does past the limit point. */
+/* Return false if the pressure falls although the inlet is open. It falls if the balloon is past its limit point. */
 static bool not_past_limit_point(const struct board_status *s)
 {
     return s->inlet.fallen_kpa <= LIMIT_POINT_KPA;
 }
 
-/* Return true unless the ADC sum stands still while an open valve must change the pressure. */
+/* Return false if the ADC sum does not change although an open valve must change the pressure. */
 static bool sensor_moves(const struct board_status *s)
 {
     bool emptying = s->valves == SAFE && s->reading.pressure_kpa > vented_kpa(&s->reading);
@@ -75,7 +76,7 @@ static bool sensor_moves(const struct board_status *s)
     return !(emptying || s->valves == FILL) || s->reading.unchanged_ms < FROZEN_MS;
 }
 
-/* Return true unless the pressure does not rise although the inlet is open. */
+/* Return false if the pressure does not rise although the inlet is open. */
 static bool pressure_rises(const struct board_status *s)
 {
     return !s->inlet.stalled;
@@ -87,7 +88,7 @@ static bool stays_vented(const struct board_status *s)
     return s->reading.pressure_kpa <= vented_kpa(&s->reading) + INLET_LEAK_KPA;
 }
 
-/* Return true unless the pressure does not fall although the vent is open and the rig is not empty. */
+/* Return false if the pressure does not fall although the vent is open and the rig is not empty. */
 static bool pressure_falls(const struct board_status *s)
 {
     return s->vent.no_fall_ms <= VENT_SHUT_MS;
@@ -107,7 +108,7 @@ static bool vent_rate_plausible(const struct board_status *s)
     return s->emptying.halving_time_ratio >= OCCLUDED_TIME_RATIO;
 }
 
-/* Return true unless a top-up is due after the largest allowed number of top-ups in ten minutes. */
+/* Return false if a top-up is due but the largest allowed number of top-ups in ten minutes has been reached. */
 static bool few_top_ups(const struct board_status *s)
 {
     return !top_up_due(&s->top_ups) || recent_top_up_count(&s->top_ups) < MAX_TOP_UPS;
@@ -125,13 +126,13 @@ static bool host_in_time(const struct board_status *s)
     return s->since_command_ms <= s->host_timeout_ms;
 }
 
-/* Return true if the pressure is within the limit of an inflation. */
+/* Return true if the pressure is within the limit for an inflation. */
 static bool overpressure_gone(const struct board_status *s)
 {
     return s->reading.pressure_kpa <= FILLING_LIMIT_KPA;
 }
 
-/* Return true if the rig is empty, and the pressure has confirmed it. */
+/* Return true if the pressure shows that the rig is empty. */
 static bool vent_verified(const struct board_status *s)
 {
     return s->vent.verified;
@@ -147,7 +148,7 @@ static bool host_reconnected(const struct board_status *s)
 static const struct limit LIMITS[LIMIT_COUNT] = {LIMIT_ROWS(LIMIT)};
 #undef LIMIT
 
-/* The cause of any fault that is not listed here is not visible once the rig is SAFE. */
+/* A fault that is not listed here can always be cleared, because its cause cannot be detected while the rig is SAFE. */
 #define CLEAR_CONDITION(fault, condition) {fault, condition},
 static const struct clear_condition CLEAR_CONDITIONS[] = {CLEAR_CONDITION_ROWS(CLEAR_CONDITION)};
 #undef CLEAR_CONDITION

@@ -18,7 +18,7 @@ struct inlet_valve_monitor {
     bool stalled; /* the pressure rose by less than 0.2 kPa in 300 ms */
     uint16_t open_ms;
     uint16_t window_ms;
-    float fallen_kpa;     /* difference to the highest pressure since the inlet was opened */
+    float fallen_kpa;     /* fall from the highest pressure since the inlet was opened */
     float rise_kpa_per_s; /* mean rate of the last 0.1 to 0.4 s */
     float window_start_kpa;
     float highest_kpa;
@@ -51,7 +51,7 @@ static void inlet_step(struct inlet_valve_monitor *m, bool inlet_open, const str
 
 /* Monitor of the pressure since the vent was opened: detects an empty rig and a vent that stays shut. */
 struct vent_valve_monitor {
-    bool verified;       /* the rig is empty, and the pressure has confirmed it */
+    bool verified;       /* the pressure shows that the rig is empty */
     uint16_t no_fall_ms; /* time since the pressure last fell by 0.2 kPa, while the rig is not empty */
     uint16_t steady_ms;
     float low_kpa;
@@ -104,7 +104,7 @@ static void vent_monitor_step(struct vent_valve_monitor *m, bool vent_open, cons
  * starts during a contact is not evaluated. */
 struct emptying_monitor {
     uint16_t open_ms;
-    float halving_time_ratio; /* time in which the pressure was halved / commissioned time */
+    float halving_time_ratio; /* time to halve the pressure / time measured at commissioning */
     float start_kpa;
 };
 

@@ -15,12 +15,12 @@
 
 #define CYCLES_PER_SAMPLE (F_CPU / SAMPLES_PER_S)
 #define SAMPLE_US (1000ul * SAMPLE_MS)
-/* Sensor conversions end at 1.80 ms. The bandgap has a high impedance and needs time on the multiplexer. */
+/* The sensor conversions end at 1.80 ms. The bandgap has a high impedance and must settle on the multiplexer. */
 #define BANDGAP_AT_CYCLES (CYCLES_PER_SAMPLE / 100 * 93)
 #define AVCC_REFERENCE (1u << REFS0)
 #define CONVERSION_STEPS 1024ul
 
-/* Mark of a watchdog reset in RAM, because a bootloader may clear MCUSR. Set by the watchdog interrupt. */
+/* Mark of a watchdog reset in RAM, because a bootloader may clear MCUSR. Set by `halt_safe`. */
 #define WATCHDOG_MARK 0x52A5C33Cul
 static uint8_t reset_flags __attribute__((section(".noinit")));
 static uint32_t restart_mark __attribute__((section(".noinit")));
@@ -35,7 +35,7 @@ static volatile uint16_t bandgap_conversion = CONVERSION_STEPS - 1;
 static volatile uint8_t converted;
 static volatile bool converting_bandgap, sampled;
 
-/* Ring buffers, indexed by the low bits of counters. RX holds the bytes that the line carries in one sample. The main
+/* Ring buffers, indexed by the low bits of counters. RX has room for the bytes that arrive in one sample. The main
  * loop processes at most one frame per sample, so that random bytes at the full rate of the line delay no sample. */
 #define RX_BYTES 128u
 #define MAX_RECEIVED_PER_SAMPLE FRAME_BYTES
@@ -43,7 +43,8 @@ static volatile uint8_t rx[RX_BYTES], tx[256];
 static volatile uint8_t rx_in, rx_out, tx_in, tx_out;
 
 void keep_reset_flags(void) __attribute__((naked, used, section(".init3")));
-/* Runs before any C code: after a watchdog reset, the watchdog still runs with its shortest time-out. */
+/* Save the reset flags and disable the watchdog before any C code runs. After a watchdog reset, the watchdog still
+ * runs with its shortest time-out. */
 void keep_reset_flags(void)
 {
     reset_flags = MCUSR;
@@ -129,7 +130,7 @@ static void start_sampling(void)
     ADMUX = AVCC_REFERENCE | BANDGAP_CHANNEL;
     ADCSRB = 0;
     ADCSRA = 1u << ADEN | 1u << ADIE | 1u << ADPS2 | 1u << ADPS1 | 1u << ADPS0; /* 125 kHz */
-    converting_bandgap = true; /* so that the first sample has a supply voltage */
+    converting_bandgap = true; /* the first sample then has a supply voltage */
     ADCSRA |= 1u << ADSC;
     TCCR1A = 0;
     TCCR1B = 1u << WGM12 | 1u << CS10;
@@ -139,7 +140,8 @@ static void start_sampling(void)
     TIMSK1 = 1u << OCIE1A | 1u << OCIE1B;
 }
 
-/* Interrupt after 32 ms, reset after another 32 ms. WDTCSR can be changed only within four cycles after WDCE. */
+/* Start the watchdog: interrupt after 32 ms, reset after another 32 ms. WDTCSR can be changed only within four cycles
+ * after WDCE is set. */
 static void start_watchdog(void)
 {
     wdt_reset();
@@ -152,7 +154,7 @@ void setup(void)
     cli();
     drive_safe();
     DDRB |= 1u << OK_BIT | 1u << LED_BIT;
-    TIMSK0 = 0; /* clock of the Arduino core: unused here, and its interrupts would cost cycles */
+    TIMSK0 = 0; /* disable the clock of the Arduino core: it is unused, and its interrupts take time */
     init_board();
     init_uart();
     start_sampling();
@@ -257,14 +259,14 @@ ISR(USART_UDRE_vect)
         UDR0 = tx[tx_out++];
 }
 
-/* Called if the main loop hangs. */
+/* Drive SAFE if the main loop hangs. */
 ISR(WDT_vect)
 {
     halt_safe();
 }
 
 #ifndef ARDUINO
-/* Replacement of the main function of the Arduino core, for a build without the core. */
+/* Main function for a build without the Arduino core. */
 int main(void)
 {
     setup();

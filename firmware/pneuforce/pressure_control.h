@@ -10,7 +10,7 @@
 /* The code divides by 1000 and does not multiply by 0.001, so that decimal limits in Pa stay exact. */
 #define PA_PER_KPA 1000.0f
 
-/* Entered state or latched fault. */
+/* Change that is reported to the host: a state that was entered, or a fault that was latched. */
 struct state_change {
     uint8_t state;
     uint8_t previous_state;
@@ -22,7 +22,9 @@ struct pressure_controller {
     struct board_status status;
     struct state_change changes[MAX_CHANGES]; /* not yet reported to the host */
     uint8_t change_count;
-    bool armed;          /* VENT was applied since boot, trip, Identify, Vent message or host silence while empty */
+    /* VENT was applied after the last boot, trip, Identify and Vent message. A silent host also disarms a
+     * rig that is not pressurised. */
+    bool armed;
     int16_t last_clear;  /* last `clear` value; the first value after Identify is the reference */
     float requested_kpa; /* 0: no setpoint is requested */
     uint8_t violations[LIMIT_COUNT];
@@ -74,7 +76,8 @@ static void pressure_init(struct pressure_controller *p, bool unexpected_reset)
         trip(p, FAULT_WATCHDOG);
 }
 
-/* Forget what the previous host armed, zeroed and cleared, because the host may be a new one. */
+/* Reset the arming and the last `clear` value, because the host may be a new one. Also reset the zero if the rig is
+ * not pressurised. */
 static void host_identified(struct pressure_controller *p)
 {
     p->armed = false;
@@ -92,8 +95,8 @@ static void vent(struct pressure_controller *p)
     apply_trigger(p, TRIGGER_VENT_REQUESTED, FAULT_NONE);
 }
 
-/* Clear the faults whose cause is gone if the value has changed. No valve moves, because the valves are SAFE in
- * TRIPPED and in VENTING. */
+/* If the `clear` value has changed, clear the faults whose cause is gone. No valve moves, because the valves are SAFE
+ * in TRIPPED and in VENTING. */
 static void clear_faults(struct pressure_controller *p, uint8_t clear)
 {
     struct board_status *status = &p->status;

@@ -5,7 +5,7 @@
 
 #include "numbers.h"
 
-/* Average voltage of the supply of sensor, ADC and relays. */
+/* Mean supply voltage of sensor, ADC and relays. */
 struct supply_monitor {
     uint16_t mean_mv;                    /* mean of the last 16 samples, or of all samples if there are fewer */
     uint16_t history_mv[SUPPLY_SAMPLES]; /* ring buffer */

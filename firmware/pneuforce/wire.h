@@ -1,5 +1,5 @@
 /* Frames of the rig link, as specified in docs/rig-link.md.
- * On shutdown: this file drives no pin; the host rejects a frame that is cut short. */
+ * On shutdown: this file drives no pin; the host rejects an incomplete frame. */
 #ifndef WIRE_H
 #define WIRE_H
 
@@ -55,7 +55,7 @@ struct frame_decoder {
 
 /* Return true if the frame is a valid frame of a host. With another protocol version only Identify is valid, because
  * it carries the version check. Kind and version are compared before the CRC, so that random bytes at the full rate
- * of the line cost no CRC. */
+ * of the line cause no CRC computations. */
 static bool is_host_frame(const uint8_t *frame)
 {
     uint8_t kind = frame[2];

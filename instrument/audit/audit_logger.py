@@ -1,4 +1,4 @@
-"""Audit logger between the buses and the instrument. It logs writes, commands and changes of state."""
+"""Audit logger between the buses and the instrument: logs writes, commands and changes of state."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.snapshot import Snapshot, state_of, writable_values
 from pneuforce.support.call_guard import CallGuard
 
-DUE_INTERVAL_S = 1.0  #: interval at which the throttle is read for due records
-ALARM_HOLD_S = 1.0  #: a force that varies around its limit is one alarm
+DUE_INTERVAL_S = 1.0  #: interval at which due reports are read from the throttle
+ALARM_HOLD_S = 1.0  #: shortest alarm, so that a force that varies around its limit causes one alarm
 
 
 class AuditSink(Protocol):
@@ -25,11 +25,11 @@ class AuditSink(Protocol):
 
     @property
     def write_error(self) -> str:
-        """Return why records cannot be written now. The string is empty if they can."""
+        """Return why records cannot be written now. The string is empty if there is no error."""
         ...
 
     def append(self, record: AuditRecord) -> None:
-        """Append a record. Never waits, never raises."""
+        """Append a record. This method never blocks and never raises."""
         ...
 
 
@@ -120,7 +120,7 @@ class AuditLogger:
         self._log_changes(now_s)
 
     def master_recovered(self, now_s: float) -> None:
-        """Report that the heartbeat of the CANopen master is back."""
+        """Report that the heartbeat of the CANopen master has returned."""
         self._session.master_recovered(now_s)
 
     def log_rejected_write(self, peer: Peer, request: bytes, reason: str, now_s: float) -> None:
@@ -150,7 +150,7 @@ class AuditLogger:
         self._append([AuditRecord(self._timestamp(now_s), {"kind": "start", **identity})])
 
     def end(self, why: str, now_s: float) -> None:
-        """Log everything that is still counted, and the end of the instrument. Later calls do nothing."""
+        """Log the events that were only counted, then the end of the instrument. Later calls do nothing."""
         if self._ended:
             return
         self._ended = True
@@ -203,5 +203,5 @@ def _name_of(peer: Peer) -> str:
 
 
 def _differs(name: str, old: Any, new: Any) -> bool:
-    """Return True if a write changes a quantity. A command key is valid once, so it is not a change."""
+    """Return True if a write changes a quantity. A command key does not count: it is valid only once."""
     return name != "command_key" and old != new

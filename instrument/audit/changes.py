@@ -1,4 +1,4 @@
-"""Changes of the instrument's state that are logged although no bus requested them."""
+"""Changes of the instrument's state that are logged, for example a new fault."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ObservedState(NamedTuple):
 
 
 def changes(before: ObservedState, now: ObservedState) -> list[RecordFields]:
-    """Return the fields of one record per change, causes before effects."""
+    """Return the fields of one record for each change. Causes are before effects."""
     return [
         {"kind": name, "was": _formatted(name, old), "is": _formatted(name, new)}
         for name, old, new in zip(ObservedState._fields, before, now, strict=True)

@@ -1,6 +1,6 @@
-"""Event throttle: counts repetitions and floods instead of logging each event.
+"""Event throttle: repetitions and floods of events are counted instead of logged one by one.
 
-A PLC that runs for years, or a hostile peer, therefore does not fill the disk.
+The disk is therefore not filled by a PLC that runs for years or by a hostile peer.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pneuforce.support.throttle import TokenBucket
 
 REPETITION_END_S = 60.0  #: a repetition has ended if it did not occur for this time
 REPORT_INTERVAL_S = 3600.0  #: a repetition that continues is reported once per interval
-BURST = 200.0  #: records of one peer and one grade at once
-#: Records per second of one peer and one grade. Rejected requests must not fill a disk within a season.
+BURST = 200.0  #: number of records of one peer and one grade that are logged at once
+#: Records per second of one peer and one grade. Rejected requests must not fill a disk within months.
 RECORDS_PER_S = {"vent": 20.0, "accepted": 20.0, "rejected": 1.0}
-MAX_REMEMBERED_EVENTS = 32  #: different events of one peer whose repetitions are detected
-MAX_PEERS = 64  #: peers with a history of their own at the same time; all other peers share one history
+MAX_REMEMBERED_EVENTS = 32  #: number of different events of one peer whose repetitions are detected
+MAX_PEERS = 64  #: number of peers that have their own history; all other peers share one history
 
 Peer = tuple[str, str]
 OTHERS: Peer = ("others", "")
@@ -47,13 +47,13 @@ class EventCounter:
     since: Timestamp | None = None
 
     def add(self, at: Timestamp, times: int = 1) -> None:
-        """Count one event, or several."""
+        """Count one event, or `times` events."""
         self.since = self.since or at
         self.times += times
         self.last = at
 
     def report(self) -> list[RecordFields]:
-        """Return the fields of a record of the counted events, if there are any. Reset the counter."""
+        """Return the fields of a record about the counted events, if any were counted. Reset the counter."""
         if self.since is None:
             return []
         counted = {name: value for name, value in self.fields.items() if name != "who"}
@@ -128,13 +128,13 @@ class _PeerHistory:
                     del counters[key]
 
     def is_new(self, now_s: float) -> bool:
-        """Return True if the history equals a new one, so that its removal does not refill a burst."""
+        """Return True if the history equals a new history, so that its removal has no effect."""
         full = all(bucket.is_full(now_s) for bucket in self.buckets.values())
         return full and not self.repeated and not self.held_back
 
 
 class EventThrottle:
-    """Filter that passes new events, and counts and reports all others."""
+    """Filter that passes new events and counts all other events. Periodic reports state the counts."""
 
     def __init__(self) -> None:
         self._histories: dict[Peer, _PeerHistory] = {}
@@ -142,7 +142,7 @@ class EventThrottle:
     def filter(self, peer: Peer, event: AuditEvent, at: Timestamp) -> list[AuditRecord]:
         """Return the records to write because of an event. The list is empty for a repetition."""
         if peer not in self._histories and len(self._histories) >= MAX_PEERS:
-            # The same event from two peers is not a repetition.
+            # The peers share a history, but the same event from two peers is not a repetition.
             event = event._replace(subject=(peer, event.subject))
             peer = OTHERS
         history = self._histories.get(peer)
@@ -151,7 +151,7 @@ class EventThrottle:
         return history.filter(event, at)
 
     def due(self, at: Timestamp) -> list[AuditRecord]:
-        """Return records of repetitions that ended or that continue for an hour. Call this periodically."""
+        """Return reports of repetitions that have ended or lasted for an hour. Call this periodically."""
         records = [record for history in self._histories.values() for record in history.due(at)]
         self._histories = {
             peer: history for peer, history in self._histories.items() if not history.is_new(at.mono_s)
@@ -159,7 +159,7 @@ class EventThrottle:
         return records
 
     def flush(self, at: Timestamp) -> list[AuditRecord]:
-        """Return records of everything that is still counted. Call this at the end."""
+        """Return reports of all events that were counted but not reported. Call this at the end."""
         counters = [
             counter
             for history in self._histories.values()

@@ -1,4 +1,4 @@
-"""Reading of an event log, also while an instrument writes it."""
+"""Reader of an event log. An instrument may write the log at the same time."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ LOWEST = -(2**63)
 
 
 class DamagedLogError(Exception):
-    """Damage at which SQLite cannot continue to read the file."""
+    """Damaged event log. SQLite cannot read the file any further."""
 
 
 class NotAnEventLogError(DamagedLogError):
-    """File of which SQLite cannot read anything."""
+    """File that is not an event log, or whose beginning is destroyed. SQLite cannot read it."""
 
 
 @contextmanager
 def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredRecord]]:
     """Open an event log and provide its records from number `first` on, in order.
 
-    Raises ConfigurationError if the file is missing or is not an event log. Raises DamagedLogError, also
-    while the records are read.
+    Raises ConfigurationError if the file is missing or is not an event log. Raises DamagedLogError if the
+    file is damaged, also later while the records are read.
     """
     with _converted_errors(path), closing(open_readonly(path)) as db:
-        db.text_factory = bytes  # damaged text can still be verified
+        db.text_factory = bytes  # bytes can be verified even if the text is damaged
         yield _rows(db, path, first)
 
 
 def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredRecord]:
-    db.execute("BEGIN")  # one consistent state, also while the file is created
+    db.execute("BEGIN")  # reads one consistent state, even if an instrument creates the file now
     if check_file_type(db, path):
         reject_generated_columns(db, path)
         query = "SELECT number, body, digest FROM records WHERE number >= ? ORDER BY number"

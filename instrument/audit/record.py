@@ -22,7 +22,7 @@ class Timestamp(NamedTuple):
 
 
 class AuditRecord(NamedTuple):
-    """One record. Records with `minor` are dropped first if the disk is not available."""
+    """One record. If the disk is not available, minor records are dropped first."""
 
     at: Timestamp
     fields: RecordFields
@@ -42,12 +42,15 @@ def iso_utc(at: Timestamp) -> str:
 
 
 def chain_digest(previous: bytes, body: bytes) -> bytes:
-    """Return the SHA-256 of the previous digest and the body. A changed record breaks all later digests."""
+    """Return the SHA-256 of the previous digest and the body.
+
+    If a record is changed, its digest and all later digests are wrong.
+    """
     return hashlib.sha256(previous + body).digest()
 
 
 def _json_value(value: Any) -> Any:
-    """Return `value` with JSON types. NaN and infinities become text."""
+    """Return `value` converted to JSON types. NaN and infinities become text."""
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):

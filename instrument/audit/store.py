@@ -17,7 +17,7 @@ from pneuforce.instrument.audit.record import GENESIS, chain_digest
 APPLICATION = 0x504E4576  #: application id in the header of the file, which identifies an event log
 VERSION = 1
 LOCK_WAIT_S = 1.0
-CLOSE_WAIT_MS = 200  #: how long `close` waits for readers of the file
+CLOSE_WAIT_MS = 200  #: time that `close` waits for readers of the file
 
 _SCHEMA = f"""
     BEGIN IMMEDIATE;
@@ -33,7 +33,7 @@ _DAMAGE_CODES = {sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT}
 
 
 class EventLogFileError(ConfigurationError):
-    """File that is not a valid event log of this version, or that another instrument writes."""
+    """File that is not an event log of this version, is damaged, or is written by another instrument."""
 
 
 class EventLogFile:
@@ -45,7 +45,7 @@ class EventLogFile:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._size = 0  # at the last check
+        self._size = 0  # size of the file at the last check
         wal = Path(f"{path}-wal")
         _reject_orphaned_log(path, wal)
         # SQLite holds its locks only during transactions, so the file has a separate lock. Its descriptor
@@ -102,7 +102,7 @@ class EventLogFile:
         return self._last[1]
 
     def append(self, bodies: Sequence[bytes]) -> None:
-        """Append all records, or none. After the return they are on the disk."""
+        """Append all records or no record. When this method returns, the records are on the disk."""
         rows = self.rows_of(bodies)
         self._db.execute("BEGIN IMMEDIATE")
         try:
@@ -133,9 +133,10 @@ class EventLogFile:
                 raise OSError(errno.ESTALE, f"{file.name} was removed, moved or replaced")
 
     def close(self) -> None:
-        """Close the file. A moved file is completed first, because SQLite does not find its write-ahead log.
+        """Close the file. Unless it was deleted, first write its write-ahead log into the file.
 
-        The write-ahead log of a deleted file stays: it belongs to the copy if the file was copied first.
+        Otherwise SQLite would not find the log of a renamed file. The log of a deleted file is kept, because
+        a copy of the file may need the log.
         """
         if os.fstat(self._lock).st_nlink:
             self._empty_write_ahead_log()
@@ -150,7 +151,10 @@ class EventLogFile:
 
 
 def _reject_orphaned_log(path: Path, wal: Path) -> None:
-    """Raise EventLogFileError if records lie beside an empty or missing file. SQLite would delete them."""
+    """Raise EventLogFileError if the write-ahead log has records but the file is empty or missing.
+
+    SQLite would delete these records.
+    """
     if wal.is_file() and wal.stat().st_size and not (path.exists() and path.stat().st_size):
         raise EventLogFileError(
             f"{wal} contains records of an event log that was moved without this file: move it to that log "

@@ -1,4 +1,4 @@
-"""Verification of the hash chain of an event log. The first wrong record is reported."""
+"""Verification of the hash chain of an event log, up to the first wrong record."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class VerifiedChain(NamedTuple):
 
 
 class BrokenChainError(Exception):
-    """First record that is wrong, described in a sentence."""
+    """Broken hash chain. The message describes the first wrong record."""
 
 
 def verify_chain(rows: Iterable[StoredRecord], noted_head: str | None = None) -> VerifiedChain:
     """Verify all records of an event log, from the first on.
 
-    `noted_head` is a head that was noted earlier. The chain must still contain the record with this digest.
+    `noted_head` is the head (digest of the last record) at an earlier time. The chain must still contain it.
     Raises BrokenChainError.
     """
     head, number, first, last = GENESIS, 0, b"", b""
@@ -45,8 +45,8 @@ def verify_chain(rows: Iterable[StoredRecord], noted_head: str | None = None) ->
         first, last = first or row.body, row.body
     if not found:
         raise BrokenChainError(
-            f"none of the {number} records has the head {noted_head}: "
-            "records up to this head were changed or cut off"
+            f"none of the {number} records has the digest {noted_head}, the head that was noted: "
+            "records up to this head were changed or removed"
         )
     return VerifiedChain(number, record_time(first), record_time(last), head.hex())
 

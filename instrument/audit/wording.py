@@ -8,7 +8,7 @@ from typing import Any
 
 _Formatter = Callable[[Mapping[str, Any]], str]
 
-#: Fields that a table shows in columns of their own.
+#: Fields that are not described, because the table of the log has other columns for them.
 _OTHER_COLUMNS = {"at", "mono_s", "who", "result", "kind"}
 
 
@@ -16,7 +16,7 @@ def describe_record(fields: Mapping[str, Any]) -> str:
     """Return what happened, in one line, without time, peer and result."""
     kind = str(fields.get("kind", ""))
     formatter = _FORMATTERS.get(kind)
-    with suppress(KeyError, TypeError, ValueError, AttributeError):  # a manipulated record
+    with suppress(KeyError, TypeError, ValueError, AttributeError):  # the record may be manipulated
         if formatter is not None:
             return formatter(fields)
         if "was" in fields:
@@ -35,14 +35,14 @@ def _format_write(fields: Mapping[str, Any]) -> str:
     return ", ".join(parts) + (" (vented nevertheless)" if fields.get("vented") else "")
 
 
-def _count_formatter(format_times: Callable[[int], str]) -> _Formatter:
-    """Return a formatter for a record that counts others."""
+def _count_formatter(format_times: Callable[[int], str], label: str = "") -> _Formatter:
+    """Return a formatter for a record that counts events. `label` precedes the description."""
 
     def format_count(fields: Mapping[str, Any]) -> str:
         counted = fields["of"]
         result = f": {counted['result']}" if "result" in counted else ""
         span = f"{fields['since'][:19]} to {fields['until'][:19]}".replace("T", " ")
-        return f"{format_times(fields['times'])} ({span}): {describe_record(counted)}{result}"
+        return f"{format_times(fields['times'])} ({span}): {label}{describe_record(counted)}{result}"
 
     return format_count
 
@@ -53,8 +53,12 @@ _FORMATTERS: Mapping[str, _Formatter] = {
     "stop": lambda fields: f"stop: {fields['why']}",
     "answer": lambda fields: f"command {fields['command']}",
     "repeated": _count_formatter(lambda times: "repeated once" if times == 1 else f"repeated {times} times"),
-    "held_back": _count_formatter(lambda times: f"{times} more were counted but not logged; the last"),
-    "lost": _count_formatter(lambda times: f"{times} records lost because of the disk; the first"),
+    "held_back": _count_formatter(
+        lambda times: f"{times} more events counted but not logged", "last event: "
+    ),
+    "lost": _count_formatter(
+        lambda times: f"{times} records lost because of the disk", "first lost record: "
+    ),
 }
 
 

@@ -1,4 +1,4 @@
-"""Writer of the event log: a thread writes the records, so that the caller never waits for the disk."""
+"""Writer of the event log. A thread writes the records, so that the caller never waits for the disk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ log = logging.getLogger("pneuforce")
 #: Records that arrive within this time share a commit. The thread polls, so a caller need not wake it.
 GATHER_S = 0.1
 RETRY_S = 1.0
-MAX_WAITING = 10_000  #: records in memory while the disk is not available; minor records fill half of it only
+#: Largest number of records in memory while the disk is not available. Minor records use at most half of it.
+MAX_WAITING = 10_000
 BATCH = 1000
 CLOSE_S = 0.5
 
@@ -38,8 +39,8 @@ class EventLogWriter:
         self._lost: EventCounter | None = None
         self._file: EventLogFile | None = None
         self._head: bytes | None = None  # digest of the last record in the file
-        self._replaced = ""  # why a file was found to be removed or replaced, until a record reports it
-        self._expected_head: bytes | None = None  # head of the file if a failed commit succeeded after all
+        self._replaced = ""  # reason why the file counts as removed or replaced, until a record reports it
+        self._expected_head: bytes | None = None  # head of the file if a failed commit was written
         self._end = Event()
         try:
             self._open()
@@ -84,13 +85,13 @@ class EventLogWriter:
             if self._file is None:
                 self._open()
             self._write()
-        except Exception as error:  # no error may end this thread unnoticed
+        except Exception as error:  # an uncaught error would end this thread
             self._close_file()
             self._set_error(error)
         else:
             if self.write_error:
                 self.write_error = ""
-                log.info("event log %s is written again", self.path)
+                log.info("event log %s can be written again", self.path)
 
     def _open(self) -> None:
         self._file = file = EventLogFile(self.path)
@@ -106,7 +107,7 @@ class EventLogWriter:
         assert self._file is not None
         self._check_in_place(self._file)
         while self._batch or self._waiting:
-            self._check_in_place(self._file)  # again, because a record may have arrived in the meantime
+            self._check_in_place(self._file)  # the file may be replaced during a batch
             self._fill_batch()
             self._expected_head = self._file.rows_of(self._batch)[-1][2]
             self._file.append(self._batch)
@@ -120,7 +121,7 @@ class EventLogWriter:
             raise
 
     def _fill_batch(self) -> None:
-        """Move records to the batch. Add before removing, so that `append` never counts too few records."""
+        """Move records to the batch. Add a record before its removal, so that `append` counts all records."""
         while len(self._batch) < BATCH and self._waiting:
             self._batch.append(record_body(self._waiting[0]))
             self._waiting.popleft()
@@ -131,7 +132,7 @@ class EventLogWriter:
             self._file = None
 
     def _set_error(self, error: Exception) -> None:
-        """Set `write_error` and log the first error, and each later error that needs action by a user."""
+        """Set `write_error`. Log the first error, and each new error that a user has to correct."""
         why = _reason(error)
         if not self.write_error or (isinstance(error, EventLogFileError) and why != self.write_error):
             log.warning(

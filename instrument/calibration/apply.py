@@ -22,13 +22,13 @@ CONFIGURATION_SECTIONS = {
     "volume_mm3": "circuit",
     "tube_time_constant_s": "measurement",
 }
-#: Constants that a software release fixes, so that no configuration key can be named for them.
+#: Constants of the software, by key, with a description for messages. No configuration key sets them.
 RELEASE_CONSTANTS = {
     "blend_kpa": "the width of the blend",
     "middle_kpa": "the ΔP_i at which p is 0",
 }
 #: Inputs whose error is the same in every contact of one balloon on one circuit. A force calibration
-#: compensates these errors, and the residual of the calibration contains what remains of them.
+#: compensates these errors, and the residual of the calibration contains the remaining errors.
 COMPENSATED_INPUTS = ("radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm", "poisson")
 
 
@@ -64,7 +64,7 @@ def force_conditions(settings: ChainSettings) -> ForceConditions:
 def changed_conditions(settings: ChainSettings, force: ForcePart) -> list[str]:
     """Return a message for each value that differs between the settings and the force calibration."""
     return [
-        f"{_display_name(key)} = {value!r}, and its force calibration was made for "
+        f"{_display_name(key)} = {value!r}, but the force calibration was made for "
         f"{getattr(force.made_for, key)!r}"
         for key, value in force_conditions(settings)
         if value != getattr(force.made_for, key)
@@ -129,7 +129,7 @@ def _check_agreement(key: str, configured: float, default: float, measured: floa
     if rounded(configured) not in (rounded(default), measured):
         raise ConfigurationError(
             f"{_display_name(key)} = {configured!r} contradicts the calibration, which "
-            f"measured {measured!r}: delete one of them"
+            f"measured {measured!r}: delete one of the two values"
         )
 
 
@@ -139,7 +139,7 @@ def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSett
         return settings
     changed = changed_conditions(settings, part)
     if changed:
-        raise ConfigurationError("; ".join(changed) + ": calibrate the force again, or change it back")
+        raise ConfigurationError("; ".join(changed) + ": calibrate the force again, or restore the old value")
     correction = ForceCorrection(
         constant=part.constant,
         by_rise=part.by_rise,

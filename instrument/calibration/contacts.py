@@ -16,7 +16,7 @@ from pneuforce.support.columns import Numbers, Points
 COLUMNS = (("baseline_kpa", "final_kpa", "force_n"),)
 OPTIONAL_COLUMNS = ("force_std_n",)
 MAX_FORCE_N = 20.0
-#: From this force on, an error counts as a share of the force. Below, an error counts in newtons.
+#: From this force on, errors are relative to the force. Below, errors are in newtons.
 RELATIVE_ERROR_MIN_N = 1.0
 
 
@@ -55,16 +55,16 @@ def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContact
             f"baseline_kpa is outside {VALID_LOW_KPA:g} to {VALID_HIGH_KPA:g} kPa, so that the instrument "
             "shows no force",
         ),
-        (rise < ONSET_KPA, f"final_kpa is not {ONSET_KPA:g} kPa above baseline_kpa: this is not a contact"),
-        ((force <= 0) | (force > MAX_FORCE_N), f"force_n is not above 0 and up to {MAX_FORCE_N:g} N"),
-        ((std < 0) | (std > force), "force_std_n is not from 0 to the force"),
+        (rise < ONSET_KPA, f"final_kpa is not {ONSET_KPA:g} kPa above baseline_kpa, so there is no contact"),
+        ((force <= 0) | (force > MAX_FORCE_N), f"force_n must be above 0 and at most {MAX_FORCE_N:g} N"),
+        ((std < 0) | (std > force), "force_std_n must be from 0 to force_n"),
     ):
         if invalid.any():
             raise points.error(why, int(invalid.argmax()))
     law_n = estimate(baseline, points["final_kpa"], settings.balloon, settings.circuit, settings.law).force_n
     unsolved = ~(np.isfinite(law_n) & (law_n > 0))
     if unsolved.any():
-        raise points.error("the law has no force for these pressures", int(unsolved.argmax()))
+        raise points.error("the force law has no solution for these pressures", int(unsolved.argmax()))
     weight = settings.law.small_strain_weight(baseline, settings.balloon)
     return CalibrationContacts(baseline, rise, force, std, law_n, weight)
 

@@ -133,12 +133,12 @@ class ForcePart(CalibrationPart):
     rise_high_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
     initial_low_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
     initial_high_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
-    # Standard deviation of the error on held-out contacts: a share of the force, and newtons.
+    # Standard deviation of the error on held-out contacts: a share of the force, and a floor in newtons.
     residual_share: Annotated[float, Field(ge=0, le=1), Rounded]
     residual_floor_n: Annotated[float, Field(ge=0, le=20), Rounded]
     made_for: ForceConditions
     before: Agreement
-    after_unseen: Agreement  # leave-one-out: the force of each contact by a fit without this contact
+    after_unseen: Agreement  # leave-one-out: each force is from a fit without this contact
     bin: list[PressureBin] = Field(max_length=10)
 
     @model_validator(mode="after")
@@ -186,9 +186,9 @@ def empty(balloon_id: int) -> Calibration:
 def load(path: Path) -> Calibration:
     """Return the calibration in a file.
 
-    Raises ConfigurationError with the file, and with key and allowed range if a value is invalid.
+    Raises ConfigurationError, which names the file. For an invalid value it names key and allowed range.
     """
-    text = read_text(path, f"pneuforce calibrate force contacts.csv --out {path} writes one")
+    text = read_text(path, f"pneuforce calibrate force contacts.csv --out {path} creates it")
     if not _END_MARKER.search(text):
         raise ConfigurationError(f"{path}: cut short: its last lines, [end] and whole = true, are missing")
     return validate_tables(Calibration, parse_tables(text, str(path)), str(path))

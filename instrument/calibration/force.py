@@ -39,20 +39,20 @@ BASIS: Mapping[str, Callable[[Numbers, Numbers, Numbers], Numbers]] = {
 }
 MIN_POINTS_PER_TERM = 3
 MIN_CONTACTS = 6
-#: A slope can be fitted only if the pressures ΔP_i span this much and the rises differ by this ratio.
+#: Smallest span of ΔP_i [kPa] for the slopes by ΔP_i. Smallest ratio of the rises for the slope by rise.
 MIN_BASELINE_SPAN_KPA, MIN_RISE_RATIO = 1.5, 1.5
-#: Typical error of a corrected law: 3 % of the force, and 0.03 N below 1 N. The uncertainty of the reference
-#: sensor is weighted against this error.
+#: Typical error of a corrected law: 3 % of the force, and 0.03 N below 1 N. The weight of a contact depends
+#: on this error and on the uncertainty of the reference sensor.
 EXPECTED_ERROR = 0.03
 
 
 @dataclass(frozen=True, slots=True)
 class CorrectionCandidate:
-    """Set of terms, and the cross-validated forces of a correction with these terms."""
+    """Terms of a possible correction, and the cross-validated forces of a correction with these terms."""
 
     terms: tuple[str, ...]
     held_out_n: Numbers  #: force of each contact by a fit without this contact
-    errors: Numbers  #: errors of `held_out_n`: a share of the force above 1 N, in N below
+    errors: Numbers  #: errors of `held_out_n`: relative above 1 N, in N below
 
     @property
     def error(self) -> float:
@@ -62,7 +62,7 @@ class CorrectionCandidate:
     def worse_than(self, best: CorrectionCandidate) -> bool:
         """Return True if the mean square error is higher than that of `best` by more than one standard error.
 
-        The standard error is that of the difference, contact by contact.
+        The standard error is that of the mean difference between the squared errors of the contacts.
         """
         difference = self.errors**2 - best.errors**2
         return not difference.mean() <= difference.std(ddof=1) / math.sqrt(len(difference))
@@ -93,9 +93,9 @@ def fit_force(contacts: CalibrationContacts, settings: ChainSettings) -> ForceCa
     chosen = next(candidate for candidate in candidates if not candidate.worse_than(best))
     if not chosen.terms:
         raise ConfigurationError(
-            f"no calibration: the uncalibrated law errs by {_percent(chosen.error)} on these contacts, the "
-            f"best correction by {_percent(best.error)} on held-out contacts, which is no better; "
-            "nothing was written"
+            "no calibration: no correction is clearly better than the uncalibrated law; on these contacts "
+            f"the uncalibrated law has a mean error of {_percent(chosen.error)}, and the best correction has "
+            f"{_percent(best.error)} on held-out contacts; nothing was written"
         )
     fit = _fit(chosen.terms, contacts)
     correction = _correction(chosen.terms, fit.coefficients, contacts, settings)

@@ -44,8 +44,8 @@ class _Step(NamedTuple):
 def fit_lag(points: Points, filter_time_constant_s: float = 0.0) -> LagFit:
     """Return the lag of the tube.
 
-    `filter_time_constant_s` belongs to a first-order filter that the recorded pressure went through. 0 means
-    that there was no filter. Raises ConfigurationError if the recording has no step, or if the step is not
+    `filter_time_constant_s` is the time constant of the first-order filter of the recorded pressure, 0 if the
+    pressure was not filtered. Raises ConfigurationError if the recording has no step, or if the step is not
     that of a first-order lag.
     """
     points.require_rows(MIN_POINTS)
@@ -105,7 +105,7 @@ def _check_times(points: Points, times_s: Numbers) -> None:
 
 
 def _resting_samples(times_s: Numbers) -> int:
-    """Return how many samples count as at rest, at the beginning and at the end of the recording."""
+    """Return the number of samples that count as at rest, at each end of the recording."""
     return max(len(times_s) // 20, 5)
 
 
@@ -144,7 +144,7 @@ def _fit_step(
 def _std_s(covariance: Numbers, times_s: Numbers, filter_time_constant_s: float) -> float:
     """Return the standard uncertainty of the lag [s].
 
-    A filter correlates successive samples, so that the samples count as fewer independent points.
+    A filter correlates successive samples, so the number of independent samples is smaller.
     """
     correlation = 0.0
     if filter_time_constant_s > 0:
@@ -163,12 +163,13 @@ def _check_first_order(points: Points, lag: LagFit, moving_kpa: Numbers, noise_k
     step_kpa = abs(lag.step_kpa)
     if residual_kpa > max(MAX_RESIDUAL_NOISE_RATIO * noise_kpa, MAX_RESIDUAL_STEP_RATIO * step_kpa):
         raise points.error(
-            f"not a step through a first-order lag: the best fit ({lag.tube_time_constant_s:.3f} s) leaves "
-            f"{residual_kpa:.3f} kPa of a step of {step_kpa:.2f} kPa, noise at rest {noise_kpa:.3f} kPa; "
-            "a slower step, a leak, or a filter (--filter-time-constant-s)?"
+            "this is not a step through a first-order lag: the best fit "
+            f"({lag.tube_time_constant_s:.3f} s) has a residual of {residual_kpa:.3f} kPa in a step of "
+            f"{step_kpa:.2f} kPa, and the noise at rest is {noise_kpa:.3f} kPa; possible causes are a slower "
+            "step, a leak, or a filter (--filter-time-constant-s)"
         )
     low_s, high_s = LAG_RANGE_S
     if not low_s * 1.01 < lag.tube_time_constant_s < high_s * 0.99:
         raise points.error(
-            f"a lag of {lag.tube_time_constant_s:.3f} s is not that of a tube ({low_s:g} to {high_s:g} s)"
+            f"a lag of {lag.tube_time_constant_s:.3f} s is impossible for a tube ({low_s:g} to {high_s:g} s)"
         )

@@ -28,7 +28,7 @@ RADIUS_RANGE_MM = (1.5, 30.0)
 class RadiusFit:
     """Quadratic fit of the radius, and a neo-Hookean fit of the same points."""
 
-    quadratic: LinearFit  #: of R_0 [mm], linear [mm/kPa], quadratic [mm/kPa²]
+    quadratic: LinearFit  #: coefficients R_0 [mm], linear [mm/kPa], quadratic [mm/kPa²]
     rubber: NeoHookeanFit
 
     def radius_mm(self, pressure_kpa: float) -> float:
@@ -68,7 +68,7 @@ def radii_mm(points: Points) -> Numbers:
 
 
 def suspected_pressure_unit(pressure_kpa: Numbers) -> str:
-    """Return the unit that the highest pressure suggests, empty if the unit may be kPa."""
+    """Return the unit that the highest pressure suggests, or an empty text if the unit may be kPa."""
     highest = float(pressure_kpa.max())
     if highest > 1000.0:
         return "Pa"
@@ -97,7 +97,7 @@ def _check_units(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> N
 
 
 def _suspected_length_unit(radius_mm: float) -> str:
-    """Return the unit that a radius outside `RADIUS_RANGE_MM` suggests, empty if there is no likely unit."""
+    """Return the unit that a radius outside `RADIUS_RANGE_MM` suggests, or an empty text."""
     if radius_mm < 0.1:
         return "m"
     if radius_mm < RADIUS_RANGE_MM[0]:
@@ -114,7 +114,8 @@ def _check_growth(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> 
         row = int(order[falls[0]])
         raise points.error(
             f"the radius {radius_mm[row]:.3f} mm at {pressure_kpa[row]:g} kPa is smaller than "
-            f"{highest[falls[0]]:.3f} mm at a lower pressure: a slip, or a balloon past its limit point",
+            f"{highest[falls[0]]:.3f} mm at a lower pressure: the caliper slipped, or the balloon "
+            "is past its limit point",
             row,
         )
 

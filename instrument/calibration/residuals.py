@@ -1,4 +1,4 @@
-"""Errors of a force calibration on held-out contacts: the figures that the user sees."""
+"""Errors of a force calibration on held-out contacts, as the calibration file states them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BinErrors(NamedTuple):
     high_kpa: float
     contacts: int
     before_percent: float  #: mean absolute error of the uncalibrated law
-    after_percent: float  #: mean absolute error of the calibration, each contact held out in turn
+    after_percent: float  #: mean absolute error of the calibration on held-out contacts
 
 
 def force_residual(force_n: Numbers, contacts: CalibrationContacts) -> ForceResidual:

@@ -20,7 +20,7 @@ OPTIONAL_COLUMNS = ("before_kpa",)
 MIN_STROKES = 3
 MM3_PER_ML = 1e3
 #: Relative standard uncertainty that is common to all strokes. ISO 7886-1 allows a syringe ±4 % of the
-#: expelled volume, and the gain of the sensor is known to ±1 %. Both limits are taken as rectangular.
+#: expelled volume, and the gain of the sensor is known to ±1 %. Both distributions are taken as rectangular.
 SYSTEMATIC_RELATIVE_STD = math.hypot(0.04, 0.01) / math.sqrt(3)
 DISPLACED_RANGE_MM3 = (10.0, 1e6)
 VOLUME_RANGE_MM3 = (100.0, 1e6)
@@ -72,7 +72,7 @@ def strokes_from_options(
     count = len(displaced_ml)
     if not count == len(before_kpa) == len(after_kpa):
         raise ConfigurationError(
-            "--displaced-ml, --before-kpa and --after-kpa: give each once for every stroke"
+            "--displaced-ml, --before-kpa and --after-kpa: give each option once for every stroke"
         )
     points = Points("options", "", {}, tuple(range(1, count + 1)))
     displaced, before, after = strokes = np.array([displaced_ml, before_kpa, after_kpa], float)
@@ -98,12 +98,12 @@ def fit_volume(strokes: SyringeStrokes, ambient_kpa: float) -> VolumeFit:
     low_mm3, high_mm3 = VOLUME_RANGE_MM3
     if not low_mm3 <= volume_mm3 <= high_mm3:
         raise points.error(
-            f"V_c = {volume_mm3:.4g} mm³ cannot be ({low_mm3:g} to {high_mm3:g} mm³): check the units"
+            f"V_c = {volume_mm3:.4g} mm³ is outside {low_mm3:g} to {high_mm3:g} mm³: check the units"
         )
     deviations = np.abs(fit.residuals) / rise
     if deviations.max() > MAX_DEVIATION_RATIO:
         raise points.error(
-            f"this stroke disagrees with the others by {100 * deviations.max():.0f} % of its rise: "
+            f"this stroke deviates from the other strokes by {100 * deviations.max():.0f} % of its rise: "
             "a leak, or a syringe that was not emptied",
             int(deviations.argmax()),
         )

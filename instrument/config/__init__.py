@@ -75,7 +75,7 @@ class Configuration(Section):
 
     @property
     def calibration(self) -> dict[str, Any] | None:
-        """Return the content of the calibration file, None without a calibration."""
+        """Return the content of the calibration file; None if there is no calibration."""
         return self._calibration.model_dump(mode="json") if self._calibration else None
 
     @property
@@ -88,17 +88,18 @@ class Configuration(Section):
 
     @property
     def calibration_date(self) -> int:
-        """Return the date of the calibration as yyyymmdd, 0 without a calibration."""
+        """Return the date of the calibration as yyyymmdd; 0 if there is none."""
         return self._calibration.date_code if self._calibration else self.identity.calibration_date
 
     def with_calibration(self, calibration: Calibration) -> Configuration:
         """Return a copy with a calibration.
 
-        Raises ConfigurationError if the calibration is of another balloon or of another force law.
+        Raises ConfigurationError if the calibration belongs to another balloon or another force law.
         """
         if calibration.balloon_id != self.balloon.id:
             raise ConfigurationError(
-                f"balloon.id = {self.balloon.id}, and the calibration is of balloon {calibration.balloon_id}"
+                f"balloon.id = {self.balloon.id}, but the calibration belongs to balloon "
+                f"{calibration.balloon_id}"
             )
         apply_calibration(self._chain, calibration)
         configuration = self.model_copy()
@@ -137,8 +138,8 @@ class Configuration(Section):
 def resolve_path(configuration_file: Path, name: str) -> Path | None:
     """Return the path of a file that a configuration names, None for an empty name.
 
-    Relative names are relative to the folder of the configuration file. A configuration that comes through a
-    pipe (/dev/stdin) has no folder, so the current folder is used.
+    Relative names are relative to the folder of the configuration file. A configuration that is read
+    from a pipe (/dev/stdin) has no folder, so the current folder is used.
     """
     folder = Path() if configuration_file.is_relative_to("/dev") else configuration_file.parent
     return folder / name if name else None
@@ -175,7 +176,7 @@ def parse(tables: dict[str, Any], name: str) -> Configuration:
 
 def example() -> str:
     """Return an instrument.toml with every key, its default, its meaning and its allowed values."""
-    lines = ["# instrument.toml: every key with its default. Delete what you do not change.", ""]
+    lines = ["# instrument.toml: every key with its default. Delete the keys that you do not change.", ""]
     for name, field in Configuration.model_fields.items():
         section = field.annotation
         assert isinstance(section, type)

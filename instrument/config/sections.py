@@ -34,7 +34,7 @@ def _check_token(token: SecretStr) -> SecretStr:
     """Return `token`. Raises ValueError if it is too short."""
     if 0 < len(token.get_secret_value()) < MIN_TOKEN_LENGTH:
         raise ValueError(
-            f"a token needs at least {MIN_TOKEN_LENGTH} characters: a shorter one is easy to guess"
+            f"a token needs at least {MIN_TOKEN_LENGTH} characters: a shorter token is easy to guess"
         )
     return token
 
@@ -51,8 +51,8 @@ def _check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
     host = section.data.get("host", "localhost")  # an invalid host has its own error message
     if not allow and not _is_loopback(host):
         raise ValueError(
-            f'host {host} can be reached from the network: list who may connect, allow = ["192.168.1.0/24"] '
-            '(everyone: ["0.0.0.0/0", "::/0"])'
+            f"host {host} can be reached from the network: list the clients that may connect, "
+            'allow = ["192.168.1.0/24"] (all: ["0.0.0.0/0", "::/0"])'
         )
     return allow
 
@@ -120,13 +120,13 @@ class MeasurementSection(Section):
         _CHAIN.filter_time_constant_s,
         ge=0.002,
         le=1,
-        description="time constant of the displayed pressure [s]",
+        description="time constant of the filter of the displayed pressure [s]",
     )
     tube_time_constant_s: float = Field(
         _CHAIN.tube_time_constant_s,
         ge=0,
         le=0.5,
-        description="lag between balloon and sensor, which the force compensates [s]",
+        description="time constant of the lag between balloon and sensor, which is compensated [s]",
     )
     calibration: str = Field(
         "",
@@ -164,7 +164,7 @@ class SafetySection(Section):
 
 
 class ListenerSection(Section):
-    """First keys of each section that listens on the network, in their order."""
+    """Common keys of the sections that listen on the network. They come first in each section."""
 
     enabled: bool
     host: str = Field(
@@ -194,7 +194,7 @@ class ModbusSection(ListenerSection):
         64,
         ge=1,
         le=1000,
-        description="maximum number of connections; one more closes the longest idle connection of the "
+        description="maximum number of connections; a further one closes the longest idle connection of the "
         "address with the most connections",
     )
     idle_timeout_s: float = Field(

@@ -49,7 +49,7 @@ STEPS: Mapping[Arming, Mapping[Step, Arming]] = {
     },
 }
 
-#: Reason for the rejection of "hold" in the states in which `STEPS` does not list it.
+#: Reject reason of "hold" in each state in which "hold" is not allowed.
 HOLD_REJECT_REASONS: Mapping[Arming, RejectReason] = {
     Arming.TRIPPED: RejectReason.FAULT_LATCHED,
     Arming.CLEARED: RejectReason.STATE,

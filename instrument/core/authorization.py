@@ -28,7 +28,7 @@ class WriteContext:
     write_protect: bool
     lease_required: bool
     busy: bool  #: a command is in progress
-    pending_sequence: int | None  #: sequence number of that command if this peer's channel gave it
+    pending_sequence: int | None  #: sequence number of this command, if it is from this peer's channel
 
 
 def authorize(
@@ -41,7 +41,7 @@ def authorize(
 ) -> RejectReason:
     """Return why a write is rejected, or NONE if it is accepted. A vent alone is always accepted.
 
-    `setpoint_kpa` is the setpoint requested earlier [kPa], NaN if there is none.
+    `setpoint_kpa` is the setpoint that was requested earlier [kPa], NaN if no setpoint was requested.
     """
     if set(values) == {"mode"} and values["mode"] == "vent":
         return RejectReason.NONE

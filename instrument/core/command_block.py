@@ -9,7 +9,8 @@ from typing import Any
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.reject_reason import RejectReason
 
-#: Runs a command by code and argument: NONE if done, None if in progress, else the reason for the rejection.
+#: Function that runs a command with a code and an argument. It returns NONE if the command is done, None if
+#: the command is in progress, and otherwise the reject reason.
 RunCommand = Callable[[str, int], RejectReason | None]
 
 
@@ -29,8 +30,8 @@ class CommandBlock:
     def write(self, peer: Peer, values: Mapping[str, Any], run: RunCommand) -> None:
         """Store the written fields and run the command if the sequence number is new.
 
-        The same sequence number repeats the answer. A key is valid for one sequence number, and only for the
-        peer that wrote it.
+        If the sequence number is unchanged, the command does not run again and its answer stays. A command
+        needs a key that the same peer wrote. Each write of a sequence number clears the key.
         """
         if peer != self._writer:
             self._writer, self.key = peer, 0

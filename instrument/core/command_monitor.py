@@ -9,7 +9,7 @@ from pneuforce.instrument.rig.link import MAX_SAMPLE_SPAN_S
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import PRESSURISED
 
-FOLLOW_S = 1.0  #: time for the board to start to fill or to empty after a command
+FOLLOW_S = 1.0  #: time after a command in which the board must start to fill or to empty the balloon
 ROUND_TRIP_S = 0.05  #: time until a command is sent, received and visible in the samples
 
 
@@ -17,7 +17,7 @@ ROUND_TRIP_S = 0.05  #: time until a command is sent, received and visible in th
 class CommandMonitor:
     """Comparison of the board's state with the command, after each vent and each hold."""
 
-    vent_due: bool = False  #: a requested vent is not yet visible in the samples: send only vents until then
+    vent_due: bool = False  #: a requested vent is not yet visible in the samples, so only vents are sent
     _hold: bool = False  # last command
     _command_s: float = -math.inf
     _vent_requested_s: float = -math.inf
@@ -26,15 +26,18 @@ class CommandMonitor:
     _filled: bool = False  # the balloon was filled since the last request to hold
 
     def request_vent(self, now_s: float) -> None:
-        """Ensure that the board receives a vent, whatever is requested next."""
+        """Ensure that the board receives a vent, even if a hold is requested next."""
         self.vent_due, self._vent_requested_s = True, now_s
 
     def request_hold(self) -> None:
-        """Expect that the board first empties and then fills the balloon."""
+        """Permit that the board first empties and then fills the balloon."""
         self._filled = False
 
     def set_command(self, hold: bool, now_s: float) -> None:
-        """Store the command that the board receives from now on. Earlier samples say nothing about it."""
+        """Store the command that the board receives from now on.
+
+        Samples from before a change of the command are not compared with the new command.
+        """
         if hold != self._hold:
             self._hold, self._command_s = hold, now_s
 

@@ -16,14 +16,15 @@ class HostFault(IntEnum):
     LINK_LOST = 34
     PRESSURE_LIMIT = 35  #: the host measured a pressure outside its limits
     SENSOR_LIMIT = 36  #: the host measured a sensor or supply voltage outside its limits
-    BOARD_UNRESPONSIVE = 37  #: the clock of the board stands still
+    BOARD_UNRESPONSIVE = 37  #: the clock of the board has stopped
     DISAGREEMENT = 38  #: the board does not hold although it was commanded to
     NOT_VENTED = 39  #: the board does not vent although it was commanded to
     FORCE_LIMIT = 40  #: the force limit was exceeded and vent_on_force_limit is set
     CAN_MASTER_LOST = 41  #: the monitored heartbeat of the CANopen master is missing
 
 
-#: Status bit of each fault. Other faults are visible in state, first_out_fault and the bit "failure".
+#: Status bit of each fault that has a bit of its own. The other faults appear in the registers state and
+#: first_out_fault, and in the status bit "failure".
 STATUS_OF: Mapping[int, str] = {
     Fault.SENSOR: "sensor_fault",
     Fault.SENSOR_FROZEN: "sensor_fault",

@@ -1,7 +1,8 @@
 """Interlocks of the host: conditions that each sample must meet while the balloon is inflated.
 
-An interlock states what is allowed and is negated once, so that NaN is never allowed. Interlocks use the
-sampled pressure, neither filtered nor compensated. The board checks its own limits first.
+An interlock is the condition for an allowed sample. Every comparison with NaN is false, so NaN is never
+allowed. Interlocks use the pressure as sampled, without filter and lag compensation. The board has limits of
+its own.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Allowed = Callable[[RawSample, Measurement, float], bool]
 
 
 class Interlock(NamedTuple):
-    """Condition, and the fault that is raised if `samples` samples in a row do not meet it."""
+    """Condition for an allowed sample. `samples` consecutive violations raise `fault`."""
 
     fault: HostFault
     samples: int
@@ -50,7 +51,7 @@ INTERLOCKS: tuple[Interlock, ...] = (
 
 
 def violated(raw: RawSample, m: Measurement, limit_kpa: float) -> HostFault | None:
-    """Return the fault of the first interlock that does not allow this sample, or None if all do.
+    """Return the fault of the first interlock that does not allow this sample, or None.
 
     `limit_kpa` is the configured pressure limit of the locked balloon [kPa].
     """
@@ -64,7 +65,7 @@ class InterlockMonitor:
         self._violations = [0] * len(INTERLOCKS)
 
     def step(self, raw: RawSample, m: Measurement, limit_kpa: float) -> HostFault | None:
-        """Return the fault of the first interlock that was violated long enough, or None."""
+        """Return the fault of the first interlock with enough consecutive violations, or None."""
         for index, interlock in enumerate(INTERLOCKS):
             allowed = interlock.allowed(raw, m, limit_kpa)
             self._violations[index] = 0 if allowed else self._violations[index] + 1

@@ -12,8 +12,8 @@ from pneuforce.instrument.core.state import InstrumentState
 
 log = logging.getLogger("pneuforce")
 
-CLEAR_HEARD_S = 0.1  #: time for the board to receive a clear and to report the faults that remain
-CLEAR_ANSWER_S = 0.5  #: time after which a clear fails
+CLEAR_HEARD_S = 0.1  #: time for the board to receive the command and to report the remaining faults
+CLEAR_ANSWER_S = 0.5  #: time after which the command to clear faults fails
 
 
 def run(state: InstrumentState, code: str, argument: int, now_s: float) -> RejectReason | None:
@@ -62,7 +62,7 @@ def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectR
 
 
 def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> RejectReason | None:
-    """Ask the board to clear its faults. The answer comes with its samples. No valve moves."""
+    """Ask the board to clear its faults. Later samples show the result. No valve moves."""
     if state.vent_pending:
         return RejectReason.IN_CONTACT
     if state.master_lost:
@@ -78,7 +78,7 @@ def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> Reject
 
 
 def finish_clearing(state: InstrumentState, now_s: float) -> RejectReason | None:
-    """Return the result of a clear that ends now, or None if none ends."""
+    """Return the result of the command that clears faults, or None if no such command ends now."""
     clearing = state.clearing
     if clearing.since_s is None or state.sample is None:
         return None

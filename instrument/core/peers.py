@@ -1,4 +1,4 @@
-"""Peers that have written to the instrument, and the mode that each wrote last."""
+"""Records of the peers that have written to the instrument, with the last mode of each peer."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ class PeerRecord:
     """Last write of one peer."""
 
     reject_reason: RejectReason = RejectReason.NONE
-    mode: str = "vent"  #: the mode that this peer wrote last
-    logged: str = ""  #: the last write of this peer as it was logged
+    mode: str = "vent"  #: last mode that this peer wrote
+    logged: str = ""  #: log line of the last logged write
 
 
 @dataclass(slots=True)
 class Peers:
     """Records of up to 256 peers.
 
-    When the table is full, the least recent peer whose last mode was "vent" is removed first. A peer whose
-    last mode was "hold" is removed only if no other peer is left. From then on each unknown peer counts as
-    one that wrote "hold", because its next "hold" may be a repetition.
+    If the table is full, the oldest record whose last mode is "vent" is removed. A record whose last mode is
+    "hold" is removed only if all records have this mode. After such a removal, "hold" is assumed as the last
+    mode of each unknown peer, because its next "hold" may be a repetition.
     """
 
     _records: dict[Peer, PeerRecord] = field(default_factory=dict)

@@ -6,7 +6,7 @@ from enum import StrEnum, auto
 
 
 class RejectReason(StrEnum):
-    """Reason for the rejection of a write, NONE if it was accepted."""
+    """Reason for the rejection of a write. An accepted write has the reason NONE."""
 
     NONE = auto()
     STATE = auto()  #: not allowed in this state or in this order

@@ -55,7 +55,7 @@ def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s
 
 
 def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord) -> None:
-    """Log a write and its result, but not repetitions: a PLC may write the same values in each cycle."""
+    """Log a write and its result. Skip repetitions, because a PLC may write the same values in each cycle."""
     written = ", ".join(f"{name} {value}" for name, value in values.items())
     reason = record.reject_reason
     line = f"{written}: {'done' if reason is RejectReason.NONE else f'rejected, {reason}'}"

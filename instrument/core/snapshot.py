@@ -1,4 +1,4 @@
-"""Snapshot: every quantity that a bus can show, at one instant, as one peer sees it."""
+"""Snapshot: all quantities that a bus can show, at one instant and for one peer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_AGE_S = 1e6
 class Snapshot(NamedTuple):
     """Quantities of one measurement at one instant. A quantity that is not available is NaN.
 
-    Each name ends in its unit. The register map refers to the quantities by name.
+    The name of a quantity ends in its unit. The register map refers to the quantities by name.
     """
 
     # the measurement
@@ -88,7 +88,10 @@ def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
 
 
 def _available(state: InstrumentState, stale: bool) -> Measurement:
-    """Return the latest measurement without unavailable values: all if stale, the force if tripped."""
+    """Return the latest measurement without the values that are not available.
+
+    A stale measurement has no values. While the rig is tripped, only the pressure is available.
+    """
     m = state.measurement
     if stale:
         return Measurement(t_s=m.t_s)
@@ -183,7 +186,11 @@ def _identity_values(state: InstrumentState) -> dict[str, Any]:
 
 
 def state_of(state: InstrumentState, lost: bool) -> str:
-    """Return the name of the rig's state: "boot" before the first sample, "tripped" after a host fault."""
+    """Return the name of the rig's state.
+
+    The name is "boot" before the first sample and "tripped" after a trip or without link. Otherwise it is the
+    state that the board reports.
+    """
     if state.sample is None:
         return "boot"
     if lost or state.tripped:

@@ -17,7 +17,7 @@ MAX_DRIFT_KPA_PER_S = 0.02
 def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset[str]:
     """Return the names of the conditions that are true at `now_s`.
 
-    `m` is the measurement as the buses show it: empty if it is stale.
+    `m` is the measurement that the buses show. It has no values if it is stale.
     """
     names = {name for name, is_true in _conditions(state, m, now_s) if is_true}
     names |= state.faults.status

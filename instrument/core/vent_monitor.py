@@ -17,7 +17,10 @@ class VentMonitor:
     _low_s: float = 0.0
 
     def step(self, raw: RawSample, pressure_kpa: float, zeroed: bool) -> None:
-        """Process one sample. Without a zero, only the state that the board reports counts."""
+        """Process one sample.
+
+        If the sensor has no zero, the state that the board reports is used instead of the pressure.
+        """
         low = raw.message.valves == Valve.NONE and -VENTED_KPA <= pressure_kpa <= VENTED_KPA
         self._low_s = self._low_s + min(raw.elapsed_s, MAX_SAMPLE_SPAN_S) if low else 0.0
         self.vented = self._low_s >= VENTED_S if zeroed else raw.message.state == BoardState.VENTED

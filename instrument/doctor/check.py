@@ -22,14 +22,14 @@ class Check(NamedTuple):
 
     name: str
     result: CheckResult
-    finding: str  #: measured value with its unit, or what was seen
-    advice: str = ""  #: what to do; empty if the check has passed
+    finding: str  #: measured value with its unit, or observation
+    advice: str = ""  #: recommended action; empty if the check has passed
 
 
 def graded(name: str, finding: str, advice: str, *, passed: bool, usable: bool) -> Check:
     """Return a check: PASS if `passed`, WARNING if only `usable`, else FAIL.
 
-    State both conditions so that NaN does not meet them. Then NaN gives FAIL.
+    Write both conditions so that they are false for NaN. NaN then gives FAIL.
     """
     result = CheckResult.PASS if passed else CheckResult.WARNING if usable else CheckResult.FAIL
     return Check(name, result, finding, "" if passed else advice)

@@ -88,7 +88,7 @@ def _first_time_s(samples: list[ExaminedSample], threshold_kpa: float) -> float:
 
 
 def _compared(name: str, finding: str, ratio: float, advice: str) -> Check:
-    """Return a check by the ratio of a measured to a commissioned value."""
+    """Return a check of the ratio between a measured and a commissioned value."""
     deviation = abs(ratio - 1)
     passed, usable = (deviation <= limit for limit in DEVIATION)
     return graded(name, finding, advice, passed=passed, usable=usable)
@@ -102,15 +102,17 @@ def _settling(filling: list[ExaminedSample], held: list[ExaminedSample], setpoin
     deviation_kpa = math.fsum(start_kpa) / len(start_kpa) - setpoint_kpa
     if held[0].in_contact:
         return _touched(SETTLING, deviation_kpa)
-    finding = f"{took_s:.1f} s, {actions} changes of the valves, {deviation_kpa:+.3f} kPa off"
+    finding = f"{took_s:.1f} s, {actions} changes of the valves, deviation {deviation_kpa:+.3f} kPa"
     passed = took_s <= SETTLE_S and actions <= MAX_VALVE_ACTIONS and abs(deviation_kpa) <= BAND_KPA
-    advice = "an orifice that is larger or a valve that is slower than commissioned overshoots"
+    advice = "a larger orifice or a slower valve than commissioned causes an overshoot"
     return graded(SETTLING, finding, advice, passed=passed, usable=abs(deviation_kpa) <= 2 * BAND_KPA)
 
 
 def _touched(name: str, above_kpa: float) -> Check:
-    """Return a check that could not be made because of a contact, `above_kpa` above the setpoint."""
-    advice = f"let go and {RUN_AGAIN}; if nothing touched the balloon, the inlet valve does not close"
+    """Return a check that a contact prevented. `above_kpa` is the pressure above the setpoint."""
+    advice = (
+        f"remove the contact and {RUN_AGAIN}; if nothing touched the balloon, the inlet valve does not close"
+    )
     return unchecked(name, f"the balloon was pressed ({above_kpa:+.2f} kPa)", advice)
 
 
@@ -143,10 +145,10 @@ def _venting(samples: list[ExaminedSample], examination: Examination, setpoint_k
 
     From a pressure p the vent takes √(p / 8 kPa) times as long as from 8 kPa.
     """
-    advice = f"{INFLATED}vent valve, its relay, a kinked tube; do not use the rig"
+    advice = f"{INFLATED}check the vent valve, its relay and the tube; do not use the rig"
     faults = [name_of(fault) for fault in examination.instrument.faults if fault in NOT_EMPTIED]
     if faults or not samples:
-        return Check(VENTING, CheckResult.FAIL, ", ".join(faults) or "no sample came", advice)
+        return Check(VENTING, CheckResult.FAIL, ", ".join(faults) or "no samples", advice)
     start_kpa = max(sample.pressure_kpa for sample in samples[:50])
     halved_at_s = next((sample.t_s for sample in samples if sample.pressure_kpa <= start_kpa / 2), math.inf)
     took_s = halved_at_s - samples[0].t_s

@@ -15,7 +15,7 @@ from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 
 OBSERVE_S = 5.0
 LEAK_TEST_S = 20.0
-#: Longer than the limits of the board, so that the board trips first and reports the fault.
+#: Timeouts longer than those of the board, so that the board trips first and reports the fault.
 FILL_TIMEOUT_S, VENT_TIMEOUT_S, ZERO_TIMEOUT_S = 20.0, 12.0, 6.0
 PEER: Peer = ("doctor", "local")
 
@@ -121,7 +121,7 @@ class Examination:
         )
 
     def tick(self, now_s: float) -> None:
-        """Start the next stage if the present stage is over."""
+        """Start the next stage if the present stage has ended."""
         if math.isnan(self._since_s):
             self._since_s = now_s
         if not self.done:

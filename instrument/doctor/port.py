@@ -21,7 +21,7 @@ NAMES = ("port", "stable name", "permission", "exclusive access", "USB latency")
 
 
 def port_checks(url: str) -> list[Check]:
-    """Return the checks of the port that Linux can answer. The port is not opened."""
+    """Return the checks of the port that are possible without opening the port."""
     if not is_local_device(url):
         return [unchecked(name, "not a device of this machine") for name in NAMES]
     if not os.path.exists(url):
@@ -50,7 +50,7 @@ def _stable_name(port: str) -> Check:
 def _permission(port: str) -> Check:
     allowed = os.access(port, os.R_OK | os.W_OK)
     advice = "sudo usermod -aG dialout $USER, then log in again"
-    finding = "may be read and written" if allowed else "may not be read and written"
+    finding = "this user can read and write" if allowed else "this user cannot read and write"
     return graded(NAMES[2], finding, advice, passed=allowed, usable=False)
 
 

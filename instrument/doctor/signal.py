@@ -21,8 +21,8 @@ SUPPLY_SPREAD_MV = 50.0
 MAX_LOST_SHARE = 0.01
 
 SLOW_CLOCK = (
-    "no sample was lost: the board's clock is off, the machine is overloaded, or an emulated board is slower "
-    "than a real board"
+    "no sample was lost: the board's clock is inaccurate, the machine is overloaded, or an emulated board is "
+    "slower than a real board"
 )
 CABLE = "check cable, plug and earth; keep the cable away from motors; use another USB port, and no hub"
 
@@ -40,7 +40,7 @@ def board_checks(hello: Hello, since_opened_s: float) -> list[Check]:
         graded(
             "reset by opening",
             f"{reset}: up for {up_s:.1f} s, {since_opened_s:.1f} s after the port was opened",
-            "any program that opens the port vents the balloon: cut RESET-EN, or 10 µF from RESET to ground",
+            "any program that opens the port vents the balloon: cut RESET-EN, or fit 10 µF from RESET to GND",
             passed=up_s >= since_opened_s,
             usable=True,
         ),
@@ -86,7 +86,7 @@ def _clock(examination: Examination) -> Check:
     error = examination.link.clock.rate_error
     if math.isnan(error):
         return unchecked("board clock", "the observed time was too short")
-    advice = "the board's resonator is off, and therefore its times and limits are wrong; use another board"
+    advice = "the board's resonator is inaccurate, so its times and limits are wrong; use another board"
     passed, usable = (abs(error) <= limit for limit in (RESONATOR_TOLERANCE, CLOCK_FAULT_ERROR))
     return graded("board clock", f"{error * 100:+.3f} %", advice, passed=passed, usable=usable)
 
@@ -109,7 +109,9 @@ def _sensor(samples: list[ExaminedSample]) -> list[Check]:
         return [_zero_of_unvented_rig(samples)]
     readings_kpa = [sample.nominal_kpa for sample in vented]
     zero_kpa, noise_kpa = fmean(readings_kpa), pstdev(readings_kpa)
-    zero_advice = f"the data sheet allows ±{ZERO_SPAN_KPA} kPa: is the tube open to the air? another sensor"
+    zero_advice = (
+        f"the data sheet allows ±{ZERO_SPAN_KPA} kPa: open the tube to the air, or use another sensor"
+    )
     zero_passed = abs(zero_kpa) <= ZERO_SPAN_KPA
     quiet, usable = (0.0 < noise_kpa <= limit_kpa for limit_kpa in NOISE_KPA)
     noise_advice = (

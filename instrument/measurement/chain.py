@@ -26,7 +26,7 @@ from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 #: Change of ΔP_i after which the force curve of a free balloon is computed again. Only the lower range limit
 #: and the detection limit depend on this curve.
 FREE_CURVE_TOLERANCE_KPA = 0.01
-#: Change of ΔP_i after which the curve is computed again during a contact. ΔP_i moves with a known leak.
+#: Change of ΔP_i after which the curve is computed again in a contact. A known leak changes ΔP_i slowly.
 CONTACT_CURVE_TOLERANCE_KPA = 0.002
 
 
@@ -85,7 +85,7 @@ class Chain:
     def step(self, sample: RawSample) -> Measurement:
         """Return the measurement of one sample.
 
-        Never raises, whatever the sensor reads: an invalid reading gives NaN, and `quality` gives the reason.
+        This method never raises. An invalid reading gives NaN, and `quality` gives the reason.
         """
         message, dt_s = sample.message, sample.elapsed_s
         if sample.frozen or not adc_sum_is_valid(message.adc_sum):
@@ -112,7 +112,7 @@ class Chain:
     def _step_invalid(self, sample: RawSample) -> Measurement:
         """Return the measurement of a sample without a valid reading.
 
-        A few such samples do not end a contact. More of them trip the board.
+        A few invalid samples do not end a contact. After more invalid samples the board trips.
         """
         dt_s = sample.elapsed_s
         self._filtered_kpa = math.nan
@@ -131,10 +131,10 @@ class Chain:
         self._filtered_kpa += response * (nominal_kpa - self._filtered_kpa)
 
     def _measure_free(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float) -> Measurement:
-        """Return the measurement of a balloon without contact: a force of zero.
+        """Return the measurement of a balloon without contact. Its force is zero.
 
-        The uncertainty is the detection limit, which is the force at the onset of a contact. If the baseline
-        is lost, there is no force.
+        The uncertainty is the detection limit: the force at the onset of a contact. If the baseline is lost,
+        the force is NaN.
         """
         baseline_kpa = self.tracker.baseline_kpa
         if self.tracker.baseline_lost:

@@ -3,11 +3,11 @@
 ΔP_i is the lowest pressure before the rise, measured for each contact (paper, Section IV-B). While the
 balloon is free, the baseline follows the pressure: fast downwards, slowly upwards.
 
-A contact ends when the pressure is back at the baseline. The next contact can start earlier. It is
-distinguished from a hand that eases by the depth of the trough: after the rise has dropped below
-`RELEASE_RATIO` of its peak, the next upturn is a new contact. The new contact keeps ΔP_i. The gas is locked
-and the compensated pressure does not lag, so the remaining rise in the trough is force. (The paper takes the
-trough as the new ΔP_i, from a pressure that lags.)
+A contact ends when the pressure is back at the baseline. The next contact can also start earlier, when the
+pressure turns upwards after a trough. This is a new contact if the rise in the trough was below
+`RELEASE_RATIO` of the peak. Otherwise the same contact continues. The new contact keeps ΔP_i, because the
+remaining rise in the trough is force: the gas is locked, and the compensated pressure has no lag. (The paper
+uses the trough as the new ΔP_i, but its pressure has a lag.)
 """
 
 from __future__ import annotations
@@ -15,25 +15,26 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-#: A contact starts when the pressure in the balloon (lag-compensated, noise 0.02 kPa) rises by this much ...
+#: A contact starts if the lag-compensated pressure (noise 0.02 kPa) has risen by this much, and the smoothed
+#: reading by `CONFIRMED_KPA`.
 ONSET_KPA = 0.06
-#: ... and the smoothed reading (noise 0.0024 kPa) has risen by this much.
+#: Rise of the smoothed reading (noise 0.0024 kPa) that is necessary for the start of a contact.
 CONFIRMED_KPA = 0.02
 #: A contact ends when the smoothed reading is this close to the baseline.
 END_KPA = 0.015
-#: If the rise falls below this fraction of its peak, the balloon counts as released.
+#: The balloon counts as released if the rise falls below this fraction of its peak.
 RELEASE_RATIO = 0.3
-#: Smallest upturn after a trough that starts a new contact: six times the noise, or a fraction of the peak.
+#: Smallest upturn after a trough that starts a new contact: six times the noise, and a fraction of the peak.
 MIN_UPTURN_KPA = 0.12
 MIN_UPTURN_RATIO = 0.1
-#: A free pressure that rises more slowly is drift. A faster rise is a contact.
+#: Highest rate of drift without contact. A faster rise of the pressure is a contact.
 MAX_TRACKING_KPA_PER_S = 0.03
-#: Time constant of the baseline downwards. Gas that was heated by a contact leaves a dip of some 0.3 s.
+#: Time constant of a falling baseline. Gas that was heated by a contact causes a dip of 0.3 s.
 FALL_TIME_CONSTANT_S = 0.3
-#: A leak that was measured before a contact continues during the contact, at most this fast.
+#: Largest leak by which ΔP_i falls during a contact. The leak is measured before the contact.
 MAX_LEAK_KPA_PER_S = 0.05
-LEAK_TIME_CONSTANT_S = 10.0  #: of the average of the leak
-#: Gas that was warming before a contact continues to warm for about this time.
+LEAK_TIME_CONSTANT_S = 10.0  #: time constant of the average leak
+#: If the gas warms before a contact, it continues to warm for about this time during the contact.
 WARMING_TIME_CONSTANT_S = 20.0
 #: A pressure within this distance of the baseline is at rest: it has not begun to rise.
 AT_REST_KPA = 0.012
@@ -41,7 +42,7 @@ DRIFT_TIME_CONSTANT_S = 5.0
 
 
 def is_new_contact(now_kpa: float, baseline_kpa: float, peak_kpa: float, trough_kpa: float) -> bool:
-    """Return True if the upturn after a trough is a new contact, not a hand that eased and presses on."""
+    """Return True if the upturn after a trough is a new contact. Otherwise the same contact continues."""
     rise_kpa = peak_kpa - baseline_kpa
     released = trough_kpa - baseline_kpa < RELEASE_RATIO * rise_kpa
     upturn_kpa = now_kpa - max(trough_kpa, baseline_kpa)
@@ -54,12 +55,12 @@ class ContactTracker:
 
     in_contact: bool = False
     baseline_kpa: float = math.nan  #: ΔP_i of the contact in progress; without contact, the baseline
-    contact_count: int = 0  #: contacts that started
-    finished_count: int = 0  #: contacts that ended
-    drift_kpa_per_s: float = math.nan  #: drift of the baseline; during a contact, the last value before it
+    contact_count: int = 0  #: number of contacts that have started
+    finished_count: int = 0  #: number of contacts that have ended
+    drift_kpa_per_s: float = math.nan  #: drift of the baseline; during a contact, the drift before it
     baseline_age_s: float = math.inf  #: time since the baseline was last measured; infinite if never
-    #: The last contact seemed to end, but the possible drift was above `RELEASE_RATIO` of the rise. So drift
-    #: may hide a contact that continues. The baseline is unknown until the balloon is locked again.
+    #: True if drift may hide a contact that continues: the last contact seemed to end, but the possible drift
+    #: was above `RELEASE_RATIO` of the rise. The baseline is unknown until the balloon is locked again.
     baseline_lost: bool = False
     _leak_kpa_per_s: float = 0.0
     _rest_kpa: float = math.nan  # baseline at the last time when the pressure was at rest
@@ -68,7 +69,7 @@ class ContactTracker:
     _slow_kpa: float = math.nan  # slow average of the smoothed reading, for the drift
 
     def step(self, smoothed_kpa: float, now_kpa: float, locked: bool, dt_s: float) -> None:
-        """Use one sample: the smoothed reading, and the lag-compensated pressure `now_kpa`.
+        """Process one sample: the smoothed reading, and the lag-compensated pressure `now_kpa`.
 
         If the balloon is not locked or a pressure is not finite, the contact ends and the baseline is reset.
         """
@@ -88,7 +89,7 @@ class ContactTracker:
 
     @property
     def drifted_kpa(self) -> float:
-        """Return how far the baseline may have drifted since it was last measured [kPa]."""
+        """Return the possible drift of the baseline since its last measurement [kPa]."""
         return abs(self.drift_kpa_per_s) * self.baseline_age_s
 
     def _reset(self, dt_s: float) -> None:
@@ -141,7 +142,7 @@ class ContactTracker:
 
     @property
     def _warming_kpa(self) -> float:
-        """Return the rise of the baseline during a contact [kPa] if the earlier drift continued and faded."""
+        """Return the rise of the baseline in a contact [kPa], if the earlier drift continues and fades."""
         drift_kpa_per_s = min(max(self.drift_kpa_per_s, 0.0), MAX_TRACKING_KPA_PER_S)
         faded_age_s = -math.expm1(-self.baseline_age_s / WARMING_TIME_CONSTANT_S)
         return drift_kpa_per_s * WARMING_TIME_CONSTANT_S * faded_age_s

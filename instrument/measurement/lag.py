@@ -1,8 +1,9 @@
-"""Lag compensation: the pressure in the balloon now, from readings at the end of a tube.
+"""Lag compensation: the present pressure in the balloon, from readings at the end of a tube.
 
-Causal: only past readings are used. State of the system: the pressure p in the balloon, its rate v (a random
-walk), and the pressure s at the sensor, which follows s' = (p − s)/τ and is read with noise. The stationary
-Kalman filter of this system gives p. It has no lag on a steady ramp. The price is noise.
+The state of the system has three variables: the pressure p in the balloon, its rate v (a random walk), and
+the pressure s at the sensor. s follows s' = (p − s)/τ and is read with noise. The stationary Kalman filter of
+this system estimates p from past readings only. The estimate has no lag on a steady ramp, but more noise than
+the readings.
 """
 
 from __future__ import annotations
@@ -10,22 +11,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-#: Measurement noise: standard deviation of one sample [kPa]. (0.7² + 1/12)^½ counts, mean of 16 conversions.
+#: Standard deviation of the noise of one sample [kPa]: the mean of 16 conversions of (0.7² + 1/12)^½ counts.
 MEASUREMENT_NOISE_KPA = 0.0103
 #: Process noise: spectral density of the rate. A hand changes the rate by 17 kPa/s (rms) within a second.
 PROCESS_NOISE_KPA2_PER_S3 = 300.0
 SAMPLE_S = 0.002
 #: The filter predicts across gaps up to this length. After a longer gap, the filter restarts.
 MAX_BRIDGED_SAMPLES = 10
-#: A reading farther from its prediction is an outlier: no pressure moves so far within two samples.
+#: A larger difference from the prediction is an outlier: no pressure changes so much within two samples.
 OUTLIER_KPA = 0.5
-#: Outliers in a row that are ignored. The next one is used.
+#: Highest number of consecutive outliers that are ignored. The next outlier is used.
 MAX_OUTLIERS = 2
 #: Time constant of the smoothed reading, which has less noise than the reading.
 SMOOTHING_TIME_CONSTANT_S = 0.02
-#: A lead over the smoothed reading is halved if it is this many standard deviations of the filter's noise.
+#: The lead over the smoothed reading is halved if it equals this many standard deviations of the noise.
 SHRINKAGE_STDS = 2.0
-#: Duration of the fast press that defines the remaining delay.
+#: Duration of the simulated fast press by which the remaining delay is determined.
 REFERENCE_PRESS_S = 0.6
 
 
@@ -34,14 +35,14 @@ class LagCompensator:
     """Stationary Kalman filter for the pressure in the balloon."""
 
     tube_time_constant_s: float
-    smoothed_kpa: float = math.nan  #: reading smoothed over 20 ms: it lags, with a noise of 2.4 Pa
+    smoothed_kpa: float = math.nan  #: reading smoothed over 20 ms, with lag and with a noise of 2.4 Pa
     rate_kpa_per_s: float = 0.0
     noise_kpa: float = field(init=False)  #: standard deviation of the filtered pressure due to noise
     delay_s: float = field(init=False)  #: remaining delay of the peak of a press
     _pressure_kpa: float = math.nan
     _sensor_kpa: float = math.nan
-    _response: float = field(init=False)  # part of p − s by which s moves in one sample
-    _rate_response_s: float = field(init=False)  # movement of s in one sample, per unit of v
+    _response: float = field(init=False)  # share of p − s by which s changes in one sample
+    _rate_response_s: float = field(init=False)  # change of s in one sample, per unit of v
     _gains: list[list[float]] = field(init=False)  # Kalman gains, by the number of elapsed samples minus 1
     _outliers: int = 0
 
@@ -54,7 +55,7 @@ class LagCompensator:
         self.delay_s = self._simulate_delay_s()
 
     def step(self, reading_kpa: float, dt_s: float) -> float:
-        """Return the pressure in the balloon [kPa] from a reading `dt_s` after the last one.
+        """Return the pressure in the balloon [kPa] from a reading `dt_s` after the last reading.
 
         A reading of NaN restarts the filter.
         """
@@ -85,8 +86,8 @@ class LagCompensator:
     def _shrunk_kpa(self) -> float:
         """Return the filtered pressure, shrunk towards the smoothed reading.
 
-        The lead over the smoothed reading is multiplied by lead²/(lead² + (2 σ)²), σ the filter's noise. So a
-        pressure at rest has little noise, and a real lead is hardly changed.
+        The lead over the smoothed reading is multiplied by lead²/(lead² + (2 σ)²). σ is the noise of the
+        filter. A pressure at rest therefore has little noise, and a real lead hardly changes.
         """
         lead_kpa = self._pressure_kpa - self.smoothed_kpa
         squared = lead_kpa * lead_kpa

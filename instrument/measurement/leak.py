@@ -1,6 +1,6 @@
 """Leak monitor: detects a slow leak of the locked balloon before the board trips.
 
-The leak is the slope of the pressure without contact.
+The leak is the rate at which the pressure falls without contact.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
-#: After a new setpoint, latex creeps and gas cools for this time. The slope is not used.
+#: Time after a new setpoint in which the latex creeps and the gas cools. This time is not evaluated.
 CREEP_S = 60.0
-#: The slope is that of one minute without contact, in segments. A top-up or a contact discards only the
-#: segment in which it happens.
+#: One minute without contact is evaluated, in segments of 10 s. A top-up or a contact discards only its own
+#: segment.
 SEGMENT_S, SEGMENTS = 10.0, 6
-#: Three top-ups of 0.14 kPa in ten minutes compensate this leak. The board trips on a larger leak.
+#: Leak that three top-ups of 0.14 kPa in ten minutes compensate. The board trips at a larger leak.
 LEAK_LIMIT_KPA_PER_S = 0.0007
 
 
@@ -29,7 +29,7 @@ class LeakMonitor:
     _falls_kpa: deque[float] = field(default_factory=lambda: deque(maxlen=SEGMENTS))
 
     def step(self, setpoint_pa: int, free: bool, baseline_kpa: float, dt_s: float) -> None:
-        """Use the baseline of one sample, unless `free` (locked and without contact) is False."""
+        """Process one sample. The baseline is used only if `free` is True: locked and without contact."""
         if setpoint_pa != self._setpoint_pa:
             self._restart(setpoint_pa)
         if not free:

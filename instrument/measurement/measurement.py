@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Quality(Flag):
-    """Reasons why a measurement is limited or has no force. GOOD if there is none."""
+    """Reasons why a measurement is limited or has no force. GOOD if there is no reason."""
 
     GOOD = 0
     INTERPOLATED = auto()  #: rise below 0.5 kPa: the force is interpolated to zero
@@ -23,7 +23,7 @@ class Quality(Flag):
 class Measurement(NamedTuple):
     """Quantities at one instant, from exactly one rig frame. NaN marks a missing value.
 
-    A named tuple, because one is made every 2 ms and a frozen dataclass takes twice as long.
+    The class is a named tuple, because it is created every 2 ms and a frozen dataclass takes twice as long.
     """
 
     #: Time at which the board took the sample, on the monotonic clock of the host process [s].
@@ -33,8 +33,8 @@ class Measurement(NamedTuple):
     baseline_kpa: float = math.nan  #: ΔP_i of the contact in progress; without contact, the baseline
     rise_kpa: float = math.nan  #: ΔP_f − ΔP_i, with the lag-compensated ΔP_f in the balloon
     radius_mm: float = math.nan  #: inflated radius R_i before contact
-    indentation_mm: float = math.nan  #: d
-    contact_radius_mm: float = math.nan  #: a
+    indentation_mm: float = math.nan  #: indentation d
+    contact_radius_mm: float = math.nan  #: radius a of the contact area
     force_n: float = math.nan  #: contact force; if it is NaN, `quality` gives the reason
     force_std_n: float = math.nan  #: standard uncertainty of `force_n`
     force_uncompensated_n: float = math.nan  #: force from the filtered pressure, without lag compensation

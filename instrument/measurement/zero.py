@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pneuforce.instrument.rig.link import MAX_SAMPLE_SPAN_S
 from pneuforce.protocol.limits import ZERO_SPAN_KPA
 
-#: A vented reading is steady if it stays within this span for this time.
+#: The reading of the vented rig is steady if it stays within this span [kPa] for this time [s].
 STEADY_KPA = 0.05
 STEADY_S = 0.5
 
@@ -29,11 +29,14 @@ class ZeroAdjustment:
 
     @property
     def taken(self) -> bool:
-        """Return True if there is a zero."""
+        """Return True if a zero was taken."""
         return math.isfinite(self.zero_kpa)
 
     def observe(self, nominal_kpa: float, vented: bool, dt_s: float) -> None:
-        """Use one filtered reading, `dt_s` after the last one, to find out if the vented rig is steady."""
+        """Process one filtered reading, to detect when the vented rig is steady.
+
+        `dt_s` is the time since the last reading.
+        """
         self._latest_kpa = nominal_kpa
         low, high = min(self._low_kpa, nominal_kpa), max(self._high_kpa, nominal_kpa)
         if vented and high - low <= STEADY_KPA:

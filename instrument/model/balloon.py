@@ -12,7 +12,7 @@ Number = Any
 #: Range of ΔP_i that the paper validated [kPa].
 VALID_LOW_KPA = 4.95
 VALID_HIGH_KPA = 11.45
-#: Smallest rise ΔP_f − ΔP_i at which the force law holds [kPa]. Below, the force is interpolated to zero.
+#: Smallest rise ΔP_f − ΔP_i at which the force law is valid [kPa]. Below, the force is interpolated to zero.
 MIN_RISE_KPA = 0.5
 
 
@@ -20,10 +20,10 @@ MIN_RISE_KPA = 0.5
 class Balloon:
     """Latex membrane of the paper (Section IV-A) and its measured radius (Section IV-B, Fig. 4)."""
 
-    young_kpa: float = 2000.0  #: E
-    poisson: float = 0.5  #: ν
-    rest_radius_mm: float = 7.503  #: R_0
-    rest_thickness_mm: float = 0.2  #: h_0
+    young_kpa: float = 2000.0  #: Young's modulus E
+    poisson: float = 0.5  #: Poisson's ratio ν
+    rest_radius_mm: float = 7.503  #: radius R_0 without pressure
+    rest_thickness_mm: float = 0.2  #: thickness h_0 without pressure
     radius_linear_mm_per_kpa: float = 44.652e-3
     radius_quadratic_mm_per_kpa2: float = 5.9695e-3
     switch_kpa: float = 8.85  #: ΔP_i above which eq. (4) gives the stretching energy; below, eq. (5)

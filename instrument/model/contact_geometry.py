@@ -16,9 +16,9 @@ class ContactGeometry(NamedTuple):
 
     rise_kpa: Number  #: ΔP_f − ΔP_i
     final_kpa: Number  #: ΔP_f
-    radius_mm: Number  #: R_i
-    thickness_mm: Number  #: h
-    volume_mm3: Number  #: V_b, the gas in the balloon after contact
+    radius_mm: Number  #: radius R_i before the contact
+    thickness_mm: Number  #: thickness h of the membrane
+    volume_mm3: Number  #: volume V_b of the gas in the balloon during the contact
     small_strain_weight: Number  #: weight of stretching energy (4); 1 − weight is the weight of (5)
     young_kpa: Number
     poisson: Number
@@ -35,7 +35,7 @@ class ContactGeometry(NamedTuple):
     ) -> ContactGeometry:
         """Return the contact that raises the gauge pressure from ΔP_i to ΔP_f.
 
-        The gas keeps p·Vⁿ. `radius_error_mm` is added to R_i, to differentiate by the radius.
+        The quantity p·Vⁿ of the gas is constant. `radius_error_mm` is added to R_i, for derivatives by R_i.
         """
         radius = balloon.radius_mm(baseline_kpa) + radius_error_mm
         volume_before = circuit.volume_mm3 + sphere_volume_mm3(radius)

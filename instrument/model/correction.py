@@ -10,7 +10,7 @@ from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
 
 #: ΔP_i at which p is zero, so that only `constant`, `by_rise` and `by_step` have an effect [kPa].
 REFERENCE_BASELINE_KPA = 8.0
-#: Imaginary step of the complex-step derivative. The square of the step vanishes beside 1.
+#: Imaginary step of the complex-step derivative. Its square is negligible compared with 1.
 COMPLEX_STEP = 1e-20
 
 

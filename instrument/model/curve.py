@@ -1,4 +1,4 @@
-"""Force curve of one contact: ΔP_i is constant, ΔP_f varies, and solved contacts are cached."""
+"""Force curve of one contact: ΔP_i is constant and ΔP_f varies. Solved contacts are cached."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from pneuforce.instrument.model.uncertainty import ForceSensitivity, InputUncert
 #: Ratio of the rises of neighbouring nodes. Cubics between such nodes err by less than 1e-5 N.
 NODE_RATIO = 1.15
 _LOG_RATIO = math.log(NODE_RATIO)
-#: The square root of the smooth interpolation is infinitely steep at zero. Below this fraction of 0.5 kPa the
-#: slope at this fraction is used, because smaller rises do not stand out of the noise.
+#: Fraction of 0.5 kPa below which the slope at this fraction is used. The square root of the smooth
+#: interpolation is infinitely steep at zero, and smaller rises are hidden by noise.
 _MIN_SLOPE_FRACTION = 0.02
 _UNKNOWN_SENSITIVITY = ForceSensitivity(math.nan, math.nan, math.nan)
 _UNKNOWN_DERIVATIVE = ContactDerivative(math.nan, math.nan)
@@ -49,10 +49,10 @@ class _Segment(NamedTuple):
     The variable is the rise minus the rise of the left node.
     """
 
-    rise_kpa: float  #: of the left node
+    rise_kpa: float  #: rise at the left node
     force: _Cubic
     indentation: _Cubic
-    sensitivity: ForceSensitivity  #: at the left node
+    sensitivity: ForceSensitivity  #: sensitivity at the left node
     sensitivity_per_kpa: ForceSensitivity
     radius_mm: float
 
@@ -107,7 +107,7 @@ def _evaluate(x: float, coefficients: _Cubic) -> float:
 
 @dataclass(slots=True)
 class ContactCurve:
-    """Force law at one ΔP_i as a piecewise cubic. Nodes are solved when the pressure first needs them."""
+    """Force law at one ΔP_i as a piecewise cubic. Each node is solved when a pressure first needs it."""
 
     baseline_kpa: float
     balloon: Balloon
@@ -125,11 +125,11 @@ class ContactCurve:
         self.lower_range_limit_n = point.estimate.force_n
 
     def at(self, rise_kpa: float) -> ForceCurvePoint:
-        """Return contact and sensitivity at ΔP_f − ΔP_i. NaN if the force law has no solution."""
+        """Return contact and sensitivity at a rise ΔP_f − ΔP_i, NaN if the force law has no solution."""
         return self._correct(self._uncorrected(rise_kpa), rise_kpa)
 
     def force_n(self, rise_kpa: float) -> float:
-        """Return the force of `at` alone [N]."""
+        """Return only the force at a rise [N]. This is faster than `at`."""
         if not MIN_RISE_KPA <= rise_kpa < math.inf:
             force: float = self.at(rise_kpa).estimate.force_n
             return force

@@ -1,8 +1,8 @@
 """Exact derivatives of a solved contact by each input of the force law.
 
 The root d of a balance g(d; x) = 0 moves with an input x by −(∂g/∂x)/(∂g/∂d). The partial derivatives come
-from one evaluation at x + ih with a tiny h (complex-step method). They are exact to rounding, unlike a
-difference quotient.
+from one evaluation at x + ih with a tiny h (complex-step method). Unlike a difference quotient, they are
+exact except for rounding.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _STEP = 1e-30
 
 
 class ModelInputs(NamedTuple):
-    """All inputs of the force law. The derivatives can be taken by each number in it."""
+    """All inputs of the force law. Derivatives can be computed by each number among the inputs."""
 
     baseline_kpa: Number
     final_kpa: Number
@@ -46,7 +46,7 @@ class ContactDifferentiator:
     def by(self, **steps: float) -> ContactDerivative:
         """Return the total derivative along a direction.
 
-        The keywords are fields of `ModelInputs`. The values are the step of each field per unit of x.
+        Each keyword is a field of `ModelInputs`. Its value is the change of this field per unit of x.
         """
         moved = {name: getattr(self._inputs, name) + 1j * _STEP * length for name, length in steps.items()}
         return self._total(self._inputs._replace(**moved))
@@ -65,7 +65,7 @@ class ContactDifferentiator:
         return ContactDerivative(force + self._force_by_d * d, d)
 
     def _partial(self, d: Number, inputs: ModelInputs) -> tuple[Number, Number]:
-        """Return the partial derivatives of the balance and of the force: imaginary part per step."""
+        """Return the partial derivatives of the balance and of the force: imaginary part over step."""
         baseline, final, balloon, circuit, radius_error = inputs
         weight = self._law.small_strain_weight(baseline, balloon)
         geometry = ContactGeometry.between(baseline, final, weight, balloon, circuit, radius_error)

@@ -16,13 +16,13 @@ class ContactEstimate(NamedTuple):
     """Solved contact: floats, or arrays of one shape. NaN if the force law has no solution."""
 
     force_n: Number
-    indentation_mm: Number  #: d
-    contact_radius_mm: Number  #: a
-    radius_mm: Number  #: R_i
-    radius_final_mm: Number  #: R_f
+    indentation_mm: Number  #: indentation d
+    contact_radius_mm: Number  #: radius a of the contact area
+    radius_mm: Number  #: radius R_i before the contact
+    radius_final_mm: Number  #: radius R_f during the contact
 
 
-#: Contacts that are solved at a time. A block that fits into the processor cache is five times faster.
+#: Number of contacts in a block of an array. A block that fits into the processor cache is five times faster.
 BLOCK_SIZE = 4096
 NO_FORCE = ContactEstimate(math.nan, math.nan, math.nan, math.nan, math.nan)
 
@@ -33,8 +33,8 @@ def solve_contact(
     """Return the contact that raises the gauge pressure from ΔP_i to ΔP_f.
 
     Solves eq. (8) = (1) for d, then computes F by eq. (1). Floats give floats; arrays are broadcast. The
-    result is NaN if there is no physical root, for example if V_b ≤ 0. The force does not go to 0 with the
-    rise; `low_rise.estimate` interpolates it to zero.
+    result is NaN if there is no physical root, for example if V_b ≤ 0. The force does not approach zero when
+    the rise approaches zero; `low_rise.estimate` interpolates the force to zero.
     """
     method = METHODS[law.method]
     if isinstance(baseline_kpa, float) and isinstance(final_kpa, float):

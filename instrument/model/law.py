@@ -10,7 +10,7 @@ from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 MethodName = Literal["energetic", "lulevich", "shanahan"]
 Switch = Literal["paper", "blend"]
 Low = Literal["line", "smooth"]
-#: Half width of the blend around `Balloon.switch_kpa`. Outside, both variants of `switch` are the same law.
+#: Half width of the blend around `Balloon.switch_kpa`. Outside, both variants of `switch` are equal.
 BLEND_KPA = 1.0
 
 
@@ -28,7 +28,7 @@ class ForceLaw:
     low: Low = "line"
 
     def small_strain_weight(self, baseline_kpa: Number, balloon: Balloon) -> Number:
-        """Return the weight of stretching energy (4) at ΔP_i; 1 − weight goes to (5). NaN stays NaN."""
+        """Return the weight of stretching energy (4) at ΔP_i. The weight of (5) is 1 minus this weight."""
         above = baseline_kpa - balloon.switch_kpa
         if self.switch == "paper":
             return (above.real > 0) * 1.0
@@ -39,5 +39,5 @@ class ForceLaw:
 
 
 PAPER_LAW = ForceLaw()
-#: Default of the live instrument: more accurate on the simulated rubber balloon, see docs/model.md.
+#: Default of the live instrument. This law is more accurate on the simulated rubber balloon (docs/model.md).
 LIVE_LAW = ForceLaw(switch="blend", low="line")

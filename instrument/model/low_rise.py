@@ -1,6 +1,6 @@
 """Interpolation of the contact to zero force at rises below 0.5 kPa.
 
-The force law alone does not go to zero with the rise.
+The result of the force law alone does not approach zero when the rise approaches zero.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class LowRiseInterpolation(NamedTuple):
     """
 
     end: ContactEstimate  #: contact at a rise of 0.5 kPa
-    force_end_slope: Number = 1.0  #: 1 is the straight line
+    force_end_slope: Number = 1.0  #: slope of the force; 1 is the straight line
     indentation_end_slope: Number = 1.0
 
     @classmethod
@@ -38,7 +38,7 @@ class LowRiseInterpolation(NamedTuple):
 
     @classmethod
     def smooth(cls, end: ContactEstimate, by_final: ContactDerivative) -> LowRiseInterpolation:
-        """Return the smooth interpolation to a solved contact with the derivative `by_final` by ΔP_f."""
+        """Return the smooth interpolation up to a solved contact. `by_final` is its derivative by ΔP_f."""
         return cls(
             end,
             MIN_RISE_KPA * by_final.force_n / end.force_n,
@@ -46,9 +46,9 @@ class LowRiseInterpolation(NamedTuple):
         )
 
     def at(self, rise_kpa: Number) -> ContactEstimate:
-        """Return the contact at a rise up to 0.5 kPa. The contact radius follows from eq. (1).
+        """Return the contact at a rise of at most 0.5 kPa. The contact radius follows from eq. (1).
 
-        Without a rise there is no force.
+        The force is zero if the rise is zero or negative.
         """
         fraction = (abs(rise_kpa) + rise_kpa) / (2 * MIN_RISE_KPA)
         end = self.end
@@ -83,8 +83,8 @@ def estimate(
 ) -> ContactEstimate:
     """Return the contact, interpolated to zero force below a rise of 0.5 kPa.
 
-    From 0.5 kPa the result is that of `solve_contact`. Below, `law.low` selects the straight line of the
-    paper (Section V-C) or the smooth curve. Floats give floats; arrays are broadcast.
+    From a rise of 0.5 kPa on, the result is that of `solve_contact`. Below, `law.low` selects the straight
+    line of the paper (Section V-C) or the smooth curve. Floats give floats; arrays are broadcast.
     """
     rise_kpa = final_kpa - baseline_kpa
     if isinstance(rise_kpa, float):

@@ -139,7 +139,7 @@ def above_touching_root(geometry: ContactGeometry) -> Number:
 
 
 class ForceMethod(NamedTuple):
-    """Method that turns two pressures into d: its balance and its radius R_f."""
+    """Force method: the force balance that determines d from two pressures, and the radius R_f."""
 
     balance: Callable[[Number, ContactGeometry], tuple[Number, Number]]
     final_radius_mm: Callable[[Number, ContactGeometry], Number]

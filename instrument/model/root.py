@@ -1,4 +1,4 @@
-"""Root finding by a safeguarded Newton method, for floats and (without a Python loop over samples) arrays."""
+"""Root finding by a safeguarded Newton method, for floats and for arrays."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Balance = Callable[[Number], tuple[Number, Number]]
 
 
 def find_root(balance: Balance, low: Number, high: Number, start: Number) -> Number:
-    """Return the root of `balance` between `low` and `high`, NaN if there is none.
+    """Return the root of `balance` between `low` and `high`, NaN if there is no root.
 
-    `balance` returns value and slope at x. The value is negative below the root and positive above. A Newton
-    step that leaves the bracket is replaced by a bisection. There is no root if the bracket is empty or if
-    the value at `low` is not negative.
+    `balance` returns its value and slope at x. The value is negative below the root and positive above. A
+    Newton step that leaves the bracket is replaced by a bisection. There is no root if the bracket is empty
+    or if the value at `low` is not negative.
     """
     if isinstance(low, float):
         return _find_float_root(balance, low, float(high), float(start))

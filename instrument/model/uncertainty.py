@@ -1,4 +1,4 @@
-"""Standard uncertainty of a force: u² = inputs² + model², with exact derivatives of the force law."""
+"""Standard uncertainty of a force: u² = u²(inputs) + u²(model), with exact derivatives of the force law."""
 
 from __future__ import annotations
 
@@ -16,31 +16,33 @@ from pneuforce.instrument.model.law import MethodName
 class InputUncertainties:
     """Standard uncertainties of the inputs of the force law."""
 
-    #: Of ΔP_i: 0.7 counts rms (0.038 kPa), mean of 16 conversions, then smoothed while the balloon is free.
+    #: Noise of ΔP_i. One conversion has 0.7 counts rms (0.038 kPa). A sample is the mean of 16 conversions,
+    #: and the samples are smoothed while the balloon is free.
     baseline_noise_kpa: float = 0.002
-    #: Of ΔP_f in the balloon, after lag compensation: output noise of the Kalman filter of a 60 ms tube.
+    #: Noise of ΔP_f after lag compensation: output of the Kalman filter for a tube with a lag of 60 ms.
     final_noise_kpa: float = 0.026
-    #: Of the gain, common to both pressures: MPXV5050DP after zero adjustment, ±1 % of reading, rectangular.
+    #: Relative error of the gain, common to both pressures. After zero adjustment, the MPXV5050DP has ±1 % of
+    #: reading, taken as a rectangular distribution.
     gain: float = 0.01 / math.sqrt(3)
-    radius_mm: float = 0.03  #: of R_i: residual of the quadratic of Fig. 4, and the caliper
-    volume_mm3: float = 100.0  #: of V_c
-    ambient_kpa: float = 1.0  #: of P_0: the weather
-    young_kpa: float = 100.0  #: of E: differences between lots of natural latex
-    rest_thickness_mm: float = 0.005  #: of h_0
-    poisson: float = 0.005  #: of ν
-    #: Of n, which lies between 1.0 (isothermal) and 1.2 (half of adiabatic): rms distance to 1.0.
+    radius_mm: float = 0.03  #: radius R_i: residual of the quadratic of Fig. 4, and error of the caliper
+    volume_mm3: float = 100.0  #: volume V_c of the pipes
+    ambient_kpa: float = 1.0  #: ambient pressure P_0: changes of the weather
+    young_kpa: float = 100.0  #: Young's modulus E: differences between lots of natural latex
+    rest_thickness_mm: float = 0.005  #: thickness h_0
+    poisson: float = 0.005  #: Poisson's ratio ν
+    #: Gas exponent n, between 1.0 (isothermal) and 1.2 (halfway to adiabatic): rms distance from 1.0.
     polytropic: float = 0.2 / math.sqrt(3)
-    drift_kpa_per_s: float = 0.0005  #: of the baseline during a contact: creep and leak
+    drift_kpa_per_s: float = 0.0005  #: drift of the baseline during a contact: creep and leak
 
     def at_rest(self, baseline_kpa: float, final_kpa: float, contact_s: float) -> MeasuredPressures:
-        """Return two constant pressures, `contact_s` after the start of the contact."""
+        """Return two constant pressures and their uncertainties. `contact_s` is the age of the contact."""
         baseline_std_kpa = self.baseline_std_kpa(contact_s, 0.0)
         return MeasuredPressures(baseline_kpa, final_kpa, baseline_std_kpa, self.final_noise_kpa)
 
     def baseline_std_kpa(self, contact_s: float, drifted_kpa: float) -> float:
         """Return the standard uncertainty of ΔP_i [kPa], `contact_s` after the start of the contact.
 
-        `drifted_kpa` is the drift since then, if the drift that was measured before the contact continues.
+        `drifted_kpa` is the drift since the start, extrapolated from the drift before the contact.
         """
         return math.hypot(self.baseline_noise_kpa, drifted_kpa + self.drift_kpa_per_s * contact_s)
 
@@ -68,11 +70,11 @@ STD_OVER_MEAN_ABSOLUTE = math.sqrt(math.pi / 2)
 class ModelUncertainty:
     """Standard uncertainty of the force law itself: a relative part and an absolute part."""
 
-    #: Relative to the force, at ΔP_i up to `Balloon.switch_kpa`.
+    #: Relative standard uncertainties, at ΔP_i up to `Balloon.switch_kpa` and above.
     relative_std_below: float = PUBLISHED_ERRORS["energetic"].below * STD_OVER_MEAN_ABSOLUTE
     relative_std_above: float = PUBLISHED_ERRORS["energetic"].above * STD_OVER_MEAN_ABSOLUTE
     absolute_std_n: float = 0.0
-    #: Include the difference between straight and smooth interpolation below 0.5 kPa.
+    #: Include the difference between straight and smooth interpolation, below a rise of 0.5 kPa.
     interpolation: bool = True
 
     @classmethod
@@ -149,8 +151,8 @@ def contributions_n(
 ) -> tuple[float, ...]:
     """Return the contributions to the standard uncertainty of a force [N].
 
-    In this order: ΔP_i, ΔP_f, gain of the sensor, parameters, force law, interpolation to zero. The first
-    three have the sign of their sensitivity.
+    The order is: ΔP_i, ΔP_f, gain of the sensor, parameters, force law, interpolation to zero. The first
+    three contributions have the sign of their sensitivity.
     """
     by_baseline, by_final, parameters_n, interpolation_n = sensitivity
     return (

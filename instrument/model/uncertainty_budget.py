@@ -18,7 +18,7 @@ from pneuforce.instrument.model.uncertainty import (
     parameter_stds_n,
 )
 
-#: Default time since the start of the contact [s]. The baseline cannot be measured during a contact.
+#: Default time since the start of the contact [s]. The baseline drifts and cannot be measured in this time.
 CONTACT_S = 5.0
 #: Label and unit of each parameter.
 PARAMETER_LABELS = {
@@ -52,7 +52,7 @@ def compute_budget(
     model_uncertainty: ModelUncertainty | None = None,
     contact_s: float = CONTACT_S,
 ) -> tuple[BudgetLine, ...]:
-    """Return one line for each source of uncertainty, `contact_s` after the start of the contact."""
+    """Return one line for each source of uncertainty. `contact_s` is the time since the contact started."""
     inputs = input_uncertainties or InputUncertainties()
     model = model_uncertainty or ModelUncertainty.of(law.method)
     rise_kpa, drift_kpa = final_kpa - baseline_kpa, inputs.drift_kpa_per_s * contact_s
@@ -86,9 +86,9 @@ def _parameter_lines(
     law: ForceLaw,
     uncertainties: InputUncertainties,
 ) -> list[BudgetLine]:
-    """Return one line for each parameter. `total_n` is their root sum of squares.
+    """Return one line for each parameter. `total_n` is the root sum of squares of these lines.
 
-    Below a rise of 0.5 kPa the parameters have the same proportions as at 0.5 kPa.
+    Below a rise of 0.5 kPa, the contributions have the same ratios to each other as at 0.5 kPa.
     """
     solved_kpa = baseline_kpa + max(rise_kpa, MIN_RISE_KPA)
     d = solve_contact(baseline_kpa, solved_kpa, balloon, circuit, law).indentation_mm

@@ -1,1 +1,1 @@
-"""Recording of all inputs of an instrument, with their times and the measurements that resulted."""
+"""Recordings: all inputs of an instrument with their times, and the resulting measurements."""

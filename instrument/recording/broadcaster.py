@@ -21,7 +21,7 @@ SUBSCRIPTIONS: Mapping[str, frozenset[int]] = {
     "record": _RESULTS | INPUTS | {EntryKind.CHECKPOINT},
     "web": _RESULTS | {EntryKind.SNAPSHOT, EntryKind.HEALTH},
 }
-#: Attributes of the instrument that the byte of a TICK entry holds, from bit 0 on.
+#: Attributes of the instrument in the byte of a TICK entry, from bit 0 upwards.
 HEALTH_FLAGS = ("can_down", "log_down", "recording_down")
 
 
@@ -36,7 +36,7 @@ class Subscriber:
         self._queue: list[bytes] = []
 
     def append(self, kind: EntryKind, data: bytes) -> None:
-        """Queue an encoded entry, unless its kind is not subscribed or the backlog exceeds the limit."""
+        """Queue an encoded entry. Drop it if its kind is not subscribed or the backlog is too large."""
         if kind in self.kinds and self.backlog_bytes <= MAX_BACKLOG_BYTES:
             self._queue.append(data)
             self.backlog_bytes += len(data)
@@ -50,7 +50,7 @@ class Subscriber:
 
 
 class EntryBroadcaster:
-    """Entry sink that passes each entry to all subscribers. No entry is encoded without a subscriber."""
+    """Entry sink that passes each entry to all subscribers. Without subscribers, no entry is encoded."""
 
     def __init__(self, offered: Collection[str] = SUBSCRIPTIONS.keys()) -> None:
         self.offered = offered  #: subscriptions that a client may choose

@@ -58,10 +58,10 @@ def restore_session(state: bytes) -> Session:
 
 
 def _check_memory_use(state: bytes) -> None:
-    """Raise StreamError if the unpickler could reserve gigabytes.
+    """Raise StreamError if the unpickler could reserve gigabytes of memory.
 
-    A few bytes are enough for that with explicit memo indices (opcodes PUT). `save_session` does not write
-    explicit indices.
+    A few bytes with an explicit memo index (opcode PUT) can cause this. `save_session` never writes explicit
+    memo indices.
     """
     if len(state) > MAX_BYTES:
         raise StreamError(f"the checkpoint of the recording is too large: {len(state)} bytes")

@@ -28,14 +28,14 @@ class ContactRow(NamedTuple):
     number: int  #: counted from 1
     begin_s: float
     baseline_kpa: float  #: ΔP_i, the baseline of the instrument
-    initial_s: float  #: when the pressure was last at rest, or at the trough after the previous contact
+    initial_s: float  #: time of the last pressure at rest, or of the trough after the previous contact
     final_kpa: float  #: ΔP_f, the greatest pressure in the balloon
     final_s: float
     radius_mm: float  #: R_i
     peak_n: float  #: the greatest force
     peak_std_n: float  #: standard uncertainty of the greatest force
     duration_s: float
-    open: bool  #: the contact continues
+    open: bool  #: True if the contact has not ended
 
 
 @dataclass(slots=True)
@@ -91,12 +91,12 @@ class ContactHistory:
 
     @property
     def rows(self) -> list[ContactRow]:
-        """Return the latest contacts in order. A contact that continues has its present values."""
+        """Return the latest contacts in order. An open contact is the last one, with its present values."""
         still_open = [self._open.row(still_open=True)] if self._open else []
         return [*self._ended, *still_open][-self._capacity :]
 
     def add_sample(self, m: SampleRecord) -> bool:
-        """Use one sample. Return True if a contact began or ended with this sample."""
+        """Add one sample. Return True if a contact began or ended with this sample."""
         continuous = 0 <= m.t_s - self._last_s <= HOST_SILENCE_S
         self._last_s = m.t_s
         if not continuous:
@@ -105,7 +105,7 @@ class ContactHistory:
         if m.in_contact:
             return self._add_contact_sample(m) or ended
         if m.quality & _SENSOR_FAULT and m.state == BoardState.HOLDING:
-            return ended  # a sample without a reading does not end a contact while the board holds
+            return ended  # an invalid sample does not end a contact while the board holds the pressure
         if m.pressure_kpa - m.baseline_kpa < AT_REST_KPA:
             self._rest_s = m.t_s
         return self._end() or ended

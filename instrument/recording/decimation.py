@@ -1,6 +1,6 @@
-"""Min/max decimation: a curve of any length in few points, without the loss of a peak.
+"""Min/max decimation: reduction of a long curve to few points that include every peak.
 
-All buckets hold the same number of points. This number doubles as the curve grows, because the length of a
+All buckets contain the same number of points. This number doubles as the curve grows, because the length of a
 recording is known only at its end. The web page cannot change points that it has shown, so it uses buckets of
 equal time (`web/decimation.py`).
 """

@@ -8,16 +8,16 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.replay import ReplayedSample, replay_input
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError
 
-MAX_ENTRIES_PER_CALL = 500  #: about 20 ms of work, during which the buses wait
-#: Returns the session at the start of the recording, and the inputs and events that follow, in order of time.
+MAX_ENTRIES_PER_CALL = 500  #: limited because the buses wait during this work of about 20 ms
+#: Function that returns the session at the start of the recording, and its inputs and events by time.
 ReplayStart = Callable[[], tuple[Session, Iterator[StreamEntry]]]
 
 
 class PacedReplay:
     """Replay that follows a clock.
 
-    `t_s` is the recorded time that is reached. All entries up to `t_s` are replayed. If the machine is too
-    slow, the recorded time falls behind the clock. A value is therefore never older than `t_s` indicates.
+    `t_s` is the present position in the recording, in recorded time. All entries up to `t_s` are replayed.
+    On a slow machine, `t_s` falls behind the clock. A value is therefore never older than `t_s` indicates.
     """
 
     def __init__(self, start: ReplayStart, speed: float = 1.0, repeat: bool = False) -> None:
@@ -26,8 +26,8 @@ class PacedReplay:
         Raises StreamError if the recording has no inputs.
         """
         self.speed = speed
-        self.finished = False  #: all entries are replayed
-        self.total_lag_s = 0.0  #: sum of the delays that a slow machine caused, by the clock
+        self.finished = False  #: True after the last entry was replayed
+        self.total_lag_s = 0.0  #: sum of all delays on a slow machine
         self._start, self._repeat = start, repeat
         self._clock_start_s: float | None = None
         self._rewind()
@@ -46,7 +46,8 @@ class PacedReplay:
     def advance(self, now_s: float) -> Iterator[ReplayedSample | StreamEntry]:
         """Replay the entries that are due at `now_s`, at most MAX_ENTRIES_PER_CALL.
 
-        Yields each sample when it is measured, and each event of the event log. Raises StreamError.
+        Yields each measured sample and each event of the event log. Raises StreamError if an entry cannot be
+        replayed.
         """
         if self._clock_start_s is None:
             self._clock_start_s = now_s

@@ -37,7 +37,7 @@ class PlotData:
         self.begin_s = begin_s
         self.first_s = self.end_s = math.nan  #: times of the first and of the last sample
         self.samples = 0
-        self.was_pressurised = False  #: the balloon was pressurised at any time
+        self.was_pressurised = False  #: True if the balloon was pressurised at any time
         self.pressure = MinMaxDecimator()
         self.contact_pressure = MinMaxDecimator()
         self.setpoint = MinMaxDecimator()
@@ -51,7 +51,7 @@ class PlotData:
         self._latched = faults
 
     def add_sample(self, m: SampleRecord) -> None:
-        """Use one sample."""
+        """Add one sample."""
         if not self.samples:
             self.first_s = m.t_s
         elif not 0 <= m.t_s - self.end_s <= HOST_SILENCE_S:
@@ -78,9 +78,9 @@ class PlotData:
             self.spans.append(UnmeasuredSpan(m.t_s, m.t_s, name, trip=bool(names)))
 
     def points(self, decimator: MinMaxDecimator) -> Points:
-        """Return a curve, shape (n, 3): time, value and uncertainty. NaN interrupts it between samples.
+        """Return the points of a curve, shape (n, 3): time, value and uncertainty.
 
-        The curve is interrupted where the samples are more than HOST_SILENCE_S apart.
+        A NaN value interrupts the curve between two samples that are more than HOST_SILENCE_S apart.
         """
         points = decimator.points()
         silences = [span for span in self.spans if span.name == NO_SAMPLES]
@@ -95,7 +95,7 @@ class PlotData:
 
     @property
     def remark(self) -> str:
-        """Return a sentence about what the plot lacks. The sentence is empty if nothing is missing."""
+        """Return a remark about missing data, empty if no data is missing."""
         if not self.samples:
             return "no samples"
         if not self.was_pressurised:

@@ -1,4 +1,4 @@
-"""Figure of a recording, as Fig. 6 of the paper: pressure with stars above, force below."""
+"""Figure of a recording in the style of Fig. 6 of the paper: pressure with stars above, force below."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ MIN_RANGE_KPA = 0.5
 
 @contextmanager
 def reproducible_style() -> Iterator[None]:
-    """Make figures reproducible: the saved bytes are always the same, and text stays text in SVG."""
+    """Make figures reproducible: equal data gives equal bytes. SVG files contain text as text."""
     from matplotlib import rc_context, rcdefaults, rcParams
 
     settings: Any = {
@@ -102,7 +102,7 @@ def _unit(data: PlotData) -> tuple[str, float]:
 
 
 def _decimation_note(data: PlotData) -> list[str]:
-    """Return a line that says how samples were decimated, if they were."""
+    """Return a line that describes the decimation; no line if all samples are drawn."""
     if not data.force.decimated or data.samples < 2:
         return []
     bucket_s = data.force.points_per_bucket * (data.end_s - data.first_s) / (data.samples - 1)
@@ -148,7 +148,10 @@ def _draw_pressures(axes: Axes, data: PlotData, scale: _Scale) -> None:
 
 
 def _range_kpa(rows: list[ContactRow]) -> tuple[float, float]:
-    """Return the limits of the pressure axis: the contacts and a margin. Inflation and venting may be cut."""
+    """Return the limits of the pressure axis: the contacts with a margin.
+
+    Pressures of an inflation or a vent can be outside these limits.
+    """
     low_kpa, high_kpa = min(row.baseline_kpa for row in rows), max(row.final_kpa for row in rows)
     margin_kpa = HEADROOM * max(high_kpa - low_kpa, MIN_RANGE_KPA)
     return low_kpa - margin_kpa, high_kpa + margin_kpa
@@ -175,7 +178,7 @@ def _draw_force(axes: Axes, data: PlotData, scale: _Scale) -> None:
     axes.set_ylabel("force [N]")
     bounds_n = [row.peak_n + 2 * row.peak_std_n for row in data.contacts if row.peak_n > 0]
     bounds_n = [bound_n for bound_n in bounds_n if math.isfinite(bound_n)]
-    if bounds_n:  # the uncertainty is infinite when the pressure falls at once, as in a burst
+    if bounds_n:  # the uncertainty is infinite if the pressure falls abruptly, for example in a burst
         axes.set_ylim(FORCE_AXIS_LOW * max(bounds_n), FORCE_AXIS_HIGH * max(bounds_n))
     if data.remark:
         axes.set_ylim(-0.5, 1.0)
@@ -188,7 +191,7 @@ def _draw_curve(axes: Axes, points: Points, scale: _Scale, colour: str, name: st
 
 
 def _name_spans(axes: Axes, data: PlotData, scale: _Scale) -> None:
-    """Draw the name of each span that is wide enough, upright. A trip is always named, but only once."""
+    """Draw the name of each wide span, rotated by 90°. A trip is named once, even if its span is narrow."""
     length_s, previous = data.end_s - data.first_s, ""
     min_s = MIN_NAMED_SPAN * length_s
     for span in data.spans:

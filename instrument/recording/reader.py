@@ -1,6 +1,7 @@
-"""Reader of a recording, also while it is written, after a kill, or if the file is damaged.
+"""Reader of a recording.
 
-The reader returns rows only as far as they are intact.
+The recording may still be written, its recorder may have been killed, or the file may be damaged. The reader
+returns only the rows before the first damaged row.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class RecordingEnd(NamedTuple):
 class Recording:
     """Recording that is open for reading, with the rows that existed when it was opened.
 
-    The iterators end at the last intact row. `damage` then describes why.
+    The iterators end before the first damaged row. `damage` then describes the damage.
     """
 
     def __init__(self, path: Path, db: sqlite3.Connection) -> None:
@@ -73,7 +74,7 @@ class Recording:
         if self.ending and self.ending.samples != self._last["samples"] is not None:
             self.damage = f"it has {self._last['samples']} of {self.ending.samples} samples"
 
-    # ---- contents; the times of the samples are those of the monotonic clock of the host process
+    # ---- contents; all times are on the monotonic clock of the host process
 
     @property
     def checkpoint(self) -> StreamEntry | None:
@@ -94,7 +95,7 @@ class Recording:
         for _, batch in self._rows("inputs"):
             try:
                 yield from EntryDecoder().feed(batch)
-            except (StreamError, TypeError) as error:  # a correct checksum around invalid entries
+            except (StreamError, TypeError) as error:  # the checksum is correct, but the entries are invalid
                 self.damage = str(error)
                 return
 
@@ -120,13 +121,13 @@ class Recording:
         for t_s, _, body in self._rows("events"):
             try:
                 yield dict(json.loads(body))
-            except (TypeError, ValueError, RecursionError) as error:  # a correct checksum around invalid JSON
+            except (TypeError, ValueError, RecursionError) as error:  # correct checksum, but invalid JSON
                 self.damage = f"the event at {t_s} s is invalid: {error}"
                 return
 
     @property
     def simulated(self) -> bool:
-        """Return True if the rig was simulated, by the header or by the first board that connected."""
+        """Return True if the header or the first event of a board reports a simulated rig."""
         boards = (record.get("is") for record in self.events() if record.get("kind") == "board")
         return bool(self.metadata.get("simulated")) or not str(next(boards, "real")).startswith("real")
 

@@ -20,7 +20,7 @@ log = logging.getLogger("pneuforce")
 class ReplayDifference(NamedTuple):
     """First field of a sample in which a replay differs from its recording."""
 
-    number: int  #: of the sample, counted from 1
+    number: int  #: number of the sample, counted from 1
     sequence: int  #: sequence number of the frame from the board
     t_s: float  #: time of the recorded sample on the clock of the host process
     field: str
@@ -35,14 +35,14 @@ class ReplayDifference(NamedTuple):
 class ComparedSample(NamedTuple):
     """Result of the comparison of one recorded sample with its replay."""
 
-    t_s: float  #: when the board took the sample, on the clock of the host process
-    difference: ReplayDifference | None  #: None if all fields are equal, bit for bit
+    t_s: float  #: time at which the board took the sample, on the clock of the host process
+    difference: ReplayDifference | None  #: first difference; None if all fields are equal, bit for bit
 
 
 class ReplayedSample(NamedTuple):
-    """Sample that was measured again."""
+    """Sample whose measurement was computed again."""
 
-    t_s: float  #: when the bytes of the sample arrived, on the clock of the host process
+    t_s: float  #: time at which the bytes of the sample arrived, on the clock of the host process
     raw: RawSample
     measurement: Measurement
 
@@ -52,7 +52,7 @@ def check_version(header: Mapping[str, Any], version: str, map_hash: str) -> Non
 
     Another version of the program may compute other values; another register map may lack registers.
     """
-    remedy = "pneuforce export and pneuforce plot can read the recording nevertheless"
+    remedy = "pneuforce export and pneuforce plot can still read the recording"
     if header.get("version") != version:
         raise StreamError(
             f"the recording was made by pneuforce {header.get('version')}, and this is pneuforce {version}: "
@@ -66,9 +66,9 @@ def check_version(header: Mapping[str, Any], version: str, map_hash: str) -> Non
 
 
 def replay_input(session: Session, entry: StreamEntry) -> Iterator[ReplayedSample]:
-    """Apply one recorded input to the session. Yields each sample when it is measured.
+    """Apply one recorded input to the session. Yields each measured sample.
 
-    Raises StreamError if the entry is not an input or if it fails.
+    Raises StreamError if the entry is not an input, or if the session raises an exception.
     """
     if entry.kind not in INPUTS:
         raise StreamError(f"an entry of kind {entry.kind.name} is not an input, so it cannot be replayed")
@@ -77,7 +77,7 @@ def replay_input(session: Session, entry: StreamEntry) -> Iterator[ReplayedSampl
             yield from _receive(session, entry)
         else:
             _ACTIONS[entry.kind](session, entry)
-    except Exception as error:  # a replay reproduces programming errors too, which is one of its purposes
+    except Exception as error:  # a replay also reproduces programming errors, which helps to find them
         raise StreamError(f"{entry.kind.name} at {entry.t_s:.3f} s cannot be replayed: {error!r}") from error
 
 
@@ -85,7 +85,7 @@ def _receive(session: Session, entry: StreamEntry) -> Iterator[ReplayedSample]:
     try:
         samples = session.receive(entry.body, entry.t_s)
     except RigError as error:
-        log.warning("%s", error)  # the host process closed the port then; the next entry records that
+        log.warning("%s", error)  # the host process then closed the port, as the next entry shows
         return
     for raw in samples:
         yield ReplayedSample(entry.t_s, raw, session.process(raw, entry.t_s))

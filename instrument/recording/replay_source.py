@@ -19,16 +19,19 @@ REPLAY_STATUS = frozenset(("simulated", "function_check", "write_protect"))
 class ReplaySource:
     """Recorded quantities for the buses, marked as simulated.
 
-    Each write is rejected because of write protection. A vent alone is accepted and has no effect.
+    Each write except a vent is rejected because of write protection. A vent is accepted and has no effect.
     """
 
     def __init__(self, replay: PacedReplay) -> None:
-        self.can_down = False  #: the CAN bus that shows the replay is down
+        self.can_down = False  #: True if the CAN bus of the replay is down
         self._replay = replay
         self._peers = Peers()
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:  # noqa: ARG002
-        """Return the snapshot of the recorded instant that is due, as `peer` would have seen it."""
+        """Return the recorded snapshot at the present time of the replay, with the reject reason for `peer`.
+
+        Its status marks the values as simulated.
+        """
         replay = self._replay
         snapshot = replay.session.instrument.snapshot(peer, replay.t_s)
         status = REPLAY_STATUS | {"can_down", "maintenance_required"} if self.can_down else REPLAY_STATUS

@@ -33,7 +33,7 @@ STOP_REQUESTED = "stop requested"  #: reason of an instrument that ended because
 
 
 class EndReason(StrEnum):
-    """Reason why a recording ended. A file without a reason: its recorder was killed or could not write."""
+    """Reason why a recording ended. It is missing in a file whose recorder was killed or could not write."""
 
     END = "the instrument ended"
     STOPPED = "the recorder was stopped"
@@ -72,7 +72,7 @@ def insert_into(table: str) -> str:
 def select_from(table: str) -> str:
     """Return the SQL statement that selects rows with number and checksum.
 
-    Its parameters are the first row number and the maximum number of rows.
+    The parameters of the statement are the first row number and the maximum number of rows.
     """
     columns = ", ".join(("number", *TABLES[table], "crc32"))
     return f"SELECT {columns} FROM {table} WHERE number >= ? ORDER BY number LIMIT ?"
@@ -90,7 +90,7 @@ def checksum(row: Sequence[Any]) -> int:
 def sample_checksum(row: Sequence[float | None]) -> int:
     """Return the same as `checksum` for a row of numbers only.
 
-    This function is faster, because there are 500 samples a second.
+    This function is faster than `checksum`. A recording has 500 samples per second.
     """
     return crc32(_SAMPLE_ROW.pack(*[math.nan if value is None else value + 0.0 for value in row]))
 
@@ -100,6 +100,5 @@ def _bytes_of(value: Any) -> bytes:
         return value.encode()
     if isinstance(value, bytes):
         return value
-    return _DOUBLE.pack(
-        math.nan if value is None else value + 0.0
-    )  # SQLite does not store the sign of a zero
+    # The sum removes the sign of a zero, because SQLite does not store this sign.
+    return _DOUBLE.pack(math.nan if value is None else value + 0.0)

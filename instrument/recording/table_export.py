@@ -14,7 +14,7 @@ from pneuforce.instrument.recording.schema import SAMPLE_COLUMNS, SAMPLE_TYPES
 from pneuforce.instrument.stream.sample_record import SampleRecord
 
 ROWS_PER_BATCH = 50_000
-METADATA_PREFIX = "pneuforce."  #: of the metadata keys in a Parquet file
+METADATA_PREFIX = "pneuforce."  #: prefix of the metadata keys in a Parquet file
 
 
 def relative_to_begin(begin_s: float, samples: Iterable[SampleRecord]) -> Iterator[SampleRecord]:

@@ -26,13 +26,13 @@ from pneuforce.instrument.stream.sample_record import SampleRecord, unpack
 
 #: SQLite syncs its log after this number of pages. A power cut loses at most these pages: 5 s of samples.
 CHECKPOINT_PAGES = 200
-CLOSE_WAIT_MS = 200  #: how long `close` waits for readers of the file
+CLOSE_WAIT_MS = 200  #: longest time for which `close` waits for readers of the file
 #: Suffixes of the files beside a recording. SQLite uses such a file as part of the recording.
 SIDE_FILE_SUFFIXES = ("-wal", "-shm", "-journal")
 
 
 class RecordingWriteError(PneuforceError, OSError):
-    """Writing to a recording failed. The committed part stays readable."""
+    """Failure to write to a recording. The committed part stays readable."""
 
 
 class RecordingWriter:
@@ -65,9 +65,8 @@ class RecordingWriter:
         db = sqlite3.connect(self.path, isolation_level=None)
         try:
             db.execute("PRAGMA journal_size_limit = 8000000")
-            db.executescript(
-                CREATE_TABLES
-            )  # before the log is enabled: the file itself has the application id
+            # Create the tables before WAL is enabled, so that the file itself contains the application id.
+            db.executescript(CREATE_TABLES)
             (mode,) = db.execute("PRAGMA journal_mode = WAL").fetchone()
             if mode != "wal":
                 raise OSError(errno.ENOTSUP, "SQLite's write-ahead log does not work on this file system")
@@ -94,7 +93,7 @@ class RecordingWriter:
         return sum(file.stat().st_size for file in _with_side_files(self.path) if file.exists())
 
     def add_entry(self, entry: StreamEntry) -> None:
-        """Add an entry for the next commit. Raises StreamError if a recording cannot hold the entry."""
+        """Add an entry for the next commit. Raises StreamError if a recording cannot contain the entry."""
         self._now_s = entry.t_s
         if entry.kind in INPUTS:
             self._inputs.append(entry)
@@ -113,7 +112,10 @@ class RecordingWriter:
         self._add_row("ending", 1, self._now_s, reason.value, why, self.samples)
 
     def commit(self) -> None:
-        """Write all added entries to the file, or none. After RecordingWriteError the recording is over."""
+        """Write all added entries in one transaction.
+
+        Raises RecordingWriteError. The recording must then be closed.
+        """
         self._close_batch()
         if not self._rows:
             return
@@ -158,7 +160,7 @@ class RecordingWriter:
 
     def _add_header(self, entry: StreamEntry) -> None:
         self.begin_s = entry.t_s
-        header = {"begin_s": entry.t_s, **_json_object(entry)}  # begin_s first: a reader cannot do without it
+        header = {"begin_s": entry.t_s, **_json_object(entry)}  # begin_s first, because a reader needs it
         for number, (key, value) in enumerate(header.items(), 1):
             self._add_row("about", number, key, json.dumps(value))
 
@@ -177,7 +179,7 @@ class RecordingWriter:
         self._add_row("events", self.events, entry.t_s, utc, entry.body.decode())
 
     def _check_in_place(self) -> None:
-        """Raise RecordingWriteError if the file was removed. SQLite would continue to write to it."""
+        """Raise RecordingWriteError if the file was removed. SQLite itself does not detect a removed file."""
         try:
             found = os.stat(self.path)
         except FileNotFoundError:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 WRAP_US = 2**32
-#: Only the earliest reception in each block is used, because no sample arrives before it was sent.
+#: Length of a block [s]. Only the reception with the smallest delay in each block is used.
 BLOCK_S = 0.25
 WINDOW_S = 8.0  #: older blocks are discarded
 MIN_RATE_SPAN_S = 2.0  #: over a shorter time a late delivery looks like a slow clock
@@ -18,7 +18,7 @@ MIN_FAULT_SPAN_S = 4.0  #: over a shorter time a late delivery looks like a cloc
 ROUNDING_S = 1e-6  #: a smaller difference is rounding and needs no new fit
 #: A board time so far ahead of the fitted line means that the board has restarted or the host was suspended.
 JUMP_S = 0.25
-#: If a whole block is late by this time, and was not read at once, the board's clock has stood still.
+#: If a block is received at normal speed but is late by this time, the board's clock had stopped.
 SLIP_S = 0.05
 
 
@@ -108,7 +108,7 @@ class BoardClock:
         self._fit()
 
     def _slipped(self, received_s: float) -> bool:
-        """Return True if the finished block took its normal time, but all of the block was late."""
+        """Return True if the finished block was received at normal speed, but late as a whole."""
         if not self._arrivals or received_s - self._block_received_s < BLOCK_S / 2:
             return False
         board_s, offset_s = self._arrivals[-1]

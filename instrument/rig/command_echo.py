@@ -7,7 +7,7 @@ from collections import deque
 
 #: Longest time from sending a command to a sample that echoes the command: one loop of the board, and USB.
 COMMAND_LATENCY_S = 0.02
-_MAX_UNCONFIRMED = 128  #: the echo is the low byte of the sequence
+_MAX_UNCONFIRMED = 128  #: below 256, because the echo is the low byte of the sequence number
 
 
 class CommandEcho:

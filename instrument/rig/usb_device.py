@@ -31,7 +31,7 @@ def is_serial(port: str, devices: Path = Path("/sys/dev/char")) -> bool:
 
 
 def stable_name(port: str, by_id: Path = Path("/dev/serial/by-id")) -> Path | None:
-    """Return the name that stays the same in every USB socket; None if the port has no such name."""
+    """Return the device name that does not depend on the USB socket; None if the port has no such name."""
     device = os.path.realpath(port)
     with suppress(OSError):
         return next((name for name in sorted(by_id.iterdir()) if os.path.realpath(name) == device), None)
@@ -74,7 +74,7 @@ def _name(process: Path) -> str:
 
 
 def usb_latency_ms(port: str, devices: Path = Path("/sys/bus/usb-serial/devices")) -> int | None:
-    """Return the latency timer of a USB adapter [ms]: the time for which the adapter holds bytes back.
+    """Return the latency timer of a USB adapter [ms]: the longest time for which the adapter delays bytes.
 
     The result is None if the adapter has no such timer. The USB interface of an UNO has none.
     """

@@ -27,7 +27,7 @@ class PublishingAuditSink:
 
     @property
     def write_error(self) -> str:
-        """Return why records cannot be written now, or an empty string."""
+        """Return the present write error, or an empty string."""
         return self._sink.write_error
 
     def append(self, record: AuditRecord) -> None:
@@ -41,10 +41,11 @@ class PublishingAuditSink:
 def audited(
     session: Session, configuration: Configuration, file: Path | None, broadcaster: EntryBroadcaster
 ) -> Iterator[AuditLogger]:
-    """Give the source for the buses, which writes the event log and publishes its records.
+    """Yield the source for the buses. The source writes the event log and publishes its records.
 
-    Without a `file` the records are only published. Raises ConfigurationError if the file is not an event log
-    or belongs to another instrument.
+    Without a `file`, the records are only published.
+
+    Raises ConfigurationError if the file is not an event log or belongs to another instrument.
     """
     writer = EventLogWriter(file) if file else None
     sink = PublishingAuditSink(writer or NullAuditSink(), broadcaster)

@@ -1,4 +1,4 @@
-"""CAN server of the host: the node's frames go out, received frames are handled in the event loop."""
+"""CAN server of the host. Received frames are queued, and the event loop passes them to the node."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class LastFrame:
     at_s: float = 0.0
 
     def update(self, data: bytes, now_s: float) -> None:
-        """Store one more frame."""
+        """Store the data of a frame and count the frame."""
         self.data, self.at_s = data, now_s
         self.count += 1
 
@@ -71,7 +71,7 @@ class CanServer:
             interface=settings.interface, channel=settings.channel, host=settings.host, port=settings.port
         )
         self.bus = CanConnection(address, self._on_frame)
-        #: Last frames by identifier and direction: True for frames that the node sent.
+        #: Last frames by identifier and direction. The direction is True for frames that the node sent.
         self.last_frames: defaultdict[tuple[int, bool], LastFrame] = defaultdict(LastFrame)
         self._received = ReceiveQueue(self.node.is_vent)
         self._duplicate_id_frames = 0

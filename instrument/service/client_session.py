@@ -12,7 +12,7 @@ from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEnt
 
 log = logging.getLogger("pneuforce")
 
-REQUESTS_PER_TICK = 4  #: the web page needs one now and then; each takes about 0.4 ms of the event loop
+REQUESTS_PER_TICK = 4  #: limited because each request takes about 0.4 ms of the event loop
 MAX_WAITING_REQUESTS = 32
 MAX_REQUEST_BYTES = 16_384
 SUBSCRIBE_TIMEOUT_S = 2.0
@@ -22,13 +22,13 @@ class SessionHost(Protocol):
     """Server to which the client sessions belong."""
 
     def admit(self, client: ClientSession) -> bool:
-        """Return True if the client may stay; False if too many clients are connected."""
+        """Add a client. Return False if too many clients are connected."""
         ...
 
     def subscribe(self, subscription: str) -> Subscriber:
         """Return a subscriber that receives all entries from now on.
 
-        Raises KeyError or StreamError if the subscription does not exist.
+        Raises StreamError if the subscription is not offered.
         """
         ...
 
@@ -50,7 +50,7 @@ class SessionHost(Protocol):
 
 
 class ClientSession(asyncio.Protocol):
-    """One connection. Each tick of the host executes a limited number of its requests."""
+    """Connection of one client. Each tick of the host executes a limited number of requests."""
 
     def __init__(self, host: SessionHost) -> None:
         self.subscriber: Subscriber | None = None
@@ -73,7 +73,7 @@ class ClientSession(asyncio.Protocol):
         return self.subscriber.subscription if self.subscriber else ""
 
     def data_received(self, data: bytes) -> None:
-        """Handle entries from the client. Any error disconnects this client and affects no other."""
+        """Handle entries from the client. An error disconnects only this client."""
         try:
             for entry in self._decoder.feed(data):
                 self._handle(entry)

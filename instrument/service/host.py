@@ -25,7 +25,7 @@ from pneuforce.support.serial_port import BytePort, SerialPort
 log = logging.getLogger("pneuforce")
 
 TICK_S = 0.01
-HANDSHAKE_S = 5.0  #: an UNO restarts when its port is opened and needs two seconds for that
+HANDSHAKE_S = 5.0  #: includes two seconds in which an UNO restarts after its port was opened
 REOPEN_S = 3.0  #: time without samples after which the port is opened again
 FIRST_RETRY_S, MAX_RETRY_S = 0.1, 2.0
 VENT_ANSWER_S = 0.3
@@ -53,9 +53,9 @@ class Host:
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
         self._clock_off = False
-        self._guarded = CallGuard("dropped after an internal error")
+        self._guarded = CallGuard("call of the host loop dropped after an internal error")
         self._still_down = RepeatedWarning(log, "rig link still down")
-        self._bytes_before = 0  # bytes received before the samples stopped
+        self._bytes_before = 0  # number of bytes received up to the last sample
 
     @property
     def instrument(self) -> Instrument:
@@ -96,7 +96,7 @@ class Host:
             await asyncio.sleep(TICK_S)
 
     async def run(self, stop: asyncio.Event) -> None:
-        """Run until `stop` is set. However the loop ends, the balloon is vented."""
+        """Run until `stop` is set. The balloon is vented at the end, also after an exception."""
         try:
             while not stop.is_set():
                 self._tick()
@@ -207,7 +207,8 @@ class Host:
             self._clock_off = clock.out_of_tolerance
             if self._clock_off:
                 log.warning(
-                    "the clock of the board is %+.1f %% off; all times use it", clock.rate_error * 100
+                    "the clock of the board has an error of %+.1f %%, which affects all times",
+                    clock.rate_error * 100,
                 )
             else:
                 log.warning("the clock of the board is within its tolerance again")

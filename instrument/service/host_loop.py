@@ -1,4 +1,4 @@
-"""Interfaces of the loop in the instrument's process: a host that reads a rig, or a replay."""
+"""Interfaces of the loop in the instrument's process. The loop reads a rig or replays a recording."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class OutputChannel(Protocol):
         ...
 
     def tick(self, now_s: float) -> None:
-        """Handle the passage of time, with or without samples."""
+        """Do periodic work. The loop calls this method even if no samples arrive."""
         ...
 
 
@@ -55,10 +55,10 @@ class HostLoop(Protocol):
 
 
 class ServedSource(Source, Protocol):
-    """Source that receives the state of its CAN bus and the end of the instrument."""
+    """Source that is notified of the state of the CAN bus and of the end of the instrument."""
 
     can_down: bool
 
     def end(self, why: str, now_s: float) -> None:
-        """Handle the end of the instrument, with its reason."""
+        """Handle the end of the instrument. `why` is the reason."""
         ...

@@ -28,7 +28,7 @@ SNAPSHOT_S = 0.05
 HEALTH_S = 1.0
 CLOSE_S = 0.5  #: time for the clients to read the remaining entries at the end
 MAX_CLIENTS = 16
-MAX_REQUEST_AGE_S = 1.5  #: a request that was decided on earlier is rejected
+MAX_REQUEST_AGE_S = 1.5  #: a request is rejected if the page showed a state older than this
 MAX_TIME_S = 1e12
 CHECK_S = 1.0  #: period at which the name of the socket in the file system is checked
 LOG_PERIOD_S = 60.0
@@ -50,8 +50,8 @@ class LocalServer:
         self.source = source
         self.broadcaster = broadcaster
         self.clients: set[ClientSession] = set()
-        self.recording_error = ""  #: why the last recording stopped by itself; empty if it did not
-        self.replay = ""  #: name of the recording that is shown in place of a rig
+        self.recording_error = ""  #: reason why the last recording stopped by itself, or empty
+        self.replay = ""  #: name of the replayed recording; empty if there is a rig
         self._configuration = configuration
         self._health = health
         self._socket: LocalSocket | None = None
@@ -144,12 +144,16 @@ class LocalServer:
             self.broadcaster.subscribers.remove(client.subscriber)
 
     def subscribe(self, subscription: str) -> Subscriber:
-        """Return a subscriber that receives the header, for recorders a checkpoint, and all later entries.
+        """Return a subscriber that receives the header, then all later entries.
 
-        Raises KeyError or StreamError if the subscription does not exist.
+        A recorder receives a checkpoint after the header.
+
+        Raises StreamError if the subscription is not offered.
         """
         if subscription not in self.broadcaster.offered:
-            raise StreamError(f"{subscription}: not possible during a replay; copy the file of the recording")
+            raise StreamError(
+                f"{subscription} is not offered; during a replay, copy the file of the recording"
+            )
         subscriber, now_s = Subscriber(subscription), time.monotonic()
         snapshot = self.source.snapshot(WEB, now_s)
         header = stream_header(self._configuration, "simulated" in snapshot.status, snapshot.faults)
@@ -163,20 +167,20 @@ class LocalServer:
         return subscriber
 
     def recording_failed(self, why: str) -> None:
-        """Log why a recording stopped by itself, and set the status bit `maintenance_required`."""
+        """Log the reason why a recording stopped by itself, and set the status bit `maintenance_required`."""
         log.warning("the recording stopped: %s", why)
         self.recording_error, self.session.instrument.recording_down = why, True
 
     def too_slow(self, subscriber: Subscriber, backlog_bytes: int) -> None:
-        """Handle a client that was disconnected because it read too slowly; its recording is incomplete."""
-        why = f"its reader was {backlog_bytes / 1e6:.0f} MB behind"
+        """Handle a client that was disconnected because it read too slowly. Its recording has failed."""
+        why = f"the client was {backlog_bytes / 1e6:.0f} MB behind"
         if subscriber.subscription == "record":
             self.recording_failed(why)
         else:
             log.warning("client of the local socket (%s) disconnected: %s", subscriber.subscription, why)
 
     def answer(self, request: StreamEntry) -> StreamEntry:
-        """Execute a request of the web page like that of any bus. Raises StreamError if it is malformed."""
+        """Execute a request of the web page as a write from a bus. Raises StreamError if it has no values."""
         facts, now_s = request.json_body, time.monotonic()
         if not isinstance(facts, dict) or not isinstance(facts.get("values"), dict):
             raise StreamError("a request contains no values")
@@ -192,11 +196,13 @@ class LocalServer:
 
 
 def _check_age(seen_s: object, now_s: float) -> None:
-    """Raise MalformedWriteRequest if the operator decided on an old state, as on a page that had stopped.
+    """Raise MalformedWriteRequest if the page showed an old state when the operator sent the request.
 
-    `seen_s` is the time of the snapshot that the page showed.
+    `seen_s` is the time of the snapshot that the page showed. A page in a stopped browser shows an old state.
     """
     if not isinstance(seen_s, int | float) or not abs(seen_s) < MAX_TIME_S:
-        raise MalformedWriteRequest("seen_s is missing: the time of the state that the page showed")
+        raise MalformedWriteRequest(
+            "seen_s, the time of the state that the page showed, is missing or invalid"
+        )
     if not -MAX_REQUEST_AGE_S <= now_s - seen_s <= MAX_REQUEST_AGE_S:
         raise MalformedWriteRequest(f"the page showed a state that is {now_s - seen_s:.1f} s old: try again")

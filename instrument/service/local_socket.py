@@ -15,7 +15,10 @@ from pneuforce.errors import ServerError
 
 
 class LocalSocket:
-    """Listening Unix socket. It notices if its name is removed, and never removes another socket's name."""
+    """Listening Unix socket.
+
+    `in_place` is False after the name was removed. `close` never removes the name of another socket.
+    """
 
     def __init__(self, path: Path, new_client: Callable[[], asyncio.Protocol]) -> None:
         self.path = path
@@ -33,7 +36,7 @@ class LocalSocket:
                 self._server = await loop.create_unix_server(self._new_client, str(self.path))
             finally:
                 os.umask(umask)
-        except ServerError:  # a subclass of OSError that has its message already
+        except ServerError:  # ServerError is a subclass of OSError, and its message is complete
             raise
         except OSError as error:
             raise ServerError(f"local.socket = {self.path}: {_reason(self.path, error)}") from None
@@ -57,7 +60,8 @@ def _reason(path: Path, error: OSError) -> str:
     if path.parent.is_dir():
         return error.strerror or str(error)
     return (
-        f"the folder {path.parent} is missing: create it (systemd does so for a service), or choose another"
+        f"the folder {path.parent} is missing: create it, or choose another folder "
+        "(for a service, systemd creates the folder)"
     )
 
 
@@ -69,7 +73,10 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 
 def _remove_stale(path: Path) -> None:
-    """Remove a socket that no process serves. Raises ServerError if one does, or if the path is a file."""
+    """Remove a socket that no process serves.
+
+    Raises ServerError if a process serves the socket, or if the path is not a socket.
+    """
     with suppress(FileNotFoundError):
         if not stat.S_ISSOCK(path.lstat().st_mode):
             raise ServerError(f"local.socket = {path} is a file, not a socket: choose another name")

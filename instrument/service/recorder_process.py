@@ -15,7 +15,7 @@ END_TIMEOUT_S = 3.0
 
 
 class RecorderProcess:
-    """Process `pneuforce record` on the local socket; it runs before the first byte of the rig arrives."""
+    """Process `pneuforce record` on the local socket. It is started before the rig is connected."""
 
     def __init__(self, local_server: LocalServer, socket: Path, file: Path) -> None:
         self._local_server = local_server
@@ -34,7 +34,7 @@ class RecorderProcess:
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.DEVNULL,
             stderr=asyncio.subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C ends the instrument, which then ends the stream of the recorder
+            start_new_session=True,  # Ctrl-C must reach only the instrument, which then ends the stream
         )
         until_s = asyncio.get_running_loop().time() + START_TIMEOUT_S
         while not self._local_server.recording and self._process.returncode is None:

@@ -8,9 +8,10 @@ FIRST_INTERVAL_S, MAX_INTERVAL_S = 10.0, 3600.0
 
 
 class RepeatedWarning:
-    """Logger for one lasting condition: at once for a new reason, then at doubling intervals up to an hour.
+    """Logger for one lasting condition.
 
-    A night without a rig gives a short log.
+    A new reason is logged at once. The same reason is logged again at intervals that double up to one hour.
+    The log of a night without a rig therefore stays short.
     """
 
     def __init__(self, logger: logging.Logger, condition: str) -> None:

@@ -1,4 +1,4 @@
-"""Process of `pneuforce replay --config`: a recording on the buses, in place of a rig."""
+"""Process of `pneuforce replay --config`, which serves a recording on the buses instead of a rig."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from pneuforce.support.call_guard import CallGuard
 log = logging.getLogger("pneuforce")
 
 PAUSE_S = 0.002
-MAX_CATCH_UP_S = 0.02  #: a pause up to this long is made up for by showing more samples
+MAX_CATCH_UP_S = 0.02  #: samples missed in a delay up to this time are shown later at a higher rate
 WARN_LAG_S = 1.0
 
 
@@ -50,11 +50,11 @@ class ReplayHost:
         self._recording = recording
         self._next_sample_s = self._next_tick_s = 0.0
         self._end_logged = self._lag_logged = False
-        self._guard = CallGuard("not shown after an internal error")
+        self._guard = CallGuard("sample or tick of the replay not shown after an internal error")
 
     @property
     def session(self) -> Session:
-        """Return the session that is replayed. Each repetition has a new one."""
+        """Return the session of the replay. Each repetition uses a new session."""
         return self._replay.session
 
     @property
@@ -75,7 +75,7 @@ class ReplayHost:
         while not stop.is_set():
             self._advance(time.monotonic())
             await asyncio.sleep(PAUSE_S)
-        log.info("ended; a replay has nothing to vent")
+        log.info("ended; a replay does not vent")
 
     def _advance(self, now_s: float) -> None:
         for replayed in self._replay.advance(now_s):
@@ -90,7 +90,10 @@ class ReplayHost:
         self._log_changes()
 
     def _is_due(self, now_s: float) -> bool:
-        """Return True if a sample is shown. At any speed, not more samples per second than a rig sends."""
+        """Return True if the next sample is shown.
+
+        Above speed 1, samples are skipped, so that the buses receive no more samples than from a rig.
+        """
         if self._replay.speed > 1 and now_s < self._next_sample_s:
             return False
         self._next_sample_s = max(self._next_sample_s, now_s - MAX_CATCH_UP_S) + 1 / SAMPLES_PER_S

@@ -1,4 +1,4 @@
-"""Verification of a recording: its inputs are measured again and compared with the recorded samples."""
+"""Verification of a recording: samples are computed again from its inputs and compared with its samples."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class ReplayResult(NamedTuple):
     recorded: int | None  #: number of samples in the file; None if the file is too damaged to count them
     duration_s: float  #: duration of the compared samples
     took_s: float  #: time that the replay took
-    difference: ReplayDifference | None  #: first difference
-    damaged: bool  #: part of the file cannot be read
+    difference: ReplayDifference | None  #: first difference from the recording; None if there is none
+    damaged: bool  #: True if a part of the file cannot be read
     remark: str  #: description of the damage; empty if there is none
 
     @property
@@ -45,7 +45,7 @@ class ReplayResult(NamedTuple):
 
     @property
     def unexplained(self) -> int:
-        """Return the number of undamaged samples that no recorded input produces."""
+        """Return the number of recorded samples that the replay did not produce; 0 for a damaged file."""
         return 0 if self.damaged else (self.recorded or 0) - self.samples
 
     @property
@@ -69,7 +69,10 @@ def open_replayable(file: Path) -> Iterator[Recording]:
 
 
 def initial_session(recording: Recording) -> Session:
-    """Return the session in its state at the start of the recording. Raises StreamError."""
+    """Return the session in its state at the start of the recording.
+
+    Raises StreamError if the checkpoint is damaged.
+    """
     checkpoint = recording.checkpoint
     if checkpoint is None:
         raise StreamError(
@@ -79,7 +82,9 @@ def initial_session(recording: Recording) -> Session:
 
 
 def verify_recording(recording: Recording, report: Callable[[float, float | None], None]) -> ReplayResult:
-    """Replay a recording up to the first difference. `report` receives the samples done and their total.
+    """Replay a recording up to the first difference.
+
+    `report` is called with the number of compared samples and the total number of samples.
 
     Raises StreamError if the recording cannot be replayed.
     """

@@ -25,10 +25,10 @@ def check_ports(configuration: Configuration) -> None:
 
 
 class RtuServer:
-    """Modbus RTU as configured. Does nothing if it is disabled."""
+    """Modbus RTU server of a configuration. Its methods do nothing if Modbus RTU is disabled."""
 
     def __init__(self, configuration: Configuration, source: Source, identity: Mapping[int, str]) -> None:
-        """Create the server. Raises ConfigurationError if its port is also the port of the rig."""
+        """Create the server. Raises ConfigurationError if Modbus RTU and the rig use the same port."""
         check_ports(configuration)
         settings = configuration.modbus_rtu
         options = ModbusRtuOptions(
@@ -43,7 +43,7 @@ class RtuServer:
         self.line = ModbusRtuServer(source, options, identity) if settings.enabled else None
 
     async def open(self) -> None:
-        """Open the port. Raises ServerError."""
+        """Open the port. Raises ServerError if the port cannot be opened."""
         if self.line is None:
             return
         try:

@@ -45,12 +45,12 @@ from pneuforce.support.background import cancel_on
 
 log = logging.getLogger("pneuforce")
 
-SWITCH_INTERVAL_S = 0.0005  #: longest time that the thread of a bus delays the event loop
+SWITCH_INTERVAL_S = 0.0005  #: longest time for which the thread of a bus can delay the event loop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceFiles:
-    """Files of a running instrument; None if it has none."""
+    """Files of a running instrument. A file that is not used is None."""
 
     events: Path | None = None
     socket: Path | None = None
@@ -60,9 +60,9 @@ class ServiceFiles:
 def serve(configuration: Configuration, files: ServiceFiles) -> None:
     """Run the instrument until SIGTERM or Ctrl-C, then vent and end.
 
-    Prints one JSON line when Modbus is served: its port, and the port of the web page if it is enabled (null
-    if the page is not served yet). CAN follows when the node id was found free. Until then the status bit
-    `can_down` is set.
+    Prints one JSON line when Modbus is served. The line contains the port of Modbus, and the port of the web
+    page if the page is enabled. The port is null if the page is not served yet. The CAN node starts after the
+    check that its node id is free. Until then the status bit `can_down` is set.
 
     Raises PneuforceError if the instrument cannot start.
     """
@@ -140,11 +140,13 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
         why = str(error) or type(error).__name__
         raise
     finally:
-        servers.source.end(why, time.monotonic())  # first, because the rig is silent during the rest
+        servers.source.end(why, time.monotonic())  # first, because no samples arrive during the next steps
         stop.set()
         if servers.can is not None:
             servers.can.close()
-        await asyncio.gather(joining, return_exceptions=True)  # _run has raised its exception
+        await asyncio.gather(
+            joining, return_exceptions=True
+        )  # _run has already raised the exception of this task
         await servers.local.close(why)
         if web is not None:
             await web.close()
@@ -158,7 +160,7 @@ def _stop_on_signals(stop: asyncio.Event, servers: Servers) -> None:
         servers.systemd.stopping()
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) is not signal.SIG_IGN:  # nohup ignores SIGHUP on purpose
+        if signal.getsignal(number) is not signal.SIG_IGN:  # nohup starts a process with SIGHUP ignored
             asyncio.get_running_loop().add_signal_handler(number, end)
 
 

@@ -24,12 +24,12 @@ from pneuforce.instrument.stream.entry import (
     json_entry,
 )
 
-COMMIT_PERIOD_S = 0.2  #: entries that are not committed yet are lost if the recorder is killed
+COMMIT_PERIOD_S = 0.2  #: a killed recorder loses the entries since its last commit
 RECEIVE_TIMEOUT_S = 0.02  #: time between two checks of the stop event
 FIRST_ENTRY_TIMEOUT_S = 5.0
 MAX_RECEIVED_BYTES = 1 << 20
-TOO_SLOW = "the instrument is still running, and has disconnected this recorder, which lagged too far behind"
-#: Sockets of running demos, below the folder for temporary files.
+TOO_SLOW = "the instrument is still running: it disconnected this recorder, which read too slowly"
+#: Sockets of running demos: a pattern in the folder for temporary files.
 DEMO_SOCKETS = "pneuforce-*/pneuforce.sock"
 
 OnCommit = Callable[[RecordingWriter], None]
@@ -53,7 +53,7 @@ class RecorderResult(NamedTuple):
 
 
 class _End(NamedTuple):
-    """Reason why no more entries come."""
+    """Reason for the end of the entries."""
 
     reason: EndReason
     detail: str = ""
@@ -75,7 +75,7 @@ def record_socket(path: Path, socket_path: Path, stop: Event, on_commit: OnCommi
             end = _write_entries(connection, socket_path, file, stop, on_commit)
             if not file.has_header:
                 file.discard()
-                raise ServerError(f"{socket_path}: {end.detail or 'no data came yet'}")
+                raise ServerError(f"{socket_path}: {end.detail or 'no data was received'}")
             file.end(*end)
             file.commit()
         except RecordingWriteError as error:
@@ -92,7 +92,7 @@ def served_demo_sockets() -> list[Path]:
 
 
 def _is_served(file: Path) -> bool:
-    """Return True if the socket belongs to this user and a program accepts connections."""
+    """Return True if the socket belongs to this user and a program accepts its connections."""
     with suppress(OSError):
         if file.stat().st_uid == os.getuid():
             _connect(file).close()
@@ -114,7 +114,7 @@ def _connect(socket_path: Path) -> socket.socket:
 def _write_entries(
     connection: socket.socket, socket_path: Path, file: RecordingWriter, stop: Event, on_commit: OnCommit
 ) -> _End:
-    """Write the received entries until no more entries come. Raises RecordingWriteError."""
+    """Write the received entries until the stream ends or `stop` is set. Raises RecordingWriteError."""
     decoder, started_s = EntryDecoder(), time.monotonic()
     commit_s = started_s + COMMIT_PERIOD_S
     try:
@@ -133,9 +133,9 @@ def _write_entries(
                 file.commit()
                 on_commit(file)
             if not file.has_header and now_s > started_s + FIRST_ENTRY_TIMEOUT_S:
-                return _End(EndReason.CUT_OFF, f"no data came for {FIRST_ENTRY_TIMEOUT_S:g} s")
+                return _End(EndReason.CUT_OFF, f"no data was received for {FIRST_ENTRY_TIMEOUT_S:g} s")
     except StreamError as error:
-        return _End(EndReason.CUT_OFF, f"the data has not the format of this version: {error}")
+        return _End(EndReason.CUT_OFF, f"the data does not have the format of this version: {error}")
     except RecordingWriteError:
         raise
     except OSError as error:
@@ -144,7 +144,7 @@ def _write_entries(
 
 
 def _disconnected(socket_path: Path, file: RecordingWriter, detail: str) -> _End:
-    """Return the end of a lost connection: `TOO_SLOW` if the instrument is still running, else `detail`."""
+    """Return the reason of a lost connection: `TOO_SLOW` if the instrument still runs, else `detail`."""
     if file.has_header:
         with suppress(ServerError):
             _connect(socket_path).close()
@@ -153,7 +153,7 @@ def _disconnected(socket_path: Path, file: RecordingWriter, detail: str) -> _End
 
 
 def _receive(connection: socket.socket) -> bytes | None:
-    """Return the received bytes: None if no bytes have come yet, empty at the end of the connection."""
+    """Return the received bytes: None if no bytes have arrived, empty at the end of the connection."""
     try:
         return connection.recv(MAX_RECEIVED_BYTES)
     except TimeoutError:
@@ -166,7 +166,7 @@ def _detail_of(entry: StreamEntry) -> str:
 
 
 def _report_failure(connection: socket.socket, why: str) -> None:
-    """Report the failure to the instrument. Its maintenance bit stays set until the next recording starts."""
+    """Report the failure to the instrument, which sets `maintenance_required` until the next recording."""
     with suppress(OSError):
         connection.settimeout(1.0)
         connection.sendall(encode(StreamEntry(EntryKind.FAILURE, time.monotonic(), why.encode())))

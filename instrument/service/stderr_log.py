@@ -48,8 +48,8 @@ class LogQueue(QueueHandler):
 def log_to_stderr() -> Iterator[None]:
     """Write the log of this process to stderr, from a separate thread.
 
-    The thread writes to the file descriptor itself. A lock of `logging` or `sys.stderr` that is held by a
-    blocked write would prevent the process from ending.
+    The thread writes directly to the file descriptor. A blocked write through `logging` or `sys.stderr`
+    would hold a lock, and the process could not end.
     """
     log_queue, formatter = LogQueue(), logging.Formatter("%(asctime)s %(message)s", datefmt="%H:%M:%S")
     logging.basicConfig(level=logging.INFO, handlers=[log_queue])

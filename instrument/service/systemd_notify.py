@@ -14,18 +14,19 @@ from contextlib import suppress
 from pneuforce.instrument.core.faults import name_of
 from pneuforce.registers.source import Peer, Source
 
-Notify = Callable[[str], bool]  #: sends a message; returns False if it was not accepted
+#: Function that sends a message. It returns False if systemd did not accept the message.
+Notify = Callable[[str], bool]
 
-NOTIFICATIONS_PER_WATCHDOG = 4  #: so that one lost or late message does not end the process
+NOTIFICATIONS_PER_WATCHDOG = 4  #: more than one, so that a lost message does not end the process
 STATUS_S = 0.5
 SERVICE = Peer("service")
 
 
 class SystemdNotifier:
-    """Output channel that notifies systemd from the event loop, so that a hanging loop is detected."""
+    """Output channel that notifies systemd from the event loop, so that systemd detects a hanging loop."""
 
     def __init__(self, source: Source, notify: Notify, watchdog_s: float) -> None:
-        """Set the watchdog time [s] after which systemd ends a silent process; inf without a watchdog."""
+        """Create the notifier. systemd ends a process that is silent for `watchdog_s`; inf: no watchdog."""
         self._source = source
         self._notify = notify
         self._watchdog_s = watchdog_s
@@ -44,7 +45,7 @@ class SystemdNotifier:
         self._notify("STOPPING=1\nSTATUS=venting, then ending")
 
     def on_sample(self, now_s: float) -> None:
-        """Do nothing: a silent rig is no reason to restart the process."""
+        """Do nothing. The watchdog must not depend on samples, because a silent rig needs no restart."""
 
     def tick(self, now_s: float) -> None:
         """Report that the loop runs, and the status if it has changed."""
@@ -63,7 +64,7 @@ class SystemdNotifier:
 
 
 def status_text(source: Source, now_s: float) -> str:
-    """Return the state of the instrument and its faults in words."""
+    """Return the state and the faults of the instrument as text."""
     snapshot = source.snapshot(SERVICE, now_s)
     state = "no samples from the board" if "link_lost" in snapshot.status else snapshot.state
     return ": ".join([state, *filter(None, [", ".join(map(name_of, snapshot.faults))])])
@@ -77,14 +78,17 @@ def systemd_notifier(source: Source, environment: Mapping[str, str] = os.environ
 
 
 def watchdog_s_of(environment: Mapping[str, str]) -> float:
-    """Return the watchdog time of this process [s], inf without a watchdog."""
+    """Return the watchdog time of this process [s]; inf if the process has no watchdog."""
     watched = environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid())
     us = environment.get("WATCHDOG_USEC", "")
     return int(us) / 1e6 if watched and us.isdecimal() and int(us) else math.inf
 
 
 def notify_to(address: str) -> Notify:
-    """Return a function that sends to a socket, or nowhere. It never waits, even if systemd is busy."""
+    """Return a function that sends messages to a socket and never waits.
+
+    The function does nothing if `address` is not the address of a Unix socket.
+    """
     if not address.startswith(("/", "@")):
         return lambda _: True
     sender = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)

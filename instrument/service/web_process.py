@@ -1,4 +1,4 @@
-"""Web page as a separate process: started with the host, restarted if it fails, ended with the host."""
+"""Process of the web page: started with the host, restarted after a failure, ended with the host."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ log = logging.getLogger("pneuforce")
 Result = TypeVar("Result")
 
 START_TIMEOUT_S = 20.0
-SILENCE_S = 10.0  #: the process sends a heartbeat each second
-PORT_TIMEOUT_S = 3.0  #: time that the start of the instrument waits for the port of the web page
+SILENCE_S = 10.0  #: longest time without a heartbeat; the process sends a heartbeat each second
+PORT_TIMEOUT_S = 3.0  #: longest time for which the start of the instrument waits for the web page
 FIRST_WAIT_S = 1.0
 MAX_WAIT_S = STABLE_S = 60.0
-MAX_LOGGED = 50  #: number of lines that are not logged again
-END_S = 0.25  #: time to end by itself; the process has nothing to save
+MAX_LOGGED = 50  #: number of latest lines that are not logged again
+END_S = 0.25  #: time after which a process that does not end by itself is killed
 
 
 class WebProcess:
     """Web page of a configuration, on the local socket of the host.
 
-    The instrument never waits for it and is not affected by its failures. Each failure is logged once. After
-    a failure the process is restarted, with growing delays.
+    A running instrument never waits for this process, and a failure of the process does not affect the
+    instrument. Each failure is logged once. After a failure the process is restarted, with growing delays.
     """
 
     def __init__(self, settings: WebSection, socket: Path, silence_s: float = SILENCE_S) -> None:
@@ -58,7 +58,7 @@ class WebProcess:
         self._task = asyncio.create_task(self._keep_running())
 
     async def first_port(self) -> int | None:
-        """Return the port as soon as the page is served, or None if the first attempt fails or is slow."""
+        """Return the port as soon as the page is served, or None if the first start fails or is slow."""
         with suppress(TimeoutError):
             await asyncio.wait_for(self._attempted.wait(), PORT_TIMEOUT_S)
         return self.port
@@ -88,7 +88,7 @@ class WebProcess:
                 stdin=PIPE,
                 stdout=PIPE,
                 stderr=PIPE,
-                start_new_session=True,  # Ctrl-C ends the instrument, which ends this process
+                start_new_session=True,  # Ctrl-C must reach only the instrument, which then ends this process
             )
         except OSError as error:
             return f"the web process cannot be started: {error.strerror or error}"
@@ -106,7 +106,7 @@ class WebProcess:
         return why or f"the web process ended: {self._last_message or f'exit code {process.returncode}'}"
 
     async def _monitor(self, stdout: StreamReader) -> str:
-        """Read the messages of the process; return why to end it, or an empty string if it has ended."""
+        """Read the messages of the process until it ends. Return an error, or an empty string."""
         timeout_s = START_TIMEOUT_S
         try:
             while line := await _within(timeout_s, stdout.readline()):
@@ -129,7 +129,7 @@ class WebProcess:
 
     async def _log_stderr(self, stderr: StreamReader) -> None:
         """Copy the messages of the process into the log of the host."""
-        with suppress(ValueError):  # an endless line is not a message
+        with suppress(ValueError):  # readline raises ValueError for a line that is too long
             while line := await stderr.readline():
                 self._last_message = line.decode(errors="replace").rstrip()
                 self._log(logging.WARNING, self._last_message)
@@ -141,7 +141,7 @@ class WebProcess:
 
 
 async def _within(time_s: float, work: Awaitable[Result]) -> Result:
-    """Return the result of `work`. Raises TimeoutError.
+    """Return the result of `work`. Raises TimeoutError after `time_s`.
 
     Unlike `asyncio.wait_for` in Python 3.11, this function never loses a cancellation.
     """
@@ -156,7 +156,7 @@ async def _end(process: Process) -> None:
     with suppress(TimeoutError, ProcessLookupError):
         try:
             await _within(END_S, process.wait())
-        finally:  # also if the host ends meanwhile
+        finally:  # also if the host cancels this task
             if process.returncode is None:
                 process.kill()
     await process.wait()

@@ -2,9 +2,9 @@
 
     length of the body u32 · kind u8 · time f64 [s] · body       (little-endian)
 
-The time is the monotonic clock of the host process. The input entries alone determine all measurements: a
-session that is restored from the checkpoint and receives the inputs in order gives the same measurements, bit
-for bit.
+The time is the monotonic clock of the host process. The input entries alone determine all measurements. A
+session that is restored from the checkpoint and receives the same inputs gives the same measurements, bit for
+bit.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _KINDS = frozenset(EntryKind)
 
 
 class StreamError(PneuforceError, ValueError):
-    """Bytes that are not a valid entry, or an entry that this version does not write."""
+    """Invalid bytes in a stream, or an entry that this version does not support."""
 
 
 class StreamEntry(NamedTuple):

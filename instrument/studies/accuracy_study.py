@@ -1,4 +1,4 @@
-"""Accuracy study: each force estimator, compared with the true force of each simulated balloon."""
+"""Accuracy study: each force estimator is compared with the true forces on each simulated balloon."""
 
 from __future__ import annotations
 

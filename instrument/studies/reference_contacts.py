@@ -1,4 +1,4 @@
-"""Reference contacts on the simulated rig: pressures of the instrument with the force of a force sensor."""
+"""Reference contacts on the simulated rig: pressures from the instrument, forces from a force sensor."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pneuforce.sim.rig import Truth
 from pneuforce.sim.scenario import Scenario
 
 CONTACTS_PER_SETPOINT = 3
-#: The board reaches a setpoint within 0.1 kPa. This span keeps ΔP_i in the validated range.
+#: Span of the setpoints. The board reaches a setpoint within 0.1 kPa, so ΔP_i is in the validated range.
 SETPOINT_SPAN_KPA = (5.05, 11.35)
 FORCE_SPAN_N = (0.2, 3.5)
 REFERENCE_STD_N = 0.01  #: noise of the simulated force sensor

@@ -1,4 +1,4 @@
-"""Trials of a simulated scenario, as a recording of the rig with a reference force would contain them."""
+"""Trials of a simulated scenario, in the form of a recording with a reference force."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from pneuforce.sim.headless import Playback
 from pneuforce.sim.rig import STEP_S
 from pneuforce.sim.scenario import Scenario
 
-#: Callback for the progress of a simulation: amount done, and total amount.
+#: Function that receives the progress of a simulation: completed amount and total amount.
 ProgressCallback = Callable[[float, float], None]
 SAMPLES_PER_REPORT = 500
 
 
 class SimulatedTrials(NamedTuple):
-    """Trials of a scenario, and whether the simulation reached the end of the scenario."""
+    """Trials of a scenario. `completed` is True if the simulation reached the end of the scenario."""
 
     trials: tuple[Trial, ...]
     completed: bool

@@ -38,8 +38,8 @@ def score_estimators(
 ) -> list[EstimatorScores]:
     """Return the errors of each estimator.
 
-    `estimators` has the settings of each estimator by name. If there are several settings, such as several
-    calibrations, their errors are averaged.
+    `estimators` maps the name of each estimator to its settings. If an estimator has several settings, for
+    example several calibrations, their errors are averaged.
     """
     return [_score_estimator(name, contacts, settings) for name, settings in estimators.items()]
 

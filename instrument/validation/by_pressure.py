@@ -1,4 +1,4 @@
-"""Quality of the peak forces of a recording in each pressure bin of ΔP_i."""
+"""Errors and uncertainties of the peak forces of a recording, in each pressure bin of ΔP_i."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class BinMean(NamedTuple):
 
     name: str
     contacts: int
-    percent: float  #: NaN without contacts
+    percent: float  #: mean value; NaN without contacts
 
 
 class ReferenceForce(NamedTuple):

@@ -39,8 +39,8 @@ def find_contacts(processed: ProcessedTrial, settings: ChainSettings) -> list[Ev
 def _trough_indices(processed: ProcessedTrial) -> list[int]:
     """Return the index of the lowest filtered pressure before the first peak, and between successive peaks.
 
-    The peaks are those of the unfiltered pressure. When the tracker separates two overlapping contacts, the
-    filtered pressure may still be falling. The lag-compensated pressure overshoots at a jolt.
+    The peaks are found in the unfiltered pressure. The filtered pressure may still be falling when the
+    tracker separates two overlapping contacts, and the lag-compensated pressure overshoots at sudden changes.
     """
     pressure_kpa = processed.trial.pressure_kpa
     peaks = [0, *(_index_of_maximum(pressure_kpa, span) for span in _contact_spans(processed))]

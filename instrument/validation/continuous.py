@@ -13,8 +13,8 @@ from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.validation.processed_trial import ProcessedTrial
 from pneuforce.instrument.validation.trial import Bools, Floats, Trial
 
-#: Time before and after a contact that is evaluated too. Other free time is excluded, because a force of
-#: zero without contact would improve the mean.
+#: Time before and after a contact that is also evaluated. The remaining time without contact is excluded,
+#: because its force of zero would improve the mean.
 CONTACT_MARGIN_S = 0.2
 SHIFTS_S = np.arange(0.0, 0.3005, 0.005)
 
@@ -25,7 +25,7 @@ class TrialForces(NamedTuple):
     trial: Trial
     compensated_n: Floats  #: force that the instrument shows, with the lag of the tube compensated
     uncompensated_n: Floats  #: force of the same law from the filtered pressure
-    evaluated: Bools  #: whether the sample is in a contact, or within `CONTACT_MARGIN_S` of a contact
+    evaluated: Bools  #: True if the sample is in a contact, or within `CONTACT_MARGIN_S` of a contact
 
 
 class ContinuousErrors(NamedTuple):
@@ -33,8 +33,8 @@ class ContinuousErrors(NamedTuple):
 
     compensated_n: float
     uncompensated_n: float
-    shifted_n: float  #: uncompensated force, moved earlier by `shift_s`, the shift that fits best
-    shift_s: float
+    shifted_n: float  #: uncompensated force, moved earlier by `shift_s`
+    shift_s: float  #: time shift for which `shifted_n` is smallest
     evaluated_s: float  #: time in and around contacts
     without_force_s: float  #: part of `evaluated_s` in which the instrument shows no force
 

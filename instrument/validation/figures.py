@@ -27,13 +27,13 @@ SIZE_INCH = (7.0, 4.2)
 SHOWN_S = 40.0  #: duration of the part of a trial that a figure shows
 POINTS_PER_S = 50.0  #: resolution of a curve
 LEAD_S = 3.0  #: time before the first contact at which a figure begins
-BINS_ABOVE_SWITCH = 2  #: the paper highlights the last two pressure bins
+BINS_ABOVE_SWITCH = 2  #: number of bins above `Balloon.switch_kpa`, which the paper highlights
 DASH_S = 0.5  #: half length of the dash that shows an estimate
 BLUE, GREEN, RED, YELLOW, GREY = "#1f4e9c", "#2e8b57", "#c8102e", "#f2b705", "#666666"
 
 
 def require_matplotlib(feature: str) -> None:
-    """Raise ConfigurationError if matplotlib is not installed. `feature` is what needs it."""
+    """Raise ConfigurationError if matplotlib is not installed. The message names `feature`."""
     if find_spec("matplotlib") is None:
         raise ConfigurationError(f"{feature} needs matplotlib: {sys.executable} -m pip install matplotlib")
 
@@ -47,7 +47,7 @@ def prepare_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ConfigurationError(f"{folder}: cannot be a folder: {error.strerror}") from None
+        raise ConfigurationError(f"{folder}: the folder cannot be created: {error.strerror}") from None
 
 
 def save(folder: Path, name: str, figure: Figure) -> None:
@@ -61,7 +61,7 @@ def save(folder: Path, name: str, figure: Figure) -> None:
 
 
 def draw_radius(pressure_kpa: Floats, radius_mm: Floats, settings: ChainSettings) -> Figure:
-    """Return Fig. 4: the radius of the simulated balloon by pressure, and the quadratic of the instrument."""
+    """Return Fig. 4: radius of the simulated balloon over pressure, and the quadratic of the instrument."""
     figure, [axes] = _figure(1)
     axes.plot(pressure_kpa, radius_mm, "o", color=BLUE, markersize=5, label="simulated balloon")
     quadratic_mm = settings.balloon.radius_mm(pressure_kpa)
@@ -76,7 +76,7 @@ def draw_radius(pressure_kpa: Floats, radius_mm: Floats, settings: ChainSettings
 def draw_contacts(
     trial: TrialEvaluation, settings: ChainSettings, title: str, published_percent: float
 ) -> Figure:
-    """Return Fig. 6a or 6b: ΔP_i and ΔP_f on the pressure, and the estimates as dashes on the reference."""
+    """Return Fig. 6a or 6b: the pressure with ΔP_i and ΔP_f, and the reference force with the estimates."""
     figure, [above, below] = _figure(2)
     processed, begin_s = trial.processed, _begin_s(trial)
     t_s = processed.trial.t_s - begin_s
@@ -100,7 +100,7 @@ def draw_contacts(
 
 
 def draw_continuous(trial: TrialEvaluation) -> Figure:
-    """Return Fig. 6c: the continuous force beside the reference, without any shift in time."""
+    """Return Fig. 6c: the continuous force and the reference force, without a time shift."""
     figure, [above, below] = _figure(2)
     processed, forces = trial.processed, trial.forces
     t_s = processed.trial.t_s - _begin_s(trial)
@@ -131,7 +131,7 @@ def draw_error_bars(peaks: PeakForces) -> Figure:
 def pressure_bin_bars(names: Sequence[str], percent: Sequence[float], x_label: str, y_label: str) -> Figure:
     """Return a figure with a bar for each pressure bin. A value of NaN is shown as a dash.
 
-    The bins of stretching energy (4) have another colour than the bins of (5).
+    The bins above 8.85 kPa have a different colour, because stretching energy (4) applies there.
     """
     figure, [axes] = _figure(1)
     colours = [YELLOW] * (len(names) - BINS_ABOVE_SWITCH) + [BLUE] * BINS_ABOVE_SWITCH

@@ -1,4 +1,4 @@
-"""Results that the paper publishes for its validation (Sections IV-B and V), and its groups of contacts."""
+"""Validation results of the paper (Sections IV-B and V), and its groups of contacts."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ CONTACT_COUNT = 324
 #: validated range by this much.
 HYSTERESIS_KPA = 0.1
 SMALL_VOLUME_CHANGE = 0.2
-#: Range from 1 to 3.5 N. The margin of 0.01 N is for the filter, which never quite reaches a plateau.
+#: Range from 1 to 3.5 N. The margin is 0.01 N, because the filtered force never quite reaches a plateau.
 FORCE_RANGE_N = (0.99, 3.51)
+#: Root mean square error [N] of the continuous force, and its time shift [s].
 RMSE_N, SHIFT_S = 0.578, 0.12
 #: ΔV/V_i above 8.85 kPa: minimum, maximum, mean.
 VOLUME_CHANGE = (0.01, 0.18, 0.095)
@@ -27,7 +28,7 @@ Selection = Callable[[Floats, Floats, Floats], Bools]
 
 
 class ContactGroup(NamedTuple):
-    """Group of contacts, and the mean absolute errors [%] that the paper publishes for it, by method."""
+    """Group of contacts, and its mean absolute errors in the paper [%], by method."""
 
     name: str
     selects: Selection
@@ -48,7 +49,7 @@ PRESSURE_BINS = tuple(_pressure_bin(index) for index in range(BIN_COUNT))
 ALL_CONTACTS = ContactGroup(
     "all contacts", lambda baseline_kpa, _change, _force_n: baseline_kpa > 0, {"energetic": 9.14}
 )
-#: Section VI states the same error again, "in the range [1-3.5] N".
+#: Section VI of the paper states the error of all contacts again, but "in the range [1-3.5] N".
 STATED_RANGE = ContactGroup(
     "of them 1 to 3.5 N",
     lambda _baseline_kpa, _change, force_n: (force_n >= FORCE_RANGE_N[0]) & (force_n <= FORCE_RANGE_N[1]),

@@ -22,12 +22,15 @@ from pneuforce.instrument.validation.paper import GROUPS, HYSTERESIS_KPA, Contac
 from pneuforce.instrument.validation.trial import Bools, Floats
 
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
-#: A contact whose reference peak is lower counts as not measured by the reference sensor [N].
+#: Lowest reference peak [N]. If the peak is lower, the reference sensor has not measured the contact.
 MIN_FORCE_N = 0.05
 
 
 class ContactCounts(NamedTuple):
-    """Numbers of contacts found, excluded and evaluated. The first reason that applies excludes a contact."""
+    """Numbers of contacts that were found, excluded and evaluated.
+
+    An excluded contact is counted only under the first reason that applies.
+    """
 
     found: int
     too_small: int  #: rise below 0.5 kPa, which the paper excludes too
@@ -58,7 +61,7 @@ class MethodErrors(NamedTuple):
     solved: int  #: contacts for which the method has a solution
     absolute_percent: float  #: mean absolute error; NaN without contacts
     signed_percent: float  #: mean error; NaN without contacts
-    published_percent: float | None  #: mean absolute error in the paper, None if the paper has none
+    published_percent: float | None  #: mean absolute error in the paper, None if it is not in the paper
 
 
 class GroupErrors(NamedTuple):
@@ -72,7 +75,7 @@ class GroupErrors(NamedTuple):
 def select_peaks(
     contacts: Sequence[EvaluatedContact], settings: ChainSettings
 ) -> tuple[PeakForces, ContactCounts]:
-    """Return the contacts that the paper would evaluate, and how many contacts each reason excluded."""
+    """Return the contacts that the paper would evaluate, and the number of excluded contacts by reason."""
     baseline, final, force = np.array([contact[:3] for contact in contacts], float).reshape(-1, 3).T
     too_small = final - baseline < MIN_RISE_KPA
     out_of_range = ~too_small & ~_in_range(baseline)

@@ -16,7 +16,7 @@ from pneuforce.instrument.validation.trial import Floats, Trial
 
 
 class ProcessedTrial(NamedTuple):
-    """Arrays of equal length, one element for each sample of the trial."""
+    """Trial and its processed signals, as arrays with one element for each sample."""
 
     trial: Trial
     filtered_kpa: Floats  #: pressure after the first-order exponential filter

@@ -1,4 +1,4 @@
-"""Validation recordings as CSV files: pressure of the balloon beside a reference force, line by line."""
+"""Validation recordings as CSV files: each line has the balloon pressure and the reference force."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TRIAL_COLUMNS = ("phase", "setpoint_kpa")
 
 
 class ColumnRange(NamedTuple):
-    """Allowed values of a column, and the end of the error message for a value outside."""
+    """Allowed values of a column, and the end of the error message for other values."""
 
     low: float
     high: float
@@ -43,8 +43,8 @@ def read(path: Path) -> tuple[Trial, ...]:
     trials = split_trials(_samples(parse_table(atomic_file.read_file(path), str(path))))
     if not trials:
         raise ConfigurationError(
-            f"{path}: no samples of a locked balloon that are less than {MAX_GAP_S} s apart for "
-            f"{MIN_DURATION_S} s: is t_s in seconds?"
+            f"{path}: no samples of a locked balloon for more than {MIN_DURATION_S} s without a gap of "
+            f"more than {MAX_GAP_S} s: is t_s in seconds?"
         )
     return trials
 

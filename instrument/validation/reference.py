@@ -1,4 +1,4 @@
-"""Reference force beside recorded pressures: the two together become a recording that can be validated."""
+"""Combination of recorded pressures and a reference force into one recording for a validation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pneuforce.support import atomic_file
 from pneuforce.support.columns import Numbers, Points, parse_points
 
 BATCH_SIZE = 5000
-#: Longest gap between two reference readings. A logger of 10 Hz may be late by half a period.
+#: Longest accepted gap between two reference readings: one and a half periods of a logger of 10 Hz.
 MAX_REFERENCE_GAP_S = 0.15
 
 
@@ -25,7 +25,7 @@ class PressureSample(NamedTuple):
 
     t_s: float
     pressure_kpa: float  #: gauge, zeroed; NaN if the sensor reading is invalid
-    locked: bool  #: whether the balloon is locked
+    locked: bool  #: True if the balloon is locked
 
 
 def read(path: Path) -> Points:
@@ -61,7 +61,7 @@ def recording_lines(samples: Iterable[PressureSample], reference: Points) -> Ite
     if not row_count:
         first_s, last_s = reference["t_s"][[0, -1]]
         raise ConfigurationError(
-            f"{reference.name}: from {first_s:g} s to {last_s:g} s it covers no sample: "
+            f"{reference.name}: the reference from {first_s:g} s to {last_s:g} s covers no sample: "
             "its t_s must count from the beginning of the recording"
         )
 
@@ -80,7 +80,7 @@ def force_at(t_s: Numbers, reference: Points) -> Numbers:
 
 
 def _with_phase(samples: Iterable[PressureSample]) -> Iterator[tuple[PressureSample, str]]:
-    """Yield each sample with the number of its locked period, or with "" if the balloon is not locked."""
+    """Yield each sample with the number of its locked period, or "" while the balloon is not locked."""
     number, locked = 0, False
     for sample in samples:
         number += sample.locked and not locked

@@ -1,4 +1,4 @@
-"""Validation report: the results of a recording beside the results that the paper publishes."""
+"""Validation report: the results of a recording, compared with the results of the paper."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TrialEvaluation(NamedTuple):
 
     @property
     def evaluable_contacts(self) -> list[EvaluatedContact]:
-        """Return the contacts with a rise of at least 0.5 kPa. The paper excludes the others."""
+        """Return the contacts with a rise of at least 0.5 kPa. The paper excludes smaller contacts."""
         return [c for c in self.contacts if c.final_kpa - c.baseline_kpa >= MIN_RISE_KPA]
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: A longer gap between two samples ends a trial.
+#: Longest gap between two samples of a trial. A longer gap ends the trial.
 MAX_GAP_S = 0.1
-#: A shorter trial is ignored.
+#: Shortest duration of a trial. A shorter trial is ignored.
 MIN_DURATION_S = 0.5
 
 
@@ -25,9 +25,8 @@ class TrialSample(NamedTuple):
     t_s: float
     pressure_kpa: float  #: gauge, zeroed
     force_n: float  #: reference force
-    trial: (
-        Hashable  #: label of the trial; a new label starts a new trial, None means that no balloon is locked
-    )
+    #: Label of the trial, None if the balloon is not locked. A different label starts a new trial.
+    trial: Hashable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import can
 
 RECEIVE_TIMEOUT_S = 0.1
-_SEND_TIMEOUT_S = 0.1  #: longest wait for room in the transmit buffer of the controller
-#: Size of the kernel's send buffer: five frames. The buffer is small because frames in it become outdated
-#: while no node acknowledges.
+_SEND_TIMEOUT_S = 0.1  #: maximum wait for free space in the transmit buffer of the controller
+#: Size of the kernel's send buffer: five frames. The buffer is small because frames in the buffer
+#: become outdated while no node acknowledges them.
 _SEND_BUFFER_BYTES = 4096
 _BUS_OFF = 0x40  #: flag in an error frame of SocketCAN (linux/can/error.h, CAN_ERR_BUSOFF)
 
@@ -51,7 +51,7 @@ class CanAddress:
 def import_interface(interface: str) -> None:
     """Import the modules of a python-can interface before the first sample.
 
-    The import takes long. During an import in the loop, the instrument sends nothing to the board.
+    The import takes long. An import in the event loop would interrupt the commands to the board.
     """
     import_module(f"can.interfaces.{interface}")
     import_module("encodings.idna")  # the socket module imports it when the first host name is resolved
@@ -71,10 +71,10 @@ class CanBus:
         """
         import can
 
-        #: Error of the sending thread that makes it necessary to open the interface again.
+        #: Error in the sending thread. The interface must be opened again after such an error.
         self.failure: Exception | None = None
         self._can = can
-        # python-can logs every exception that it raises, and every frame that arrives in two pieces
+        # otherwise python-can logs every exception that it raises, and every frame that arrives in two pieces
         logging.getLogger("can").setLevel(logging.CRITICAL)
         try:
             self._bus, self._link_problem = _open(address)
@@ -83,7 +83,7 @@ class CanBus:
             raise OSError(f"CAN on {address} cannot be opened: {reason}") from None
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame; wait for up to 0.1 s for room in the transmit buffer.
+        """Send one frame; wait for up to 0.1 s for free space in the transmit buffer.
 
         Raises TxBufferFullError if the buffer stays full, and OSError if the bus has failed.
         """
@@ -100,7 +100,7 @@ class CanBus:
             raise (TxBufferFullError if full else OSError)(_without_traceback(error)) from None
 
     def receive(self) -> tuple[float, CanFrame] | None:
-        """Return the time [s since 1970] and the next frame, or None if none comes within 0.1 s.
+        """Return the time [s since 1970] and the next frame, or None if no frame arrives within 0.1 s.
 
         Raises OSError if the bus has failed or the controller is bus-off.
         """
@@ -123,7 +123,7 @@ class CanBus:
 
 
 def listen(address: CanAddress, stop: threading.Event) -> Iterator[tuple[float, CanFrame]]:
-    """Yield the time [s since 1970] and the frame of all bus traffic until `stop` is set.
+    """Yield the time [s since 1970] and the content of each frame on the bus until `stop` is set.
 
     Raises OSError if the interface cannot be opened or fails.
     """
@@ -138,7 +138,7 @@ def listen(address: CanAddress, stop: threading.Event) -> Iterator[tuple[float, 
 
 
 def _open(address: CanAddress) -> tuple[can.BusABC, Callable[[], str]]:
-    """Return the open python-can bus, and a function that returns why the link is down ("" if it is up)."""
+    """Return the open python-can bus, and a function that returns the link problem ("" if there is none)."""
     if address.interface == "socketcand":
         from pneuforce.registers.can.socketcand_bus import SocketcandBus
 

@@ -13,7 +13,7 @@ CARRIER_FILE = "/sys/class/net/{}/carrier"  #: Linux, Documentation/ABI/testing/
 
 
 def link_problem(channel: str) -> str:
-    """Return why the interface cannot send, or "" if it can send or the system has no carrier file."""
+    """Return the reason why the interface cannot send; "" if it can send or has no carrier file."""
     try:
         carrier = Path(CARRIER_FILE.format(channel)).read_text("ascii").strip()
     except OSError as error:

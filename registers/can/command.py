@@ -10,7 +10,7 @@ from pneuforce.registers.map import COMMAND_KEY
 from pneuforce.registers.source import Peer, Source
 
 CAN_PEER = Peer("can")
-#: Results of a Command that is not passed to the source.
+#: Results of invalid Commands, which are not passed to the source.
 MALFORMED = frozenset(("invalid_length", "out_of_range", "sequence_reused"))
 _SEQUENCE_OFFSET = next(offset for offset, field in COMMAND.field_offsets if field.name == "sequence")
 
@@ -59,7 +59,7 @@ class CommandHandler:
         return CommandResult(sequence, self._last_result)
 
     def finished_result(self, snapshot: Any) -> CommandResult | None:
-        """Return the result of a Command that took time and has now finished; None if there is none."""
+        """Return the result of a Command that has just finished; None if no Command has finished."""
         if self._busy is None or snapshot.answer_state == "busy":
             return None
         sequence, self._busy = self._busy, None
@@ -69,7 +69,7 @@ class CommandHandler:
         return CommandResult(sequence, result)
 
     def _vent(self, data: bytes, values: dict[str, Any], now_s: float) -> str:
-        """Vent; also write setpoint and lease if all fields are within their ranges. Return the result."""
+        """Vent. Also write setpoint and lease if all fields are within their ranges. Return the result."""
         repeated = data == self._last
         written = {"mode": "vent"} | (_setpoint_and_lease(values) if _in_range(data) else {})
         self._source.write(CAN_PEER, written, now_s)
@@ -85,7 +85,8 @@ class CommandHandler:
             "command_key": COMMAND_KEY,
             "command_code": values["mode"],
             "command_argument": 0,
-            # All buses share one command block. A command runs only if its sequence has changed.
+            # A command runs only if the number differs from the last one in CAN's command block, which the
+            # SDO server also writes.
             "command_sequence": (self._source.snapshot(CAN_PEER, now_s).command_sequence + 1) & 0xFFFF,
         }
         return _result(self._source.write(CAN_PEER, command, now_s))
@@ -99,9 +100,9 @@ class CommandHandler:
         return False
 
     def _repeat(self, data: bytes, values: dict[str, Any], now_s: float) -> str:
-        """Return the result of a Command with the sequence of the last one.
+        """Return the result of a Command that has the same sequence as the last Command.
 
-        If all bytes are the same, the lease is renewed and nothing else is done.
+        If all bytes are the same, only the lease is renewed.
         """
         if data != self._last:
             return "sequence_reused"

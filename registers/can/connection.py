@@ -21,7 +21,7 @@ from pneuforce.support.throttle import RateLimitedLogger
 log = logging.getLogger(__name__)
 
 FIRST_WAIT_S, MAX_WAIT_S = 0.1, 2.0  #: waits before the interface is opened again
-STABLE_S = 5.0  #: a bus that was open for longer starts again with the first wait
+STABLE_S = 5.0  #: if a bus was open for longer, the waits start again at FIRST_WAIT_S
 LISTEN_S = 1.2  #: time to detect another node with the same node id; a heartbeat comes each second
 LOG_PERIOD_S = 60.0
 
@@ -84,7 +84,7 @@ class CanConnection:
         self._bus = bus
 
     def _find_used_id(self, bus: CanBus, transmit_ids: Collection[int]) -> int | None:
-        """Return the first of `transmit_ids` that another node sends within 1.2 s; stop early at `close`.
+        """Return the first of `transmit_ids` that another node sends within 1.2 s. `close` ends the wait.
 
         Raises OSError if the bus fails.
         """
@@ -110,7 +110,7 @@ class CanConnection:
 
     @property
     def dropped(self) -> int:
-        """Return the number of frames not sent: bus down, queue or controller full, or frame too old."""
+        """Return the number of unsent frames: bus down, queue or controller full, or frame too old."""
         return self._queue.dropped
 
     def send(self, frame: CanFrame) -> None:

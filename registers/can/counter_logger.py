@@ -9,7 +9,7 @@ PERIOD_S = 60.0
 
 
 class CounterLogger:
-    """Source of log lines about counters: the first increase at once, later increases once a minute."""
+    """Writer of log lines about counters: the first increase at once, later increases once a minute."""
 
     def __init__(self) -> None:
         self._reported: Mapping[str, int] = {}

@@ -1,4 +1,4 @@
-"""Selection of the samples whose force is sent: a constant rate, and each sample that raises the alarm."""
+"""Selection of the samples for Force frames: at a constant rate, and each sample that raises the alarm."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ForceDecimator:
         self._credit = SAMPLE_RATE_HZ - self._rate_hz
 
     def selects(self, *, alarm: bool) -> bool:
-        """Return True if this sample must be sent: it is due by the rate, or it raises the alarm."""
+        """Return True if the force of this sample must be sent, because of the rate or a new alarm."""
         self._credit += self._rate_hz
         self._samples_since_alarm += 1
         early = alarm and not self._alarm and self._samples_since_alarm >= _SAMPLES_BETWEEN_ALARMS

@@ -22,7 +22,7 @@ I16, U16, U8 = WireType.I16, WireType.U16, WireType.U8
 DEFAULT_NODE_ID = 5
 
 COMMAND_MODES = Enumeration({0: "vent", 1: "hold", 2: "clear_faults", 3: "zero_pressure"})
-REJECTED = 16  #: plus the code of the reject reason
+REJECTED = 16  #: result of a rejected Command: 16 plus the code of the reject reason
 RESULTS = Enumeration(
     {0: "accepted", 1: "invalid_length", 2: "out_of_range", 4: "renewed", 5: "sequence_reused"}
     | {REJECTED + code: f"rejected_{name}" for code, name in REJECT_REASONS.names.items() if code}
@@ -31,26 +31,26 @@ NODE_STATES = Enumeration({0: "boot_up", 4: "stopped", 5: "operational", 127: "p
 
 NO_ERROR = 0x0000
 MASTER_LOST = 0x8130  #: the heartbeat of the CANopen master is missing
-RIG_ERROR = 0xFF00  #: plus the code of the fault
+RIG_ERROR = 0xFF00  #: error code of a fault: FF00h plus the code of the fault
 ERRORS = Enumeration(
     {NO_ERROR: "no_error", MASTER_LOST: "master_lost"}
     | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
 )
-GENERIC_ERROR = 0x81  #: error register: generic and manufacturer-specific
+GENERIC_ERROR = 0x81  #: error register: generic error and manufacturer-specific error
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrameDefinition:
     """Identifier and fields of a frame. The fields begin at byte 0 and have no gaps.
 
-    A field with a `quantity` is encoded from a snapshot. The node gives the value of any other field.
+    A field with a `quantity` is encoded from a snapshot. The node supplies the value of any other field.
     """
 
     name: str
     base_id: int
     fields: tuple[Field, ...]
     doc: str
-    max_rate_hz: float  #: highest rate; the bus load is calculated from it
+    max_rate_hz: float  #: highest rate, from which the bus load is calculated
     period_s: float = 0.0  #: time between two frames if nothing changes; 0: sent only at events
     received: bool = False  #: True: received by the node; False: sent by the node
 
@@ -84,7 +84,7 @@ class FrameDefinition:
 def encode(frame: FrameDefinition, snapshot: Any, **node_values: Any) -> bytes:
     """Return the data bytes of `frame`.
 
-    The fields named in `node_values` get these values. All others get the values of `snapshot`.
+    `node_values` contains values by field name. All other values come from `snapshot`.
     """
     return frame._layout.pack(
         *(
@@ -113,8 +113,7 @@ FORCE = FrameDefinition(
     name="Force",
     base_id=0x180,
     doc="TPDO1: sent for new samples at the configured rate (default 100 Hz), and at once for the sample "
-    "that raises the force alarm. When samples stop: sent at once and then at 10 Hz, with the force not "
-    "available.",
+    "that raises the force alarm. When samples stop: sent at once and then at 10 Hz, without a valid force.",
     period_s=0.01,
     max_rate_hz=500,
     fields=(
@@ -177,8 +176,8 @@ COMMAND = FrameDefinition(
             always_available=True,
             doc="Requested inflation pressure; 0 if the mode is not hold.",
         ),
-        _node_field("mode", "vent, hold (inflate to the setpoint, then lock), or a command.", COMMAND_MODES),
-        _node_field("sequence", "New for each new Command; a repeated Command only renews its lease."),
+        _node_field("mode", "vent, hold (inflate, then close both valves), or a command.", COMMAND_MODES),
+        _node_field("sequence", "Different in each new Command. A repeated Command only renews its lease."),
         BY_NAME["lease"],
         Field(name="reserved", wire=U16, low=0, high=0, doc="Reserved: 0."),
     ),
@@ -186,14 +185,14 @@ COMMAND = FrameDefinition(
 EMERGENCY = FrameDefinition(
     name="Emergency",
     base_id=0x080,
-    doc="Sent when a fault comes and when a fault goes (CiA 301).",
+    doc="Sent when a fault occurs and when a fault is gone (CiA 301).",
     max_rate_hz=10,
     fields=(
         Field(
             name="error_code",
             wire=U16,
             legend=ERRORS,
-            doc="FF00h + code of the new fault; 8130h: CANopen master lost; 0000h: an error has gone.",
+            doc="FF00h + code of the new fault; 8130h: CANopen master lost; 0000h: an error is gone.",
         ),
         _node_field(
             "error_register",
@@ -215,7 +214,7 @@ HEARTBEAT = FrameDefinition(
 FRAMES = (FORCE, STATE, STATUS_FRAME, ANSWER, COMMAND, EMERGENCY, HEARTBEAT)
 
 
-SDO_RESPONSE = 0x580  #: plus the node id; sent only in CANopen mode, reserved in raw mode too
+SDO_RESPONSE = 0x580  #: base identifier; sent only in CANopen mode, but reserved in raw mode, too
 
 
 def transmit_ids(node_id: int) -> frozenset[int]:
@@ -224,7 +223,7 @@ def transmit_ids(node_id: int) -> frozenset[int]:
 
 
 def find_frame(can_id: int, node_id: int) -> FrameDefinition | None:
-    """Return the definition of the frame with this identifier of the node `node_id`, or None."""
+    """Return the definition of the frame that the node `node_id` uses with this identifier, or None."""
     return next((frame for frame in FRAMES if frame.base_id + node_id == can_id), None)
 
 

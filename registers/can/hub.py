@@ -2,7 +2,7 @@
 
 The hub is a socketcand server. Start it with `python -m pneuforce.registers.can.hub --port 29536`, and
 connect with python-can's `socketcand` interface. The hub supports raw mode and data frames with 11-bit and
-29-bit identifiers. Like socketcand, it does not support remote frames.
+29-bit identifiers. Remote frames are not supported, as in socketcand.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ class HubCounters:
     garbage: int = 0  #: malformed messages, and messages that are invalid in the client's state
     rejected_clients: int = 0  #: clients rejected because too many were connected
     disconnected: int = 0  #: clients disconnected because of unread data or a late handshake
-    late: int = 0  #: frames dropped because the hub process was suspended
+    late: int = 0  #: frames dropped because the hub process had been suspended
 
 
 class ClientRegistry(Protocol):

@@ -18,8 +18,8 @@ LOG_FORMATS: Mapping[str, tuple[str, bool]] = {
 class CanLogWriter:
     """Writer of CAN frames to `file`. `close` also closes the file.
 
-    A text file must be line-buffered. Then candump and ASC put each line into the file before the next frame
-    is written. BLF collects 128 KB first, and its file is complete only after `close`.
+    A text file must be line-buffered. Each line of a candump or ASC file is then in the file before the next
+    frame is written. A BLF file is written in blocks of 128 KB, and is complete only after `close`.
     """
 
     def __init__(self, file: IO[Any], log_format: str, channel: str) -> None:

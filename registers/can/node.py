@@ -1,4 +1,4 @@
-"""CAN node in raw mode, without I/O: the frames that are due, and the reaction to received frames.
+"""CAN node in raw mode, without I/O: returns due frames, and handles received frames.
 
 Time is an argument of each method.
 """
@@ -46,7 +46,7 @@ class NodeCounters:
     """Counters of a node since its creation."""
 
     commands: int = 0  #: received Commands, valid or not
-    ignored: int = 0  #: received frames with an identifier of this node on which the node does not act
+    ignored: int = 0  #: received frames that have an identifier of this node but no effect
 
 
 @dataclass(slots=True)
@@ -93,7 +93,7 @@ class CanNode:
     # ---- sending
 
     def on_sample(self, now_s: float) -> list[CanFrame]:
-        """Return the frames due at a new sample: Force at its rate or with an alarm, and what has changed."""
+        """Return the frames due at a new sample: Force at its rate or with an alarm, and changed frames."""
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         selected = self._decimator.selects(alarm="force_high_alarm" in snapshot.status)
         return ([self._force(snapshot)] if selected else []) + self._changes(snapshot, now_s)
@@ -115,7 +115,7 @@ class CanNode:
     def _stale_force(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         """Return the Force frame without a force: at once when samples stop, then at 10 Hz.
 
-        The first sample after that is sent at once.
+        The first new sample is then sent at once.
         """
         self._decimator.restart()
         return [self._force(snapshot)] if self._stale_force_timer.due(now_s) else []
@@ -125,13 +125,14 @@ class CanNode:
         finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
         if self._status_timer.due(now_s, (snapshot.status, snapshot.state, snapshot.reject_reason)):
             frames.append(self._frame(STATUS_FRAME, snapshot))
-        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)  # codes compare equal, but NaN does not
+        # The code is compared, because a setpoint that is NaN would never be equal to itself.
+        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)
         if self._state_timer.due(now_s, (setpoint, finished_contacts)):
             frames.append(self._frame(STATE, snapshot))
         return frames
 
     def _emergency(self, snapshot: Any) -> list[CanFrame]:
-        """Return one frame for each new fault, and one frame for all faults that have gone."""
+        """Return one frame for each new fault, and one frame for all faults that are gone."""
         before, self._faults = self._faults, snapshot.faults
         if self._faults == before:
             return []

@@ -8,7 +8,8 @@ from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE, FRAMES, Frame
 from pneuforce.registers.can.wire import worst_case_bits
 
 SAMPLE_RATE_HZ = 500
-#: Limit for the Force frames that an alarm sends early: a force near its limit raises many alarms.
+#: Limit for the Force frames that are sent early because of an alarm. A force near its limit raises many
+#: alarms.
 MAX_ALARM_FRAMES_PER_S = 50
 MAX_BUS_LOAD = 0.6
 
@@ -43,14 +44,14 @@ class CanOptions:
 
     @property
     def max_force_rate_hz(self) -> int:
-        """Return the highest number of Force frames per second, including those that an alarm sends early."""
+        """Return the highest number of Force frames per second, including the early frames of alarms."""
         return min(self.force_rate_hz + MAX_ALARM_FRAMES_PER_S, SAMPLE_RATE_HZ)
 
 
 def bus_load(options: CanOptions) -> float:
     """Return the worst-case bus load of the node's frames, 0 to 1.
 
-    Every frame has the most stuff bits and comes at its highest rate.
+    The calculation assumes the most stuff bits and the highest rate of each frame.
     """
 
     def rate_hz(frame: FrameDefinition) -> float:

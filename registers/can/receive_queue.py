@@ -14,7 +14,7 @@ MAX_FRAMES = 32
 class ReceiveQueue:
     """Bounded queue, so that a flood of frames does not delay the samples.
 
-    A vent command enters even a full queue: it replaces the last frame.
+    A vent command is accepted even if the queue is full: it replaces the newest frame.
     """
 
     def __init__(self, is_vent: Callable[[CanFrame], bool]) -> None:
@@ -26,7 +26,7 @@ class ReceiveQueue:
     def put(self, frame: CanFrame) -> bool:
         """Add a frame; return True if the number of frames in the queue has grown.
 
-        Returns False if the queue is full: the frame was dropped, or it was a vent and replaced the last one.
+        Returns False if the queue is full. A vent then replaces the newest frame; any other frame is dropped.
         """
         with self._lock:
             if len(self._frames) < MAX_FRAMES:
@@ -38,6 +38,6 @@ class ReceiveQueue:
             return False
 
     def get(self) -> CanFrame:
-        """Return the oldest frame; there is one frame for each `put` that returned True."""
+        """Return the oldest frame. Call this method once for each `put` that returned True."""
         with self._lock:
             return self._frames.popleft()

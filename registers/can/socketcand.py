@@ -9,7 +9,7 @@ import re
 
 GREETING = b"< hi >"
 OK = b"< ok >"
-ECHO = b"< echo >"  #: request and response are the same
+ECHO = b"< echo >"  #: the request and its response have the same text
 NO_SUCH_BUS = b"< error could not open bus >"
 TOO_MANY_CLIENTS = b"< error too many clients >"
 _MAX_MESSAGE_CHARACTERS = 200

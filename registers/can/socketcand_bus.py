@@ -35,7 +35,7 @@ class SocketcandBus(SocketCanDaemonBus):
         self._server_echoes = False  #: True once this server has answered an echo request
         self._echo_sent_s = time.monotonic()
         self._received_s = self._echo_sent_s
-        # This connection fails at once if the port is closed. python-can alone retries for 10 s.
+        # Test the port first: this fails at once if the port is closed. python-can would retry for 10 s.
         socket.create_connection((host, port), _RESPONSE_TIMEOUT_S).close()
         try:
             super().__init__(channel=channel, host=host, port=port, tcp_tune=True)  # type: ignore[no-untyped-call]
@@ -53,7 +53,7 @@ class SocketcandBus(SocketCanDaemonBus):
     def _expect_msg(self, msg: str) -> None:
         """Read one message byte by byte, so that no byte after the message is read.
 
-        Raises OSError if another message comes, or none within 1 s.
+        Raises OSError if a different message arrives, or if no message arrives within 1 s.
         """
         self._link.settimeout(_RESPONSE_TIMEOUT_S)
         received = b""
@@ -98,7 +98,10 @@ class SocketcandBus(SocketCanDaemonBus):
             raise ConnectionError("the server does not read") from None
 
     def _check_echo(self, now_s: float) -> None:
-        """Request an echo every 0.1 s. Raises TimeoutError if a server that answered before is 0.4 s late."""
+        """Request an echo every 0.1 s.
+
+        Raises TimeoutError if the server has answered before but does not answer a request within 0.4 s.
+        """
         if self._received_s >= self._echo_sent_s:
             if now_s >= self._echo_sent_s + _ECHO_PERIOD_S:
                 self._echo_sent_s = now_s
@@ -110,7 +113,7 @@ class SocketcandBus(SocketCanDaemonBus):
 
     @property
     def _has_unread_data(self) -> bool:
-        """Return True if data from the server has arrived that this process has not read yet."""
+        """Return True if this process has not yet read all data that the server has sent."""
         return bool(select.select([self._link], [], [], 0.0)[0])
 
 

@@ -11,7 +11,7 @@ from queue import Empty, SimpleQueue
 from pneuforce.registers.can.wire import CanFrame
 
 MAX_FRAMES = 256
-MAX_AGE_S = 0.1  #: an older frame is dropped, because an old force is a wrong force
+MAX_AGE_S = 0.1  #: an older frame is dropped, because its force is outdated
 
 
 class TransmitQueue:

@@ -1,6 +1,6 @@
 """Detector for a CAN controller that accepts no frames.
 
-The controller reports no error when, for example, the cable is unplugged. Only its transmit buffer stays
+The controller does not report an unplugged cable, for example, as an error. Only its transmit buffer stays
 full.
 """
 

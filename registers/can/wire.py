@@ -6,7 +6,7 @@ from enum import Flag, auto
 from typing import NamedTuple
 
 _STUFFABLE_OVERHEAD_BITS = 34  #: start, identifier, control and CRC of a frame with an 11-bit identifier
-_FIXED_BITS = 13  #: CRC delimiter, acknowledge, end of frame, and intermission
+_FIXED_BITS = 13  #: bits without stuffing: CRC delimiter, acknowledge, end of frame, and intermission
 
 
 class FrameKind(Flag):

@@ -1,6 +1,7 @@
 """Communication profile area (CiA 301, 1000h to 1FFFh): identity, heartbeat, errors, SDO and PDO parameters.
 
-PDO mapping and COB-IDs are fixed. A PDO can only be disabled, and its transmission type can be selected.
+PDO mapping and COB-IDs are fixed, but each PDO can be disabled. The transmission type of each PDO can be
+changed, and the inhibit time and the event timer of each TPDO.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ REVISION = MAP_VERSION << 16
 ERROR_HISTORY_LENGTH = 8
 PDO_DISABLED = 0x8000_0000  #: bit 31 of a PDO's COB-ID
 NO_RTR = 0x4000_0000  #: bit 30 of a TPDO's COB-ID: remote frames are not allowed
-EVENT_DRIVEN = (254, 255)  #: transmission types
-SYNCHRONOUS = range(241)  #: transmission types: 0 at the SYNC after an event, n at each n-th SYNC
+EVENT_DRIVEN = (254, 255)  #: transmission types that send at events
+SYNCHRONOUS = range(241)  #: transmission types: 0 sends at the SYNC after an event, n at each n-th SYNC
 
-#: Frame → index of the record with the frame's fields, to which the PDO mapping refers: TPDO 1 to 4, RPDO 1.
+#: Frame → index of the record with the frame's fields. The mapping of the PDO refers to this record.
 RECORDS = {
     FORCE.name: 0x2800,
     STATE.name: 0x2801,
@@ -53,7 +54,7 @@ RPDO_COB_ID = (0x1400, 1)
 
 
 def tpdo_index(number: int) -> int:
-    """Return the index of the communication parameters of a TPDO; the first TPDO has the number 0."""
+    """Return the index of a TPDO's communication parameters. The first TPDO has the number 0."""
     return 0x1800 + number
 
 
@@ -86,7 +87,7 @@ def _only_disabled_changes(cob_id: int) -> Callable[[int, int], bool]:
 
 
 def _is_other_node(code: int, node_id: int) -> bool:
-    """Return True if a consumer heartbeat value is valid and does not monitor this node itself."""
+    """Return True if a consumer heartbeat time is valid and does not refer to this node itself."""
     return code >> 24 == 0 and code >> 16 <= 127 and (code >> 16 != node_id or code & 0xFFFF == 0)
 
 

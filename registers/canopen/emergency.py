@@ -10,14 +10,15 @@ from pneuforce.registers.can.frames import EMERGENCY, GENERIC_ERROR, MASTER_LOST
 from pneuforce.registers.canopen.communication import ERROR_HISTORY_LENGTH
 
 _COMMUNICATION_ERROR = 0x11  #: error register: generic, communication
-#: Limit for messages that wait while the node is stopped or an inhibit time runs. The oldest are dropped.
+#: Maximum number of messages that wait while the node is stopped or during an inhibit time. The oldest
+#: message is dropped first.
 _MAX_PENDING = 32
 
 
 class EmergencyProducer:
-    """Producer of one message for each new error, and one message for all errors that have gone.
+    """Producer of one message for each new error, and one message for all errors that are gone.
 
-    A message contains the values of the instant of its error, even if it is sent later.
+    A message contains the values at the time of its error, even if the message is sent later.
     """
 
     def __init__(self) -> None:
@@ -51,7 +52,7 @@ class EmergencyProducer:
         self._pending.append(data)
 
     def due(self, now_s: float, inhibit_s: float) -> list[bytes]:
-        """Return the data of the messages to send now: all, or one per inhibit time."""
+        """Return the data of the messages to send now: all messages, or one message per inhibit time."""
         if not self._pending or now_s < self._sent_s + inhibit_s:
             return []
         self._sent_s = now_s

@@ -11,7 +11,7 @@ from enum import Enum
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
 from pneuforce.registers.field import Field
 
-#: Value of an entry: a number as on the wire, or a text.
+#: Value of an entry: a wire code or a text.
 EntryValue = int | float | str
 EntryAddress = tuple[int, int]  #: index and sub-index
 
@@ -45,7 +45,7 @@ class ObjectEntry:
     """One value at an index and sub-index.
 
     An entry with a `field` is a quantity of the source. An entry with a `default` is a communication
-    parameter. The node gives the value of any other entry.
+    parameter. The node itself supplies the value of any other entry.
     """
 
     index: int
@@ -105,9 +105,9 @@ class ObjectEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DictionaryObject:
-    """Index with its entries.
+    """Object of the dictionary: an index with its entries.
 
-    A VAR has one entry. An ARRAY or a RECORD has the entry of sub-index 0 and one or more others.
+    A VAR has one entry. An ARRAY or a RECORD has an entry at sub-index 0 and at least one other entry.
     """
 
     index: int

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum, auto
 
-#: Names as in the heartbeat.
+#: NMT states, by the names that the Heartbeat frame uses.
 PRE_OPERATIONAL, OPERATIONAL, STOPPED = "pre_operational", "operational", "stopped"
 
 NMT_ID = 0x000
-RESET_COMMANDS = frozenset((129, 130))  #: reset node and reset communication; both do the same here
+RESET_COMMANDS = frozenset((129, 130))  #: reset node and reset communication; both have the same effect
 #: NMT command → state after the command, from any state.
 STATE_AFTER_COMMAND: Mapping[int, str] = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
 #: Value of 1029h → state of an operational node after the master is lost. Value 1 means no change.

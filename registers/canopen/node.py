@@ -1,6 +1,6 @@
 """CANopen node (NMT slave) without I/O, with the same interface as the node in raw mode.
 
-Frames and the time are arguments of its methods; the frames to send are returned.
+Received frames and the time are arguments of the methods. The methods return the frames to send.
 """
 
 from __future__ import annotations
@@ -53,14 +53,15 @@ from pneuforce.registers.source import Source
 
 SYNC_ID = 0x080
 SDO_REQUEST = 0x600
-#: Data of a boot-up message. It is not a heartbeat: a master that restarts again and again monitors nothing.
+#: Data of a boot-up message, which is not counted as a heartbeat: a master that restarts repeatedly does not
+#: monitor the instrument.
 _BOOT_UP = b"\x00"
 
 
 class CanopenNode:
     """CANopen node of one source.
 
-    No NMT command moves a valve. An expired lease or a lost master heartbeat can.
+    No NMT command moves a valve. An expired lease or a lost heartbeat of the master can vent.
     """
 
     def __init__(self, source: Source, options: CanOptions, identity: CanopenIdentity) -> None:
@@ -251,7 +252,7 @@ class CanopenNode:
             self._source.master_recovered(now_s)
 
     def _on_command(self, data: bytes, now_s: float) -> list[CanFrame] | None:
-        """Handle a Command. It is carried out in Operational; a vent is carried out in every state."""
+        """Handle a Command. A vent is carried out in every state; any other mode requires Operational."""
         self.counters.commands += 1
         rpdo_enabled = not self._parameters[RPDO_COB_ID] & PDO_DISABLED
         enabled = self._allows(CommunicationObject.PDO) and rpdo_enabled

@@ -1,4 +1,4 @@
-"""Values of the entries that the node itself gives: device names, errors, channel status, last frames."""
+"""Values of the entries that the node itself supplies: names, errors, channel status, last frames."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NOT_VALID, _ABOVE_RANGE = 1, 2
 
 
 class CanopenIdentity(NamedTuple):
-    """Texts of 1008h, 1009h and 100Ah."""
+    """Texts of the objects 1008h, 1009h and 100Ah."""
 
     device: str = "pneumatic force sensor"
     hardware: str = "PF-1"
@@ -31,14 +31,14 @@ class CanopenIdentity(NamedTuple):
 
 @dataclass(slots=True)
 class LastFrames:
-    """Values that the node last sent and received, as the records of its frames show them."""
+    """Values of the last frames that the node sent and received, which SDO clients read in records."""
 
     counter: int = 0
     answer: CommandResult = field(default_factory=lambda: CommandResult(0, "accepted"))
     command: bytes = bytes(COMMAND.length)
 
     def node_values(self, frame: FrameDefinition) -> dict[str, Any]:
-        """Return the values of the fields of a TPDO that do not come from the source."""
+        """Return the values of those TPDO fields that the node itself supplies."""
         if frame is FORCE:
             return {"counter": self.counter}
         return self.answer._asdict() if frame is ANSWER else {}
@@ -47,7 +47,7 @@ class LastFrames:
 def value_readers(
     identity: CanopenIdentity, last_frames: LastFrames, emergencies: Callable[[], EmergencyProducer]
 ) -> Mapping[EntryAddress, ValueReader]:
-    """Return the reader of each entry whose value the node gives, by index and sub-index."""
+    """Return the reader of each entry whose value the node supplies, by index and sub-index."""
     return {
         (0x1001, 0): lambda _: emergencies().error_register,
         ERROR_FIELD: lambda _: len(emergencies().history),

@@ -17,7 +17,7 @@ from pneuforce.registers.map import BY_NAME, REGISTERS, Register
 REGISTER_INDEX_BASE = 0x2000
 #: Physical units of CiA 303-2: prefix code, then unit code.
 NEWTON, KILOPASCAL = 0x0021_0000, 0x0322_0000
-AI_STATUS = 0x6150  #: bit 0: not valid; bit 1: above the range
+AI_STATUS = 0x6150  #: status of each channel; bit 0: not valid, bit 1: above the range
 
 
 def register_index(register: Register) -> int:
@@ -79,14 +79,14 @@ _MEASURING_DEVICE: tuple[DictionaryObject, ...] = (
             subindex=1,
             name="force",
             type=DataType.U8,
-            doc="Bit 0: not valid; 1: force limit.",
+            doc="Bit 0: not valid; bit 1: above the force limit.",
         ),
         ObjectEntry(
             index=AI_STATUS,
             subindex=2,
             name="pressure",
             type=DataType.U8,
-            doc="Bit 0: not valid; 1: overpressure.",
+            doc="Bit 0: not valid; bit 1: overpressure.",
         ),
     ),
     _measured(0x7130, "AI process value, 16 bits", "force_mn", "pressure_pa"),

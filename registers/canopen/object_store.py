@@ -32,12 +32,12 @@ class ObjectStore:
         node_id: int,
         value_readers: Mapping[EntryAddress, ValueReader],
     ) -> None:
-        """Create the store. `value_readers` read the entries whose values the node gives."""
+        """Create the store. `value_readers` read the entries whose values the node itself supplies."""
         self._source = source
         self._parameters = parameters
         self._node_id = node_id
         self._value_readers = value_readers
-        #: Functions that are called, with the time [s], after an entry was written.
+        #: Functions that are called after a write to an entry. The argument is the time [s].
         self.on_write: dict[EntryAddress, Callable[[float], None]] = {}
 
     def read(self, entry: ObjectEntry, now_s: float) -> bytes:
@@ -66,7 +66,7 @@ class ObjectStore:
             self._source.log_rejected_write(CAN_PEER, request, abort_code.meaning, now_s)
 
     def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> None:
-        """Write all bytes of an entry. Raises SdoAbort if the value is rejected; then nothing has changed."""
+        """Write all bytes of an entry. Raises SdoAbort and changes nothing if the value is rejected."""
         try:
             value = self._decode(entry, raw)
         except SdoAbort as abort:

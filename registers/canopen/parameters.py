@@ -47,8 +47,8 @@ class Parameters:
     def set(self, address: EntryAddress, value: int) -> None:
         """Change one parameter.
 
-        Raises SdoAbort if an inhibit time is changed while its PDO is enabled (CiA 301 on 1800h), or if the
-        node could then load the bus by more than 60 %.
+        Raises SdoAbort if an inhibit time is changed while its PDO is enabled (CiA 301, object 1800h). Also
+        raises SdoAbort if the new value allows a bus load above 60 %.
         """
         changed = self._values | {address: value}
         if address in _INHIBIT_TIMES and value != self._values[address]:

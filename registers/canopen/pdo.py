@@ -22,7 +22,7 @@ class Tpdo:
         self.start()
 
     def start(self) -> None:
-        """Reset the state on entering Operational: a TPDO with an event timer is due at once."""
+        """Reset when the node enters Operational. A TPDO with an event timer is then due at once."""
         self._triggered = False
         self._sync_count = 0
         self._sent_s = -math.inf

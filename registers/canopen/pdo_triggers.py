@@ -11,7 +11,7 @@ from pneuforce.registers.can.node import STALE_FORCE_PERIOD_S, TransmitTimer
 
 
 class PdoTriggers:
-    """Detector for the events of the TPDOs between two calls. The results are sets of frame names."""
+    """Detector for the events that trigger the TPDOs. An event is returned as the name of its frame."""
 
     def __init__(self, force_rate_hz: int) -> None:
         self._decimator = ForceDecimator(force_rate_hz)
@@ -19,14 +19,15 @@ class PdoTriggers:
         self._last_content: dict[str, Hashable] = {}
 
     def at_sample(self, snapshot: Any) -> set[str]:
-        """Return the events at a new sample: Force at its rate or with an alarm, and what has changed."""
+        """Return the events at a new sample: Force at its rate or with an alarm, and changed frames."""
         selected = self._decimator.selects(alarm="force_high_alarm" in snapshot.status)
         return self._changed(snapshot) | ({FORCE.name} if selected else set())
 
     def at_tick(self, snapshot: Any, now_s: float) -> set[str]:
-        """Return the events by time: Force at once when samples stop and then at 10 Hz, and what has changed.
+        """Return the events by time: changed frames, and Force if the samples have stopped.
 
-        The first sample after that triggers Force at once.
+        Force is triggered at once when the samples stop, and then at 10 Hz. The first new sample triggers
+        Force at once.
         """
         events = self._changed(snapshot)
         if "stale" in snapshot.status:
@@ -36,7 +37,8 @@ class PdoTriggers:
 
     def _changed(self, snapshot: Any) -> set[str]:
         finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
-        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)  # codes compare equal, but NaN does not
+        # The code is compared, because a setpoint that is NaN would never be equal to itself.
+        setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)
         content: dict[str, Hashable] = {
             STATE.name: (setpoint, finished_contacts),
             STATUS_FRAME.name: (snapshot.status, snapshot.state, snapshot.reject_reason),

@@ -41,7 +41,7 @@ class EntryStore(Protocol):
 
 @dataclass(slots=True)
 class _Transfer:
-    """Segmented transfer in progress, with the data still to send or received so far."""
+    """Segmented transfer in progress. `data` is still to be sent (upload), or already received (download)."""
 
     entry: ObjectEntry
     multiplexer: bytes  #: index and sub-index
@@ -98,7 +98,7 @@ class SdoServer:
             return False
 
     def tick(self, now_s: float) -> bytes | None:
-        """Return the abort message of a transfer whose client is overdue; None if there is none."""
+        """Return the abort message for a transfer that has timed out; None if no transfer has timed out."""
         if self._transfer is None or now_s <= self._transfer.deadline_s:
             return None
         return self._abort(self._transfer.multiplexer, AbortCode.TIMEOUT)

@@ -15,7 +15,7 @@ from pneuforce.registers.modbus.pdu import FIRST_EXCEPTION_FUNCTION, RequestHand
 from pneuforce.registers.modbus.round_robin import RoundRobinScheduler
 from pneuforce.registers.source import Peer
 
-#: Size of one read: about 40 requests. They are answered before the next read.
+#: Maximum size of one read: about 40 requests. These requests are answered before the next read.
 _READ_BYTES = 512
 
 
@@ -26,7 +26,7 @@ class ModbusTcpCounters:
     clients: int = 0  #: connections that are open now
     connections: int = 0  #: accepted connections
     not_allowed: int = 0  #: connections closed because of their address; not included in any other counter
-    evicted: int = 0  #: connections closed for a new one because the connection limit was reached
+    evicted: int = 0  #: connections closed because a new connection exceeded the limit
     requests: int = 0
     exceptions: int = 0  #: requests answered with an exception code
     invalid_frames: int = 0  #: invalid headers and functions; each of them closed its connection
@@ -87,15 +87,15 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         self._limits = server.limits
         self._decoder = MbapDecoder()
         self._buffer = memoryview(bytearray(_READ_BYTES))
-        self._pending: deque[MbapRequest] = deque()  #: complete requests; all of them are carried out
+        self._pending: deque[MbapRequest] = deque()  #: complete requests; each request is carried out
         self._answers: list[bytes] = []  #: answers of this pass of the event loop
-        self._error = ""  #: reason to close after the last answer
-        self._eof = False  #: the client sends no more
+        self._error = ""  #: error after which the connection closes; empty if there is none
+        self._eof = False  #: the client will send no more requests
         self.last_received_s = server.clock()
         self.requests = 0
         self.exceptions = 0  #: requests answered with an exception code
         self._frame_started_s = math.inf
-        self._unread_since_s = math.inf  #: the client has not read its answers since then
+        self._unread_since_s = math.inf  #: time since which the client has not read its answers
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Register the connection with the server."""
@@ -113,7 +113,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
     def evict(self, new_address: str) -> None:
         """Close immediately, to make room for a connection from `new_address`."""
         self._log_warning(
-            "closed to make room for a connection from %s: %d connections, the limit",
+            "closed to make room for a connection from %s: the limit of %d connections is reached",
             new_address,
             self._server.counters.clients,
         )
@@ -171,7 +171,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         self._transport.pause_reading()
 
     def _continue_or_close(self) -> None:
-        """Close if no further request can come, otherwise continue to read. No request may be pending."""
+        """Close after an error or end of input, else continue to read. Call only without pending requests."""
         if self._error:
             self._server.counters.invalid_frames += 1
             self._log_warning("closed: invalid %s", self._error)

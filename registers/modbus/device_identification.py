@@ -66,7 +66,7 @@ class DeviceIdentification:
         return self._encode(read_code, [first], 0)
 
     def _stream(self, read_code: int, first: int) -> bytes:
-        """Return as many objects as fit, from object `first` on, or from the first one if it is missing."""
+        """Return as many objects as fit, from object `first`. If it is missing, start at the lowest id."""
         ids = [id_ for id_ in self._objects if id_ <= _LAST_OBJECT[read_code]]
         if first in ids:
             ids = ids[ids.index(first) :]

@@ -6,31 +6,35 @@ import math
 
 from pneuforce.registers.modbus.rtu import RtuTiming
 
-_ADAPTER_S = 0.025  #: from the last byte on the line until it is read; the timer of a USB adapter is 16 ms
-_NO_ECHO_VALID_S = 60.0  #: time for which a line that gave no echo is assumed to give none
+#: Time from the last byte on the line until this process reads the byte. The timer of a USB adapter is 16 ms.
+_ADAPTER_S = 0.025
+#: If an echo is missing, the line is assumed to have no echo for this time.
+_NO_ECHO_VALID_S = 60.0
 
 
 class EchoDetector:
     """Detector that distinguishes the echo of an answer from a request.
 
-    Most answers cannot be requests, and the frame after such an answer shows whether the line echoes. An
-    answer to function 6, 8 or 22 equals its request. If its echo were taken for a request, the unit would
-    answer its own answers for ever. A frame that equals such an answer is an echo if it arrives as soon as an
-    echo would, unless the line gave no echo within the last minute. It is also an echo if equal frames arrive
-    that soon twice in a row. The only cost: a master that repeats the same request that fast, and sends
-    nothing else, must send the request once more.
+    Most answers differ from their request. A frame that equals such an answer is an echo. The next frame
+    after such an answer shows whether the line has an echo.
+
+    An answer to function 6, 8 or 22 equals its request. If its echo were treated as a request, the unit would
+    answer its own answers for ever. A frame that equals such an answer and arrives within the echo delay is
+    an echo, except if an echo was missing within the last minute. The second of two such frames in a row is
+    always an echo. Disadvantage: a master that repeats a request within the echo delay, and sends nothing
+    else, must send the request once more.
     """
 
     def __init__(self, timing: RtuTiming) -> None:
         self._timing = timing
         self._sent = b""
         self._answer_equals_request = False
-        self._due_s = -math.inf  #: latest time at which an echo arrives
-        self._no_echo_until_s = -math.inf  #: the line is assumed to give no echo until then
+        self._due_s = -math.inf  #: latest arrival time of an echo
+        self._no_echo_until_s = -math.inf  #: the line is assumed to have no echo until then
         self._previous_was_prompt = False  #: the previous frame equalled the answer and arrived in time
 
     def sent(self, answer: bytes, request: bytes, now_s: float) -> None:
-        """Note that `answer` is being sent in response to `request`."""
+        """Record that `answer` is being sent in response to `request`."""
         self._sent, self._answer_equals_request = answer, answer == request
         self._due_s = now_s + len(answer) * self._timing.character_s + _ADAPTER_S
 

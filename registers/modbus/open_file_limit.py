@@ -12,7 +12,7 @@ import resource
 ACCEPTED_PER_PASS = 128
 #: Number of passes of the event loop until evicted connections are closed.
 _PASSES_UNTIL_CLOSED = 4
-#: Files of the rest of the process: rig, CAN, logs, libraries.
+#: Number of other files that this process opens: rig, CAN, logs, libraries.
 _OTHER_FILES = 64
 
 

@@ -15,9 +15,9 @@ from pneuforce.support.throttle import RateLimitedLogger
 
 MAX_BITS_READ, MAX_BITS_WRITTEN = 2000, 1968
 MAX_WORDS_READ, MAX_WORDS_WRITTEN = 125, 123
-MAX_WORDS_WRITTEN_WITH_READ = 121  #: by function 23
+MAX_WORDS_WRITTEN_WITH_READ = 121  #: limit of function 23
 WRITE_FUNCTIONS = frozenset((5, 6, 15, 16, 22, 23))
-FIRST_EXCEPTION_FUNCTION = 0x80  #: functions from here on occur in exception responses only
+FIRST_EXCEPTION_FUNCTION = 0x80  #: function codes from 80h occur in exception responses only
 _COIL_VALUES = (0x0000, 0xFF00)
 
 _ADDRESS_COUNT = struct.Struct(">HH")
@@ -32,15 +32,15 @@ class RequestHandler:
     """Handler that answers requests from a source.
 
     The checks follow the flow charts of the Modbus specification: function (01), quantity (03), address (02),
-    value (03), and at last the source's own decision (06). A rejected request changes nothing. An answer
-    shows one snapshot.
+    value (03), and finally the decision of the source (06). A rejected request changes nothing. All values
+    in an answer come from one snapshot.
 
-    A vent is never rejected. If mode := vent is among the words of a well-formed write, the source receives
-    the vent: together with the rest of the request if the rest is accepted, otherwise alone. The answer then
-    rejects the rest.
+    A vent is never rejected. If a well-formed write contains mode := vent, the source always receives the
+    vent. If another part of the write is rejected, the source receives the vent alone, and the answer is an
+    exception.
 
-    `read_only` rejects every write function (01). `vent_only` is for broadcasts. Anything else than a vent in
-    a broadcast is meant for other units. It is neither carried out nor logged as rejected.
+    `read_only` rejects every write function (01). `vent_only` is for broadcasts. A broadcast without a vent
+    is meant for other units. It is not carried out, and it is not logged as a rejected write.
     """
 
     def __init__(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 MIN_FRAME_BYTES, MAX_FRAME_BYTES = 4, 256
 _CHARACTER_BITS = 11  #: start bit, 8 data bits, parity or second stop bit, stop bit (2.5.1)
 _MAX_SCALED_BAUD, _FIXED_SILENCE_S = 19200, 0.00175  #: above this baud rate the silence is fixed (2.5.1.1)
-_BUFFER_CHARACTERS = 16  #: size of a UART's buffer
+_BUFFER_CHARACTERS = 16  #: size of a UART's receive buffer
 _ADAPTER_S = 0.05  #: the timer of a USB adapter is 16 ms, and the timer of this process may be late
 _MAX_BUFFERED_BYTES, _MAX_STARTS = 4 * MAX_FRAME_BYTES, 32
 
@@ -102,7 +102,7 @@ class RtuDecoder:
         return []
 
     def reset(self) -> None:
-        """Drop incomplete frames, as after a long silence."""
+        """Drop incomplete frames. The next byte may start a frame."""
         self._drop(len(self._data))
         self._after_silence = True
 
@@ -135,7 +135,7 @@ def _split_frames(data: bytes) -> list[bytes]:
 def _possible_ends(data: bytes, start: int) -> list[int]:
     """Return the positions at which a frame that starts at `start` can end.
 
-    There may be several, because zeros after a frame leave its CRC valid.
+    Several positions are possible, because the CRC of a frame stays valid if zeros follow.
     """
     longest = data[start : start + MAX_FRAME_BYTES]
     # Function 0 does not exist. Without this check, 1000 zeros take 8 ms; with it, 0.1 ms.

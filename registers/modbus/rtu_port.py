@@ -34,15 +34,15 @@ def open_port(port: str, baud: int, parity: str, stop_bits: int) -> RtuPort:
 
 
 def supported_parity(port: str, parity: str) -> str:
-    """Return `parity`, or "none" for a pty, which rejects a parity when it is set again."""
-    with contextlib.suppress(OSError):  # the error appears again, with a message, when the port is opened
+    """Return `parity`, or "none" for a pty. A pty rejects a parity that is set a second time."""
+    with contextlib.suppress(OSError):  # opening the port reports the same error with a message
         if os.major(os.stat(port).st_rdev) in _PTY_MAJORS:
             return "none"
     return parity
 
 
 def describe_port_error(error: Exception) -> str:
-    """Return the cause of a port error in words for users."""
+    """Return the cause of a port error as a text for users."""
     code = getattr(error, "errno", None)
     if "exclusively lock" in str(error) or code == errno.EBUSY:
         return "another process uses it"

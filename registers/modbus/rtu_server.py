@@ -140,7 +140,7 @@ class ModbusRtuServer:
     def _send(self, answer: bytes) -> None:
         """Send the answer, or drop it if the port does not accept all of it at once.
 
-        The master would take an answer that comes too late for the answer to another request.
+        The master would treat a late answer as the answer to its next request.
         """
         assert self._port is not None
         try:

@@ -33,7 +33,7 @@ class ModbusTcpOptions:
     unit: int = 1
     word_swap: bool = False  #: low word of a 32-bit value first
     read_only: bool = False
-    max_connections: int = 64  #: a further connection is accepted, and another one closed
+    max_connections: int = 64  #: a new connection above this limit closes an older one
     idle_timeout_s: float = 60.0  #: time without a byte from the client
     frame_timeout_s: float = 5.0  #: time to complete a frame, and time for the client to read its answers
     write_buffer_bytes: int = 65536  #: unread answer bytes above which requests are no longer read
@@ -42,10 +42,10 @@ class ModbusTcpOptions:
 class ModbusTcpServer:
     """Server for one source on one TCP port.
 
-    Every allowed client is accepted, because it may want to vent. If the connection limit is exceeded, one
-    connection is closed: of the address with most connections (including the new one), the connection that
-    was silent for the longest time. The new connection is never closed. A flood of connections from one
-    address therefore closes only connections from that address.
+    Every allowed client is accepted, because the client may request a vent. If the connection limit is
+    exceeded, the server selects the address with most connections, including the new connection. The server
+    closes the connection of this address that was silent for the longest time. The new connection is never
+    closed. A flood of connections from one address therefore closes only connections from that address.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class ModbusTcpServer:
 
     @property
     def port(self) -> int:
-        """Return the port on which the server listens. It differs from the option if the option is 0."""
+        """Return the port on which the server listens. If the option is 0, the system selects the port."""
         assert self._server is not None
         port: int = self._server.sockets[0].getsockname()[1]
         return port

@@ -1,7 +1,7 @@
 """Register map as a C header for Modbus clients: constants, and functions that decode each register.
 
-The header is C99 and C++11 without undefined or implementation-defined behaviour: bits become numbers with
-memcpy.
+The header is valid in C99 and C++11. It has no undefined or implementation-defined behaviour, because memcpy
+converts bits to numbers.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _C_TYPES = {
 }
 
 _HEAD = f"""\
-/* pneuforce: the register map for programs in C99 and C++11.
+/* pneuforce: register map for programs in C99 and C++11.
  * Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770).
- * Generated from the register map: pneuforce map --format h. How to use it: docs/plc.md.
+ * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
  * byte order of this machine, as libmodbus delivers them. The function stores the value and returns true if
- * the value is valid. If it returns false, the value is not available and is set to 0. Check the sample
- * counter as well: if it does not change, the words are old.
+ * the value is valid. If the value is not available, the function stores 0 and returns false. Check the
+ * sample counter as well: if the counter does not change, the words are old.
  */
 #ifndef PNEUFORCE_REGISTERS_H
 #define PNEUFORCE_REGISTERS_H
@@ -132,7 +132,7 @@ def _enumeration(name: str, values: Enumeration) -> str:
 
 
 def _function(register: Register) -> str:
-    """Return the C function that decodes one register. It takes the word order only if it needs the order."""
+    """Return the C function that decodes one register. Only 32-bit registers need the word-order argument."""
     start = next(first for first, last in BLOCKS if first <= register.address <= last)
     words = f"from_{start}"
     word_order = ", bool low_word_first" if register.wire.words == 2 else ""

@@ -30,7 +30,7 @@ BS_:
 
 BU_: {INSTRUMENT} {MASTER}
 """
-#: Tools show the start value before the first frame: the not-available code if the signal has one.
+#: Tools show the start value before the first frame. It is the not-available code, if the signal has one.
 _ATTRIBUTES = """\
 BA_DEF_ "BusType" STRING ;
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;

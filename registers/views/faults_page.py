@@ -20,8 +20,8 @@ _INTRODUCTION = """\
 Generated from the texts that the instrument itself uses: `pneuforce map --format faults`.
 
 **After a fault** the rig has vented and is *tripped*. Remove the cause. Then *clear* (register command 2,
-CAN mode 2, or the button on the web page), vent (mode 0) and hold (mode 1). Clearing moves no valve. Step by
-step: [rules](rules.md#after-a-trip).
+CAN mode 2, or the button on the web page), vent (mode 0) and hold (mode 1). Clearing moves no valve. The
+[rules](rules.md#after-a-trip) describe each step.
 
 No sensor shows whether the balloon is really empty: look at the balloon. If a line below says that the
 balloon may be inflated, do not rely on a pressure reading of zero.
@@ -29,26 +29,26 @@ balloon may be inflated, do not rely on a pressure reading of zero.
 ## Faults
 
 Register 778 contains the first-out fault. On CAN, an Emergency frame contains FF00h + the code of the fault.
-The board detects the faults with codes up to 15, and the host process those from 32. The names for programs:
-the enumeration *fault* of the [map](registers.md#enumerations), and `PF_FAULT_…` and `PNEUFORCE_FAULT_…` in
-the [PLC files](plc.md).
+The board detects the faults with codes up to 15. The host process detects the faults with codes from 32.
+Names for programs are in the enumeration *fault* of the [map](registers.md#enumerations), and in the
+[PLC files](plc.md) (`PF_FAULT_…` and `PNEUFORCE_FAULT_…`).
 """
 _STATUS = """\
 ## Status bits
 
-Register 20, the Status frame, and the discrete inputs 0–31. A bit that *latches* stays set after its cause is
-gone, until it is cleared by command. The other bits follow their cause.
+Register 20, the Status frame, and the discrete inputs 0–31. A bit that *latches* stays set until a command
+clears it, even if its cause is gone. Any other bit is set only while its cause is present.
 """
 _REJECT_REASONS = """\
 ## Reject reasons
 
-Register 27 after an exception 06. The result in the Answer frame is the code + 16. A rejected request changes
-nothing, but a vent in a rejected request is still carried out.
+After an exception 06, register 27 contains one of these codes. The result in the Answer frame is the
+code + 16. A rejected request changes nothing, but a vent in a rejected request is still carried out.
 """
 _STATES = """\
 ## States
 
-Register 25, and the Status frame.
+Register 25 and the Status frame contain the state.
 """
 
 

@@ -34,11 +34,12 @@ declaration that the instrument itself uses: `pneuforce map --format md`.
 ## Modbus registers
 
 - **Addresses** start at 0, as on the wire. Many programs count registers from 1: see the column *number*.
-  Some programs also add the kind of register to the number: force is {INPUT_REGISTERS + 1} as an input
-  register (function 04) and {HOLDING_REGISTERS + 1} as a holding register (function 03).
-- **Functions**: 03 and 04 read the same registers. 06, 16, 22 and 23 write the registers with access RW.
-  02 reads the status bits as discrete inputs 0–31. 43/14 reads the identification: objects 0–6, serial number
-  (80h) and calibration date (81h).
+  Some programs also add {INPUT_REGISTERS} to the number of an input register (function 04), and
+  {HOLDING_REGISTERS} to the number of a holding register (function 03). Then force is
+  {INPUT_REGISTERS + 1} or {HOLDING_REGISTERS + 1}.
+- **Functions**: Functions 03 and 04 read the same registers. Functions 06, 16, 22 and 23 write the registers
+  with access RW. Function 02 reads the status bits as discrete inputs 0–31. Function 43/14 reads the
+  identification: objects 0–6, serial number (80h) and calibration date (81h).
 - **Word order**: 32-bit values have their high word first (ABCD). The configuration can change this to CDAB.
 - **Blocks**: a read must lie within one of the blocks {", ".join(f"{a}–{b}" for a, b in BLOCKS)}.
   Addresses in a block that are not listed here read 0.
@@ -55,7 +56,7 @@ declaration that the instrument itself uses: `pneuforce map --format md`.
 | 03 | a wrong quantity, a value out of range, NaN, or only half of a 32-bit value written |
 | 06 | rejected in the present state; register 27 shows the reason |
 
-Libraries call exception 06 *busy*. Do not let them repeat the request automatically.
+Libraries call exception 06 *busy*. Disable automatic repetition of the request.
 
 A request that is answered with an exception changes nothing, but a vent (516 := 0) in such a request is still
 carried out.
@@ -63,20 +64,20 @@ carried out.
 _STATUS = """\
 ## Status bits
 
-Register 20 (uint32), the Status frame, and the discrete inputs 0–31. A bit that *latches* stays set after its
-cause is gone, until it is cleared by command. The other bits follow their cause. The action for each bit,
-fault and reject reason: [faults.md](faults.md).
+Register 20 (uint32), the Status frame, and the discrete inputs 0–31. A bit that *latches* stays set until a
+command clears it, even if its cause is gone. Any other bit is set only while its cause is present. The page
+[faults.md](faults.md) describes the action for each bit, fault and reject reason.
 """
 _FRAMES = """\
 ## CAN frames
 
-Classic CAN with 11-bit identifiers, little-endian, node id N (default {node_id}). The same as a DBC file:
-`pneuforce map --format dbc`.
+Classic CAN with 11-bit identifiers, little-endian, node id N (default {node_id}). The command
+`pneuforce map --format dbc` prints the frames as a DBC file.
 """
 _COMMAND = """\
 The length, the ranges and the sequence of a Command are checked in this order. A Command with the same
 sequence and the same content renews the lease and is not carried out again. A Command with the same sequence
-and other content is rejected. A vent of full length is always carried out, whatever its other fields contain.
+and other content is rejected. A vent of full length is always carried out, even if other fields are invalid.
 """
 
 

@@ -13,18 +13,18 @@ _TEXT = Template("""\
    function 06. Use one instance for each instrument, and call the instance in every cycle.
    - It requests inflation once for each rising edge of Hold. It renews the lease while the values are
      fresh.
-   - It vents in the first cycle, when Hold is FALSE, after a rejected write, and when the hold ends by
-     itself.
-   - It repeats a write that was not answered if the repetition is harmless. It never repeats the request to
+   - It vents in the first cycle, when Hold is FALSE, after a rejected write, and when the instrument has
+     ended the hold.
+   - It repeats an unanswered write if the repetition is harmless. It never repeats the request to
      inflate. *)
 FUNCTION_BLOCK PF_Pressure
 VAR_INPUT
     Hold : BOOL;                    (* TRUE: inflate and hold; FALSE: vent *)
     Setpoint_kPa : REAL := 8.0;     (* $setpoint_min to $setpoint_max; a new value is written at once *)
     ForceLimit_N : REAL := 5.0;     (* $limit_min to $limit_max: limit for the alarm, status bit 6 *)
-    Lease_ms : UINT := 2000;        (* $lease_min to $lease_max: the instrument vents if it is not renewed *)
+    Lease_ms : UINT := 2000;        (* $lease_min to $lease_max: without renewal the instrument vents *)
     RenewEvery : TIME := T#500ms;   (* less than half of the lease *)
-    Run : BOOL;                     (* rising edge while not holding: runs Command; keep TRUE to the end *)
+    Run : BOOL;                     (* rising edge while not holding: runs Command; keep TRUE until it ends *)
     Command : UINT := 2;            (* a PF_COMMAND_CODE constant; 2 clears the faults *)
     Argument : WORD;                (* argument of the command *)
     Fresh : BOOL;                   (* output of PF_Reading *)
@@ -42,8 +42,8 @@ VAR_OUTPUT
     Address : UINT;
     Value : WORD;
     Holding : BOOL;                 (* both valves are closed after the setpoint was reached *)
-    RangeError : BOOL;              (* setpoint, force limit or lease out of range: they are not written *)
-    Ended : BOOL := TRUE;           (* the hold ended or could not start: Hold must become FALSE first *)
+    RangeError : BOOL;              (* setpoint, force limit or lease is out of range; none is written *)
+    Ended : BOOL := TRUE;           (* the hold ended or did not start: set Hold to FALSE first *)
     Rejected : BOOL;                (* the instrument rejected a write *)
     Reason : UINT;                  (* a PF_REJECT_REASON constant, or 0 if the instrument gave no reason *)
     CommandDone : BOOL;
@@ -106,7 +106,7 @@ END_VAR
                 Stage := Stage + 1;
             END_IF;
         ELSIF ExceptionCode <> 0 AND Stage = RELEASE_LEASE THEN
-            Stage := IDLE;   (* another peer holds the lease *)
+            Stage := IDLE;   (* another peer has the lease *)
         ELSIF ExceptionCode <> 0 AND Stage > IDLE THEN
             Rejected := TRUE;
             Stage := WAIT_FOR_REASON;
@@ -122,7 +122,7 @@ END_VAR
     IF NOT Hold THEN
         Ended := FALSE;
     ELSIF Stage <= IDLE AND (RangeError OR NOT Fresh) THEN
-        Ended := TRUE;   (* a request to hold is not postponed *)
+        Ended := TRUE;   (* holding is impossible now: require a new rising edge of Hold *)
     END_IF;
     IF NOT Run THEN
         RunHandled := FALSE;
@@ -236,7 +236,7 @@ END_VAR
     Holding := Stage = KEEP_HOLDING AND Fresh AND State = $holding;
 END_FUNCTION_BLOCK
 """)
-#: The integer registers are written, so that neither a float nor a word order is needed.
+#: The integer registers are written, because they need no float conversion and no word order.
 _SETPOINT, _LIMIT = "setpoint_requested_pa", "force_limit_mn"
 
 

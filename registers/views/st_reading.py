@@ -10,7 +10,7 @@ from pneuforce.registers.field import StatusBit, WireType
 from pneuforce.registers.map import BY_NAME, REGISTERS, Register
 from pneuforce.registers.modbus.register_bank import RegisterBank
 
-#: Values that a control loop uses. If they are not valid, the upper limit is substituted, never 0.
+#: Values that a control loop uses. An invalid value becomes the upper limit, because 0 would be unsafe.
 _FORCES = ("force", "force_uncompensated")
 _MEASURED = tuple(register for register in REGISTERS if register.address in MEASURED_BLOCK)
 _TYPES = {WireType.F32: "REAL", WireType.U32: "DWORD", WireType.U16: "UINT"}
@@ -115,8 +115,9 @@ END_FUNCTION_BLOCK
 
 _READING = """\
 (* Decodes the registers {first} to {last}, read with one request: value and validity of each quantity.
-   Fresh is FALSE until the sample counter changes, and if it does not change for FreshWithin. The check is
-   necessary because a master keeps the words of its last read when the communication stops. *)
+   Fresh becomes TRUE when the sample counter changes. Fresh becomes FALSE if the counter does not change for
+   FreshWithin. The check is necessary because a master keeps the words of its last read when the
+   communication stops. *)
 FUNCTION_BLOCK PF_Reading
 VAR_INPUT
     Words : PF_MEASURED_WORDS;
@@ -210,7 +211,7 @@ def _bit(bit: StatusBit) -> str:
 
 
 def _pattern(bank: RegisterBank) -> str:
-    """Return the condition that the test words have the word order of `bank`."""
+    """Return the Structured Text condition that is TRUE if the test words have the word order of `bank`."""
     registers = [register for register in REGISTERS if register.address in TEST_BLOCK]
     data = b"".join(bank.encode_words(register, register.constant or 0) for register in registers)
     words = [data[at : at + 2].hex().upper() for at in range(0, len(data), 2)]

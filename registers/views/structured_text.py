@@ -1,9 +1,9 @@
 """Structured Text library (IEC 61131-3) for PLC programs: constants, types and function blocks.
 
-The library uses only what CODESYS, TwinCAT, Siemens SCL and matiec have in common. It contains no pragmas,
-pointers, unions or methods. It contains no enumeration types, because Siemens has none, and a new code would
-have no name. It does not convert between REAL and DWORD: one PLC copies the bits, another converts the
-number.
+The library uses only language elements that CODESYS, TwinCAT, Siemens SCL and matiec support. It contains no
+pragmas, pointers, unions or methods. It contains no enumeration types, because Siemens SCL does not support
+them, and because a new code would have no name. It does not convert between REAL and DWORD, because some PLCs
+copy the bits and others convert the number.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pneuforce.registers.views.st_reading import reading_blocks
 _HEAD = f"""\
 (* pneuforce: library for PLC programs in Structured Text, IEC 61131-3.
    Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770).
-   Generated from the register map: pneuforce map --format st. How to use it: docs/plc.md.
+   Generated from the register map: pneuforce map --format st. Instructions: docs/plc.md.
 
-   The function blocks do not communicate themselves. The Modbus master of the PLC reads and writes the
-   registers, and passes the words to the blocks. *)
+   The function blocks do not communicate. The Modbus master of the PLC reads and writes the registers. The
+   PLC program passes the words between the master and the blocks. *)
 """
 
 

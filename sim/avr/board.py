@@ -19,17 +19,18 @@ from pneuforce.sim.avr.toolchain import OTHER_VERSION, ToolchainError, program
 from pneuforce.sim.board.states import ResetCause
 from pneuforce.sim.faults import SimulatorRequestError
 
-#: Pins of valves and output contact, as in firmware/pneuforce/hardware.h.
+#: Port bits of valves and output contact, as in firmware/pneuforce/hardware.h.
 INLET_BIT, VENT_BIT, OK_BIT = 4, 7, 0
 CONVERSION_CYCLES = 13 * 128
-#: A step starts this long before its ADC sum is complete, so that a frame received in the step (0.5 ms) is
-#: processed with that sum.
+#: Time from the start of a step until its ADC sum is complete [cycles]. A frame takes 0.5 ms. Therefore, a
+#: frame that is received in a step is processed with the sum of that step.
 AHEAD_CYCLES = 600 * CYCLES_PER_US
-#: Time of two bytes. After this time without a byte, the transmission is complete.
+#: Transmission time of two bytes [cycles]. After this time without a byte, the transmission is complete.
 LINE_IDLE_CYCLES = 40 * CYCLES_PER_US
 STEP_US = 1_000_000 // SAMPLES_PER_S
-#: Time from a stopped crystal to the reset. The watchdog has its own clock. Its first time-out requests an
-#: interrupt, which the stopped processor cannot execute; its second time-out resets the chip.
+#: Time from the stop of the crystal to the reset by the watchdog [µs]. The watchdog has its own clock. Its
+#: first time-out requests an interrupt, which the stopped processor cannot execute. Its second time-out
+#: resets the chip.
 WATCHDOG_RESET_US = 64_000
 MAX_BOOT_CYCLES = 100_000 * CYCLES_PER_US
 
@@ -37,10 +38,10 @@ MAX_BOOT_CYCLES = 100_000 * CYCLES_PER_US
 class AvrBoard:
     """Emulated board that has just booted.
 
-    A sample reports the inputs of the previous step, because its 16 conversions take that long.
+    A sample reports the inputs of the previous step, because the 16 conversions of a sum take one step.
     """
 
-    #: Resolution of the supply voltage near 5 V: 1/16 count of the bandgap conversion, plus truncation.
+    #: Resolution of the supply voltage near 5 V [mV]: 1/16 count of the bandgap conversion, plus truncation.
     supply_step_mv = 3
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
@@ -65,7 +66,7 @@ class AvrBoard:
 
     @property
     def valves(self) -> int:
-        """Return the `Valve` mask that the board drives now."""
+        """Return the `Valve` mask of the valves that the board powers now."""
         high = self.chip.high("D")
         inlet, vent = (high >> bit & 1 for bit in (INLET_BIT, VENT_BIT))
         return inlet * Valve.INLET_OPEN.value | vent * Valve.VENT_CLOSED.value
@@ -103,8 +104,9 @@ class AvrBoard:
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
         """Run until `board_time_us` and return the bytes that the board has sent.
 
-        The received bytes arrive at the bit rate of the line. If the board time has not advanced, the crystal
-        is stopped, and the board receives and sends nothing. Raises FirmwareCrashed.
+        The received bytes arrive at the bit rate of the line. If the board time is the same as in the
+        previous step, the crystal has stopped: the board receives and sends nothing. Raises FirmwareCrashed
+        if the firmware crashes.
         """
         if board_time_us == self._time_us:
             self._stop_clock()
@@ -131,7 +133,7 @@ class AvrBoard:
     def _sent_until(self, cycle: int) -> bytes:
         """Run to a cycle and return the bytes sent, including the rest of a transmission in progress.
 
-        The rest is waited for because three frames can take longer than a step.
+        The function waits for the rest, because three frames can take longer than a step.
         """
         latest = cycle + STEP_US * CYCLES_PER_US
         sent, more = b"", b""
@@ -145,8 +147,8 @@ class AvrBoard:
 def _program_of(version: int) -> Path:
     """Return the path of a firmware with this protocol version.
 
-    Raises ToolchainError if the firmware must be compiled and cannot be: the supplied binary has one version
-    only.
+    Raises ToolchainError if a firmware with another version cannot be compiled. The supplied binary has only
+    the present version.
     """
     if version == PROTOCOL_VERSION:
         return program()

@@ -34,7 +34,7 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {  # return type, types of the argument
 
 
 class FirmwareCrashed(RuntimeError):
-    """The program executed an invalid instruction or stopped the processor for good."""
+    """Crash of the firmware: an invalid instruction, or a permanent stop of the processor."""
 
 
 class ResetFlag(IntFlag):
@@ -60,10 +60,10 @@ class Emulator:
     """Chip that was just switched on. The same calls always give the same bytes."""
 
     def __init__(self, program: Path, eeprom: bytes = b"") -> None:
-        """Load an ELF or .hex file. The EEPROM starts with these bytes; the other cells are erased (FFh).
+        """Load an ELF or .hex file.
 
-        Raises ToolchainError if the emulator cannot be compiled, or ValueError if the file contains no
-        program.
+        The EEPROM starts with the bytes `eeprom`; its other cells are erased (FFh). Raises
+        ToolchainError if the emulator cannot be compiled, or ValueError if the file contains no program.
         """
         self._library = _library()
         self._chip = self._library.chip_new(str(program).encode(), eeprom, len(eeprom))
@@ -75,7 +75,7 @@ class Emulator:
     def run(self, cycle: int) -> None:
         """Run to a cycle, counted from power-on.
 
-        Do nothing if the cycle has passed. Raises FirmwareCrashed.
+        Do nothing if that cycle is in the past. Raises FirmwareCrashed if the program crashes.
         """
         if self._library.chip_run(self._chip, cycle):
             raise FirmwareCrashed(f"the firmware crashed after {self.cycle / CYCLES_PER_US / 1e6:.6f} s")
@@ -99,7 +99,7 @@ class Emulator:
         return mask
 
     def reset(self, cause: ResetFlag) -> None:
-        """Reset the chip now."""
+        """Reset the chip and report this cause to the program."""
         self._library.chip_reset(self._chip, cause)
 
     def _count(self, name: str) -> int:

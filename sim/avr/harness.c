@@ -14,7 +14,7 @@
 #define CLOCK_HZ 16000000
 enum { MCUSR = 0x54, PORTB = 0x25, PORT_REGISTERS = 3 };
 
-/* Callback that does nothing. A cycle timer with this callback ends the run at its cycle. */
+/* Callback that does nothing. A cycle timer with this callback stops the run at the cycle of the timer. */
 static avr_cycle_count_t stop_here(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     return 0;
@@ -122,8 +122,8 @@ int chip_sent(struct chip *c, uint8_t *bytes, int size)
     return n;
 }
 
-/* Return the mask of the pins of port 0 (B) to 2 (D) that are driven high: set in PORT and in DDR, the register before
- * PORT. */
+/* Return the mask of the pins that are driven high. Port 0 is B, port 2 is D. A pin is driven high if its bit is set in
+ * PORT and in DDR. DDR is the register before PORT. */
 uint8_t chip_high(const struct chip *c, int port)
 {
     const uint8_t *port_register = c->avr->data + PORTB + PORT_REGISTERS * port;

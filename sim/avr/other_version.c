@@ -1,4 +1,4 @@
-/* Firmware with the protocol version OTHER_VERSION, as another release would have it. */
+/* Firmware with the protocol version OTHER_VERSION, to simulate the firmware of another release. */
 #include "../../firmware/pneuforce/numbers.h"
 
 #undef PROTOCOL_VERSION

@@ -14,16 +14,16 @@ HARNESS, WIRING = (Path(__file__).with_name(name) for name in ("harness.c", "wir
 HEADERS = Path("/usr/include/simavr")
 GCC_COMMAND = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
 FIRMWARE = Path(__file__).parents[2] / "firmware"
-OTHER_VERSION = Path(__file__).with_name("other_version.c")  #: needs -DOTHER_VERSION=…
+OTHER_VERSION = Path(__file__).with_name("other_version.c")  #: compile with -DOTHER_VERSION=…
 SKETCH, HEX, FLAGS = (FIRMWARE / name for name in ("pneuforce/pneuforce.ino", "pneuforce.hex", "flags"))
 
 
 class ToolchainError(OSError):
-    """A compiler or library of the emulated board is missing, or the compiler rejects the source."""
+    """Missing compiler or library of the emulated board, or source that the compiler rejects."""
 
 
 def harness() -> Path:
-    """Return the path of the compiled emulator library. Raises ToolchainError."""
+    """Return the path of the compiled emulator library. Raises ToolchainError if it cannot be compiled."""
     _require(shutil.which("gcc"), "gcc: apt-get install gcc")
     _require(HEADERS.is_dir(), "simavr: apt-get install libsimavr-dev")
     sources = [HARNESS, WIRING, HEADERS / "sim_avr.h"]
@@ -31,10 +31,11 @@ def harness() -> Path:
 
 
 def program(main: Path = SKETCH, *flags: str) -> Path:
-    """Return the path of a compiled program for the chip. Raises ToolchainError.
+    """Return the path of a compiled program for the chip. Raises ToolchainError if it cannot be compiled.
 
     The program is compiled from the C file `main`, the headers in its folder, and the sketch with its
-    headers. If avr-gcc is missing, the sketch is replaced by the supplied binary, the same that is flashed.
+    headers. If avr-gcc is missing, the supplied binary replaces the compiled sketch. Real boards are
+    flashed with the same binary.
     """
     if main == SKETCH and not shutil.which("avr-gcc"):
         return HEX

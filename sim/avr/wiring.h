@@ -30,10 +30,10 @@ struct chip {
     avr_irq_t *to_uart;
     avr_uart_t *uart;
     struct queue received, sent;
-    uint64_t target;                      /* cycle to run to */
+    uint64_t target;                      /* cycle at which the run stops */
     uint16_t next_sum, sum;               /* result of the next sum; result of the sum in progress */
     uint32_t supply_mv;
-    uint16_t result, next_result;         /* previous conversion; conversion that was started last */
+    uint16_t result, next_result;         /* of the previous conversion; of the conversion that was started last */
     uint64_t ready;                       /* cycle at which `next_result` becomes the result */
     uint32_t sensor_count, bandgap_count; /* conversions since reset */
     uint64_t sum_done;                    /* cycle at which the last sum was complete; 0 after the firmware used it */
@@ -65,7 +65,8 @@ static uint32_t sensor_counts(struct chip *c)
     return split(c->sum, CONVERSIONS, n);
 }
 
-/* Return the true ratio minus half a count on average, as noise and truncation do. A single count is 22 mV. */
+/* Return a bandgap conversion. The mean is the true ratio minus half a count, because a real conversion truncates. One
+ * count corresponds to 22 mV. */
 static uint32_t bandgap_counts(struct chip *c)
 {
     if (c->supply_mv <= BANDGAP_MV)
@@ -87,8 +88,8 @@ static void on_conversion(avr_irq_t *irq, uint32_t value, void *param)
         c->next_result = bandgap_counts(c);
 }
 
-/* simavr converts when the result is read, on the channel selected then. A real chip uses the channel selected at the
- * start of the conversion. */
+/* Replaces the result of simavr, which uses the channel that is selected when the program reads the result. A real chip
+ * uses the channel that was selected at the start of the conversion. */
 static uint8_t read_result(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct chip *c = param;
@@ -96,9 +97,9 @@ static uint8_t read_result(avr_t *avr, avr_io_addr_t address, void *param)
     return address == ADCL ? result & 0xFF : result >> 8;
 }
 
-/* Set the byte time of the UART from its registers. Return true if the bit rate of the chip is that of the host;
- * otherwise no byte is transferred. simavr itself takes the byte time when the last register is written, and adds a
- * parity bit. */
+/* Set the byte time of the UART from its registers. Return true if chip and host use the same bit rate; otherwise no
+ * byte is transferred. simavr alone would compute a wrong byte time: it adds a parity bit, and reads the registers only
+ * when the last one is written. */
 static int bit_rate_matches(struct chip *c)
 {
     const uint8_t *data = c->avr->data;

@@ -1,6 +1,6 @@
 """Python implementation of the board: pressure state machine, limits and rig link.
 
-The firmware follows the same rules. The same contract tests run on both.
+The firmware implements the same rules. The same contract tests run on this board and on the firmware.
 """
 
 from pneuforce.sim.board.board import SimulatedBoard

@@ -35,13 +35,13 @@ class SimulatedBoard:
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         self.serial = serial
         self.reset_cause = reset_cause
-        self.version = PROTOCOL_VERSION  #: version of the sent frames, required of the host too
+        self.version = PROTOCOL_VERSION  #: protocol version of all sent frames and of a valid Identify
         self.samples = 0  #: samples sent since boot; the low 16 bits are the sequence number of the frame
         self._pressure = PressureController()
         self._decoder = FrameDecoder.for_host_frames()
         self._identified = False
-        self._last_command = 0  # low byte of its sequence number
-        self._other_frames = 0  # frames sent that are not samples
+        self._last_command = 0  # low byte of the sequence number of the last command
+        self._other_frames = 0  # number of sent frames that are not samples
         self._time_us = 0
         self._last_hello_us: int | None = None
         if reset_cause in UNEXPECTED_RESETS:
@@ -49,7 +49,7 @@ class SimulatedBoard:
 
     @property
     def valves(self) -> int:
-        """Return the `Valve` mask that the board drives now."""
+        """Return the `Valve` mask of the valves that the board powers now."""
         return self._pressure.status.valves
 
     @property
@@ -70,7 +70,7 @@ class SimulatedBoard:
         return answers + self._periodic_hello() + self._events() + self._sample(adc_sum)
 
     def _handle(self, frame: Frame) -> bytes:
-        """Answer an Identify or apply a command. Before its Identify, a host may only vent."""
+        """Answer an Identify or apply a command. Before the Identify, only a Vent message has an effect."""
         message = frame.message
         if isinstance(message, Identify):
             if frame.version == self.version:
@@ -85,7 +85,7 @@ class SimulatedBoard:
         return b""
 
     def _periodic_hello(self) -> bytes:
-        """Return a Hello five times a second until a host has sent Identify."""
+        """Return a Hello if one is due: five times a second until a host has sent Identify."""
         if self._identified:
             return b""
         due = self._last_hello_us is None or self._time_us - self._last_hello_us >= HELLO_INTERVAL_US

@@ -12,7 +12,7 @@ from pneuforce.sim.board.reading import PressureReading
 from pneuforce.sim.board.states import FILL, SAFE
 from pneuforce.sim.board.supply import SupplyMonitor
 
-#: Values until the first command of a host.
+#: Contact limit and host timeout before the first command of a host.
 CONTACT_LIMIT_AT_BOOT_KPA = 18.0
 HOST_TIMEOUT_AT_BOOT_S = 2.0
 
@@ -23,7 +23,7 @@ class BoardStatus:
 
     state: BoardState = BoardState.BOOT
     valves: int = SAFE
-    setpoint_kpa: float = 0.0  #: setpoint in effect, 0 if there is none
+    setpoint_kpa: float = 0.0  #: setpoint in effect; 0 if no setpoint is in effect
     contact_limit_kpa: float = CONTACT_LIMIT_AT_BOOT_KPA
     host_timeout_s: float = HOST_TIMEOUT_AT_BOOT_S
     since_command_s: float = 0.0  #: time since the last command
@@ -44,7 +44,7 @@ class BoardStatus:
 
     @property
     def may_move_valves(self) -> bool:
-        """Return True if the valves may move towards a setpoint: the host is active and the sensor valid."""
+        """Return True if the valves may be moved: the host is active, and the sensor is valid."""
         return self.host_active and self.reading.sensor_ok
 
     def update(self, adc_sum: int, supply_mv: int, dt_s: float) -> None:

@@ -8,36 +8,37 @@ from pneuforce.protocol.limits import FILL_KPA_PER_S
 from pneuforce.sim.board.reading import PressureReading
 from pneuforce.sim.board.states import FILL, LOCKED, SAFE, Trigger
 
-#: Expected time constant of the tube and switching time of a valve.
+#: Expected time constant of the tube, and expected switching time of a valve [s].
 TUBE_LAG_S = 0.06
 VALVE_DELAY_S = 0.012
 VENT_KPA_PER_S = 8.0
 #: Time after which the pressures of balloon and sensor are equal.
 EQUALISE_S = 0.3
-#: Half of the specified ±0.1 kPa. The other half is left for creep and leakage.
+#: Largest error of a settled pressure [kPa]: half of the specified error. The other half is reserved for
+#: creep and leakage.
 BAND_KPA = 0.05
 IN_BAND_S = 0.3
 FAR_KPA = 0.5
-#: Part of the error that one pulse corrects. Less than 1, so that a faster circuit than expected converges
-#: too.
+#: Fraction of the error that one pulse corrects. It is less than 1, so that the pressure also converges in a
+#: circuit that is faster than expected.
 PULSE_FRACTION = 0.7
 MAX_PULSE_S = 0.5
 
 
 @dataclass(slots=True)
 class FillController:
-    """Controller of the valves from one setpoint to the next."""
+    """Controller of the valves while the pressure changes to a new setpoint."""
 
     valves: int = LOCKED  #: `Valve` mask
-    elapsed_s: float = 0.0  #: time since the start
-    valve_actions: int = 0  #: valve actions since the start
-    lowest_kpa: float = 0.0  #: lowest pressure since the start
+    elapsed_s: float = 0.0  #: time since `start`
+    valve_actions: int = 0  #: valve actions since `start`
+    lowest_kpa: float = 0.0  #: lowest pressure since `start`
     _since_action_s: float = 0.0  # time since the last valve action
     _in_band_s: float = 0.0
     _pulse_left_s: float = 0.0  # remaining time of the pulse in progress
 
     def start(self, reading: PressureReading) -> None:
-        """Start to a new setpoint from the present pressure."""
+        """Start the change from the present pressure to a new setpoint."""
         self.elapsed_s = self._in_band_s = 0.0
         self.valve_actions = 0
         self.lowest_kpa = self._predicted_kpa(reading)
@@ -55,7 +56,7 @@ class FillController:
         self.lowest_kpa = min(self.lowest_kpa, reading.filtered_kpa)
 
     def inflate(self, reading: PressureReading, setpoint_kpa: float) -> Trigger | None:
-        """Keep the inlet open until the pressure that is still in the tube reaches the setpoint."""
+        """Open the inlet until the predicted final pressure reaches the setpoint, then close both valves."""
         if self._predicted_kpa(reading) < setpoint_kpa - BAND_KPA:
             self._drive(FILL)
             return None
@@ -63,11 +64,14 @@ class FillController:
         return Trigger.NEAR_SETPOINT
 
     def _predicted_kpa(self, reading: PressureReading) -> float:
-        """Return the final pressure at the sensor if both valves were closed now."""
+        """Return the final pressure at the sensor [kPa] if both valves closed now."""
         return reading.filtered_kpa + reading.rate_kpa_per_s * (TUBE_LAG_S + VALVE_DELAY_S)
 
     def settle(self, reading: PressureReading, setpoint_kpa: float, dt_s: float) -> Trigger | None:
-        """Wait for equal pressures, then pulse towards the setpoint until the pressure stays in the band."""
+        """Wait until balloon and sensor have equal pressures, then correct the pressure by short pulses.
+
+        Return `SETTLED` after the pressure has stayed in the band around the setpoint.
+        """
         if self._pulse_left_s > 0:
             return None
         self._drive(LOCKED)

@@ -1,4 +1,4 @@
-"""Limits of the board: a condition that must hold in certain states. A violated condition trips the board."""
+"""Limits of the board: conditions that must be true in certain states. A violation trips the board."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ OVERSHOOT_KPA = 0.5
 FILLING_LIMIT_KPA = 12.5
 FROZEN_S = 0.2
 LIMIT_POINT_KPA = 0.1
-#: After a release the pressure stops at the setpoint. After a burst it falls below the setpoint by more than
-#: this.
+#: Distance below the setpoint at which a fast fall is a burst [kPa]. After the release of a contact, the
+#: pressure stops at the setpoint.
 BURST_BELOW_KPA = 0.5
 VENT_SHUT_S = 3.0
 INLET_LEAK_KPA = 0.3
@@ -35,7 +35,7 @@ Condition = Callable[[BoardStatus], bool]
 
 
 class Limit(NamedTuple):
-    """Condition that must hold in `states`. `samples` violations in a row latch `fault`."""
+    """Condition that must be true in `states`. `samples` violations in a row latch `fault`."""
 
     fault: Fault
     states: Set[BoardState]
@@ -44,7 +44,7 @@ class Limit(NamedTuple):
 
 
 def sensor_ok(status: BoardStatus) -> bool:
-    """Return True if the sensor is neither open nor short."""
+    """Return True if the sensor is neither open nor shorted."""
     return status.reading.sensor_ok
 
 
@@ -61,25 +61,28 @@ def below_hard_limit(status: BoardStatus) -> bool:
 def below_filling_limit(status: BoardStatus) -> bool:
     """Return True if the pressure is at most 0.5 kPa above the setpoint and at most 12.5 kPa.
 
-    On the way down to a lower setpoint, the limit falls with the pressure.
+    While the pressure falls to a lower setpoint, the limit falls with the pressure.
     """
     highest_kpa = max(status.setpoint_kpa, status.filling.lowest_kpa) + OVERSHOOT_KPA
     return status.reading.pressure_kpa <= min(highest_kpa, FILLING_LIMIT_KPA)
 
 
 def below_contact_limit(status: BoardStatus) -> bool:
-    """Return True if the held balloon is pressed no harder than the host allows."""
+    """Return True if the pressure is at most the contact limit of the host."""
     return status.reading.pressure_kpa <= status.contact_limit_kpa
 
 
 def balloon_intact(status: BoardStatus) -> bool:
-    """Return True unless the pressure fell by half in 100 ms. A fall back to the setpoint is a release."""
+    """Return False if the pressure has fallen by half in 100 ms, to a value below the setpoint.
+
+    A fall to the setpoint is the release of a contact.
+    """
     now_kpa = status.reading.pressure_kpa
     return now_kpa >= 0.5 * status.reading.past_kpa or now_kpa >= status.setpoint_kpa - BURST_BELOW_KPA
 
 
 def sensor_moves(status: BoardStatus) -> bool:
-    """Return True unless the ADC sum stands still while an open valve must change the pressure."""
+    """Return False if the ADC sum is constant although an open valve must change the pressure."""
     emptying = status.valves == SAFE and status.reading.pressure_kpa > vented_kpa(status.reading)
     must_move = emptying or status.valves == FILL
     return not must_move or status.reading.unchanged_s < FROZEN_S
@@ -114,22 +117,22 @@ def vent_rate_plausible(status: BoardStatus) -> bool:
 
 
 def not_past_limit_point(status: BoardStatus) -> bool:
-    """Return True unless the pressure falls with the inlet open, as it does past the limit point."""
+    """Return False if the pressure falls although the inlet is open: the limit point was passed."""
     return status.inlet.fallen_kpa <= LIMIT_POINT_KPA
 
 
 def pressure_rises(status: BoardStatus) -> bool:
-    """Return True unless the pressure does not rise although the inlet is open."""
+    """Return False if the pressure does not rise although the inlet is open."""
     return not status.inlet.stalled
 
 
 def pressure_falls(status: BoardStatus) -> bool:
-    """Return True unless the pressure does not fall although the vent is open and the rig is not empty."""
+    """Return False if the pressure does not fall although the vent is open and the rig is not empty."""
     return status.vent.no_fall_s <= VENT_SHUT_S
 
 
 def few_top_ups(status: BoardStatus) -> bool:
-    """Return True unless a top-up is due after the largest allowed number of top-ups in ten minutes."""
+    """Return False if a top-up is due, but three top-ups were made within the last ten minutes."""
     return not status.top_ups.due or status.top_ups.recent_count < MAX_TOP_UPS
 
 
@@ -144,7 +147,7 @@ def overpressure_gone(status: BoardStatus) -> bool:
 
 
 def vent_verified(status: BoardStatus) -> bool:
-    """Return True if the rig is empty, and the pressure has confirmed it."""
+    """Return True if the pressure has confirmed that the rig is empty."""
     return status.vent.verified
 
 
@@ -175,8 +178,8 @@ LIMITS: tuple[Limit, ...] = (
     Limit(Fault.HOST_SILENT, PRESSURISED, 1, host_in_time),
 )
 
-#: Condition under which a latched fault may be cleared. The cause of any other fault is not visible once the
-#: rig is SAFE, so these faults may always be cleared.
+#: Condition under which each latched fault may be cleared. All other faults may always be cleared, because
+#: their causes cannot be measured while the valves are SAFE.
 CLEAR_CONDITIONS: Mapping[Fault, Condition] = {
     Fault.SENSOR: sensor_ok,
     Fault.SUPPLY_VOLTAGE: supply_ok,

@@ -17,17 +17,17 @@ from pneuforce.protocol.limits import (
 from pneuforce.sim.board.filling import TUBE_LAG_S, VALVE_DELAY_S
 from pneuforce.sim.board.reading import PressureReading
 
-#: Limit of a vented rig while the sensor has no zero.
+#: Highest pressure of a vented rig while the sensor has no zero [kPa].
 VENTED_NOMINAL_KPA = ZERO_SPAN_KPA + VENTED_KPA
 STEADY_KPA = 0.05
-#: A fall by this much shows that a vent is open.
+#: Smallest fall of the pressure that shows that the vent is open [kPa].
 MIN_FALL_KPA = 0.2
 MIN_RISE_KPA = 0.2
 RISE_WINDOW_S = 0.3
-#: Time after which the tube lag is over. Rise rate and highest pressure are evaluated only after it.
+#: Time after which the tube lag is over [s]. Rise rate and highest pressure are evaluated only after it.
 LAG_OVER_S = 0.1
-#: Lowest starting pressure for the halving time. Below the lowest setpoint, the fall does not show how much
-#: gas there was.
+#: Lowest starting pressure at which the halving time is evaluated [kPa]. Below the lowest setpoint, the
+#: halving time does not show how much gas was in the circuit.
 MIN_HALVING_FROM_KPA = SETPOINT_PA[0] * 0.9e-3
 TOP_UP_BELOW_KPA = 0.1
 TOP_UP_AFTER_S = 2.0
@@ -37,10 +37,10 @@ TOP_UP_HISTORY = 8
 
 @dataclass(slots=True)
 class InletValveMonitor:
-    """Monitor of the pressure since the inlet was opened."""
+    """Monitor of the pressure while the inlet is open."""
 
     stalled: bool = False  #: the pressure rose by less than 0.2 kPa in 300 ms
-    fallen_kpa: float = 0.0  #: difference to the highest pressure since the inlet was opened
+    fallen_kpa: float = 0.0  #: fall from the highest pressure since the inlet was opened
     rise_kpa_per_s: float = 0.0  #: mean rate of the last 0.1 to 0.4 s
     _open_s: float = 0.0
     _window_s: float = 0.0
@@ -75,8 +75,8 @@ class InletValveMonitor:
 class VentValveMonitor:
     """Monitor of the pressure since the vent was opened: detects an empty rig and a vent that stays shut."""
 
-    verified: bool = False  #: the rig is empty, and the pressure has confirmed it
-    no_fall_s: float = 0.0  #: time since the pressure last fell by 0.2 kPa, while the rig is not empty
+    verified: bool = False  #: the pressure has confirmed that the rig is empty
+    no_fall_s: float = 0.0  #: time since the last fall by 0.2 kPa; 0 if the rig is empty
     _low_kpa: float = math.inf
     _high_kpa: float = -math.inf
     _steady_s: float = 0.0
@@ -119,7 +119,7 @@ class EmptyingMonitor:
     A pressed balloon empties faster, so a vent that starts during a contact is not evaluated.
     """
 
-    halving_time_ratio: float = math.inf  #: time in which the pressure was halved / commissioned time
+    halving_time_ratio: float = math.inf  #: measured halving time / commissioned halving time
     _open_s: float = 0.0
     _start_kpa: float = 0.0
 

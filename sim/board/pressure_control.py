@@ -1,4 +1,4 @@
-"""Pressure control: executes the state machine and the limits sample by sample."""
+"""Pressure control: executes the state machine and checks the limits, sample by sample."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HOST_TIMEOUT_MS = (250, 10_000)
 
 
 class StateChange(NamedTuple):
-    """Entered state or latched fault."""
+    """Change of the state, or a fault that was latched without a change of the state."""
 
     state: BoardState
     previous_state: BoardState
@@ -28,11 +28,11 @@ class PressureController:
     """Controller that applies commands, enforces the limits and drives the valves."""
 
     status: BoardStatus = field(default_factory=BoardStatus)
-    changes: list[StateChange] = field(default_factory=list)  #: not yet reported to the host
+    changes: list[StateChange] = field(default_factory=list)  #: changes that the host has not yet received
     _requested_kpa: float = 0.0  # 0: no setpoint is requested
-    _armed: bool = (
-        False  # VENT was applied since boot, trip, Identify, Vent message or host silence while empty
-    )
+    # A command with mode VENT arms the board. These events disarm the board: boot, trip, Identify, a Vent
+    # message, and a silent host while the rig is empty.
+    _armed: bool = False
     _last_clear: int | None = None  # last `clear` value; the first value after Identify is the reference
     _violations: list[int] = field(default_factory=lambda: [0] * len(LIMITS))
 
@@ -41,7 +41,10 @@ class PressureController:
         self._trip(Fault.WATCHDOG)
 
     def host_identified(self) -> None:
-        """Forget what the previous host armed, zeroed and cleared, because the host may be a new one."""
+        """Reset arming, clear value and zero, because the host may be a new host.
+
+        An unfinished inflation is vented. A held balloon stays locked and keeps its zero.
+        """
         self._armed = False
         self._last_clear = None
         self._apply_trigger(Trigger.IDENTIFIED)
@@ -74,7 +77,7 @@ class PressureController:
             self._requested_kpa = command.setpoint_pa * 1e-3
 
     def _clear_faults(self, clear: int) -> None:
-        """Clear the faults whose cause is gone if the value has changed.
+        """Clear the faults whose cause is gone, if the host has changed the value `clear`.
 
         No valve moves, because the valves are SAFE in TRIPPED and in VENTING.
         """
@@ -120,7 +123,7 @@ class PressureController:
             self.changes.append(StateChange(self.status.state, self.status.state, fault))
 
     def _apply_trigger(self, trigger: Trigger, fault: Fault = Fault.NONE) -> bool:
-        """Change the state by the transition table. Return False if the state does not list the trigger."""
+        """Change the state by the transition table. Return False if the present state ignores the trigger."""
         previous_state = self.status.state
         state = TRANSITIONS[previous_state].get(trigger)
         if state is None:

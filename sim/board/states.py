@@ -12,11 +12,11 @@ class Trigger(Enum):
     """Trigger of a state transition."""
 
     VENT_REQUESTED = auto()
-    HOLD_REQUESTED = auto()  #: by a host that has requested VENT since boot, trip or Identify
-    VENT_VERIFIED = auto()  #: the rig is empty, and the pressure has confirmed it
-    NEAR_SETPOINT = auto()  #: the inlet was closed early, because lag brings the rest of the pressure
-    FAR_BELOW_SETPOINT = auto()  #: too far below the setpoint for short pulses
-    SETTLED = auto()
+    HOLD_REQUESTED = auto()  #: the host requests HOLD after it has armed the board by VENT
+    VENT_VERIFIED = auto()  #: the pressure has confirmed that the rig is empty
+    NEAR_SETPOINT = auto()  #: the inlet was closed early, because the measured pressure lags behind
+    FAR_BELOW_SETPOINT = auto()  #: the pressure is too far below the setpoint for short pulses
+    SETTLED = auto()  #: the pressure has stayed in the band around the setpoint
     RETARGETED = auto()  #: the setpoint has changed, or a top-up is due
     IDENTIFIED = auto()  #: a host has sent Identify and may be a new host
     TRIPPED = auto()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
-#: Conversions in the average (32 ms). If noise or ripple moves the conversions by a step, the average
+#: Number of conversions in the average (32 ms). With noise or ripple of at least one step, the average
 #: resolves 22 mV / 16.
 SUPPLY_SAMPLES = 16
 

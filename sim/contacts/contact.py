@@ -15,7 +15,7 @@ class Contact(NamedTuple):
     """One contact of the simulated hand with the balloon."""
 
     trajectory: Trajectory  #: travel [mm] if there is `tissue`, otherwise force [N]
-    angle_deg: float = 0.0  #: between the force and the axis of the balloon
+    angle_deg: float = 0.0  #: angle between the force and the axis of the balloon
     tissue: Tissue | None = None
     pause_s: float = 0.0  #: time without contact after the trajectory
 
@@ -25,7 +25,10 @@ class Contact(NamedTuple):
         return self.trajectory.duration_s + self.pause_s
 
     def pusher(self) -> Callable[[float], Push]:
-        """Return a function from the value of the trajectory, a force [N] or a travel [mm], to a push."""
+        """Return a function that converts a value of the trajectory to a push.
+
+        The value is a force [N], or a travel [mm] if there is `tissue`.
+        """
         if self.tissue is None:
             cosine = math.cos(math.radians(self.angle_deg))
             return lambda applied_n: ForcePush(applied_n, cosine)

@@ -44,7 +44,7 @@ EasedFraction = Annotated[float, Field(ge=0, le=0.95)]
 
 
 class _ContactTable(ScenarioTable, ABC):
-    pause_s: Time = 1.0  # without contact, after each contact
+    pause_s: Time = 1.0  # time without contact, after each contact
     angle_deg: float = Field(0.0, ge=0, le=80)
 
     @abstractmethod
@@ -58,7 +58,7 @@ class _ContactTable(ScenarioTable, ABC):
 
 
 class _PlateauTable(_ContactTable):
-    """Plateau of force, or of travel against tissue. Without tissue, a travel presses a rigid wall."""
+    """Plateau of force, or of travel against tissue. Without tissue, the balloon meets a rigid wall."""
 
     force_n: Forces | None = None
     travel_mm: Travels | None = None
@@ -113,7 +113,7 @@ class TapTable(_PlateauTable):
 
 
 class FastTable(_ContactTable):
-    """Overlapping presses: each starts when the force before has fallen to the fraction `eased`."""
+    """Overlapping presses: each press starts when the previous force has fallen to the fraction `eased`."""
 
     kind: Literal["fast"]
     force_n: Forces

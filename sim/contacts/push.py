@@ -31,7 +31,7 @@ class Push(Protocol):
 
 
 class ForcePush(NamedTuple):
-    """Given force, independent of the balloon. Without friction, only the axial part F·cos θ presses."""
+    """Given force, independent of the balloon. Only its axial part F·cos θ presses (no friction)."""
 
     applied_n: float
     cosine: float = 1.0

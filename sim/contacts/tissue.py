@@ -9,15 +9,16 @@ from typing import NamedTuple, Protocol
 from pneuforce.sim.plants.plant import MAX_PUSH_N
 
 TOLERANCE_MM = 1e-6
-#: A Hertz body is infinitely soft at zero force, where nanonewtons cause micrometres.
+#: Tolerance of the force [N]. It is this small because a Hertz body is infinitely soft at zero force: a few
+#: nanonewtons can indent it by a micrometre.
 TOLERANCE_N = 1e-14
 MAX_ITERATIONS = 100
-#: First guess of the stiffness [N/mm]. The result does not depend on it.
+#: First guess of the stiffness [N/mm]. The result does not depend on this guess.
 TYPICAL_N_PER_MM = 0.5
 
 
 class Tissue(Protocol):
-    """Body that is indented by the balloon."""
+    """Body that the balloon indents."""
 
     def indentation_mm(self, force_n: float) -> float:
         """Return the indentation of the tissue [mm] under a force [N]."""

@@ -10,7 +10,8 @@ from typing import NamedTuple, Protocol
 #: Highest rate of a hand [N/s or mm/s], unless the scenario requires a shorter rise time.
 MAX_RATE_PER_S = 10.0
 MIN_CHANGE_S = 0.02
-#: An oscillation swells and fades during this time, because an abrupt start or end would be a jolt.
+#: Time in which the amplitude of an oscillation rises at its start and falls at its end [s]. An abrupt start
+#: or end would be a jolt.
 SWELL_S = 0.25
 
 
@@ -52,7 +53,10 @@ class LinearChange(NamedTuple):
 
 
 class Oscillation(NamedTuple):
-    """Sine around a mean that swells and fades. The frequency changes linearly from start to end."""
+    """Sine around a mean. Its amplitude rises at the start and falls at the end.
+
+    The frequency changes linearly from start to end.
+    """
 
     mean: float
     amplitude: float
@@ -68,7 +72,10 @@ class Oscillation(NamedTuple):
 
 
 class Polyline(NamedTuple):
-    """Values at increasing times, with linear interpolation. The first time is 0 s; at least two points."""
+    """Values at increasing times, with linear interpolation.
+
+    At least two points are required. The first time is 0 s.
+    """
 
     times_s: tuple[float, ...]
     values: tuple[float, ...]
@@ -87,14 +94,17 @@ class Polyline(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """Sequence of segments. After the last segment, its end value stays."""
+    """Sequence of segments. After the last segment, the value remains constant."""
 
     segments: tuple[Segment, ...]
     ends_s: tuple[float, ...]
 
     @classmethod
     def of(cls, *segments: Segment) -> Trajectory:
-        """Return the sequence of all segments with a duration above 0 s. At least one is required."""
+        """Return the sequence of all segments with a duration above 0 s.
+
+        At least one such segment is required.
+        """
         lasting = tuple(segment for segment in segments if segment.duration_s > 0)
         return cls(lasting, tuple(accumulate(segment.duration_s for segment in lasting)))
 

@@ -15,17 +15,17 @@ BOARD = (
     ),
     FaultKind(
         "board_frozen",
-        "The clock of the board stands still: all samples have the same time.",
-        "Ten samples with the same time trip the rig. The emulated chip sends nothing instead: its watchdog "
+        "The clock of the board has stopped: all samples have the same time.",
+        "Ten samples with the same time trip the rig. The emulated chip sends no samples: its watchdog "
         "vents, and the link is lost.",
         {"rig.frozen_board": True},
         effect="sensor_fault",
     ),
     FaultKind(
         "clock_off",
-        "The crystal of the board is off frequency: its clock is too slow or too fast.",
-        "Nothing trips: the link estimates the rate of the board clock, so the ages of samples stay true. "
-        "An error beyond 1 % sets maintenance_required. A resonator may be off by up to 0.5 %.",
+        "The crystal of the board has a wrong frequency: the board clock is too slow or too fast.",
+        "Nothing trips: the link estimates the rate of the board clock, so the ages of samples are correct. "
+        "An error above 1 % sets maintenance_required. A resonator may deviate by up to 0.5 %.",
         {"rig.clock_rate": FromArgument("rate")},
         arguments=(FaultArgument("rate", "of the true rate", 1.015, 0.98, 1.02),),
         effect="maintenance_required",

@@ -5,9 +5,7 @@ from __future__ import annotations
 from pneuforce.protocol.frames import Fault
 from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 
-NO_RISE = (
-    "If the open inlet raises the pressure by less than 0.2 kPa in 300 ms, the board closes it and trips."
-)
+NO_RISE = "The board trips if the open inlet raises the pressure by less than 0.2 kPa in 300 ms."
 
 GAS = (
     FaultKind(

@@ -22,9 +22,9 @@ class FaultInjector:
     """
 
     def __init__(self, world: object) -> None:
-        """Read the healthy values.
+        """Read the values of the rig without faults.
 
-        `world` has the attributes `rig` and `line`, where the attribute paths start.
+        The attribute paths of the catalogue start at `world`, which has the attributes `rig` and `line`.
         """
         self._world = world
         self._healthy = {path: _read(world, path) for kind in CATALOGUE.values() for path in kind.attributes}

@@ -10,7 +10,7 @@ from pneuforce.protocol.frames import Fault
 
 
 class FaultArgument(NamedTuple):
-    """Size of a fault. The name ends with the unit."""
+    """Argument that sets the size of a fault. The name of the argument ends with its unit."""
 
     name: str
     unit: str
@@ -31,8 +31,8 @@ class FaultKind:
     """Fault that can be injected into the rig.
 
     `attributes` maps paths of attributes of the rig to the values that they have during the fault. Removal of
-    the fault restores the values of the healthy rig. A fault with `call` calls a method instead. If it has no
-    `undo_call`, it happens once and does not persist.
+    the fault restores the values of the healthy rig. A fault with `call` calls a method instead. A call
+    without `undo_call` happens once: the fault does not persist.
     """
 
     name: str
@@ -43,9 +43,8 @@ class FaultKind:
     undo_call: str = ""
     arguments: tuple[FaultArgument, ...] = ()
     board_fault: Fault | None = None  #: fault that the board must latch, None if the board cannot detect it
-    effect: str = (
-        ""  #: if the board latches no fault: a status bit of the instrument, "drift", "losses" or ""
-    )
+    #: Response if the board latches no fault: a status bit of the instrument, "drift", "losses" or "".
+    effect: str = ""
     phase: str = "holding"  #: phase in which the fault has an effect: vented, inflating, holding or venting
 
     @property

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 
-COUNTED = (
-    "No damaged frame is accepted. A disturbance costs at most one additional frame. Lost frames are counted."
+COUNTED = "Damaged frames are rejected. Each disturbance causes the loss of at most one more frame."
+LOST = (
+    "After 250 ms the host reports the loss and trips, and the board closes the inlet. "
+    "After 2 s the board vents."
 )
-LOST = "After 250 ms the host reports the loss and trips, and the board closes the inlet. It vents after 2 s."
 RATE = ("of all bytes", 0.001, 0.0, 1.0)
 
 LINE = (
@@ -60,7 +61,7 @@ LINE = (
     ),
     FaultKind(
         "stall",
-        "No bytes arrive. All bytes arrive late, after the fault is removed.",
+        "No bytes arrive until the fault is removed. Then all bytes arrive.",
         LOST,
         {"line.noise.stalled": True},
         effect="link_lost",
@@ -74,7 +75,7 @@ LINE = (
     ),
     FaultKind(
         "cable_pulled",
-        "The cable is unplugged: the port and its symlink disappear. The port comes back under another name.",
+        "The cable is unplugged: the port and its symlink disappear. The next port has another name.",
         LOST,
         {"line.unplugged": True},
         effect="link_lost",

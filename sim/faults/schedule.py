@@ -13,7 +13,7 @@ class ScheduledFault(NamedTuple):
     """Fault with start time and duration."""
 
     start_s: float
-    duration_s: float  #: math.inf if the fault stays
+    duration_s: float  #: math.inf if the fault is not removed
     name: str
     arguments: Mapping[str, float]
 
@@ -49,5 +49,5 @@ class FaultSchedule:
 
 
 def _removal(fault: ScheduledFault) -> int:
-    """Return the kind of removal: a duration that rounds to zero ends at the time of the injection."""
+    """Return the kind of removal. A fault with a duration that rounds to zero is removed at once."""
     return _REMOVE if fault.start_s + fault.duration_s > fault.start_s else _REMOVE_AT_ONCE

@@ -34,7 +34,8 @@ SENSOR = (
     FaultKind(
         "sensor_drift",
         "The zero of the sensor has drifted.",
-        "While the balloon is held, the drift looks like a pressure. A new zero is taken when vented.",
+        "While the balloon is held, the drift looks like a pressure. After a vent, command 1 takes a new "
+        "zero.",
         {"rig.sensor.drift_kpa": FromArgument("kpa")},
         arguments=(FaultArgument("kpa", "kPa", 0.1, -5.0, 5.0),),
     ),

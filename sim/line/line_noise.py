@@ -9,12 +9,12 @@ import random
 from collections import deque
 from dataclasses import dataclass, field
 
-BURST_BITS = 16  #: longest burst that the CRC of the frames always detects
+BURST_BITS = 16  #: length of the longest burst that the CRC of the frames always detects
 
 
 @dataclass(slots=True, kw_only=True)
 class LineNoise:
-    """Quality of a line. It may be changed during a transmission. By default the line has no noise."""
+    """Disturbances of a line. They may be changed during a transmission. By default, there are none."""
 
     flipped_bits: float = 0.0  #: fraction of bits that arrive inverted
     bursts: float = 0.0  #: fraction of bytes at which a burst of up to 16 disturbed bits starts
@@ -23,7 +23,7 @@ class LineNoise:
     inserted: float = 0.0  #: fraction of bytes that are followed by a random byte
     delay_s: float = 0.0  #: transmission time of a byte
     max_chunk_bytes: int = 0  #: largest number of bytes that arrive together, 0 for no limit
-    stalled: bool = False  #: bytes wait, and arrive when the stall is over
+    stalled: bool = False  #: bytes arrive only after the end of the stall
     cut: bool = False  #: bytes that are sent or in transit are lost
 
     @property
@@ -74,7 +74,7 @@ class NoisyLine:
         return bool(self._in_transit) and self._in_transit[0][0] <= now_s and not self.noise.stalled
 
     def _room(self, received_bytes: int) -> int:
-        """Return how many more bytes may arrive in this call."""
+        """Return the number of bytes that may still arrive in this call."""
         limit = self.noise.max_chunk_bytes
         return limit - received_bytes if limit else len(self._in_transit[0][1])
 
@@ -82,7 +82,7 @@ class NoisyLine:
         return b"".join(self._disturb_byte(byte) for byte in data)
 
     def _disturb_byte(self, byte: int) -> bytes:
-        """Return the bytes that arrive for one sent byte, perhaps none."""
+        """Return the bytes that arrive for one sent byte: no byte, the byte, or more bytes."""
         noise, random_share = self.noise, self._random.random
         if random_share() < noise.dropped:
             return b""
@@ -96,6 +96,6 @@ class NoisyLine:
         return copies + self._random.randbytes(random_share() < noise.inserted)
 
     def _burst_mask(self) -> int:
-        """Return a 24-bit mask with 16 random bits. Their first bit is set and lies in the first byte."""
+        """Return a 24-bit mask with 16 random bits. The first of them is set, and is in the first byte."""
         bits = 1 << BURST_BITS - 1 | self._random.getrandbits(BURST_BITS - 1)
         return bits << self._random.randint(1, 8)

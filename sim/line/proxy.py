@@ -17,14 +17,14 @@ from pneuforce.sim.line.pty_link import PtyLink
 from pneuforce.support.serial_port import SerialPort
 
 READ_BYTES = 4096
-#: Polling interval while bytes are in transit.
+#: Polling interval while bytes are in transit [s].
 TICK_S = 0.002
-#: Polling interval of an idle proxy, so also the time until it ends.
+#: Polling interval of an idle proxy [s]. An idle proxy takes up to this time to end.
 IDLE_S = 0.05
-#: Interval of the attempts to reopen a port.
+#: Interval of the attempts to reopen a port [s].
 REOPEN_S = 0.1
 NO_DESCRIPTOR = -1
-#: Time after which a peer that accepts no bytes is disconnected.
+#: Time after which a peer that accepts no bytes is disconnected [s].
 WRITE_TIMEOUT_S = 1.0
 
 
@@ -36,11 +36,11 @@ class Endpoint(Protocol):
         ...
 
     def read(self) -> bytes:
-        """Return the received bytes, perhaps none. Raises OSError if the peer is gone."""
+        """Return the received bytes; b"" if there are none. Raises OSError if the peer has disconnected."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send bytes. Raises OSError if the peer is gone."""
+        """Send bytes. Raises OSError if the peer has disconnected."""
         ...
 
     def close(self) -> None:
@@ -147,7 +147,7 @@ class _Proxy:
         """Accept a new client."""
 
     def _reopen(self, now_s: float) -> None:
-        """Reopen ports that are gone."""
+        """Reopen lost ports."""
 
 
 class TcpProxy(_Proxy):
@@ -178,7 +178,7 @@ class TcpProxy(_Proxy):
 
 
 class _TcpEndpoint:
-    """TCP socket as an endpoint. Nagle's algorithm is off, so that pieces are sent as they arrive."""
+    """TCP socket as an endpoint. Nagle's algorithm is off, so that bytes are sent at once."""
 
     def __init__(self, stream: socket.socket) -> None:
         stream.settimeout(WRITE_TIMEOUT_S)
@@ -198,7 +198,7 @@ class _TcpEndpoint:
 class _SerialEndpoint:
     """Serial port as an endpoint.
 
-    Bytes that it cannot send are lost, as on a wire. A lost port is reopened.
+    Bytes that the port does not accept are lost, as on a wire. A lost port is reopened.
     """
 
     def __init__(self, url: str) -> None:
@@ -228,7 +228,7 @@ class _SerialEndpoint:
             port.close()
 
     def reopen(self, now_s: float) -> None:
-        """Reopen the port if it is gone. Its name may refer to another device by now."""
+        """Reopen the port if it was lost. Its name may now refer to another device."""
         if self._port or now_s < self._next_attempt_s:
             return
         self._next_attempt_s = now_s + REOPEN_S
@@ -239,8 +239,8 @@ class _SerialEndpoint:
 class SerialProxy(_Proxy):
     """Pseudo-terminal in front of a serial port. The host opens `port`.
 
-    If the serial port disappears, the pseudo-terminal remains and is silent until the serial port is back
-    under the same name.
+    If the serial port disappears, the pseudo-terminal remains. It sends no bytes until a serial port with the
+    same name appears.
     """
 
     def __init__(self, port: str, noise: LineNoise | None = None, seed: int = 1) -> None:

@@ -19,7 +19,8 @@ class PtyLink:
     def __init__(self, link: Path | None = None) -> None:
         """Open the pair and create the symlink `link` to the host end.
 
-        Raises FileExistsError if `link` exists and is not a symlink, or OSError.
+        Raises FileExistsError if `link` exists and is not a symlink, or OSError if the pair or the symlink
+        cannot be created.
         """
         self._link = link
         self._open()
@@ -42,15 +43,15 @@ class PtyLink:
             os.write(self._board_end, data)
 
     def plug(self) -> None:
-        """Plug in: create the symlink to the port."""
+        """Plug in the cable: create the symlink to the port."""
         self.plugged = True
         if self._link:
             _point(self._link, self.port)
 
     def unplug(self) -> None:
-        """Unplug: remove the port and the symlink.
+        """Unplug the cable: remove the port and the symlink.
 
-        The next port has another name, as a USB adapter may have.
+        The next port has another name, as can happen with a USB adapter.
         """
         self._remove_link()
         ends = self._board_end, self._host_end

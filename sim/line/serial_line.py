@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
 
-#: Sentence of a satellite receiver, the device that most often takes the name of the port.
+#: NMEA sentence of a satellite receiver, the device that most often takes the name of the port.
 OTHER_DEVICE = b"$GPGGA,120000,,,,,0,00,,,M,,M,,*66\r\n"
 OTHER_DEVICE_INTERVAL_S = 0.2
 #: Output of a boot loader, followed by the second half of a frame.
@@ -18,8 +18,8 @@ class SerialLine:
     """Line between board and host. By default it is plugged in, free of noise, and connected to the board."""
 
     noise: LineNoise = field(default_factory=LineNoise)
-    unplugged: bool = False  #: no byte passes, and the port is gone
-    other_device: bool = False  #: another device than the board is connected to the port
+    unplugged: bool = False  #: if True, no bytes are transferred, and the port does not exist
+    other_device: bool = False  #: if True, another device is connected instead of the board
     _to_host: NoisyLine = field(init=False)
     _to_board: NoisyLine = field(init=False)
     _other_device_sent_s: float = 0.0

@@ -22,15 +22,15 @@ from pneuforce.sim.plants.plant import BalloonState, Gas
 
 MIN_FREE_KPA, MAX_FREE_KPA = -3.7, 40.0  # range in which the quadratic of Fig. 4 increases
 START_KPA = 6.0
-#: Newton's method doubles the number of digits in each step: after a step this short, the error is below
-#: 1e-7 kPa.
+#: Newton's method doubles the number of correct digits in each step. After a step below 1e-3 kPa, the error
+#: is below 1e-7 kPa.
 TOLERANCE_KPA, MAX_ITERATIONS = 1e-3, 50
 FOUR_PI = 4 * math.pi
 #: Range and step of the baseline pressure in the table.
 BASELINE_STEP_KPA = 0.1
 MIN_BASELINE_KPA = 0.5
 MAX_BASELINE_KPA = 18.0
-#: A larger force does not increase the rise further.
+#: Highest rise in the table [kPa]. A larger force does not increase the rise further.
 MAX_RISE_KPA = 16.0
 RISES_KPA: list[float] = np.concatenate(
     [
@@ -85,7 +85,8 @@ class _LawTable:
 def _column(low: list[float], high: list[float], force_n: float, force: Callable[[int], float]) -> int:
     """Return the first column, except column 0, at which the force between two rows reaches `force_n`.
 
-    The column lies between the columns at which the two rows reach that force. Two or three columns remain.
+    The column lies between the columns at which the two rows reach that force. Therefore, only two or
+    three columns are searched.
     """
     last = min(len(low), len(high)) - 1
     in_low, in_high = bisect_left(low, force_n, 0, last), bisect_left(high, force_n, 0, last)
@@ -112,7 +113,7 @@ def _law_tables(balloon: Balloon, circuit: Circuit, law: ForceLaw) -> tuple[_Law
 
 
 class PublishedPlant:
-    """Balloon of the paper. The first construction takes about 0.1 s, a step some microseconds.
+    """Balloon of the paper. The first construction takes about 0.1 s, each step some microseconds.
 
     The law is tabulated for the volume and ambient pressure of `circuit`. For any other gas, the table is
     read at the pressure that this gas has without contact.
@@ -121,7 +122,7 @@ class PublishedPlant:
     def __init__(
         self, balloon: Balloon | None = None, circuit: Circuit | None = None, low: Low = "line"
     ) -> None:
-        """`low` selects the relation of force and rise below a rise of 0.5 kPa: see `ForceLaw`."""
+        """Tabulate the law. `low` selects its form below a rise of 0.5 kPa: see `ForceLaw`."""
         law = ForceLaw(low=low)
         self.balloon = balloon or Balloon()
         self.circuit = circuit or Circuit()

@@ -30,7 +30,7 @@ class Pneumatics:
 
     settings: PneumaticSettings
     gas_kpa_mm3: float  #: p·V of tubes and balloon; of the tubes alone while the balloon is occluded
-    sensor_kpa: float = 0.0  #: at the sensor, relative to the room
+    sensor_kpa: float = 0.0  #: pressure at the sensor, relative to the room
     powered_valves: int = Valve.NONE  #: `Valve` mask of the valves that are energized at the start
     leak_kpa_per_s: float = field(init=False)  #: fall of the locked pressure at 8 kPa
     reference_kpa: float = field(init=False)  #: pressure around the balloon, relative to the room

@@ -22,9 +22,8 @@ class PneumaticSettings:
     tank_high_kpa: float = 600.0  #: the compressor stops at this pressure
     compressor_kpa_mm3_per_s: float = 1.7e7  #: 10 L/min of free air
     tank_leak_kpa_per_s: float = 0.02
-    regulator_kpa: float = (
-        50.0  #: outlet pressure without flow, with the tank pressure halfway between its limits
-    )
+    #: Outlet pressure without flow, if the tank pressure is halfway between its limits.
+    regulator_kpa: float = 50.0
     droop_kpa_s_per_kpa_mm3: float = 1e-5  #: decrease of the regulated pressure per flow
     supply_effect: float = 0.005  #: decrease of the regulated pressure per increase of the tank pressure
     # valves
@@ -45,13 +44,13 @@ class PneumaticSettings:
     circuit_warming_s: float = 600.0  #: time constant of the temperature in the tubes
     # latex
     creep: float = 0.0  #: final growth of the volume at 8 kPa, as a fraction
-    creep_s: float = 60.0  #: time constant
+    creep_s: float = 60.0  #: time constant of the creep
     # surroundings
     ambient_kpa: float = AMBIENT_KPA
     ambient_drift_kpa_per_s: float = 0.0
     ambient_swing_kpa: float = 0.0
-    ambient_swing_s: float = 600.0  #: period
-    reference_kpa: float = 0.0  #: pressure of the body cavity relative to the room: insufflation
+    ambient_swing_s: float = 600.0  #: period of the swing
+    reference_kpa: float = 0.0  #: pressure of the insufflated body cavity, relative to the room
 
     def __post_init__(self) -> None:
         """Check every value against its range."""
@@ -65,7 +64,7 @@ class PneumaticSettings:
 
 _FRACTION = (0.0, 1.0)
 _TIME_S = (0.001, 1e5)
-#: Ranges of the settings, in the units of the settings. The ranges are wide, to find typing errors only.
+#: Ranges of the settings, in the units of the settings. The ranges are wide: they reject typing errors only.
 RANGES: Mapping[str, tuple[float, float]] = {
     "tank_mm3": (1e4, 1e9),
     "tank_low_kpa": (0.0, 1500.0),

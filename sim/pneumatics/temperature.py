@@ -43,7 +43,7 @@ class CompressionHeat:
         return math.exp(self.heat)
 
     def step(self, absolute_kpa: float, dt_s: float) -> None:
-        """Update the heat after a change to `absolute_kpa`: T ~ p^((n−1)/n), decaying with the relaxation."""
+        """Update the heat after a change to `absolute_kpa`: T ~ p^((n−1)/n), decaying with `relaxation_s`."""
         if self.polytropic == 1 and not self.heat:
             return
         before_kpa = self._before_kpa or absolute_kpa

@@ -40,7 +40,7 @@ class SimulatorClient:
         Raises SimulatorRequestError if the simulator rejects the request, SimulatorNotResponding if no
         simulator answers.
         """
-        # Most requests have no answer. The request for the faults has one, and follows to confirm the first.
+        # Most requests have no answer. The answer to the second request confirms that the first was executed.
         self._first_answer(request, {"faults": True})
 
     def faults(self) -> list[dict[str, Any]]:

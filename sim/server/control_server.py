@@ -21,7 +21,7 @@ log = logging.getLogger("pneuforce")
 MAX_CLIENTS = 16
 MAX_LINE_BYTES = 4096
 READ_BYTES = 512
-#: Computing time for requests per sample. The limit keeps the simulation in real time under any load.
+#: Computing time for requests per sample [s]. The limit keeps the simulation in real time under any load.
 REQUEST_TIME_S = 0.5e-3
 #: A client with more unsent bytes than this is disconnected.
 MAX_UNSENT_BYTES = 262_144
@@ -59,9 +59,8 @@ class ControlServer:
         self.port: int = self._listener.getsockname()[1]
         self._clients: dict[int, ControlConnection] = {}
         self._last_sample = 0
-        self._time_left_s = (
-            0.0  # for requests; a request that takes too long reduces the time of the next ones
-        )
+        # Computing time left for requests. A slow request makes it negative, which delays the next requests.
+        self._time_left_s = 0.0
 
     def filenos(self) -> list[int]:
         """Return the descriptors to poll for new clients and data.
@@ -127,7 +126,7 @@ class ControlServer:
     def _answer_in_turn(self) -> None:
         """Answer one line of each client in turn, until the time is used up.
 
-        Clients without an answer come first at the next sample.
+        Clients that received no answer are first at the next sample.
         """
         waiting = deque((fileno, client) for fileno, client in self._clients.items() if client.has_request)
         while waiting and self._time_left_s > 0:

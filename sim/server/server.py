@@ -23,7 +23,7 @@ from pneuforce.sim.server.client import control_port_file
 from pneuforce.sim.server.control_server import ControlServer
 from pneuforce.sim.world import World
 
-#: The simulation catches up with real time by additional steps, but not by more than this time.
+#: Longest delay that the simulation makes up by additional steps [s].
 MAX_LAG_S = 0.1
 
 
@@ -110,7 +110,7 @@ def _print_progress(done: int, total: int) -> None:
 
 
 def _catch_signals() -> Callable[[], bool]:
-    """Catch SIGTERM and SIGINT. Return a function that returns True after one of them."""
+    """Catch SIGTERM and SIGINT. Return a function that returns True after one of these signals."""
     received: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda number, _: received.append(number))
@@ -135,7 +135,7 @@ def _run(world: World, cable: PtyLink, control: ControlServer, stop_requested: C
 
 
 def _plug_or_unplug(cable: PtyLink, unplugged: bool) -> None:
-    """Bring the cable to the state that the faults of the line require."""
+    """Plug or unplug the cable as the faults of the line require."""
     if unplugged and cable.plugged:
         cable.unplug()
     elif not (unplugged or cable.plugged):

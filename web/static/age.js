@@ -2,7 +2,7 @@
 
 const MAX_DRIFT = 2e-4; // relative rate difference of the two clocks
 
-/** Estimator of the age of received data: the delay beyond the smallest delay that was observed. */
+/** Estimator of the age of received data. The age is the present delay minus the smallest delay so far. */
 export class AgeEstimator {
   #started_s = null;
   #minOffset_s = Infinity;

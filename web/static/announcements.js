@@ -5,7 +5,7 @@ import { setText } from "./elements.js";
 import { attentionBits, faultName } from "./faults.js";
 import { formatName, formatNumber } from "./format.js";
 
-/** Delay that joins related changes: a trip and its faults, or a short state and the next state. */
+/** Delay that joins related changes in one announcement, for example a trip and its faults. */
 const DELAY_MS = 700;
 
 /** Announcer with two live regions: trips and faults interrupt the screen reader, other changes do not. */

@@ -1,4 +1,5 @@
-// Arming: the instrument requires a vent from this page before a hold, after a start, a trip or a hold.
+// Arming: after a start, a trip or a hold, the instrument requires a vent from this page before the next
+// hold.
 
 /** Estimate of the arming state. A vent is due at the start, and after the connection was lost. */
 export class Arming {

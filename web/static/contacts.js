@@ -5,7 +5,7 @@ import { NOT_AVAILABLE, formatNumber } from "./format.js";
 
 const MAX_ROWS = 50;
 
-/** Return the rows with an update. The update replaces all rows from its first number on. */
+/** Return the rows after an update. It replaces the rows from its first number on. An empty update clears all. */
 export const mergeContacts = (rows, update) =>
   update.length
     ? [...rows.filter(({ number }) => number < update[0].number), ...update].slice(-MAX_ROWS)

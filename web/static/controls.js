@@ -10,7 +10,7 @@ import { post } from "./requests.js";
 const COMMAND_KEY = 0x5046;
 const MAX_SEQUENCE = 0xffff;
 const COMMAND_TIMEOUT_MS = 10000;
-const STATE_DELAY_S = 1; // until the state shows the effect of an accepted request
+const STATE_DELAY_S = 1; // time until the state shows the effect of an accepted request
 const ACTIONS = ["setpoint", "hold", "clear", "zero"];
 
 /** Panel of controls. `getModel()` returns the current link, info, token and state. */
@@ -159,7 +159,7 @@ export class Controls {
     this.#showResult(code, text, () => true, true);
   }
 
-  /** Show a message with the time until `holds(state)` is false for a later state. */
+  /** Show a message with the time of day. It is removed when `holds(state)` is false for a later state. */
   #showResult(code, text, holds = () => true, isError = false) {
     const box = byId("result");
     showText(box, text && `${formatTime(new Date())} ${text}`);
@@ -200,7 +200,7 @@ const rejectText = (info, reason) => info.reject_reasons[reason] ?? capitalized(
 const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /**
- * Show whether an action is blocked, and the reason.
+ * Mark the button of a blocked action, and show the reason.
  *
  * A blocked button can still have the focus, so that screen readers read the reason. A reason that is already
  * shown at another button is visually hidden.

@@ -14,8 +14,8 @@ const PAGE_HIDDEN = "This page was hidden.";
 /**
  * Follow /api/live while the page is visible.
  *
- * A hidden page closes its stream, because a browser opens only a few connections to one host. Forgotten tabs
- * would delay a vent.
+ * A hidden page closes its stream, because a browser opens only a few connections to one host. Open
+ * streams of hidden tabs could delay a vent.
  *
  * `handlers` has a function for each type of message, and `opened`, which is called when a stream starts.
  * `onLink({up, reason, started_s})` is called when current data of the instrument becomes available or

@@ -1,4 +1,4 @@
-// Lists of the active faults and status bits, with their meaning and what to do.
+// Lists of the active faults and status bits, with their meanings and the required actions.
 
 import { byId, create, setText, withCode } from "./elements.js";
 import { formatName } from "./format.js";

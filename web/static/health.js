@@ -4,7 +4,7 @@ import { byId, create, setText, showRows } from "./elements.js";
 import { formatCount, formatDuration, formatName } from "./format.js";
 
 const NOT_CONFIGURED = "not configured";
-const NOT_IN_REPLAY = "not in a replay";
+const NOT_IN_REPLAY = "not available in a replay";
 const BOARD_KINDS = ["real", "emulated", "simulated"];
 const ERROR_STATES = new Set(["down", "error"]);
 
@@ -36,7 +36,10 @@ const boardText = ({ board, firmware, serial }) =>
     ? "–"
     : `${BOARD_KINDS[board] ?? board}, firmware ${firmware >> 8}.${firmware & 0xff}, no. ${serial}`;
 
-/** Section of HEALTH, title, state text of the section, and rows [name, text]; `rates` is a section, too. */
+/**
+ * Section of HEALTH, title, and two functions: the state text, and the rows [name, text].
+ * `rates` is also a section of HEALTH.
+ */
 const CARDS = [
   [
     "rig",
@@ -103,7 +106,7 @@ const withoutLiveParts = (health) => ({
   recording: null,
 });
 
-/** Show HEALTH. If HEALTH or a section is null, show no numbers for it. */
+/** Show HEALTH. A card has no numbers if HEALTH or the section of the card is null. */
 export function showHealth(received, isReplay) {
   const health = received && isReplay ? withoutLiveParts(received) : received;
   const box = byId("health");

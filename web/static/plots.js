@@ -6,7 +6,7 @@ import { formatNumber } from "./format.js";
 import { Series } from "./series.js";
 
 const AXIS_WIDTH_EM = 3.4;
-const PLOT_PIXELS = 600; // typical width; a redraw is useless if the curves move by less than one pixel
+const PLOT_PIXELS = 600; // typical width; no redraw while the curves move by less than one pixel
 const MIN_PERIOD_MS = 50;
 const IDLE_PERIOD_MS = 250; // redraw without samples, so that the time axis moves on
 const NARROW_PX = 480;

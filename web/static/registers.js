@@ -2,7 +2,7 @@
 
 import { NOT_AVAILABLE, formatFloat, formatHex, formatName } from "./format.js";
 
-const TEST_ADDRESS = 3840; // holds −123.45, whose high word is C2F6h; shows the word order
+const TEST_ADDRESS = 3840; // of the test value −123.45, whose high word shows the word order
 const TEST_HIGH_WORD = 0xc2f6;
 const NOT_AVAILABLE_CODE = { int16: 0x7fff, uint16: 0xffff };
 

@@ -2,7 +2,7 @@
 
 const TIMEOUT_MS = 3000;
 
-/** Send a POST request. Return the HTTP status and the JSON answer; status 0 and a text without an answer. */
+/** Send a POST request. Return the HTTP status and the JSON answer, or status 0 and an error text. */
 export async function post(path, body) {
   try {
     const response = await fetch(path, {
@@ -15,7 +15,7 @@ export async function post(path, body) {
   } catch {
     return {
       status: 0,
-      answer: { text: "No answer. It is unknown whether the instrument got the request." },
+      answer: { text: "No answer. It is unknown whether the instrument received the request." },
     };
   }
 }

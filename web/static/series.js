@@ -3,7 +3,7 @@
 export const KEEP_S = 62;
 const GAP_S = 0.5;
 
-/** Columns of samples in order of time. At least the last `KEEP_S` are kept, and at most twice that. */
+/** Columns of samples in order of time: at least the last `KEEP_S` seconds, and at most twice that time. */
 export class Series {
   #columns;
   #names;
@@ -25,7 +25,7 @@ export class Series {
    * Append a batch {t_s: [...], name: [...]}.
    *
    * A batch that ends before the last sample clears the series, because the clock was reset. A pause that is
-   * longer than `GAP_S` becomes a gap.
+   * longer than `GAP_S` becomes a gap in the curve.
    */
   push(batch) {
     if (batch.t_s.length && batch.t_s.at(-1) < this.#last_s) this.#clear();

@@ -1,4 +1,4 @@
-// Colour theme: light, dark, or as the system. This is not a module, so that it runs before the first paint.
+// Colour theme: light, dark, or the system setting. Not a module, so that it runs before the first paint.
 (() => {
   const KEY = "theme";
   const root = document.documentElement;

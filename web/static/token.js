@@ -4,7 +4,7 @@ import { post } from "./requests.js";
 
 const KEY = "operator";
 
-/** Token, and whether a token that was valid has expired. `onChange()` is called after each change. */
+/** Operator's token. `isExpired` is true after the server rejects it. Each change calls `onChange()`. */
 export class OperatorToken {
   value = ""; // empty if not logged in
   isExpired = false;

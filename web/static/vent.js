@@ -82,7 +82,8 @@ form.addEventListener("submit", (event) => {
   vent();
 });
 
-// With a Latin layout the letter counts, else the position of the key. On a Mac, Option+V types another sign.
+// Compare the letter if the key types a Latin letter, else the position of the key. On a Mac, for example,
+// Option+V types a different character.
 const isV = ({ key, code }) => (/^[a-z]$/i.test(key) ? key.toLowerCase() === "v" : code === "KeyV");
 
 addEventListener(

@@ -25,7 +25,7 @@ NEARLY_SLACK = 0.01
 #: Number of shapes in a column after interpolation.
 INTERPOLATED_SHAPES = 6000
 
-#: Receives the number of finished steps and the total number of steps.
+#: Callback that receives the number of finished steps and the total number of steps.
 ProgressCallback = Callable[[int, int], None]
 
 
@@ -50,7 +50,7 @@ class ShapeColumn:
 
 
 def columns(rubber: Rubber, sides: int, progress: ProgressCallback) -> list[ShapeColumn]:
-    """Return one column for each contact fraction. Call `progress(done, total)` after each group."""
+    """Return one column for each contact fraction. Call `progress(done, total)` repeatedly."""
     done: list[ShapeColumn] = []
     for fractions in np.array_split(CONTACT_FRACTIONS, -(-CONTACT_FRACTIONS.size // FRACTIONS_AT_ONCE)):
         angles = fractions * EQUATOR
@@ -92,8 +92,8 @@ def _column(rubber: Rubber, values: Array, sides: int) -> ShapeColumn:
 def _free_half_mm3(rubber: Rubber, pressure_kpa: Array, pressed_mm3: Array) -> Array:
     """Return the volume of the half in the holder [mm³]: a free half sphere at the same pressure.
 
-    Beyond the limit point, the pressure does not determine its size. It then grows in proportion to the
-    pressed half.
+    Beyond the limit point, the pressure does not determine the size of a sphere. The free half then grows in
+    proportion to the pressed half.
     """
     peak = int(np.argmax(pressure_kpa))
     volume = (

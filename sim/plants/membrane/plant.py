@@ -12,11 +12,13 @@ from pneuforce.sim.plants.plant import AMBIENT_KPA, TUBES_MM3, BalloonState, Gas
 
 START_KPA = 8.0
 MAX_ITERATIONS = 50
-#: Amount of gas [kPa·mm³] (0.035 kPa) over which the table is linear: a step this short is the last step.
+#: Amount of gas over which the table is linear [kPa·mm³]. It changes the pressure by 0.035 kPa. A Newton step
+#: that is smaller is the last step.
 LINEAR_GAS = 1000.0
-#: Volume between two skins that touch. The gas law needs a volume above zero if there are no tubes.
+#: Volume of a completely flat balloon [mm³]. Without tubes, the gas law needs a volume above zero.
 MIN_VOLUME_MM3 = 1.0
-LAST_ROW, LAST_COLUMN = ROWS - 2, COLUMNS - 2  # the last row and column with a successor
+#: Last row and last column that have a neighbour for the interpolation.
+LAST_ROW, LAST_COLUMN = ROWS - 2, COLUMNS - 2
 
 
 class MembranePlant:
@@ -34,7 +36,7 @@ class MembranePlant:
     ) -> None:
         """Load or compute the table. `progress(done, total)` is called during the computation.
 
-        Raises ValueError unless `sides` is 1 or 2.
+        Raises ValueError if `sides` is neither 1 nor 2.
         """
         if sides not in (1, 2):
             raise ValueError(f"a balloon is pressed on 1 or 2 sides, not {sides}")
@@ -164,7 +166,10 @@ def _newton_step(
     more_tubes_mm3: float,
     outside_kpa: float,
 ) -> tuple[float, float, float]:
-    """Return the next iterate of a bracketed Newton method, and the bracket; the last step closes it."""
+    """Return the next iterate of a bracketed Newton method, and the bracket.
+
+    After the last step, both ends of the bracket are equal.
+    """
     reference, actual = pressure_kpa + AMBIENT_KPA, pressure_kpa + outside_kpa
     volume = more_tubes_mm3 + gas / reference
     excess = actual * volume - amount

@@ -101,10 +101,10 @@ def press(material: Material, pole_stretch: Array, contact_angle: Array) -> Shap
 
 
 def slack_limit(material: Material, contact_angle: Array) -> tuple[Array, Array]:
-    """Return the stretch at the pole and the radius a [mm] at which the tension at the edge is zero.
+    """Return the pole stretch and the radius a [mm] at which the meridian tension at the edge is zero.
 
-    The tension along the meridian is meant. No shape exists below this stretch. The stretch is less than 1,
-    because the rim of a flat disc is wider than on the sphere.
+    No shape exists below this stretch. The stretch is less than 1, because the rim of a flat disc is wider
+    than the same ring on the sphere.
     """
     poles = np.linspace(0.9, 1.02, 241)[:, None]
     angles = contact_angle * np.linspace(0, 1, FLAT_STEPS + 1)[:, None, None]
@@ -148,7 +148,10 @@ def _solve_pressure(material: Material, angles: Array, edge: _Point) -> Array:
 
 
 def _integrate(material: Material, angles: Array, point: _Point, pressure_kpa: Array | None) -> list[_Point]:
-    """Return the points at all angles (classical Runge–Kutta method). Without a pressure: on the plate."""
+    """Return the points at all angles by the classical Runge–Kutta method.
+
+    If `pressure_kpa` is None, the points are on the plate.
+    """
     points = [point]
     for start, end in pairwise(angles):
         step, middle = end - start, (start + end) / 2

@@ -22,17 +22,20 @@ FINE_POINTS = 20_001
 
 @dataclass(frozen=True, slots=True)
 class MembraneTable:
-    """Table of one balloon. Column 0: free. Last column: completely flat, or pressed with `MAX_PUSH_N`."""
+    """Table of one balloon.
 
-    gas_kpa_mm3: Array  #: (rows,)
-    highest_n: Array  #: (rows,)
-    pressure_kpa: Array  #: (rows, columns)
-    half_height_mm: Array  #: from the plate to the equator (rows, columns)
+    In column 0 the balloon is free. In the last column it is completely flat, or pressed with `MAX_PUSH_N`.
+    """
+
+    gas_kpa_mm3: Array  #: amount of gas (rows,)
+    highest_n: Array  #: force in the last column (rows,)
+    pressure_kpa: Array  #: pressure in the balloon (rows, columns)
+    half_height_mm: Array  #: distance from the plate to the equator (rows, columns)
 
 
 @dataclass(frozen=True, slots=True)
 class _Paths:
-    """Shapes from free to flat, arrays (rows, nodes); NaN outside the shape family."""
+    """Shapes from free to flat, as arrays (rows, nodes). Values outside the shape family are NaN."""
 
     pressure_kpa: Array
     half_height_mm: Array
@@ -77,9 +80,10 @@ def _flat(rubber: Rubber, sides: int, gas: Array) -> Array:
 
 
 def _extended(paths: _Paths, gas: Array, first: int) -> _Paths:
-    """Return the paths with the rows below `first`, in which the skin wrinkles and hardly stretches.
+    """Return the paths, completed by the rows below `first`.
 
-    These rows use the shapes of row `first`, scaled to their own free radius. The gas law gives the pressure.
+    In these rows, the skin wrinkles and hardly stretches. The shapes are those of row `first`, scaled to the
+    free radius of each row. The gas law gives the pressure.
     """
     scale = (paths.half_height_mm[:first, 0] / paths.half_height_mm[first, 0])[:, None]
     volume = reference_volume(paths.pressure_kpa[first], gas[first]) * scale**3
