@@ -1,4 +1,4 @@
-"""Runner for the command `pneuforce` without the time that a new interpreter takes to import the program."""
+"""Fast runner for the command `pneuforce`: each command runs in a fork of a prepared process."""
 
 import multiprocessing
 import os
@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-#: Server process that has imported the program. Each command is a fork with its own descriptors.
+#: Server process that has imported the program. Each command runs in a fork of this process.
 FORKSERVER = multiprocessing.get_context("forkserver")
 FORKSERVER.set_forkserver_preload(
     [

@@ -1,10 +1,10 @@
-"""Receiver of the notifications that a service sends to $NOTIFY_SOCKET, in place of systemd."""
+"""Receiver of the notifications that a service sends to $NOTIFY_SOCKET. Tests use it instead of systemd."""
 
 import socket
 
 
 class Manager:
-    """Receiver of notifications."""
+    """Receiver of the notifications of a service."""
 
     def __init__(self, address):
         self.address = address

@@ -12,7 +12,7 @@ PARTS = ("firmware", "instrument", "protocol", "registers", "sim", "support", "t
 
 
 def python_files(*folders):
-    """Return the Python files below folders of the repository, without those behind links."""
+    """Return the Python files below folders of the repository. Links are not followed."""
     return sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
 
 

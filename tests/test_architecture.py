@@ -1,4 +1,4 @@
-"""The import rules of docs/architecture.md: who may import whom, no cycles, libraries in few files."""
+"""Tests of the import rules of docs/architecture.md: allowed imports, no cycles, libraries in few files."""
 
 import re
 from collections import defaultdict
@@ -6,7 +6,7 @@ from collections import defaultdict
 from tests.source_tree import PARTS, ROOT, imports_of, modules
 
 DOCUMENT = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
-#: Packages whose modules are parts of their own, because they serve different subpackages.
+#: Packages in which each module is a separate part, because the modules serve different subpackages.
 SPLIT = {"registers", "sim"}
 #: A row of the table: part, content, imports.
 ROW = re.compile(r"^\| `([\w/]+)` \| .* \| ([^|]*) \|$", re.MULTILINE)

@@ -1,4 +1,4 @@
-"""Conventions of the code: sizes, names, docstrings, plain words, lint, format and types."""
+"""Tests of the conventions of the code: sizes, names, docstrings, plain words, lint, format and types."""
 
 import ast
 import re
@@ -24,9 +24,9 @@ from tests.source_tree import (
 MAX_LINES, MAX_FUNCTION_LINES = 300, 50
 MEANINGLESS_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "common", "misc"}
 WRONG_UNITS = ("_seconds", "_sec", "_ms_", "_millis", "_bar", "_psi", "_newton", "_kPa", "_degrees")
-#: Words with which no docstring begins: such a docstring is a fragment, not a description.
+#: First words that a docstring must not have, because such a docstring is a fragment.
 FRAGMENT = re.compile(r"(What|Who|Whose|Whether|Where|How|It|That|Those|Nobody)\b")
-#: Words that make a program a person, or a reader guess. docs/glossary.md has the terms to use.
+#: Words that describe a program as a person, or that are unclear. docs/glossary.md has better terms.
 UNCLEAR = re.compile(
     r"\b(nobody|whoever|reckon(s|ed|ing)?|is told|are told|was told|believes?|hopes?|owes?|owed|obey(s|ed)?"
     r"|wishes|of ours|none of ours|that is none|anew|nought|hitherto|betwixt)\b",

@@ -1,1 +1,1 @@
-"""Benchmarks, measured in one run and printed beside a peer: `make bench`."""
+"""Benchmarks of the product, compared with other programs in the same run: `make bench`."""

@@ -1,4 +1,4 @@
-"""`make bench`: all benchmarks in one run."""
+"""All benchmarks in one run: `make bench`."""
 
 import json
 import os
@@ -42,18 +42,19 @@ def seconds_of(command):
 
 
 def bench_estimate():
-    """Measure a new process `pneuforce estimate`, beside an empty Python process."""
+    """Print the duration of the command `pneuforce estimate`, and of an empty Python process."""
     command = [sys.executable, "-m", "pneuforce", "estimate", "--dpi", "8", "--dpf", "9"]
     mine = [seconds_of(command) for _ in range(10)]
     bare = [seconds_of([sys.executable, "-c", "pass"]) for _ in range(10)]
     print(
-        f"estimate, a new process: median {statistics.median(mine):.3f} s, worst {max(mine):.3f} s "
-        f"(target 0.5 s); an empty Python process {statistics.median(bare):.3f} s"
+        f"pneuforce estimate in a new process: median {statistics.median(mine):.3f} s, "
+        f"worst {max(mine):.3f} s (target 0.5 s); "
+        f"for comparison, an empty Python process {statistics.median(bare):.3f} s"
     )
 
 
 def bench_latency(force_hz=500):
-    """Measure the time from a rig frame to its CAN frame, while Modbus clients poll."""
+    """Print the time from a sample to its CAN frame, while Modbus clients poll."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus, hub_port = Path(folder) / "rig", free_port(), free_port()
         sim = stack.enter_context(ChildProcess("simulator", ["pneuforce", "sim", "run", "--link", str(link)]))
@@ -66,7 +67,8 @@ def bench_latency(force_hz=500):
             f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus}\n[can]\nenabled = true\n'
             f'interface = "socketcand"\nport = {hub_port}\nforce_rate_hz = {force_hz}\n'
         )
-        os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])  # the probe is not installed
+        # The module tests.bench.probe is not installed.
+        os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])
         host = stack.enter_context(ChildProcess("host", ["tests.bench.probe", str(file)]))
         host.ready()
         with ModbusClient.connect(port=modbus) as plc:
@@ -83,20 +85,21 @@ def bench_latency(force_hz=500):
 def _print_latency(report, polls_ms):
     ms = report["latencies_ms"]
     print(
-        f"rig frame read → CAN frame sent, 500 samples/s, {CLIENTS} Modbus clients at {POLL_HZ} Hz, "
+        f"sample received → CAN frame sent, 500 samples/s, {CLIENTS} Modbus clients at {POLL_HZ} Hz, "
         f"{len(ms)} frames: p50 {percentile(ms, 0.5):.3f} ms (target 1), p99 {percentile(ms, 0.99):.3f} ms "
         f"(target 5), worst {max(ms):.2f} ms"
     )
     print(f"samples used {report['samples']}, lost {report['lost']} (target 0)")
     print(
-        f"Modbus round trip of those clients, {len(polls_ms)} polls: p50 {percentile(polls_ms, 0.5):.3f} ms, "
+        f"round trips of these Modbus clients, {len(polls_ms)} polls: "
+        f"p50 {percentile(polls_ms, 0.5):.3f} ms, "
         f"p99 {percentile(polls_ms, 0.99):.3f} ms, worst {max(polls_ms):.2f} ms"
     )
     print(f"host process: {report['cpu_s'] / (report['samples'] / 500):.0%} of one core")
 
 
 def _us_per_step(rig, steps=500):
-    """Return the best of many runs, with a command each 50 ms."""
+    """Return the time [µs] per step in the fastest of many runs, with a command every 50 ms."""
     command = encode(Command(Mode.HOLD, CommandFlag.ZEROED, 8000, 250), 1)
 
     def run():
@@ -118,7 +121,7 @@ def _held(plant, pneumatics=None, sensor=None):
 
 
 def bench_rig():
-    """Measure the simulated rig in virtual time: each balloon, without and with all effects."""
+    """Print the speed of the simulated rig in virtual time: each balloon, without and with all effects."""
     effects = (
         PneumaticSettings(polytropic=1.2, creep=0.01, ambient_swing_kpa=0.05, reference_kpa=0.2),
         SensorSettings(gain_error=0.005, bow_kpa=0.2, ripple_mv=20.0),
@@ -132,8 +135,8 @@ def bench_rig():
         rig.hand.press(2.0)
         pressed_us = _us_per_step(rig)
         print(
-            f"headless rig, {type(plant).__name__}{', every effect on' if settings else ''}: idle "
-            f"{STEP_S * 1e6 / idle_us:.0f} × real time ({idle_us:.1f} µs a step), in contact "
+            f"headless rig, {type(plant).__name__}{', with all effects' if settings else ''}: idle "
+            f"{STEP_S * 1e6 / idle_us:.0f} × real time ({idle_us:.1f} µs per step), in contact "
             f"{STEP_S * 1e6 / pressed_us:.0f} × ({pressed_us:.1f} µs; target 100 ×)"
         )
 

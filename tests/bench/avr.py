@@ -1,4 +1,4 @@
-"""Benchmarks of the firmware's binary on the emulated chip, in board time."""
+"""Benchmarks of the firmware binary on the emulated chip, in board time."""
 
 import subprocess
 import time
@@ -26,12 +26,12 @@ from tests.sim.conftest import Bench
 
 CYCLES_PER_MS = 1000 * CYCLES_PER_US
 LOOK_EACH_CYCLES = 20 * CYCLES_PER_US
-PHASES = 10  #: phases within one sample at which the input changes
+PHASES = 10  #: number of instants within a sample period at which the input changes
 SUM_OF_19_KPA, SUM_OF_26_KPA = (round(16384 * (0.018 * (kpa + 0.25) + 0.04) - 8) for kpa in (19.0, 26.0))
 
 
 def _ms_to_vent(adc_sum, phase):
-    """Measure the time from a change at the sensor to the pin of the vent valve."""
+    """Return the time [ms] from a change at the sensor to a change at the pin of the vent valve."""
     board = Bench(AvrBoard()).holding().board
     chip, supply_mv = board.chip, 5000
     chip.run(chip.cycle + phase * 2 * CYCLES_PER_MS // PHASES)
@@ -43,31 +43,31 @@ def _ms_to_vent(adc_sum, phase):
 
 
 def _ms_to_shut():
-    """Measure the time from the last command of the host to the pin of the inlet valve, while inflating."""
+    """Return the time [ms] from the last command during an inflation to a low pin of the inlet valve."""
     bench = Bench(AvrBoard()).inflating(12_000)
     bench.until(lambda: bench.last().command == bench._sequence & 0xFF, 0.1)
     sent_us = next(s for s in bench.all(Sample) if s.command == bench.last().command).board_time_us
     bench.command = None
     bench.until(lambda: not bench.board.valves & Valve.INLET_OPEN, 1)
-    # The command was sent at most one sample before it was executed.
+    # The host sent the command at most one sample period (2 ms) before the board executed it.
     return (bench.now_us - sent_us) / 1e3 + 2
 
 
 def bench_reactions():
-    """Measure the reaction times of the valves."""
+    """Print the reaction times of the valves."""
     for name, adc_sum, limit_ms in (
-        ("contact limit passed (19 kPa) → vent pin", SUM_OF_19_KPA, 20),
-        ("hard limit passed (26 kPa) → vent pin", SUM_OF_26_KPA, 20),
-        ("sensor open → vent pin", 16_368, 100),
-        ("sensor short → vent pin", 0, 100),
+        ("contact limit exceeded (19 kPa) → vent pin", SUM_OF_19_KPA, 20),
+        ("hard limit exceeded (26 kPa) → vent pin", SUM_OF_26_KPA, 20),
+        ("sensor line open → vent pin", 16_368, 100),
+        ("sensor line short-circuited → vent pin", 0, 100),
     ):
         took_ms = [_ms_to_vent(adc_sum, phase) for phase in range(PHASES)]
         print(f"board, {name}: {min(took_ms):.1f} to {max(took_ms):.1f} ms (target {limit_ms})")
-    print(f"board, last command → inlet pin low: {_ms_to_shut():.0f} ms (target 270)")
+    print(f"board, last command of the host → inlet pin low: {_ms_to_shut():.0f} ms (target 270)")
 
 
 def _settle(new_board, setpoint_pa):
-    """Return seconds from the command to HOLDING, valve actions, and the pressure 2 s later."""
+    """Return the time [s] from the command to HOLDING, the valve actions, and the pressure 2 s later."""
     rig, decoder = Rig(PublishedPlant(), Hand(False), new_board=new_board), FrameDecoder.for_board_frames()
     state, valves, actions, held_s = BoardState.BOOT, 0, 0, None
     for n in range(round(12 / STEP_S)):
@@ -86,39 +86,40 @@ def _settle(new_board, setpoint_pa):
 
 
 def bench_settling():
-    """Measure the inflation to three setpoints on the complete simulated rig."""
+    """Print duration, valve actions and pressure of the inflation to three setpoints on the simulated rig."""
     for setpoint_pa in (5000, 8000, 11_450):
         for new_board in (AvrBoard, SimulatedBoard):
             held_s, actions, balloon_kpa = _settle(new_board, setpoint_pa)
             print(
-                f"{new_board.__name__} to {setpoint_pa / 1e3:g} kPa: held after {held_s:.2f} s (target 8), "
-                f"{actions} valve actions (target 20), {balloon_kpa:.3f} kPa (target ± 0.1)"
+                f"{new_board.__name__} inflated to {setpoint_pa / 1e3:g} kPa: "
+                f"holding after {held_s:.2f} s (target 8), {actions} valve actions (target 20), "
+                f"{balloon_kpa:.3f} kPa (target ± 0.1)"
             )
 
 
 def bench_speed(seconds=10):
-    """Measure virtual time over processor time while holding, and the duration of a sample on the chip."""
+    """Print the speed of the emulated board while holding, and the longest work on a sample on the chip."""
     bench = Bench(AvrBoard()).holding()
     begun_s = time.process_time()
     bench.run(seconds)
     took_s = time.process_time() - begun_s
     chip = bench.board.chip
-    print(f"emulated board with its bench: {seconds / took_s:.1f} × real time (target 5)")
+    print(f"emulated board on a simulated rig: {seconds / took_s:.1f} × real time (target 5)")
     print(
-        f"longest work on one sample: {chip.longest_cycles} of 32000 cycles, frames handed over; "
-        f"bytes that a UART would have lost: {chip.overruns}"
+        f"longest work on one sample: {chip.longest_cycles} of 32000 cycles without a flood; "
+        f"bytes that a real UART would have lost: {chip.overruns}"
     )
 
 
 def bench_flood():
-    """Measure the duration of a sample on the chip while a host floods the line."""
+    """Print the longest work on a sample on the chip while a host floods the line with incomplete frames."""
     for beginning in BEGINNINGS:
         longest = flooded(beginning).board.chip.longest_cycles
-        print(f"longest work on one sample, line full of beginnings {beginning}: {longest} of 32000 cycles")
+        print(f"longest work on one sample, flood of frame starts {beginning}: {longest} of 32000 cycles")
 
 
 def bench_size():
-    """Print the use of flash and RAM."""
+    """Print the sizes of flash and RAM that the firmware uses."""
     said = subprocess.run(["avr-size", program()], check=True, capture_output=True, text=True).stdout
     text, data, bss = map(int, said.splitlines()[1].split()[:3])
     print(f"firmware: {text + data} bytes of flash (limit 30720), {data + bss} of RAM (limit 1600)")

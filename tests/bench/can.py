@@ -1,9 +1,9 @@
-"""Force frames at 500 Hz as another process receives them: `python -m tests.bench.can [SECONDS]`.
+"""Delay and loss of Force frames at 500 Hz in another process: `python -m tests.bench.can [SECONDS]`.
 
 The complete instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable
 records when the last byte of each sample goes to the instrument. A listener on the hub records when each
-frame arrives. At the end the relay stops: the last sample and the last frame with a value belong together,
-and so do all before them.
+frame arrives. At the end, the relay stops. The last sample and the last frame with a value then form a pair.
+All earlier pairs are found by counting back from this pair.
 """
 
 import json
@@ -32,7 +32,7 @@ from tests.system.waiting import inflate
 
 POLLERS, POLL_HZ, SECONDS, RATE_HZ = 32, 20, 20, 500
 HUB = ["pneuforce.registers.can.hub", "--port", "0"]
-INTERVAL_MS, DELAY_MS = 4, 5  #: targets for the 99th percentile
+INTERVAL_MS, DELAY_MS = 4, 5  #: targets for the 99th percentile of interval and delay
 WARM_S = 2.0
 BURST = 10_000
 FORCE_ID = FORCE.base_id + DEFAULT_NODE_ID
@@ -47,7 +47,7 @@ def asked_to_end():
 
 
 def relay(link):
-    """Carry bytes between a host and the simulator at `link` and record the samples, until stdin closes."""
+    """Relay bytes between a host and the simulator at `link` until stdin closes. Print the sample times."""
     samples_s, decoder = [], FrameDecoder.for_board_frames()
     with closing(SerialPort(link)) as board, closing(PtyLink()) as host:
         print(json.dumps({"port": host.port}), flush=True)
@@ -60,12 +60,12 @@ def relay(link):
                 host.write(data)
             if host in readable:
                 board.write(host.read())
-        time.sleep(0.5)  # the host receives nothing more, so its frames belong to the samples above
+        time.sleep(0.5)  # no sample reaches the host now, so that it can send the frames of all samples
         print(json.dumps(samples_s), flush=True)
 
 
 def listen(port):
-    """Record time and counter of each Force frame, and whether it has a value, until stdin closes."""
+    """Record time, counter and availability of the pressure for each Force frame, until stdin closes."""
     frames = []
     with closing(CanBus(at(int(port)))) as bus:
         print(json.dumps({}), flush=True)
@@ -79,7 +79,7 @@ def listen(port):
 
 
 def sleep():
-    """Sleep as often as frames arrive, and record how much too long each sleep was."""
+    """Sleep repeatedly for the period of the frames. Record the delay of each wake-up [ms]."""
     late_ms, due_s = [], time.monotonic()
     print(json.dumps({}), flush=True)
     while not asked_to_end():
@@ -96,7 +96,7 @@ def spread(values_ms):
 
 
 class Part:
-    """Process of this benchmark that prints one line of JSON when it works and one at its end."""
+    """Process of this benchmark that prints one line of JSON when it is ready, and one at its end."""
 
     def __init__(self, stack, *words):
         self._process = subprocess.Popen(
@@ -113,7 +113,7 @@ class Part:
 
 
 def poll(folder, port, seconds):
-    """Run the Modbus clients for some seconds; return the language they are written in."""
+    """Run the Modbus clients for some seconds. Return the programming language of the clients."""
     if shutil.which("pkg-config") and not subprocess.call(["pkg-config", "--exists", "libmodbus"]):
         load(built(folder, "load"), port, POLLERS, seconds, (POLL_HZ,))
         return "C"
@@ -123,7 +123,7 @@ def poll(folder, port, seconds):
 
 
 def bench_can(seconds=SECONDS):
-    """Print frames lost, their intervals, and the delay from the rig's byte to the frame received."""
+    """Print the lost frames, the intervals, and the delays from the last byte of a sample to its frame."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus = Path(folder) / "rig", free_port()
         simulator = ["pneuforce", "sim", "run", "--link", str(link)]
@@ -148,7 +148,7 @@ def bench_can(seconds=SECONDS):
 
 def _print_force(samples_s, frames, window, pollers, late_ms):
     while frames and not frames[-1][2]:
-        frames.pop()  # a frame about the silent rig
+        frames.pop()  # a frame without a value, sent after the relay stopped
     paired = list(zip(reversed(samples_s), reversed(frames), strict=False))
     inside = [(t_s, frame) for t_s, frame in paired[::-1] if window[0] <= frame[0] <= window[1]]
     came_s, counters = [frame[0] for _, frame in inside], [frame[1] for _, frame in inside]
@@ -156,25 +156,25 @@ def _print_force(samples_s, frames, window, pollers, late_ms):
     lost = sum(step - 1 for step in steps if step)
     middle, worst = spread([(b - a) * 1e3 for a, b in pairwise(came_s)])
     print(
-        f"Force frames at {RATE_HZ} Hz in another process, {POLLERS} Modbus clients in {pollers} at "
-        f"{POLL_HZ} Hz, {len(inside)} frames in {window[1] - window[0]:.0f} s: lost {lost}, repeated "
+        f"Force frames at {RATE_HZ} Hz, received by another process, {POLLERS} Modbus clients in {pollers} "
+        f"at {POLL_HZ} Hz, {len(inside)} frames in {window[1] - window[0]:.0f} s: lost {lost}, repeated "
         f"{steps.count(0)} (target 0); interval {middle} (target {INTERVAL_MS}), {worst}"
     )
     middle, worst = spread([(frame[0] - t_s) * 1e3 for t_s, frame in inside])
     early = sum(frame[0] < t_s for t_s, frame in inside)
     print(
-        f"rig byte → frame received: {middle} (target {DELAY_MS}), {worst}; "
-        f"{early} paired with a later sample"
+        f"last byte of a sample → frame received: {middle} (target {DELAY_MS}), {worst}; "
+        f"{early} frames earlier than their sample (0 if all pairs are correct)"
     )
     middle, worst = spread(late_ms)
     print(
-        f"beside it a process that only sleeps until a time woke up late by {middle}, {worst}; "
+        f"for comparison, delay of the wake-up of a process that only sleeps: {middle}, {worst}; "
         f"load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
     )
 
 
 def bench_burst():
-    """Print how many of 10 000 frames arrive that one client of the hub sends as fast as it can."""
+    """Send 10 000 frames through the hub without pause. Print the number of frames that arrive."""
     with ExitStack() as stack:
         port = stack.enter_context(ChildProcess("hub", HUB)).ready()["port"]
         listener = Part(stack, "--count", port)
@@ -187,9 +187,9 @@ def bench_burst():
         sent_s = time.monotonic() - begun_s
         heard = listener.end()
     print(
-        f"{BURST} frames through the hub at once: {BURST - heard['in_order']} lost or out of order "
+        f"{BURST} frames through the hub without pause: {BURST - heard['in_order']} lost or out of order "
         f"(target 0); sent in {sent_s:.2f} s, received in {heard['last_s'] - begun_s:.2f} s, "
-        f"{full} times no room"
+        f"transmit buffer full {full} times"
     )
 
 
@@ -202,7 +202,7 @@ def _sent(bus, frame):
 
 
 def count(port):
-    """Return how many frames arrived in order, and when the last one arrived."""
+    """Print the number of frames that arrive in order, and the time of the last frame."""
     in_order, last_s = 0, 0.0
     with closing(CanBus(at(int(port)))) as bus:
         print(json.dumps({}), flush=True)

@@ -9,7 +9,7 @@ REQUEST = bytes.fromhex("0001 0000 0006 01 04 0000 007d")
 
 
 async def peer(port, chance):
-    """Yield random bytes, requests with flipped bits, and good requests, endlessly."""
+    """Send random bytes, requests with flipped bits, and valid requests without end."""
     while True:
         try:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)

@@ -1,7 +1,7 @@
-"""Longest time without a command to the board: `python -m tests.bench.keep_alive [SECONDS]`.
+"""Longest gap between two commands to the board: `python -m tests.bench.keep_alive [SECONDS]`.
 
 The complete instrument runs on the simulated rig, with its web page in browsers and a recorder, while 32
-Modbus clients poll. A relay on the serial cable records when commands pass to the board.
+Modbus clients poll. A relay on the serial cable records the time of each command to the board.
 """
 
 import json
@@ -27,7 +27,7 @@ from tests.system.waiting import inflate
 
 POLLERS, POLL_HZ, BROWSERS, SECONDS = 32, 20, 4, 20
 TARGET_S = 0.1
-WARM_S = 2.0  #: time that is not counted, while the clients start
+WARM_S = 2.0  #: time at the start that is not measured, because the clients are starting
 
 
 class Browser(Thread):
@@ -56,7 +56,7 @@ class Relay:
         self._board, self._host = board, host
         self._decoder = FrameDecoder.for_host_frames()
         self.heard_s = []
-        self.looked_s = []  # times at which the relay ran; it asks for the processor every 10 ms
+        self.looked_s = []  # times at which the relay ran: at least every 10 ms, if it gets the processor
 
     def carry(self, until):
         """Relay until `until()` is true."""
@@ -74,7 +74,7 @@ class Relay:
 
 
 def relay_process(link):
-    """Relay between the simulator at `link` and a host until stdin closes; then print the gaps."""
+    """Relay between the simulator at `link` and a host until stdin closes. Then print the recorded times."""
     with closing(SerialPort(link)) as board, closing(PtyLink()) as host:
         print(json.dumps({"port": host.port}), flush=True)
         relay = Relay(board, host)
@@ -127,10 +127,10 @@ def _print_gaps(heard_ms, looked_ms, seconds):
         f"commands at the board, {POLLERS} Modbus clients at {POLL_HZ} Hz, {BROWSERS} browsers and a "
         f"recorder, {seconds} s, "
         f"{len(heard_ms)} commands: "
-        f"longest gap {heard_ms[-1]:.0f} ms (target {TARGET_S * 1e3:.0f}, the inlet shuts at 250), "
-        f"{late} above the target, "
+        f"longest gap {heard_ms[-1]:.0f} ms (target {TARGET_S * 1e3:.0f}, the inlet closes at 250), "
+        f"{late} gaps above the target, "
         f"p99 {heard_ms[int(0.99 * len(heard_ms))]:.0f} ms, median {heard_ms[len(heard_ms) // 2]:.0f} ms; "
-        f"the relay itself, which only waits, was away for {looked_ms[-1]:.0f} ms at most; "
+        f"longest time in which the relay itself did not run {looked_ms[-1]:.0f} ms; "
         f"load of the machine {getloadavg()[2]:.1f} on {cpu_count()} cores"
     )
 

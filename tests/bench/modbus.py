@@ -1,7 +1,7 @@
-"""Modbus servers side by side, under clients in C: `python -m tests.bench.modbus [SECONDS]`.
+"""Comparison of Modbus servers with clients written in C: `python -m tests.bench.modbus [SECONDS]`.
 
-The server of the instrument runs with the simulated rig at 500 samples/s. Those of pymodbus and libmodbus
-serve constants.
+The server of the instrument runs with the simulated rig at 500 samples/s. The servers of pymodbus and
+libmodbus serve constant values.
 """
 
 import json
@@ -30,7 +30,7 @@ READ = bytes.fromhex("0001 0000 0006 01 04 0000 0014")
 
 
 def built(folder, name, sources=OURS):
-    """Return a compiled C program that uses libmodbus."""
+    """Compile a C program that uses libmodbus, and return its path."""
     flags = subprocess.check_output(["pkg-config", "--cflags", "--libs", "libmodbus"], text=True).split()
     source, program = sources / f"{name}.c", Path(folder) / name
     subprocess.run(["gcc", "-O2", "-o", program, source, *flags, "-lpthread"], check=True)
@@ -38,7 +38,7 @@ def built(folder, name, sources=OURS):
 
 
 def load(program, port, clients, seconds, hz=()):
-    """Measurements of the clients."""
+    """Run the clients and return their measurements."""
     answer = subprocess.run(
         [program, *map(str, (port, clients, seconds, *hz))], check=True, capture_output=True, text=True
     )
@@ -58,7 +58,7 @@ def listening(command):
 
 @contextmanager
 def serving(*command):
-    """Start a third-party server; return its port, which is the last argument of its command."""
+    """Start a server of another project and yield its port, which is appended to its command."""
     port = free_port()
     with subprocess.Popen([*command, str(port)], stderr=subprocess.DEVNULL) as server:
         try:
@@ -78,7 +78,7 @@ def accepts(port):
 
 @contextmanager
 def rivals(folder):
-    """Return the ports of the servers of pymodbus and libmodbus."""
+    """Start the servers of pymodbus and libmodbus. Yield their ports."""
     in_c = built(folder, "stock_libmodbus", SERVERS)
     with serving(sys.executable, SERVERS / "stock_pymodbus.py") as pymodbus, serving(in_c) as libmodbus:
         yield {"pymodbus": pymodbus, "libmodbus, C": libmodbus}
@@ -86,7 +86,7 @@ def rivals(folder):
 
 @contextmanager
 def instrument(folder):
-    """Start the instrument and inflate it to 8 kPa."""
+    """Start the instrument and inflate its balloon to 8 kPa."""
     with ExitStack() as children:
         stack = start(children, Path(folder) / "rig", tables={"modbus": {"max_connections": 200}})
         with ModbusClient.connect(port=stack.modbus_port) as plc:
@@ -95,7 +95,7 @@ def instrument(folder):
 
 
 def bench_modbus(seconds=SECONDS):
-    """Print requests/s and round trips; then those of slow clients, alone and beside a flood of garbage."""
+    """Print request rates and round trips of fast clients, and of slow clients without and with a flood."""
     with TemporaryDirectory() as folder, instrument(folder) as stack, rivals(folder) as others:
         program = built(folder, "load")
         servers = {"pneuforce": stack.modbus_port, **others}
@@ -105,7 +105,8 @@ def bench_modbus(seconds=SECONDS):
                 ours = seen["pneuforce"]["requests_per_s"] / report["requests_per_s"]
                 print(
                     f"FC4 × 20, {clients:2} clients, {name}: {report['requests_per_s']:6} requests/s, "
-                    f"p50 {report['p50_ms']:.3f} ms, p99 {report['p99_ms']:.3f} ms; ours is {ours:.2f} ×"
+                    f"p50 {report['p50_ms']:.3f} ms, p99 {report['p99_ms']:.3f} ms; "
+                    f"pneuforce is {ours:.2f} × as fast"
                 )
         _bench_calm(program, stack, seconds)
         _bench_endurance(program, stack)
@@ -121,22 +122,22 @@ def _bench_calm(program, stack, seconds):
     with listening(flood):
         report = load(program, stack.modbus_port, 1, 3 * seconds, (100,))
     print(
-        f"1 client at 100 Hz beside {FLOODERS} peers that send garbage: p99 {report['p99_ms']:.2f} ms "
+        f"1 client at 100 Hz while {FLOODERS} other clients send garbage: p99 {report['p99_ms']:.2f} ms "
         f"(target 20), worst {report['worst_ms']:.1f} ms"
     )
     used, due = samples(stack) - before, round((time.monotonic() - begun_s) * RIG_HZ)
-    print(f"rig samples used meanwhile {used}, {due} were due (give or take 3)")
+    print(f"samples used in this time: {used} of {due} (±3)")
 
 
 def _bench_endurance(program, stack):
-    """Measure memory and descriptors of the instrument after 10⁶ requests and 10⁴ connections."""
+    """Print the growth of memory and descriptors of the instrument by 10⁶ requests and 10⁴ connections."""
     load(program, stack.modbus_port, 32, 2)
     before, begun_s, asked = occupied(stack.host.pid), time.monotonic(), 0
     while asked < REQUESTS:
         asked += load(program, stack.modbus_port, 32, 5)["trips"]
     for n in range(CONNECTIONS):
         with socket.create_connection(("127.0.0.1", stack.modbus_port)) as client:
-            client.sendall(READ[: n % len(READ)])  # most connections end in the middle of a request
+            client.sendall(READ[: n % len(READ)])  # most connections end within a request
     time.sleep(1.0)
     memory_kb, descriptors = (b - a for a, b in zip(before, occupied(stack.host.pid), strict=True))
     print(

@@ -1,4 +1,4 @@
-"""Benchmarks of the force model: arrays beside solvers of scipy, and one sample in the chain."""
+"""Benchmarks of the force model: arrays compared with solvers of scipy, and one sample in the chain."""
 
 import statistics
 import time
@@ -16,7 +16,7 @@ from pneuforce.protocol.frames import BoardState, Sample
 from tests.instrument.instrument_harness import adc_sum_of
 
 BALLOON, CIRCUIT = Balloon(), Circuit()
-ONE_BY_ONE = 300  #: samples for the solvers of scipy, whose time per sample does not depend on their number
+ONE_BY_ONE = 300  #: number of contacts for the solvers of scipy, which take the same time for each
 
 
 def pairs(count):
@@ -27,13 +27,14 @@ def pairs(count):
 
 
 def bracketed(baseline_kpa, final_kpa):
-    """Return the energetic balance of one contact as a function of d, and an interval with its root."""
+    """Return the energetic balance of one contact as a function of d, and the limits of its root."""
     weight = PAPER_LAW.small_strain_weight(baseline_kpa, BALLOON)
     pressed = ContactGeometry.between(baseline_kpa, final_kpa, weight, BALLOON, CIRCUIT)
     method = METHODS["energetic"]
 
     def balance(d):
-        return method.balance(float(np.ravel(d)[0]), pressed)[0].real  # complex outside its domain
+        # The balance is complex outside its domain.
+        return method.balance(float(np.ravel(d)[0]), pressed)[0].real
 
     return balance, method.lower_bound_mm(pressed), pressed.radius_mm
 
@@ -58,7 +59,7 @@ def us_per_sample(work, count, repeats):
 
 
 def bench_arrays():
-    """Print µs per solved contact; the results of all solvers must agree."""
+    """Print the time [µs] to solve a contact, and the share of contacts for which all solvers agree."""
     initial, final = pairs(ONE_BY_ONE)
     exact = solve_contact(initial, final, BALLOON, CIRCUIT).indentation_mm
     peers = {}
@@ -71,7 +72,9 @@ def bench_arrays():
             warnings.simplefilter("ignore")
             agree = np.mean(np.abs(one_by_one() - exact) < 1e-6)
             peers[name] = us_per_sample(one_by_one, ONE_BY_ONE, 3)
-        print(f"scipy's {name}, one contact after another: {peers[name]:.0f} µs each, {agree:.0%} agree")
+        print(
+            f"scipy's {name}, one contact after another: {peers[name]:.0f} µs per contact, {agree:.0%} agree"
+        )
     for count in (1, 1000, 1_000_000):
         p, q = pairs(count)
         if count == 1:
@@ -80,14 +83,14 @@ def bench_arrays():
             lambda p=p, q=q: solve_contact(p, q, BALLOON, CIRCUIT), count, 3 if count > 1000 else 200
         )
         print(
-            f"contacts solved, {count} at once: {us:.2f} µs each; "
-            f"{peers['fsolve'] / us:.0f} × fsolve, {peers['brentq'] / us:.0f} × brentq"
-            + (" (target 50 × fsolve)" if count > 1000 else "")
+            f"{count} contacts solved at once: {us:.2f} µs per contact; "
+            f"{peers['fsolve'] / us:.0f} × as fast as fsolve, {peers['brentq'] / us:.0f} × as fast as brentq"
+            + (" (target 50 × as fast as fsolve)" if count > 1000 else "")
         )
 
 
 def bench_chain():
-    """Print µs per sample of the live chain: without contact, and during presses of up to 10 N/s."""
+    """Print the time per sample of the live chain, without contact and during presses of up to 10 N/s."""
     chain = Chain(ChainSettings())
     chain.zero.zero_kpa = 0.0
     rises = np.clip(2.0 * np.sin(np.linspace(0, 60, 15_000)), 0.0, None)
@@ -101,6 +104,7 @@ def bench_chain():
         (pressed_us if measurement.in_contact else free_us).append(us)
     for name, values in (("free", free_us), ("in contact", pressed_us)):
         print(
-            f"a sample in the live chain, {name}: median {statistics.median(values):.1f} µs (target 10), "
+            f"time per sample in the live chain, {name}: "
+            f"median {statistics.median(values):.1f} µs (target 10), "
             f"mean {statistics.mean(values):.1f} µs, p99 {sorted(values)[int(0.99 * len(values))]:.0f} µs"
         )

@@ -1,6 +1,6 @@
 """Modbus clients that poll at a fixed rate: `python -m tests.bench.pollers PORT CLIENTS HZ SECONDS`.
 
-Prints one JSON line: round trips [ms] of FC04 on registers 0–35.
+The program prints one JSON line: the round-trip times [ms] of reads of registers 0–35 with function 04.
 """
 
 import asyncio

@@ -1,7 +1,7 @@
-"""Host process with timers at both ends: `python -m tests.bench.probe instrument.toml`.
+"""Host process that measures its own latency: `python -m tests.bench.probe instrument.toml`.
 
-Prints one JSON line when it is asked to end: latencies [ms] from the read that completed a rig frame to the
-return of the call that sent its CAN Force frame, samples used and lost.
+A latency is the time from the arrival of a sample to the return of the call that sends its CAN Force frame.
+At its end, the process prints one JSON line: latencies [ms], and the numbers of used and lost samples.
 """
 
 import json
@@ -17,11 +17,11 @@ from pneuforce.registers.can.bus import CanBus
 from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE
 
 FORCE_ID = FORCE.base_id + DEFAULT_NODE_ID
-WARM_UP = 500  #: samples that do not count
+WARM_UP = 500  #: number of latencies at the start that are not reported
 
 
 class Probe:
-    """Timers around the arrival of a sample and the sending of its frame."""
+    """Recorder of the times at which a sample arrives and its CAN frame is sent."""
 
     def __init__(self):
         self.read_s = {}

@@ -33,7 +33,7 @@ def altered(tmp_path, **changes):
 
 
 def waiting(tmp_path, condition, **changes):
-    """Return a board whose main loop waits while the C condition holds."""
+    """Return a board whose main loop waits while the C condition is true."""
     return altered(
         tmp_path,
         wait=("    set_indicators();\n", f"    set_indicators();\n    while ({condition});\n"),

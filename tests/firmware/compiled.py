@@ -12,8 +12,6 @@ from pneuforce.sim.board.states import UNEXPECTED_RESETS, ResetCause
 
 ROOT = Path(__file__).parents[2]
 STRICT = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Werror")
-
-
 #: Folder for coverage data of gcov; see tests/firmware/coverage.py.
 COVERAGE_FOLDER = os.environ.get("PNEUFORCE_GCOV", "")
 
@@ -69,7 +67,7 @@ class CBoard:
 
 
 def decode_in_c(stream):
-    """Return the frames of a stream as bytes, the number of rejected frames and of skipped bytes."""
+    """Return the frames of a stream as bytes, and the numbers of rejected frames and skipped bytes."""
     frames = ctypes.create_string_buffer(len(stream) + FRAME_BYTES)
     rejected, skipped = ctypes.c_uint32(), ctypes.c_uint32()
     count = library().decode_stream(

@@ -1,4 +1,4 @@
-"""`python -m tests.firmware.coverage FOLDER`: line coverage of the firmware's headers, from gcov.
+"""Line coverage of the firmware's headers, from gcov: `python -m tests.firmware.coverage FOLDER`.
 
 The tests write the data into FOLDER if the environment variable PNEUFORCE_GCOV names it; see `make coverage`.
 The sketch itself and hardware.h run only on the chip and are not counted.
@@ -33,7 +33,7 @@ def lines_by_header(folder):
 
 
 def main():
-    """Print the coverage of each header and of all."""
+    """Print the coverage of each header and of all headers together."""
     found = lines_by_header(Path(sys.argv[1]))
     for name, (executed, total) in sorted(found.items()):
         print(f"firmware {name}: {executed} of {total} lines")

@@ -28,7 +28,7 @@ from tests.firmware.compiled import ROOT
 
 HEADERS, SHARED = Path("firmware/pneuforce"), Path("tests/firmware/shared.c")
 NUMBERS = "numbers.h"
-#: Headers without mutants: the wire has its own tests, and the sketch drives the pins.
+#: Headers without mutants: the rig link has its own tests, and hardware.h is used on the chip only.
 NOT_MUTATED = {"board.h", "wire.h", "hardware.h"}
 COPIED = (
     "firmware",
@@ -41,17 +41,18 @@ COPIED = (
     "tests",
     "pyproject.toml",
 )
-#: The tests that detect most mutants run first.
+#: Files of the contract tests. The file that detects most mutants runs first.
 CONTRACT = [f"tests/sim/test_board{name}.py" for name in ("_filling", "_limits", "")]
-#: Runs the contract on the board "c" only, without bytecode files.
+#: Arguments of Python that run the contract tests on the board "c" only, without bytecode files.
 ON_C = ("-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-k", "[c] or [c-", *CONTRACT)
-#: CPU time limit, so that an endless loop is detected too. The contract takes 12 s of one core.
+#: CPU time limit, so that an endless loop is detected too. The contract tests take 12 s of one core.
 CPU_LIMIT = ("prlimit", "--cpu=60")
 WITHOUT_PLUGINS = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-#: Time limit for all mutants. Their order is random with a fixed seed, so the tested mutants represent all.
+#: Time limit for all mutants [s]. The order of the mutants is random with a fixed seed, so that the tested
+#: mutants represent all mutants.
 MAX_RUN_S = 600.0
 
-#: Changes in code: text found, and its replacement.
+#: Changes in code: the found text, and its replacement.
 FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 OPPOSITE = {"&&": "||", "||": "&&", "+": "-", "-": "+", "*": "/", "/": "*", "true": "false", "false": "true"}
 VALVES = {"SAFE": "LOCKED", "LOCKED": "SAFE", "FILL": "LOCKED"}
@@ -140,15 +141,15 @@ class Tree:
         for name in COPIED:
             source, target = ROOT / name, folder / name
             shutil.copytree(source, target, symlinks=True) if source.is_dir() else shutil.copy(source, target)
-        for header in (folder / HEADERS).glob("*.h"):  # no warnings about code that a mutant leaves unused
+        for header in (folder / HEADERS).glob("*.h"):  # the pragma prevents warnings about unused code
             header.write_text("#pragma GCC system_header\n" + header.read_text(encoding="utf-8"))
 
     def detects(self, mutant: Mutant) -> bool | None:
-        """Return True if the contract fails for the mutant, None if the mutant does not compile."""
+        """Return True if a contract test fails for the mutant, None if the mutant does not compile."""
         header = self._folder / HEADERS / mutant.header
         original = header.read_text(encoding="utf-8")
         lines = original.splitlines()
-        assert lines[mutant.number] == mutant.line  # below the pragma
+        assert lines[mutant.number] == mutant.line  # the pragma is the first line
         lines[mutant.number] = mutant.changed
         header.write_text("\n".join(lines) + "\n", encoding="utf-8")
         try:
@@ -161,7 +162,7 @@ class Tree:
         return subprocess.run(command, cwd=self._folder, capture_output=True, check=False).returncode == 0
 
     def fails(self) -> bool:
-        """Return True if the contract fails or exceeds the CPU time limit."""
+        """Return True if a contract test fails, or if the tests exceed the CPU time limit."""
         command = (*CPU_LIMIT, sys.executable, *ON_C)
         done = subprocess.run(
             command, cwd=self._folder, env=WITHOUT_PLUGINS, capture_output=True, check=False

@@ -33,7 +33,7 @@ def exact_time(monkeypatch):
 
 
 class Both:
-    """Two boards with the same inputs. The outputs must be equal."""
+    """Python board and C board with the same inputs. Their outputs must be equal."""
 
     def __init__(self):
         self.boards = SimulatedBoard(), CBoard()
@@ -51,7 +51,7 @@ class Both:
 
 
 def run_random_period(bench, draw):
-    """Run a period with a host that sends random commands and a rig with random faults."""
+    """Run for a random time. The host sends random commands, and the rig has random faults."""
     if draw.random() < 0.1:
         bench.identify()
     if draw.random() < 0.05:
@@ -79,7 +79,7 @@ def run_random_period(bench, draw):
 
 
 def faults_seen(seed, periods):
-    """Return the faults that occur in a lockstep of random periods."""
+    """Run both boards for random periods. Return the faults that occurred."""
     draw, bench = random.Random(seed), Bench(Both()).identify()
     for _ in range(periods):
         run_random_period(bench, draw)

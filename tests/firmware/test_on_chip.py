@@ -22,7 +22,7 @@ from pneuforce.sim.avr.toolchain import program
 from tests.firmware.altered import altered, waiting
 from tests.sim.conftest import AVR_MARKS, Bench, brief, hold, vent
 
-BYTES_PER_SAMPLE = 100  #: largest number of bytes that the line carries in one sample
+BYTES_PER_SAMPLE = 100  #: largest number of bytes that the line transfers in one sample period
 
 pytestmark = [*AVR_MARKS, brief]
 
@@ -60,14 +60,14 @@ def assert_the_board_has_failed_safe(bench):
 
 @pytest.mark.parametrize("late_us", [2000, 20_000])
 def test_a_main_loop_that_is_late_for_a_sample_vents_at_once(tmp_path, late_us):
-    """All time-outs are counted in samples, so a missed sample would make every time-out longer."""
+    """All time-outs are counted in samples. A missed sample would make every time-out longer."""
     bench = holding_at_6_s(waiting(tmp_path, f"now_us > 6000000ul && time_us - now_us <= {late_us}ul"))
     bench.run(late_us * 1e-6 + 0.006)
     assert_the_board_has_failed_safe(bench)
 
 
-def test_a_pass_that_takes_nearly_a_sample_is_not_late(tmp_path):
-    """The pass starts 0.2 ms before the next sample and ends 1.5 ms after its start."""
+def test_a_pass_of_the_main_loop_that_takes_nearly_a_sample_period_is_not_late(tmp_path):
+    """The pass starts 0.3 ms before a sample period and ends 1.5 ms after the start of this period."""
     late = "(time_us == now_us || TCNT1 < F_CPU / 2000 * 3)"
     board = waiting(tmp_path, f"now_us % 200000ul == 0 && {late}")
     bench = Bench(board).identify().keep_sending(vent())
@@ -76,9 +76,9 @@ def test_a_pass_that_takes_nearly_a_sample_is_not_late(tmp_path):
     assert (board.chip.resets, bench.state) == (0, BoardState.VENTED)
 
 
-#: Input with the highest processing time: every start of a frame is checked as a complete frame, and
-#: rejected.
-BEGINNINGS = {"of any kind": SYNC, "of greetings": SYNC + b"\x99", "of commands": SYNC + b"\xaa\x01"}
+#: Input with the highest processing time: the decoder checks a frame at each start of a frame, and rejects
+#: the frame.
+BEGINNINGS = {"of any kind": SYNC, "of identify": SYNC + b"\x99", "of commands": SYNC + b"\xaa\x01"}
 
 
 def flooded(beginning):

@@ -12,7 +12,7 @@ from tests.firmware.altered import ROOT, run
 from tests.tools import needs
 
 CORE = Path("/usr/share/arduino/hardware/arduino/avr")
-#: Version of Debian 12. Another version makes another binary of the same source.
+#: Version of avr-gcc in Debian 12. Another version compiles the same source to a different binary.
 RELEASE_COMPILER = "5.4.0"
 
 pytestmark = needs("gcc-avr", "/usr/bin/avr-gcc")
@@ -61,7 +61,7 @@ def test_the_pins_of_the_valves_are_driven_in_one_place():
 
 
 @needs("arduino-core-avr", CORE)
-def test_it_builds_with_the_arduino_core_too(tmp_path):
+def test_the_sketch_builds_with_the_arduino_core_too(tmp_path):
     core, variant = CORE / "cores/arduino", CORE / "variants/standard"
     options = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-DARDUINO=10819", "-DARDUINO_ARCH_AVR", "-Os"]
     # The core needs DECIMAL_DIG, which this compiler defines only under another name.

@@ -17,7 +17,7 @@ CASES = json.loads(VECTORS.read_text(encoding="utf-8"))
 
 
 def decode_by_python(stream):
-    """Return the frames in a stream, the number of rejected frames and of skipped bytes."""
+    """Return the frames in a stream, and the numbers of rejected frames and skipped bytes."""
     decoder = FrameDecoder.for_host_frames()
     return decoder.feed(stream), decoder.rejected_frames, decoder.skipped_bytes
 
@@ -59,7 +59,10 @@ def a_frame(draw):
 
 
 def damaged(draw, stream):
-    """Return the stream with flipped bits, lost bytes, doubled bytes and false starts: mostly none or one."""
+    """Return the stream with random damage. Most streams get no damage or one damage.
+
+    A damage is a flipped bit, a lost byte, a doubled byte or a false start.
+    """
     stream = bytearray(stream)
     for _ in range(min(draw.choice([0, 0, 1, 1, 2, 10]), len(stream))):
         position = draw.randrange(len(stream))

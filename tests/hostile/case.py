@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tests.hostile.connection import ServerUnderTest
 
-CLOSE = "close"  #: entry in the legal answers: the server may close the connection instead
+CLOSE = "close"  #: a legal answer that means: the server closes the connection
 #: Optional functions. A server may answer exception 01 to all requests with one of them.
 OPTIONAL = frozenset((1, 2, 4, 5, 6, 8, 15, 16, 22, 23, 43))
 
@@ -40,15 +40,15 @@ class ModbusRequest:
 
     pdu: str
     legal: tuple[str, ...]
-    unit: int | None = None  #: None: unit of the server
-    transaction: int | None = None  #: None: a new transaction identifier
+    unit: int | None = None  #: None means the unit of the server
+    transaction: int | None = None  #: None means a new transaction identifier
 
     def allows(self, answer: str) -> bool:
         """Return True if `answer` is legal. `answer` is a hex text without spaces."""
         return any(re.fullmatch(legal.replace(" ", ""), answer) for legal in self.legal)
 
     def is_not_supported(self, answer: str) -> bool:
-        """Return True if `answer` means that the server does not support the function, and need not."""
+        """Return True if the function is optional and `answer` says that the server does not support it."""
         function = int(self.pdu[:2], 16)
         return function in OPTIONAL and answer == f"{function | 0x80:02x}01"
 
@@ -58,8 +58,8 @@ class Pipelined:
     """Requests that are sent without waiting for answers, in segments of the given sizes."""
 
     requests: tuple[ModbusRequest, ...]
-    segment_sizes: tuple[int, ...] = (1 << 20,)  #: repeated as often as needed
-    delay_s: float = 0.0  #: between two segments
+    segment_sizes: tuple[int, ...] = (1 << 20,)  #: in bytes; repeated as often as needed
+    delay_s: float = 0.0  #: pause between two segments
     then_fin: bool = False  #: send FIN before the first answer is read
 
 

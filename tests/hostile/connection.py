@@ -40,7 +40,8 @@ class ServerUnderTest:
 class RawConnection:
     """One TCP connection. Bytes sent after the server has closed the connection are lost."""
 
-    transactions = itertools.cycle(range(0x0101, 0xFFFF))  #: identifiers that differ from one to the next
+    #: Transaction identifiers. Each identifier differs from the previous one.
+    transactions = itertools.cycle(range(0x0101, 0xFFFF))
 
     def __init__(self, server: ServerUnderTest, source: str | None = None, **socket_options: int) -> None:
         """Connect, from the local address `source` if it is given. Raises CaseFailure."""
@@ -64,7 +65,7 @@ class RawConnection:
         self.socket.close()
 
     def send(self, data: bytes) -> None:
-        """Send. Errors are ignored, because the server may have closed the connection."""
+        """Send bytes. Errors are ignored, because the server may have closed the connection."""
         with suppress(OSError):
             self.socket.sendall(data)
 
@@ -126,7 +127,7 @@ class RawConnection:
         return self.closed
 
     def is_readable(self, within_s: float) -> bool:
-        """Return True if bytes or the end of the connection arrive within a time."""
+        """Return True if bytes or the end of the connection arrive within `within_s`."""
         return bool(select.select([self.socket], [], [], within_s)[0])
 
     def wait_closed(self, within_s: float) -> str:

@@ -13,7 +13,7 @@ from tests.hostile.connection import RawConnection, ServerUnderTest, check_answe
 
 _LONG_READ = bytes.fromhex("03 0000 007d")
 _LONG_REQUEST = build_frame(1, 1, bytes.fromhex("10 0000 0064 c8") + bytes(200))
-_MAX_REQUEST_BYTES = 4_000_000  #: the answers to so many requests would be 80 MB
+_MAX_REQUEST_BYTES = 4_000_000  #: limit of a flood; the answers to these requests have 80 MB
 _MAX_FLOOD_S = 10.0
 
 
@@ -33,7 +33,7 @@ def slow_loris(server: ServerUnderTest) -> str:
 
 
 def resets(server: ServerUnderTest) -> str:
-    """Reset 50 connections within a frame. Another connection must be answered all the time."""
+    """Reset 50 connections within a frame. Requests on another connection must always be answered."""
     with RawConnection(server) as permanent:
         for at in range(50):
             connection = RawConnection(server)
@@ -53,7 +53,7 @@ def many(server: ServerUnderTest) -> str:
 
 
 def silent(server: ServerUnderTest) -> str:
-    """Open 100 connections that send nothing. A new connection must be answered."""
+    """Open 100 connections that send nothing. A request on a new connection must be answered."""
     with ExitStack() as held:
         for _ in range(100):
             held.enter_context(RawConnection(server))
@@ -107,7 +107,7 @@ def _is_closed(connection: RawConnection) -> bool:
 
 
 def over_the_limit(server: ServerUnderTest) -> str:
-    """Open one connection more than the limit. The connection silent for longest must be closed."""
+    """Open one connection more than the limit. The connection that was silent for longest must be closed."""
     with ExitStack() as held:
         connections = [held.enter_context(RawConnection(server)) for _ in range(server.max_connections + 1)]
         for connection in connections[-3:]:

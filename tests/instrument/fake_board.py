@@ -1,4 +1,4 @@
-"""Fake board: a thread behind a pseudo terminal, and a symbolic link that stands for its cable."""
+"""Fake board: a thread at the far end of a pseudo-terminal, and a symbolic link in place of a cable."""
 
 import contextlib
 import os
@@ -37,11 +37,11 @@ class FakeBoard(threading.Thread):
         self.path = os.ttyname(self._port_fd)
         self.received = []
         self.state = BoardState.VENTED
-        self.mute = False  #: sends no samples
+        self.mute = False  #: True if the board sends no samples
         self.uptime_ms, self.version = uptime_ms, version
         self.silence_ms, self.host_timeout_ms = silence_ms, host_timeout_ms
         self.ignores_host_timeout = False
-        self.noise = b""  #: sent every 2 ms
+        self.noise = b""  #: bytes that the board sends every 2 ms
         self._identified = False
         self._started_s = time.monotonic()
         self._samples = self._command_echo = 0
@@ -94,7 +94,7 @@ class FakeBoard(threading.Thread):
         self._samples += isinstance(message, Sample)
 
     def restart(self):
-        """Restart as after a brown-out: vented, without memory of the host, with a new Hello."""
+        """Restart as after a brown-out: vent, send a new Hello, and wait for a new handshake."""
         self.state, self._identified, self._samples = BoardState.VENTED, False, 0
         self.uptime_ms, self._started_s = 0, time.monotonic()
         self._send(self._hello())
@@ -113,7 +113,7 @@ class FakeBoard(threading.Thread):
 
 
 class FakeCable:
-    """Symbolic link that stands for the port, and all boards that were plugged in so far."""
+    """Symbolic link in place of the port, and a list of all boards that were plugged in."""
 
     def __init__(self, path):
         self.path, self.boards = path, []

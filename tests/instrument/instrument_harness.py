@@ -1,4 +1,4 @@
-"""Test harness that runs an instrument in virtual time, with a simple board or with samples made by hand."""
+"""Test harness that runs an instrument in virtual time, with a simple board or with samples of the test."""
 
 import itertools
 import math
@@ -27,7 +27,7 @@ def adc_sum_of(pressure_kpa):
 
 @dataclass
 class Tube:
-    """Balloon and tube: a hand changes the pressure at a limited rate, and the sensor lags behind."""
+    """Balloon and tube. A hand changes the pressure at a limited rate. The sensor follows with a lag."""
 
     balloon_kpa: float = 0.0
     sensor_kpa: float = 0.0
@@ -42,14 +42,14 @@ class Tube:
 
 @dataclass
 class InstrumentHarness:
-    """Instrument and simple board. The board follows each command within 0.6 s."""
+    """Instrument with a simple board that follows each command within 0.6 s."""
 
     instrument: Instrument
     now_s: float = 1000.0
     state: BoardState = BoardState.VENTED
     push_kpa: float = 0.0  #: pressure that a hand adds to the locked pressure
     hand: Tube = field(default_factory=Tube)
-    offset_kpa: float = 0.3  #: reading of the sensor at no pressure
+    offset_kpa: float = 0.3  #: reading of the sensor at a gauge pressure of zero
     adc_sum: int | None = None  #: overrides the reading of the sensor
     supply_mv: int = 5000
     causes: set = field(default_factory=set)  #: faults whose cause persists
@@ -58,7 +58,7 @@ class InstrumentHarness:
     frozen: bool = False
     board_time_us: int = 0
     holding_pa: int = 0
-    pressure_kpa: float = 0.0  #: of the balloon without a hand
+    pressure_kpa: float = 0.0  #: pressure of the balloon without the push of a hand
     settled_s: float = 0.0
     clear: int | None = None
     sent: list = field(default_factory=list)  #: commanded modes in order, without repetitions
@@ -73,12 +73,12 @@ class InstrumentHarness:
 
     @classmethod
     def zeroed(cls, **settings):
-        """Return a vented harness with a zero."""
+        """Return a vented harness that has completed the zero adjustment."""
         return cls.new(**settings).run(1.2)
 
     @classmethod
     def ready(cls, **settings):
-        """Return a zeroed harness that has received the command to vent, so that it can be armed."""
+        """Return a zeroed harness that has received a vent command, so that it accepts a hold command."""
         harness = cls.zeroed(**settings)
         harness.write_ok(VENT)
         return harness
@@ -143,14 +143,20 @@ class InstrumentHarness:
         return Sample(**(values | changes))
 
     def feed(self, **changes):
-        """Send one sample, 2 ms after the last one, with some fields changed. The board does not react."""
+        """Pass one sample to the instrument, 2 ms after the previous sample, with some fields changed.
+
+        The board receives no command.
+        """
         self.now_s += DT_S
         self.hand.step(self.push_kpa)
         self.board_time_us = (self.board_time_us + 2000) & 0xFFFF_FFFF
         return self.instrument.process(RawSample(0, self.now_s, self.sample(**changes), frozen=self.frozen))
 
     def run(self, seconds, until=None):
-        """Send samples and ticks for a time, or until a condition is true. Fails if it never is."""
+        """Send samples and ticks for a time, or until a condition is true.
+
+        The test fails if the condition does not become true in this time.
+        """
         for step in range(round(seconds / DT_S)):
             if step % 5 == 0:
                 self.instrument.tick(self.now_s)
@@ -162,7 +168,7 @@ class InstrumentHarness:
         return self
 
     def set_sensor_push(self, push_kpa):
-        """Set a push that the sensor shows at once, as from a blow on the tube."""
+        """Set a push that the sensor shows immediately, without the lag of the tube."""
         self.push_kpa = push_kpa
         self.hand = Tube(push_kpa, push_kpa)
 
@@ -180,7 +186,7 @@ class InstrumentHarness:
         return str(self.instrument.write(peer, request, self.now_s))
 
     def write_ok(self, request, peer=PLC):
-        """Write as a peer. Fails if the write is rejected."""
+        """Write as a peer. The test fails if the write is rejected."""
         assert self.write(request, peer) == "none"
 
     def snapshot(self, peer=PLC):

@@ -1,4 +1,4 @@
-"""Tests of the complete instrument with other Modbus clients over TCP and on a serial line."""
+"""Tests of the complete instrument with Modbus clients of other projects, over TCP and on a serial line."""
 
 from importlib.metadata import version
 

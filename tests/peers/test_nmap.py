@@ -10,8 +10,8 @@ pytestmark = needs("nmap")
 
 
 def test_nmap_finds_exactly_one_unit_and_identifies_it(instrument):
-    # "+" runs the script for a port other than 502. The script sends function 17, which is not supported: the
-    # exception is an answer as well.
+    # "+" runs the script for a port other than 502. The script sends function 17, which is not supported. The
+    # exception in the answer nevertheless shows that the unit exists.
     script = ["--script", "+modbus-discover", "--script-args", "modbus-discover.aggressive=true"]
     command = ["nmap", "-Pn", "-p", str(instrument.port), *script, "127.0.0.1"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)

@@ -81,7 +81,7 @@ def test_the_logger_records_the_frames_of_a_node(port, tmp_path, suffix):
         wait_for_output(logger, b"Connected to")
         for number, frame in enumerate(frames, start=1):
             bus.send(frame)
-            if number % 100 == 0:  # the transmit queue holds 256
+            if number % 100 == 0:  # the transmit queue holds 256 frames
                 wait_for(lambda sent=number: bus.counters.sent == sent)
         wait_for(lambda: file.stat().st_size > 20_000)
     logged = [CanFrame(m.arbitration_id, bytes(m.data)) for m in can.LogReader(file)]

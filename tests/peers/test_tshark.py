@@ -1,4 +1,4 @@
-"""Tests of all answers with the Modbus dissector of Wireshark: it reads the intended values and no errors."""
+"""Tests with the Modbus dissector of Wireshark. It decodes all answers as intended, without an error."""
 
 import struct
 import subprocess

@@ -55,11 +55,11 @@ def test_the_crc_is_crc_16_ibm_3740():
     assert crc_hqx(b"123456789", 0xFFFF) == 0x29B1
 
 
-def test_kinds_are_four_bits_apart():
+def test_any_two_kinds_differ_in_at_least_four_bits():
     assert all((a ^ b).bit_count() >= 4 for a, b in itertools.combinations(KINDS, 2))
 
 
-def test_frames_of_the_own_side_are_rejected():
+def test_a_decoder_rejects_the_frames_that_its_own_side_sends():
     assert FrameDecoder.for_board_frames().feed(encode(Vent(), 1)) == []
     assert FrameDecoder.for_host_frames().feed(encode(SAMPLE, 1)) == []
 
@@ -75,7 +75,7 @@ def test_a_stream_in_arbitrary_pieces_gives_the_same_frames(messages, data):
 
 
 @given(st.binary(max_size=400))
-def test_random_bytes_raise_nothing_and_the_decoder_keeps_less_than_a_frame(noise):
+def test_random_bytes_raise_no_exception_and_the_decoder_buffers_less_than_a_frame(noise):
     decoder = decoder_of_all_kinds()
     decoder.feed(noise)
     assert len(decoder._buffer) < FRAME_BYTES
@@ -107,7 +107,7 @@ def test_no_frame_with_a_burst_of_up_to_sixteen_bits_is_accepted():
 
 
 @pytest.mark.parametrize("damage", ["drop", "double", "insert"])
-def test_a_dropped_doubled_or_inserted_byte_costs_its_frame_only(damage):
+def test_a_dropped_doubled_or_inserted_byte_loses_only_its_frame(damage):
     stream = [encode(SAMPLE, i) for i in range(5)]
     for position in range(FRAME_BYTES):
         damaged = bytearray(stream[2])

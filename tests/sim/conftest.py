@@ -26,8 +26,8 @@ from pneuforce.sim.board import SimulatedBoard
 from tests.firmware.compiled import CBoard
 from tests.tools import needs
 
-#: Tests that are short enough to run on the emulated board each time. The others run there in `make
-#: test-board`.
+#: Mark of tests that are short enough to run on the emulated board in each test run. `make test-board` also
+#: runs the other tests on the emulated board.
 brief = pytest.mark.brief
 
 DT_S = 1 / SAMPLES_PER_S
@@ -51,7 +51,7 @@ def vent(**fields):
 class Bench:
     """Balloon of constant capacity behind slow valves and a tube with lag.
 
-    Attributes simulate faults of each part.
+    Tests change the attributes to simulate faults.
     """
 
     def __init__(self, board, start_us=0):
@@ -64,7 +64,7 @@ class Bench:
         self.leak_kpa_per_s = 0.0
         self.gas_kpa = 0.0
         self.contact_kpa = 0.0  #: pressure added by a contact
-        self.adc_sum = None  #: overrides the sensor
+        self.adc_sum = None  #: ADC sum that replaces the reading of the sensor, or None
         self.supply_mv = 5000
         self.supply_step_mv = getattr(board, "supply_step_mv", 1)  #: resolution of the supply measurement
         self.frames = []
@@ -105,12 +105,13 @@ class Bench:
         return self
 
     def until(self, condition, within_s):
-        """Run until the condition holds. Return the elapsed seconds."""
+        """Run until the condition is true. Return the elapsed seconds."""
         for n in range(round(within_s * SAMPLES_PER_S)):
             if condition():
                 return n * DT_S
             self.step()
-        raise AssertionError(f"not within {within_s} s; state {self.state.name}, {self.pressure_kpa:.2f} kPa")
+        pressure = f"{self.pressure_kpa:.2f} kPa"
+        raise AssertionError(f"not true within {within_s} s; state {self.state.name}, {pressure}")
 
     def until_state(self, state, within_s):
         return self.until(lambda: self.state is state, within_s)
@@ -196,7 +197,7 @@ class Bench:
         return self
 
     def idle(self, seconds):
-        """Run with a constant pressure and without decoding: ten times as fast."""
+        """Run with a constant pressure. Received frames are not decoded, which is ten times as fast."""
         frame, adc_sum = self.frame(self.command), self.last().adc_sum
         for n in range(round(seconds * SAMPLES_PER_S)):
             self.now_us += 2000
@@ -221,7 +222,7 @@ AVR_MARKS = [
 
 
 def emulated(test):
-    """Mark a test of the emulated board alone that runs each time."""
+    """Mark a test that uses the emulated board only and runs in each test run."""
     for mark in (*AVR_MARKS, brief):
         test = mark(test)
     return test

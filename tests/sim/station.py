@@ -1,4 +1,4 @@
-"""Real instrument and link on a simulated rig, in virtual time."""
+"""Real instrument and real link, connected to a simulated rig in virtual time."""
 
 from pneuforce.errors import ProtocolMismatch
 from pneuforce.instrument.core.controller import Instrument
@@ -15,13 +15,13 @@ TICK_STEPS = 5
 
 
 class Station:
-    """Host process of `pneuforce run` without a port, stepped with the simulation."""
+    """Replacement for the process of `pneuforce run`. It has no port, and each step simulates 2 ms."""
 
     def __init__(self, plant, schedule=None, new_board=SimulatedBoard, **settings):
         self.world = World(Rig(plant, Hand(False), new_board=new_board), schedule)
         self.instrument = Instrument(Settings(**settings))
         self.link = Link(round(self.instrument.settings.host_timeout_s * 1e3))
-        self.rejection = None  #: the ProtocolMismatch, if the host has rejected the board
+        self.rejection = None  #: ProtocolMismatch if the host has rejected the board, otherwise None
         self.used_samples = 0  #: samples that the instrument has received
         self._restarts = 0
         self._last_sample_s = 0.0
@@ -61,7 +61,7 @@ class Station:
             self.instrument.process(sample)
 
     def run(self, seconds, until=lambda: False):
-        """Run for a time, or until the condition holds. Return True if the condition holds."""
+        """Run for a time, or until the condition is true. Return True if the condition is true."""
         for _ in range(round(seconds / STEP_S)):
             if until():
                 return True

@@ -182,9 +182,9 @@ def test_hold_never_inflates_a_tripped_board(bench):
 def test_after_a_trip_only_clear_then_vent_then_hold_inflates(bench):
     bench.tripped()
     bench.keep_sending(vent()).run(1).keep_sending(hold()).run(1)
-    assert bench.state is S.TRIPPED, "vent and hold without a clear"
+    assert bench.state is S.TRIPPED, "the trip ended without a clear"
     bench.keep_sending(hold(clear=1)).run(3)
-    assert bench.state is S.VENTED, "clear and hold without a vent"
+    assert bench.state is S.VENTED, "the board inflated without a vent after the clear"
     bench.keep_sending(vent(clear=1)).run(0.2).keep_sending(hold(clear=1))
     bench.until_state(S.HOLDING, 8)
 
@@ -273,7 +273,7 @@ def test_no_bytes_on_the_line_open_the_inlet_of_an_empty_rig(bench):
 
 
 def test_random_commands_never_violate_the_limits(bench):
-    """Send random commands for minutes. The inlet may be open only while inflating or settling."""
+    """The inlet is open only while the board inflates or settles, even after random commands."""
     draw = random.Random(5)
     bench.identify()
     for _ in range(400):

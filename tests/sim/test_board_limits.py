@@ -48,7 +48,7 @@ def test_no_host_can_make_the_board_wait_longer_than_10_s(bench, requested_ms, a
     assert seconds_to_trip(bench, Fault.HOST_SILENT, 11) == pytest.approx(applied_s, abs=0.01)
 
 
-def test_a_host_that_comes_back_in_time_finds_the_balloon_locked_and_untripped(bench):
+def test_the_balloon_is_still_held_if_the_host_is_silent_for_less_than_its_timeout(bench):
     bench.holding().command = None
     bench.run(1.5).keep_sending(hold()).run(3)
     assert bench.state is S.HOLDING
@@ -67,19 +67,19 @@ def test_host_silent_is_cleared_only_after_a_command_and_a_clear(bench):
 
 @pytest.mark.parametrize("adc_sum", [0, 163, 16041, 16368])
 @pytest.mark.parametrize("phase", ["vented", "inflating", "settling", "holding"])
-def test_a_sensor_open_or_short_vents_within_100_ms(bench, phase, adc_sum):
+def test_an_open_or_shorted_sensor_vents_within_100_ms(bench, phase, adc_sum):
     getattr(bench, phase)().adc_sum = adc_sum
     assert seconds_to_trip(bench, Fault.SENSOR, 0.2) <= 0.1
 
 
 @pytest.mark.parametrize("adc_sum", [164, 16040])
-def test_a_sensor_at_the_edge_of_its_span_is_neither_open_nor_short(bench, adc_sum):
+def test_a_sensor_at_the_edge_of_its_span_is_valid(bench, adc_sum):
     bench.vented().adc_sum = adc_sum
     bench.run(0.1)
     assert not bench.last().faults & 1 << Fault.SENSOR
 
 
-def test_four_invalid_samples_now_and_then_are_no_sensor_fault(bench):
+def test_four_invalid_samples_in_a_row_are_no_sensor_fault(bench):
     bench.vented()
     for _ in range(10):
         bench.adc_sum = 0
@@ -105,20 +105,20 @@ def test_a_sensor_fault_stays_until_the_sensor_is_valid_and_the_fault_is_cleared
     bench.keep_sending(vent(clear=2)).until_state(S.VENTED, 2)
 
 
-def test_an_adc_sum_that_stands_still_with_the_inlet_open_is_a_frozen_sensor(bench):
+def test_a_constant_adc_sum_with_the_inlet_open_is_a_frozen_sensor(bench):
     bench.inflating()
     bench.adc_sum = bench.last().adc_sum
     assert seconds_to_trip(bench, Fault.SENSOR_FROZEN, 0.5) == pytest.approx(0.2, abs=0.02)
 
 
-def test_an_adc_sum_that_stands_still_while_the_balloon_must_empty_is_a_frozen_sensor(bench):
+def test_a_constant_adc_sum_while_the_balloon_must_empty_is_a_frozen_sensor(bench):
     bench.holding()
     bench.run(0.3).adc_sum = bench.last().adc_sum
     bench.keep_sending(vent())
     assert seconds_to_trip(bench, Fault.SENSOR_FROZEN, 0.5) == pytest.approx(0.2, abs=0.02)
 
 
-def test_an_adc_sum_that_stands_still_in_a_locked_balloon_is_no_fault(bench):
+def test_a_constant_adc_sum_while_the_balloon_is_locked_is_no_fault(bench):
     bench.holding()
     bench.adc_sum = bench.last().adc_sum
     bench.run(5)
@@ -139,7 +139,7 @@ def test_a_supply_just_within_its_span_is_allowed(bench, edge_mv, steps):
     bench.holding()
 
 
-def test_a_short_supply_dip_as_by_a_switching_relay_is_no_fault(bench):
+def test_a_supply_dip_of_20_ms_is_no_fault(bench):
     bench.holding().supply_mv = 4700
     bench.run(0.02).supply_mv = 5000
     bench.run(1)
@@ -173,19 +173,19 @@ def test_the_third_sample_in_a_row_500_pa_above_the_setpoint_vents(bench):
     assert bench.last().fault == Fault.OVERPRESSURE
 
 
-def test_an_inlet_that_does_not_close_trips_at_500_pa_above_the_setpoint(bench):
+def test_a_rise_by_an_inlet_that_does_not_close_trips_500_pa_above_the_setpoint(bench):
     bench.inflating(4000).until_state(S.SETTLING, 2)
     bench.leak_kpa_per_s = -5.0
     seconds_to_trip(bench, Fault.OVERPRESSURE, 0.4)
 
 
-def test_on_the_way_down_the_limit_comes_down_with_the_pressure(bench):
+def test_the_limit_falls_with_the_pressure_to_a_lower_setpoint(bench):
     bench.holding(12_000).keep_sending(hold(2000)).until(lambda: bench.pressure_kpa < 6, 8)
     bench.contact_kpa = 3.0
     seconds_to_trip(bench, Fault.OVERPRESSURE, 0.3)
 
 
-def test_750_pa_above_the_setpoint_while_settling_vents(bench):
+def test_800_pa_above_the_setpoint_while_settling_vents(bench):
     bench.inflating(4000).until_state(S.SETTLING, 2)
     bench.run(0.1).contact_kpa = 0.8
     seconds_to_trip(bench, Fault.OVERPRESSURE, 0.3)
@@ -218,7 +218,7 @@ def test_the_hard_limit_follows_the_transfer_function_of_the_data_sheet(bench, c
 
 
 @brief
-def test_the_hard_limit_holds_in_a_vented_rig_too(bench):
+def test_the_hard_limit_applies_to_a_vented_rig_too(bench):
     bench.vented().contact_kpa = 40.0
     assert seconds_to_trip(bench, Fault.OVERPRESSURE, 1) <= 0.07
 
@@ -265,14 +265,14 @@ def test_a_pressure_that_falls_with_the_inlet_open_is_the_limit_point(bench):
 
 
 @pytest.mark.parametrize(("fall_kpa", "state"), [(0.07, S.INFLATING), (0.15, S.TRIPPED)])
-def test_100_pa_down_with_the_inlet_open_is_past_the_limit_point(bench, fall_kpa, state):
+def test_a_fall_of_more_than_100_pa_with_the_inlet_open_is_past_the_limit_point(bench, fall_kpa, state):
     bench.inflating().fill_kpa_per_s = 0
     bench.run(0.15).gas_kpa -= fall_kpa
     bench.run(0.2)
     assert bench.state is state
 
 
-def test_a_balloon_that_bursts_under_a_hard_contact_is_no_release(bench):
+def test_a_burst_under_a_hard_contact_is_detected(bench):
     bench.holding(4000).contact_kpa = 12.0
     bench.run(1).contact_kpa = 0.0
     bench.gas_kpa = 2.4
@@ -297,7 +297,7 @@ def test_a_burst_balloon_is_detected_within_150_ms(bench):
     assert seconds_to_trip(bench, Fault.BURST, 0.3) <= 0.15
 
 
-def test_letting_go_of_a_hard_contact_is_no_burst(bench):
+def test_the_release_of_a_hard_contact_is_no_burst(bench):
     bench.holding(4000)
     bench.contact_kpa = 12.0
     bench.run(1)
@@ -313,7 +313,7 @@ def test_a_vent_that_stays_shut_is_detected_after_3_s(bench):
 
 
 @pytest.mark.parametrize(("fall_kpa_per_s", "state"), [(0.05, S.TRIPPED), (0.1, S.VENTING)])
-def test_a_vent_that_lets_200_pa_out_in_3_s_is_not_shut(bench, fall_kpa_per_s, state):
+def test_a_vent_is_shut_if_the_pressure_falls_by_less_than_200_pa_in_3_s(bench, fall_kpa_per_s, state):
     bench.holding().halving_s = 0
     bench.leak_kpa_per_s = fall_kpa_per_s
     bench.keep_sending(vent()).run(5)
@@ -326,7 +326,7 @@ def test_a_shut_vent_can_be_cleared_only_when_the_balloon_is_empty(bench):
     event_count = len(bench.all(Event))
     bench.keep_sending(vent(clear=1)).run(1)
     assert bench.state is S.TRIPPED
-    assert len(bench.all(Event)) == event_count, "the fault was cleared and latched again"
+    assert len(bench.all(Event)) == event_count, "the clear was accepted while the balloon was full"
     bench.halving_s = 0.3
     bench.run(3).keep_sending(vent(clear=2)).until_state(S.VENTED, 2)
 
@@ -414,7 +414,7 @@ def test_a_pressure_that_rises_much_faster_than_commissioned_is_an_occluded_tube
     assert seconds_to_trip(bench, Fault.OCCLUSION, 1) <= 0.5
 
 
-def test_an_inflation_that_is_too_slow_ends_after_15_s(bench):
+def test_an_inflation_that_is_too_slow_trips_after_15_s(bench):
     bench.vented().keep_sending(hold(12_000)).until(lambda: bench.gas_kpa > 0.6, 0.3)
     bench.fill_kpa_per_s = 0.74
     assert seconds_to_trip(bench, Fault.SETPOINT_TIMEOUT, 16) == pytest.approx(14.9, abs=0.1)

@@ -1,4 +1,4 @@
-"""The section on contacts and scenarios in docs/simulator.md agrees with the code."""
+"""Tests that the section on contacts and scenarios in docs/simulator.md agrees with the code."""
 
 import re
 from pathlib import Path

@@ -80,7 +80,7 @@ def test_a_fault_is_injected_listed_detected_by_the_board_and_removed(rig, contr
         ({"name": "burst", "n": 1}, ["burst takes no arguments", "'n'"]),
     ],
 )
-def test_an_invalid_fault_is_rejected_with_the_facts(fault, facts):
+def test_an_invalid_fault_is_rejected_with_the_reason(fault, facts):
     world = World(Rig(PublishedPlant(), Hand(False)))
     with pytest.raises(SimulatorRequestError) as error:
         execute_request(world, "fault", fault)

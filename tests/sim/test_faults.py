@@ -27,7 +27,7 @@ DRIFTING = [kind for kind in CATALOGUE.values() if kind.effect == "drift"]
 LOSSES = [kind for kind in CATALOGUE.values() if kind.effect == "losses"]
 NO_TRIP = ("", "drift", "losses", "maintenance_required")  #: effects that do not trip the rig
 STATUS = [k for k in CATALOGUE.values() if k.board_fault is None and k.effect not in NO_TRIP]
-#: Time limits of slow reactions [s]. The other faults must trip within 3 s.
+#: Time limits of faults that the board detects slowly [s]. All other faults must trip within 3 s.
 TIME_LIMITS_S = {"leak": 60.0, "inlet_open": 6.0, "vent_shut": 5.0, "regulator_high": 5.0}
 
 
@@ -75,7 +75,7 @@ def test_a_harmless_fault_trips_nothing(kind):
 
 
 @each(MAINTENANCE)
-def test_a_fault_that_needs_maintenance_sets_its_bit_and_the_rig_goes_on_measuring(kind):
+def test_a_fault_that_needs_maintenance_sets_its_bit_and_the_rig_continues_to_measure(kind):
     station = Station(PLANT).holding()
     station.run(10.0)
     assert "maintenance_required" not in station.snapshot().status
@@ -102,7 +102,7 @@ def test_a_resonator_within_its_tolerance_sets_no_bit_and_ages_are_true(rate):
 
 @pytest.fixture(scope="module")
 def healthy_kpa():
-    """Return the pressure of the balloon of a rig without a fault after the same time."""
+    """Return the balloon pressure of a rig without a fault after the same time."""
     station = Station(PLANT).holding()
     station.run(20.0)
     return station.world.rig.truth.balloon_kpa
@@ -119,7 +119,7 @@ def test_a_slow_change_is_drift_and_no_contact(kind, healthy_kpa):
 
 
 @each(LOSSES)
-def test_a_disturbed_line_loses_frames_which_are_counted_and_the_rig_goes_on_holding(kind):
+def test_a_disturbed_line_loses_frames_which_are_counted_and_the_rig_continues_to_hold(kind):
     station = station_with(kind)
     assert station.run(5.0, lambda: station.link.decoder.skipped_bytes > 20)
     station.world.faults.remove(kind.name)

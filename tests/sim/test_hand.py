@@ -20,7 +20,7 @@ def forces(hand, seconds, held=True):
     return [hand.step(held, DT_S).force_n(soft) for _ in range(round(seconds / DT_S))]
 
 
-def test_the_hand_waits_until_the_balloon_was_held_for_a_second():
+def test_the_hand_waits_until_the_balloon_has_been_held_for_a_second():
     hand = Hand(plays_phases=True)
     assert max(forces(hand, 5, held=False)) == 0
     assert max(forces(hand, READY_S)) == 0
@@ -62,7 +62,7 @@ def test_a_contact_ends_when_the_balloon_is_no_longer_held_and_is_repeated_later
 
 def test_a_contact_is_not_repeated_if_the_balloon_is_topped_up_in_the_pause_after_the_contact():
     hand = Hand(True, [Phase(8.0, PRESSES)], repeat=False)
-    forces(hand, READY_S + 1.6)  # the first contact is over, its pause is not
+    forces(hand, READY_S + 1.6)  # after the first contact, during its pause
     assert max(forces(hand, 0.2, held=False)) == 0
     assert max(forces(hand, READY_S + 1.0)) == 2.0
 

@@ -23,7 +23,7 @@ def one_tap(tmp_path, more="", force_n=1.0):
 
 
 def ends_of_plateaus(pairs):
-    """Yield measurement and truth at each force, after the force has been constant for 0.9 s."""
+    """Yield measurement and truth once for each force, after it has been constant for 0.9 s."""
     for force_n, constant in itertools.groupby(pairs, key=lambda pair: pair[1].force_n):
         plateau = list(constant)
         if force_n > 0 and len(plateau) > 450:

@@ -1,4 +1,4 @@
-"""The simulated rig in virtual time."""
+"""Tests of the simulated rig in virtual time."""
 
 import math
 import time
@@ -135,7 +135,7 @@ def test_after_a_reset_the_board_boots_and_the_balloon_empties():
     assert rig.truth.balloon_kpa < 0.5
 
 
-def test_the_clock_of_a_frozen_board_stands_still():
+def test_the_clock_of_a_frozen_board_is_stopped():
     rig = Rig(PLANT, Hand(False))
     drive(rig, 2)
     rig.frozen_board = True

@@ -32,7 +32,7 @@ def test_the_sensor_follows_its_data_sheet(pressure_kpa):
 
 
 def test_the_noise_of_one_conversion_is_0_7_counts():
-    """The noise of a sum is √16 times the noise of a conversion, which includes √(1/12) of rounding."""
+    """The noise of a sum is √16 times the noise of a conversion. A conversion adds √(1/12) by rounding."""
     values = sums(8.0, 4000)
     mean = sum(values) / len(values)
     rms = (sum((v - mean) ** 2 for v in values) / len(values)) ** 0.5

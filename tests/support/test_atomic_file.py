@@ -1,4 +1,4 @@
-"""Files are read whole or refused, and are there whole or not at all."""
+"""Tests of file access: a file is read completely or rejected, and is written completely or not at all."""
 
 import os
 from pathlib import Path
@@ -11,7 +11,7 @@ from pneuforce.support.atomic_file import MAX_BYTES, check_writable, read_file, 
 ENDLESS = ["/dev/zero", "/dev/full", "/dev/tty", "/dev"]
 
 
-def test_what_is_written_is_read(tmp_path):
+def test_a_written_file_is_read_unchanged(tmp_path):
     write_lines(tmp_path / "a", ["ΔP\n", "2\n"])
     assert read_file(tmp_path / "a") == "ΔP\n2\n".encode()
     assert os.listdir(tmp_path) == ["a"]
@@ -25,14 +25,14 @@ def test_a_device_is_neither_read_nor_replaced(path):
     assert not Path(path).is_file()
 
 
-def test_a_pipe_keeps_nobody_waiting(tmp_path):
+def test_a_pipe_is_rejected_without_waiting(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for act in (read_file, check_writable):
         with pytest.raises(ConfigurationError, match="not a regular file"):
             act(tmp_path / "pipe")
 
 
-def test_a_file_that_is_not_there_is_told_with_a_remedy(tmp_path):
+def test_a_missing_file_is_reported_with_a_remedy(tmp_path):
     with pytest.raises(ConfigurationError, match=r"absent: no such file \(make one\)"):
         read_file(tmp_path / "absent", "make one")
 
@@ -44,7 +44,7 @@ def test_a_huge_file_is_not_read(tmp_path):
         read_file(tmp_path / "huge")
 
 
-def test_looking_whether_a_file_can_be_written_leaves_it_alone(tmp_path):
+def test_the_check_for_write_access_does_not_change_the_file(tmp_path):
     (tmp_path / "a").write_text("old")
     check_writable(tmp_path / "a")
     assert (tmp_path / "a").read_text() == "old"

@@ -1,4 +1,4 @@
-"""Tests of background calls: they neither block the loop nor delay the end of the process."""
+"""Tests of background calls, which do not block the loop and do not delay the end of the process."""
 
 import asyncio
 import threading

@@ -1,4 +1,4 @@
-"""Tests of the back-off, with the settings of CAN and of the web process."""
+"""Tests of the back-off with the settings of the CAN connection and of the web process."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""CSV files with named columns: valid files are parsed, invalid ones are rejected with the line."""
+"""Tests of CSV files with named columns: the error of an invalid file names the line."""
 
 import hashlib
 

@@ -1,4 +1,4 @@
-"""Serial port: the same behaviour on a real pty and on a real `socket://`."""
+"""Tests of the serial port: a pseudo-terminal and a TCP connection (`socket://`) behave in the same way."""
 
 import contextlib
 import errno
@@ -17,7 +17,7 @@ TIMEOUT_S = 5.0
 
 
 class Pty:
-    """Pty whose far end is controlled by the test."""
+    """Pseudo-terminal. The test controls its far end."""
 
     def __init__(self):
         self.far, self._near = os.openpty()
@@ -44,7 +44,7 @@ class Pty:
 
 
 class Tcp:
-    """Rig behind a TCP port."""
+    """TCP connection. The test controls its far end."""
 
     def __init__(self):
         self._listener = socket.create_server(("127.0.0.1", 0))
@@ -141,7 +141,7 @@ def test_a_disconnected_far_end_raises_oserror_at_the_next_read(far, port):
 def test_a_disconnected_far_end_raises_oserror_when_writing(far, port):
     far.disconnect()
     with pytest.raises(OSError, match=r"."):  # noqa: PT012
-        for _ in range(50):  # TCP detects the end only by the answer to the first write
+        for _ in range(50):  # TCP detects the disconnection only from the reply to the first write
             port.write(b"x" * 24)
             time.sleep(0.01)
 

@@ -1,4 +1,4 @@
-"""Invalid TOML files: each error is a short sentence that names the file."""
+"""Tests of invalid TOML files: each error is a short sentence that names the file."""
 
 import pytest
 
@@ -11,12 +11,12 @@ DIGITS = "9" * 5000
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (f"a = {DIGITS}", "not TOML: a number of thousands of digits"),
-        (f"[balloon]\nid = 0x{'f' * 20_000}", "a number of thousands of digits"),
-        (f"[balloon]\nyoung_kpa = 0x{'f' * 20_000}", "a number of thousands of digits"),
+        (f"a = {DIGITS}", "not TOML: a number with thousands of digits"),
+        (f"[balloon]\nid = 0x{'f' * 20_000}", "a number with thousands of digits"),
+        (f"[balloon]\nyoung_kpa = 0x{'f' * 20_000}", "a number with thousands of digits"),
         (f"[balloon]\nid = {'9' * 4000}", "balloon.id = 99999"),
-        ("a = " + "[" * 100_000, "not TOML: brackets within brackets, too deep"),
-        ("a = " + "{a = " * 100_000, "not TOML: brackets within brackets, too deep"),
+        ("a = " + "[" * 100_000, "not TOML: brackets are nested too deeply"),
+        ("a = " + "{a = " * 100_000, "not TOML: brackets are nested too deeply"),
         (f"[rig]\nport = {[1] * 5000}", "rig.port = [1, 1,"),
         ("balloon = 1", "balloon = 1: must be a table"),
     ],

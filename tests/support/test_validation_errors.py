@@ -1,4 +1,4 @@
-"""Sentences for validation errors: place, value, reason and allowed values."""
+"""Tests of the messages for validation errors: place, value, reason and allowed values."""
 
 from typing import Annotated, Literal
 
@@ -75,4 +75,4 @@ def test_the_model_at_a_location_is_found_in_lists_unions_and_optional_values():
 
 def test_a_long_value_is_cut():
     assert format_input("x" * 500) == "'" + "x" * (MAX_VALUE_CHARACTERS - 1) + "…"
-    assert format_input(10**5000) == "a number of thousands of digits"
+    assert format_input(10**5000) == "a number with thousands of digits"

@@ -14,7 +14,7 @@ SAMPLES_PER_INTERVAL = 5
 
 
 class StreamFeeder:
-    """Server that sends 500 samples a second to each recorder. Each entry has the time of its sending."""
+    """Server that sends 500 samples per second to each recorder, each with the time at which it is sent."""
 
     def __init__(self, path: Path):
         self.path, self.received = path, []

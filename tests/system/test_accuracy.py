@@ -1,4 +1,4 @@
-"""`pneuforce accuracy` with few contacts."""
+"""Tests of `pneuforce accuracy` with few contacts."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`pneuforce calibrate` from end to end: from the documented examples to a calibrated instrument."""
+"""Tests of `pneuforce calibrate` from the documented examples to a calibrated instrument."""
 
 import json
 import re
@@ -30,7 +30,7 @@ COMMANDS = [
 
 
 def calibrate(*words):
-    """Return the output of the command. A ConfigurationError, which main() would print, is raised."""
+    """Run the command and return its output. Raise a ConfigurationError, which main() would print."""
     done = CliRunner().invoke(app, ["calibrate", *map(str, words)])
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception

@@ -1,4 +1,4 @@
-"""The complete instrument while its CAN bus fails: it measures, reports the failure, and reconnects."""
+"""Test of an instrument whose CAN bus fails: it measures, reports the failure, and connects again."""
 
 from contextlib import ExitStack
 

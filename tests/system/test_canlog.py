@@ -1,4 +1,4 @@
-"""`pneuforce canlog` with a running instrument. The files are read by python-can and cantools."""
+"""Tests of `pneuforce canlog` with a running instrument. python-can and cantools read the files."""
 
 import re
 import resource

@@ -1,4 +1,4 @@
-"""The complete instrument as a CANopen node, with python-canopen as the master."""
+"""Tests of the complete instrument as a CANopen node, with python-canopen as the master."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Commands as a user types them: output, exit codes and error messages."""
+"""Tests of commands as a user types them: output, exit codes and error messages."""
 
 import json
 import os

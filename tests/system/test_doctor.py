@@ -1,4 +1,4 @@
-"""`pneuforce doctor` as a user runs it, on the port of a simulator."""
+"""Tests of `pneuforce doctor`, run as by a user on the port of a simulator."""
 
 import json
 import os

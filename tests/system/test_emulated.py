@@ -1,4 +1,4 @@
-"""Instrument in real time with the binary of the firmware on the emulated board."""
+"""Tests of the instrument in real time with the firmware binary on the emulated board."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Imports of the host process, which must be complete before the handshake and never delay a command."""
+"""Test that the host process imports nothing after the handshake, because an import delays commands."""
 
 import time
 

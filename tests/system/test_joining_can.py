@@ -1,4 +1,4 @@
-"""Start of an instrument on a CAN bus: if the bus cannot be used, it ends with an error message."""
+"""Tests of the start on a CAN bus: the instrument ends with an error message if it cannot use the bus."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ from tests.system.waiting import wait_for
 
 @pytest.fixture
 def startup_error(tmp_path, stack):
-    """Return a function that starts an instrument with this [can] table and returns its last error line."""
+    """Return a function that starts an instrument with a [can] table and returns its last error line."""
     link = tmp_path / "other"
     stack.plug_in(link)
 

@@ -39,7 +39,7 @@ def links_of(document):
 
 
 def broken(document, link):
-    """Return why a link is broken, or an empty string."""
+    """Return the reason why a link is broken, or "" if the link works."""
     path, _, anchor = link.partition("#")
     target = (document.parent / path).resolve() if path else document
     if not target.is_relative_to(TOP):

@@ -56,7 +56,7 @@ class Client:
         self.link.sendall(encode(entry))
 
     def receive(self, seconds=0.0, until=None):
-        """Return all entries of some seconds, or until an entry of a kind arrives."""
+        """Return all entries received so far, after some seconds or after an entry of the kind `until`."""
         until_s = time.monotonic() + (seconds or 5.0)
         while time.monotonic() < until_s:
             data = self.link.recv(65536)
@@ -244,7 +244,7 @@ def test_invalid_data_disconnect_only_their_client(stack, path, said):
     stack.check()
 
 
-def test_too_many_clients_do_no_harm(stack, path):
+def test_too_many_clients_do_not_disturb_the_instrument(stack, path):
     with ExitStack() as clients:
         for _ in range(40):
             clients.enter_context(connected(path))

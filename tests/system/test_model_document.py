@@ -1,4 +1,4 @@
-"""docs/model.md has the constants of the program, and the lines of the uncertainty budget."""
+"""Tests that docs/model.md has the constants of the program and the lines of the uncertainty budget."""
 
 import re
 from pathlib import Path

@@ -40,7 +40,7 @@ REFUSED = "refused"
 UNTIL = re.compile(r"\[(\d+)\] is (\d+)")
 READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
 FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N\n")
-#: Commands that run until they are stopped, commands that run for some seconds, and commands on a recording.
+#: Three kinds of commands: they run until they are stopped, run for some seconds, or need a recording.
 ENDLESS = re.compile(r"pneuforce (run|sim run)\b")
 LASTING = re.compile(r"pneuforce (watch|record)\b")
 ON_RECORDING = re.compile(r"pneuforce (replay|plot|export)\b")
@@ -61,7 +61,7 @@ def demo(tmp_path_factory):
 
 
 def adapted(line, demo, folder):
-    """Return a line with the ports of this demo, this Python, and files in `folder`."""
+    """Return a shell line with the ports of the demo, the Python of the tests, and files in `folder`."""
     line = line.replace(".venv/bin/pneuforce", f"{sys.executable} -m pneuforce")
     line = line.replace("-p 5020", f"-p {demo.modbus_port}").replace(
         "/tmp/pneuforce-rig", str(folder / "rig")
@@ -116,7 +116,7 @@ def test_every_pneuforce_command_runs(demo, tmp_path, name):
     lines = [line for line in lines if not ENDLESS.search(line)]
     lasting = [line for line in lines if LASTING.search(line)]
     on_recording = [line for line in lines if ON_RECORDING.search(line)]
-    running = [(line, begin(line, demo, tmp_path)) for line in lasting]  # the others run in the meantime
+    running = [(line, begin(line, demo, tmp_path)) for line in lasting]  # started first
     for line in lines:
         if line not in lasting + on_recording:
             check_success(line, begin(line, demo, tmp_path))
@@ -134,7 +134,7 @@ def test_an_instrument_runs_with_its_own_configuration(demo, tmp_path):
         file = tmp_path / "instrument.toml"
         file.write_text(f'[rig]\nport = "{tmp_path}/rig"\n[modbus]\nenabled = false\n')
         with started(adapted(host, demo, tmp_path), tmp_path) as running:
-            stderr = running.stderr.readline() + running.stderr.readline()  # the first: no bus is enabled
+            stderr = running.stderr.readline() + running.stderr.readline()  # line 1: no bus is enabled
             running.terminate()
             assert "answered" in stderr, stderr
             assert running.wait(3) == 0

@@ -1,4 +1,4 @@
-"""Recording of a running instrument, with kills and full disks, and export of recordings."""
+"""Tests of recording and export, with killed processes and full disks."""
 
 import csv
 import json

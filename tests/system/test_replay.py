@@ -1,4 +1,4 @@
-"""Verification and replay of recordings, also of a running instrument on a disturbed line."""
+"""Tests of the verification and replay of recordings. One recorded instrument had a disturbed line."""
 
 import json
 import shutil
@@ -44,7 +44,7 @@ def verify(file):
     return done.returncode, json.loads(done.stdout)
 
 
-# ---- verified
+# ---- verification
 
 
 def test_the_recording_of_a_running_instrument_is_equal_bit_for_bit(tmp_path):
@@ -217,7 +217,7 @@ def test_an_invalid_speed_is_rejected(recording, tmp_path, speed):
     assert done.returncode == 2
 
 
-# ---- on the buses
+# ---- replay on the buses
 
 
 def _make_configuration(folder, **tables):

@@ -1,4 +1,4 @@
-"""The shell commands of the robot guide, run while an instrument runs."""
+"""Tests that run the shell commands of the robot guide with a running instrument."""
 
 import re
 import subprocess
@@ -40,7 +40,7 @@ def run_commands(folder, shared_stack):
         block = block.replace(".venv/bin/python docs", f"timeout -s INT 4 {sys.executable} -u docs")
         block = block.replace(".venv/bin/python -m", f"PYTHONPATH={TOP} {sys.executable} -m")
         block = block.replace(".venv/bin/pneuforce", f"PYTHONPATH={TOP} {sys.executable} -m pneuforce")
-        # a person needs about two seconds for the next line
+        # a reader types the next line about two seconds later
         block = re.sub(r"^([^(]*) &\n", r"\1 &\nsleep 2\n", block, flags=re.MULTILINE)
         shell = ["bash", "-c", block + "\nwait"]
         return subprocess.run(shell, cwd=folder, capture_output=True, text=True, timeout=30, check=False)

@@ -1,4 +1,4 @@
-"""The example listeners of the robot guide with a running instrument: inflate, follow the force, vent."""
+"""Tests of the listeners of the robot guide with a running instrument: inflate, follow the force, vent."""
 
 import re
 import signal
@@ -98,7 +98,7 @@ def test_a_listener_inflates_follows_the_force_and_vents_at_its_end(stack, tmp_p
     with stack.plc() as plc:
         wait_for(plc.read, lambda v: "not_zeroed" not in v["status"])
         with start_listener(stack, tmp_path) as listener:
-            listener.wait_for_speed(lambda speed: speed == TARGET_N * GAIN_MM_PER_S_N)  # held, and no contact
+            listener.wait_for_speed(lambda speed: speed == TARGET_N * GAIN_MM_PER_S_N)  # holding, no contact
             assert plc.read()["lease_holder"] == "can"
             stack.request(press=2.0)
             listener.wait_for_speed(lambda _: (listener.force_n() or 0.0) > 1.9)

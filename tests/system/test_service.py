@@ -73,7 +73,7 @@ def test_systemd_receives_ready_watchdog_and_stopping(manager, tmp_path):
 
 
 def started(children, rig, modbus_port):
-    """Return an instrument that was started, whether it serves or not."""
+    """Start an instrument and return its process without waiting until it serves."""
     host = children.enter_context(ChildProcess("instrument", ["pneuforce", "run", "--config", "/dev/stdin"]))
     tables = {"rig": {"port": str(rig)}, "modbus": {"port": modbus_port}}
     host.write_stdin(toml({**tables, "events": {"file": ""}, "local": {"socket": ""}}))
@@ -104,7 +104,7 @@ def test_modbus_is_served_when_ready_and_an_abort_prints_a_traceback(manager, tm
         assert any("Aborted" in line for line in host.stderr_lines)
 
 
-# ---- the files
+# ---- installed files
 
 
 def installed_unit(folder):

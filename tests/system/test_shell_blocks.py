@@ -1,4 +1,4 @@
-"""Commands in the documents: the command line accepts every command and option that a reader can type."""
+"""Tests that the command line accepts every command and option in the documents."""
 
 import re
 import shlex
@@ -45,7 +45,7 @@ def commands_of(command):
 
 
 def unknown_in(words):
-    """Return the error for an unknown command or option; empty if all are known. Values are not checked."""
+    """Return the error for an unknown command or option, or "" if all are known. Values are not checked."""
     command = TREE
     for word in words:
         name = word.partition("=")[0]
@@ -60,7 +60,7 @@ def unknown_in(words):
 
 
 def error_of(words):
-    """Return the error of the command line for these words; empty if they are accepted."""
+    """Return the error of the command line for these words, or "" if they are accepted."""
     command = TREE
     while words and words[0] in commands_of(command):
         command, words = commands_of(command)[words[0]], words[1:]

@@ -1,4 +1,4 @@
-"""`pneuforce validate`: a short campaign, its recording, its figures, and rejected options."""
+"""Tests of `pneuforce validate`: a short campaign, its recording, its figures, and rejected options."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Export of a recording with a reference force for `pneuforce validate`."""
+"""Tests of `pneuforce validate` with an exported recording and a reference force."""
 
 import json
 
@@ -31,7 +31,7 @@ force_n = [1.6, 2.3, 3.0]
 hold_s = 0.3
 """
 MESSAGE = Sample(0, 3000, 5000, Valve(0), BoardState.HOLDING, 0, 0, 1, 8000)
-SAMPLES_PER_READING = 5  #: the reference is logged 100 times per second
+SAMPLES_PER_READING = 5  #: 500 samples, but 100 readings of the reference per second
 
 
 @pytest.fixture(scope="module")

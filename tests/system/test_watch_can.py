@@ -1,4 +1,4 @@
-"""`pneuforce watch can` with a sender that loses frames and then stops sending."""
+"""Tests of `pneuforce watch can` with a sender that loses frames and then stops."""
 
 import os
 import re
@@ -46,7 +46,7 @@ def test_lines_report_lost_frames_and_silence(hub, tmp_path):
     output = tmp_path / "output"
     with output.open("w") as stdout, watching(hub, stdout=stdout) as process:
         send_until(hub, (1, 2, 5), lambda: "counter 5" in output.read_text())
-        assert process.stderr.readline() == "pneuforce: nothing from node 5 for 1.5 s\n"
+        assert process.stderr.readline() == "pneuforce: no frame from node 5 for 1.5 s\n"
     lines = output.read_text().splitlines()
     assert all(line.endswith("  (2 lost before)") for line in lines if "counter 5" in line)
     assert all("lost" not in line for line in lines if "counter 2" in line)

@@ -16,7 +16,7 @@ from tests.tools import needs
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("firmware", "instrument", "protocol", "registers", "sim", "support", "teststand", "web")
-#: npm's files in web/ are used when the wheel is built, and are not in it.
+#: Folders with data files in the wheel. The npm files in web/ are needed only to build the wheel.
 WITH_DATA = [name.replace("web", "web/static") for name in PARTS]
 UPLOT = ("LICENSE", "uPlot.esm.js", "uPlot.min.css")
 VENDORED = ROOT / "web/static/vendor"
@@ -75,7 +75,7 @@ def installed(source, tmp_path_factory):
 
 @pytest.fixture
 def elsewhere(tmp_path):
-    """Return folder and environment in which only a compiler for this machine is found."""
+    """Return a folder, and an environment with a compiler for this machine but without avr-gcc."""
     (tmp_path / "bin").mkdir()
     for name in OF_GCC:
         if found := shutil.which(name):

@@ -64,7 +64,7 @@ class Browser:
         return self("text", of=of)
 
     def number(self, of):
-        """Return the large number of a reading."""
+        """Return the number that a reading shows in large digits."""
         return float(self.text(f"{of} .number").replace("−", "-"))
 
     def data(self, of, name):
@@ -72,11 +72,11 @@ class Browser:
         return self.evaluate(f"document.querySelector({json.dumps(of)}).dataset[{json.dumps(name)}]")
 
     def is_hidden(self, of):
-        """Return the attribute `hidden` of an element."""
+        """Return True if an element has the attribute `hidden`."""
         return self.evaluate(f"document.querySelector({json.dumps(of)}).hidden")
 
     def wait(self, script):
-        """Return the value of a script as soon as the value is true."""
+        """Wait until the value of a script is true, and return the value."""
         return self("wait", script=script)
 
     def wait_for_text(self, of, text):

@@ -31,7 +31,7 @@ class LiveInstrument:
 
     @property
     def operator_url(self):
-        """Return the address that logs an operator in."""
+        """Return the address of the page with the operator's token, which logs an operator in."""
         return f"{self.url}#operator={OPERATOR_TOKEN}"
 
     def recover(self):
@@ -62,7 +62,7 @@ class LiveInstrument:
 
 @pytest.fixture(scope="package")
 def live(tmp_path_factory, browser):
-    """Start a live instrument after the browser, because the start of a browser loads the machine."""
+    """Start an instrument. The browser starts first, because its start loads the machine."""
     folder = tmp_path_factory.mktemp("web")
     tables = {
         "rig": {"port": str(folder / "rig")},

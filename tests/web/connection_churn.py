@@ -1,7 +1,7 @@
-"""`python -m tests.web.connection_churn PORT`: keep 400 connections open that send nothing.
+"""Clients that open connections again and again: `python -m tests.web.connection_churn PORT`.
 
-A connection that is closed is opened again at once. Half of the connections close immediately. The other half
-wait until the web server closes them.
+400 clients open a connection and send nothing. Half of them close it at once; the others wait until the web
+server closes it. Then each client opens a new connection.
 """
 
 import asyncio
@@ -9,7 +9,7 @@ import sys
 
 
 async def connect(port, stays):
-    """Connect again and again."""
+    """Open a connection again and again. Close it at once, or, if `stays`, when the server has closed it."""
     while True:
         try:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
@@ -21,7 +21,7 @@ async def connect(port, stays):
 
 
 async def churn(port):
-    """Start all connections and print one line."""
+    """Start all clients and print one line."""
     tasks = [asyncio.create_task(connect(port, stays)) for stays in (True, False) for _ in range(200)]
     print("started", flush=True)
     await asyncio.gather(*tasks)

@@ -1,4 +1,4 @@
-"""Read routes of the web server, over real sockets, with a fake instrument."""
+"""Tests of the read routes of the web server, with real sockets and a fake instrument."""
 
 import contextlib
 import socket
@@ -97,7 +97,7 @@ def test_after_an_invalid_entry_the_web_server_connects_again(site, instrument):
 
 
 def test_the_stream_of_the_instrument_is_read_even_if_a_browser_does_not_read(site, instrument):
-    """The host process disconnects clients that lag by 8 MB. A slow browser must not make the server lag."""
+    """The host process disconnects clients that lag by 8 MB. A slow browser must not delay the web server."""
     with contextlib.closing(socket.create_connection(("127.0.0.1", site.port))) as slow:
         slow.sendall(b"GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n")
         for second in range(20):

@@ -1,4 +1,4 @@
-"""Messages to the browsers for given entries of the instrument."""
+"""Tests of the messages that browsers receive for given entries of the instrument."""
 
 import json
 import math
@@ -15,7 +15,7 @@ STARTED_S = 99.0
 
 
 class FeedRun:
-    """Browser feed that is used as in the web process: entries, and 20 calls of due_messages() per second."""
+    """Browser feed that receives entries and 20 calls of due_messages() per second, as in the web process."""
 
     def __init__(self):
         self.feed, self.now_s, self.sent = BrowserFeed(), 100.0, []

@@ -1,4 +1,4 @@
-"""Many connections, slow browsers, and connections that send nothing."""
+"""Tests with many connections, slow browsers, and connections that send nothing."""
 
 import contextlib
 import itertools
@@ -140,7 +140,7 @@ def test_a_browser_that_does_not_read_is_disconnected_and_the_others_stay(site):
 
 
 def test_a_slow_connection_never_shows_old_data_for_long(site, instrument):
-    """The connection is slower than the stream. It is closed, so that the page starts again with new data."""
+    """A connection that is slower than the stream is closed. The page then connects again for new data."""
     with contextlib.closing(socket.socket()) as slow:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
         slow.connect(("127.0.0.1", site.port))

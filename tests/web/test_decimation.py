@@ -1,4 +1,4 @@
-"""Decimation of live samples: few points, and no extreme is lost."""
+"""Tests of the decimation of live samples: few points remain, and no extreme is lost."""
 
 import math
 import random
@@ -59,7 +59,7 @@ def test_a_missing_force_does_not_hide_an_extreme_of_the_pressure():
 
 
 @pytest.mark.parametrize("t_s", [5.0, NAN, math.inf])
-def test_a_clock_that_stands_still_does_not_fill_the_memory(t_s):
+def test_a_stopped_clock_does_not_fill_the_memory(t_s):
     decimator = LiveDecimator()
     kept = [p for _ in range(10 * MAX_BUCKET_SAMPLES) for p in decimator.add(point(t_s))]
     assert 9 <= len(kept) <= 11

@@ -1,4 +1,4 @@
-"""Requests from other sites, from other addresses, and malformed requests."""
+"""Tests of requests from other sites, requests from other addresses, and malformed requests."""
 
 import contextlib
 import socket

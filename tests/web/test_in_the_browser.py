@@ -1,4 +1,4 @@
-"""Web page in a real browser, with a complete instrument on a simulated rig."""
+"""Tests of the web page in a real browser, with a complete instrument on a simulated rig."""
 
 import signal
 from urllib.parse import urlsplit
@@ -190,7 +190,7 @@ def test_with_an_expired_token_only_vent_is_possible(page, live):
 )
 def test_vent_works_without(broken, live, browser):
     browser("open", url=live.url, **broken)
-    live.recover()  # after the start of the page, which loads the machine
+    live.recover()  # only now, because the start of the page loads the machine
     try:
         live.rig.inflate(3.0)
         browser("click", on="#vent-button")

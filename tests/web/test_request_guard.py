@@ -1,4 +1,4 @@
-"""Checks of the Host and Origin headers, and of the operator's token."""
+"""Tests of the checks of the Host and Origin headers, and of the operator's token."""
 
 import pytest
 
@@ -42,7 +42,7 @@ def test_localhost_is_always_an_own_name():
 @pytest.mark.parametrize(
     ("headers", "is_same"),
     [
-        ({}, True),  # not a browser
+        ({}, True),  # a program that is not a browser
         ({"origin": "http://rig7:8080"}, True),
         ({"origin": "https://RIG7:8080"}, True),
         ({"origin": "http://rig7:8081"}, False),
@@ -76,7 +76,7 @@ def test_without_a_configured_token_every_token_is_invalid():
 
 
 def compared_guesses(tokens, address, seconds):
-    """Send ten wrong tokens per second, and return how many of them were compared."""
+    """Send ten wrong tokens per second. Return the number of tokens that were compared."""
     results = [tokens.verify("guess", address, i / 10) for i in range(round(10 * seconds))]
     return results.count(TokenResult.INVALID)
 

@@ -1,4 +1,4 @@
-"""Single JavaScript modules of the web page, run in the browser."""
+"""Tests of single JavaScript modules of the web page, run in the browser."""
 
 import json
 import time
@@ -54,7 +54,7 @@ def test_the_age_of_data_is_estimated_without_synchronized_clocks(page):
         (1002, 12, 5),  # the network has become slow
         (1003, 13, 5),
         (1004, 9.004, 0),
-        (11004, 10010.004, 0),  # three hours later: the drift of the clocks is not a delay
+        (11004, 10010.004, 0),  # three hours later, the drift of the clocks is not shown as a delay
         (11005, 10021, 9),
     ]
     script = """import("/static/age.js").then(({ AgeEstimator }) => {

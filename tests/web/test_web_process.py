@@ -1,4 +1,4 @@
-"""Web process: start, heartbeat, end, and operation with a real instrument."""
+"""Tests of the web process: start, heartbeat, end, and operation with a real instrument."""
 
 import contextlib
 import http.client
@@ -155,7 +155,7 @@ def test_an_operator_is_subject_to_the_rules_of_a_plc(rig):
 
 
 def write_body(values):
-    """Return the request of an operator who sees the current state. The test uses the clock of the host."""
+    """Return a write request that is based on the current state. Test and host have the same clock."""
     return {"token": TOKEN, "values": values, "seen_s": time.monotonic()}
 
 

@@ -1,4 +1,4 @@
-"""Write requests of browsers: a vent without a token, and writes with the operator's token."""
+"""Tests of write requests of browsers: a vent without a token, and writes with the operator's token."""
 
 import pytest
 

@@ -1,7 +1,7 @@
-/* Modbus TCP clients without pause: load PORT CLIENTS SECONDS [HZ]; prints one JSON line.
+/* Modbus TCP clients that read all the time: load PORT CLIENTS SECONDS [HZ]. The program prints one JSON line.
  *
- * Each client is a thread with a connection of its own that reads 20 input registers from 0, at HZ or as soon
- * as its last answer is there. */
+ * Each client is a thread with its own connection. It reads input registers 0 to 19 at HZ. Without HZ, it sends
+ * a request as soon as it has received the previous answer. */
 #include <errno.h>
 #include <modbus.h>
 #include <pthread.h>

@@ -1,1 +1,1 @@
-"""Other Modbus servers for the same cases: how they are started, and the comparison page."""
+"""Other Modbus servers for the hostile cases: their start, and the page that compares them."""

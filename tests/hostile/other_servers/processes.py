@@ -20,7 +20,7 @@ _START_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class OtherServer:
-    """Other server. `runner` is the path of the interpreter or program in the folder of tools."""
+    """Modbus server of another project. `runner` is its interpreter or program in the folder of tools."""
 
     name: str
     version: str
@@ -41,7 +41,7 @@ OTHER_SERVERS = (
 
 
 def results_of(other_server: OtherServer, tools: Path) -> list[CaseResult]:
-    """Run every generic case with a server, which is restarted if it has ended. Return the results."""
+    """Run every generic case with a server. The server is restarted if it has ended. Return the results."""
     server = ServerUnderTest(port=_free_port())
     command = [
         _runner(other_server, tools),

@@ -1,4 +1,4 @@
-"""Event logs that a test writes, and their verification."""
+"""Helpers for tests of event logs: write records, verify a log, and keep records in memory."""
 
 from pneuforce.instrument.audit.reading import open_event_log
 from pneuforce.instrument.audit.record import AuditRecord, Timestamp, record_body
@@ -14,7 +14,7 @@ def make_record(number, **fields):
 
 
 def make_log(path, numbers):
-    """Append records with these numbers to a log and close the log."""
+    """Append records with these numbers to a log, close the log, and return its path."""
     log = EventLogFile(path)
     for number in numbers:
         log.append([record_body(make_record(number))])

@@ -1,4 +1,4 @@
-"""Records of the audit logger for writes and for changes of the instrument."""
+"""Tests of the records that the audit logger makes of writes and of changes of the instrument."""
 
 import pytest
 
@@ -12,7 +12,7 @@ from tests.instrument.instrument_harness import DT_S, HOLD, KEY, PLC, ROBOT, SET
 
 
 class LoggedInstrument:
-    """Instrument under test with an audit logger between it and the peers."""
+    """Instrument with an audit logger between the instrument and the peers."""
 
     def __init__(self, harness):
         self.harness, self.sink = harness, MemorySink()

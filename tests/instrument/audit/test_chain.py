@@ -1,4 +1,4 @@
-"""Canonical form of records, their digests, and the verification of manipulated chains."""
+"""Tests of the hash chain: canonical form of records, digests, and verification of manipulated chains."""
 
 import hashlib
 import json
@@ -73,7 +73,8 @@ def test_a_changed_record_with_a_new_digest_is_detected_at_the_next_record(numbe
         with pytest.raises(BrokenChainError, match=f"^record {number + 1} "):
             verify_chain(rows)
     else:
-        assert verify_chain(rows).records == COUNT  # only a noted head can detect that
+        # Only the comparison with a noted head detects this change.
+        assert verify_chain(rows).records == COUNT
 
 
 @pytest.mark.parametrize("number", range(1, COUNT))
@@ -124,5 +125,5 @@ def test_a_chain_is_verified_against_a_noted_head(number):
 def test_a_log_without_the_noted_head_is_broken():
     noted = make_chain()[-1].digest.hex()
     for rows in (make_chain(COUNT - 1), []):
-        with pytest.raises(BrokenChainError, match="changed or cut off"):
+        with pytest.raises(BrokenChainError, match="changed or removed"):
             verify_chain(rows, noted)

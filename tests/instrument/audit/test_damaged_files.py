@@ -1,4 +1,4 @@
-"""Event logs after a kill, a truncation or damage: the rest is correct, or is reported as broken."""
+"""Tests of damaged event logs: the records that can be read are correct, or an error is reported."""
 
 import random
 import shutil
@@ -39,7 +39,10 @@ def append_in_process(file, count):
 
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
-    """Return the log of a killed process, partly in its -wal file, and the head after each record."""
+    """Return the log of a killed process, and the head after each record.
+
+    Some records are only in the -wal file.
+    """
     file = tmp_path_factory.mktemp("killed") / "log"
     output, _ = append_in_process(file, RECORDS).communicate(timeout=60)
     heads = dict(line.split() for line in output.splitlines())
@@ -49,7 +52,7 @@ def killed(tmp_path_factory):
 
 
 def copy_log(file, folder):
-    """Copy the file and its -wal file, without the index."""
+    """Copy the file and its -wal file, without the -shm file."""
     for suffix in ("", "-wal"):
         shutil.copyfile(f"{file}{suffix}", folder / f"log{suffix}")
     return folder / "log"
@@ -110,7 +113,7 @@ def test_a_truncated_wal_file_loses_only_its_last_records(killed, tmp_path):
         copy.with_name("log-wal").write_bytes(complete[:size])
         try:
             chain = verify_log(copy)
-        except (DamagedLogError, BrokenChainError):  # a truncation that SQLite itself never causes
+        except (DamagedLogError, BrokenChainError):  # SQLite itself never causes this truncation
             continue
         assert chain.records == 0 or chain.head == heads[chain.records]
         counts.add(chain.records)
@@ -119,7 +122,7 @@ def test_a_truncated_wal_file_loses_only_its_last_records(killed, tmp_path):
 
 @pytest.mark.parametrize("suffix", ["", "-wal"])
 @pytest.mark.parametrize("damage", ["truncated", "one bit", "200 bytes"])
-def test_damage_never_gives_other_records(killed, tmp_path, suffix, damage):
+def test_a_damaged_log_never_gives_wrong_records(killed, tmp_path, suffix, damage):
     file, heads = killed
     copy, chance = copy_log(file, tmp_path), random.Random(f"{suffix} {damage}")
     part = copy.with_name(f"log{suffix}")

@@ -1,4 +1,4 @@
-"""docs/events.md: the documented verification works, and the table names all kinds of records."""
+"""Tests of docs/events.md: the documented script works, and the table names all kinds of records."""
 
 import re
 import subprocess

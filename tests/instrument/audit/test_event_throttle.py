@@ -1,4 +1,4 @@
-"""New events are logged, and repetitions and per_s are counted, in virtual time."""
+"""Tests of the event throttle: new events are logged, and repetitions and floods are only counted."""
 
 import pytest
 
@@ -41,7 +41,7 @@ def rejected_event(number):
 
 
 class FilteredLog:
-    """Event throttle and the records that it passed."""
+    """Event throttle and the records that have passed the throttle."""
 
     def __init__(self):
         self.throttle, self.records = EventThrottle(), []
@@ -167,7 +167,7 @@ def test_pairs_of_rejected_requests_do_not_bypass_the_rate_limit():
     ("addresses", "silence_s", "until_s"), [(1, REPETITION_END_S + 2.0, 6000.0), (2 * MAX_PEERS, 1.0, 600.0)]
 )
 def test_pauses_between_bursts_do_not_bypass_the_rate_limit(addresses, silence_s, until_s):
-    """The limit also holds if each burst comes from another address."""
+    """The rate limit also applies if each burst comes from another address."""
     log, number, now_s = FilteredLog(), 0, 0.0
     while now_s < until_s:
         for _ in range(200):
@@ -182,7 +182,7 @@ def test_pauses_between_bursts_do_not_bypass_the_rate_limit(addresses, silence_s
 
 
 def full_log():
-    """Return a log with so many peers that further peers share a history."""
+    """Return a log whose table of peers is full, so that all further peers share one history."""
     log = FilteredLog()
     for number in range(MAX_PEERS):
         log.add(write_event(), 0.0, ("modbus_tcp", str(number)))

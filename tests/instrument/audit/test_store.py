@@ -1,4 +1,4 @@
-"""The event log file: append-only, one writer, and rejection of other files."""
+"""Tests of the event log file: records are only appended, by one writer; other files are rejected."""
 
 import shutil
 import sqlite3
@@ -34,7 +34,7 @@ def test_a_log_is_continued_after_it_was_closed(tmp_path):
 
 
 def test_each_commit_is_synced_to_the_disk(tmp_path):
-    """Only a power cut could show it, so the setting is tested: 2 is FULL."""
+    """Only a power cut could show the effect. The test therefore checks the setting: 2 means FULL."""
     log = EventLogFile(tmp_path / "log")
     assert log._db.execute("PRAGMA synchronous").fetchone() == (2,)
     assert log._db.execute("PRAGMA journal_mode").fetchone() == ("wal",)
@@ -99,7 +99,7 @@ def test_a_file_that_is_not_a_database_is_rejected_and_not_changed(tmp_path):
 
 @pytest.mark.parametrize("digest", ["NULL", "'text'", "5", "x'00'"])
 def test_a_log_whose_last_record_has_no_digest_is_rejected(tmp_path, digest):
-    """A truncated file can look like that, because SQLite does not detect all damage."""
+    """A truncated file can contain such a record, because SQLite does not detect all damage."""
     file = make_log(tmp_path / "log", range(2))
     execute(
         file,

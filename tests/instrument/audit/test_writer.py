@@ -1,4 +1,4 @@
-"""The event log writer: all records reach the disk, and a failing disk loses as few as possible."""
+"""Tests of the event log writer: all records are written to the disk, and few are lost if the disk fails."""
 
 import errno
 import json
@@ -50,7 +50,7 @@ def test_records_are_written_soon_without_a_close(writer):
 
 @pytest.fixture
 def long_close_timeout(monkeypatch):
-    """Allow a busy disk enough time at close."""
+    """Increase the time limit of `close`, because the disk may be busy during the tests."""
     monkeypatch.setattr("pneuforce.instrument.audit.writer.CLOSE_S", TIMEOUT_S)
 
 
@@ -63,7 +63,7 @@ def test_close_writes_all_waiting_records(long_close_timeout, tmp_path):
 
 
 def test_close_writes_a_record_appended_just_before(long_close_timeout, tmp_path, monkeypatch):
-    """A record is appended and the writer closed right after the thread wrote its batch, which is rare."""
+    """The record is appended, and the writer is closed, right after the thread has written its batch."""
     original, late = EventLogWriter._try, [make_record(0)]
 
     def write_then_append_and_end(writer):
@@ -107,7 +107,7 @@ def test_a_replaced_file_is_detected(writer):
 
 
 def write_ten_records(writer):
-    """Write ten records that are committed, but still in the -wal file."""
+    """Append ten records and wait until they are committed. They are still in the -wal file."""
     for number in range(10):
         writer.append(make_record(number))
     wait_until(lambda: verify_log(writer.path).records == 10)
@@ -128,7 +128,7 @@ def test_a_log_moved_while_it_is_written_keeps_the_committed_records(writer):
 
 
 def test_a_log_moved_to_another_disk_is_complete_with_its_wal_file(writer, tmp_path, caplog):
-    """A move to another disk is a copy and a deletion."""
+    """The test copies and then deletes the file, because a move to another disk does the same."""
     file = write_ten_records(writer)
     shutil.copy(file, tmp_path / "2026")
     file.unlink()
@@ -152,7 +152,7 @@ def test_a_copy_that_replaces_the_log_has_all_records(writer, tmp_path):
 
 
 def test_a_truncated_log_is_detected(writer):
-    """logrotate with copytruncate does that. All records are still in the -wal file here."""
+    """The option copytruncate of logrotate truncates a log. Here all records are still in the -wal file."""
     file = write_ten_records(writer)
     time.sleep(0.3)
     os.truncate(file, 0)
@@ -276,7 +276,7 @@ def run_script(script, *arguments):
     return done
 
 
-@pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="no limit to file sizes here")
+@pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="this system cannot limit file sizes")
 def test_a_file_at_its_size_limit_loses_no_record(tmp_path):
     done = run_script(FULL, tmp_path / "log")
     write_error, count = done.stdout.splitlines()
@@ -306,7 +306,7 @@ writer.close()
 """
 
 
-@pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="no limit to file sizes here")
+@pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="this system cannot limit file sizes")
 def test_a_log_moved_on_a_full_disk_loses_no_record(tmp_path):
     run_script(MOVED, tmp_path / "log")
     assert [body["which"] for body in bodies(tmp_path / "2026")] == list(range(50))
@@ -346,7 +346,7 @@ print(number)
 
 @pytest.fixture
 def tiny_disk(tmp_path):
-    """Mount a file system of 1 MB, which only root can do."""
+    """Mount a file system of 1 MB. The test is skipped if the user may not mount."""
     folder = tmp_path / "tiny"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]

@@ -25,5 +25,5 @@ def error_message(function, *arguments):
 
 
 def share_within(errors, stds, multiple=1.0):
-    """Return the share of the errors that are within `multiple` of their standard uncertainties."""
+    """Return the share of errors that are at most `multiple` times their standard uncertainty."""
     return sum(abs(e) <= multiple * s for e, s in zip(errors, stds, strict=True)) / len(errors)

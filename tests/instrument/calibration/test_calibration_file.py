@@ -1,4 +1,4 @@
-"""Calibration file: a saved file loads unchanged, and an invalid file is rejected with the key."""
+"""Tests of the calibration file: a saved file loads unchanged; the error of an invalid file names the key."""
 
 from datetime import date
 

@@ -1,4 +1,4 @@
-"""Force calibration: recovery of known corrections, number of terms, and rejection of useless corrections."""
+"""Tests of the force calibration: it finds known corrections and rejects useless corrections."""
 
 from dataclasses import replace
 
@@ -20,9 +20,9 @@ WIDE = {"rise_span_kpa": (0.01, 20.0), "baseline_span_kpa": (2.0, 12.0)}
 
 
 def simulated_contacts(seed, count=24, noise=0.02, reference_n=0.0, settings=SETTINGS, **terms):
-    """Return contacts whose force is that of the law times a known correction, and the exact forces.
+    """Return contacts and their exact forces, which are the forces of the law times a known correction.
 
-    `noise` is relative. `reference_n` is the noise of the reference sensor [N].
+    `noise` is the relative noise of the measured force. `reference_n` is the noise of the force sensor [N].
     """
     generator = np.random.default_rng(seed)
     baseline = generator.uniform(5, 11.4, count)
@@ -107,13 +107,13 @@ VALID = {"baseline_kpa": [8.0] * 6, "final_kpa": [9.0] * 6, "force_n": [1.0] * 6
     [
         ({"baseline_kpa": [8, 8, 4.9, 8, 8, 8]}, "line 4: baseline_kpa is outside 4.95 to 11.45 kPa"),
         ({"final_kpa": [9, 8.01, 9, 9, 9, 9]}, "line 3: final_kpa is not 0.06 kPa above"),
-        ({"force_n": [1, 1, 1, 1, 1, 0]}, "line 7: force_n is not above 0"),
+        ({"force_n": [1, 1, 1, 1, 1, 0]}, "line 7: force_n must be above 0"),
         ({"force_n": [1, 1, 1, 1, 1, -1]}, "line 7: force_n"),
-        ({"force_n": [1, 1, 21, 1, 1, 1]}, "line 4: force_n is not above 0 and up to 20 N"),
+        ({"force_n": [1, 1, 21, 1, 1, 1]}, "line 4: force_n must be above 0 and at most 20 N"),
         ({"force_n": [1000.0] * 6}, "look like mN"),
         ({"baseline_kpa": [8000.0] * 6, "final_kpa": [9000.0] * 6}, "look like Pa"),
         ({"baseline_kpa": [80.0] * 6, "final_kpa": [90.0] * 6}, "look like hPa"),
-        ({"final_kpa": [49.0] * 6}, "the law has no force"),
+        ({"final_kpa": [49.0] * 6}, "the force law has no solution"),
     ],
 )
 def test_a_row_that_is_not_a_contact_is_rejected_with_its_line(changed, expected):

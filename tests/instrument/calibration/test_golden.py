@@ -1,4 +1,4 @@
-"""Golden calibration file: every future release must give the same forces for this file."""
+"""Tests of the golden calibration file. Each future release must compute the same forces from this file."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Fit of the lag of the tube to a pressure step of the simulated circuit and sensor."""
+"""Tests of the fit of the tube's lag, with pressure steps of the simulated circuit and sensor."""
 
 import math
 
@@ -17,9 +17,10 @@ DT_S = 0.002
 
 
 def recorded(tube_time_constant_s=0.06, seed=1, after_kpa=5.0, filter_time_constant_s=0.0, seconds=1.0):
-    """Return a recording of a balloon that is released after 0.2 s, through tube, sensor and filter.
+    """Return the recorded pressure of a balloon that is released after 0.2 s.
 
-    There is no filter if `filter_time_constant_s` is 0.
+    The recording contains the effects of tube, sensor and filter. If `filter_time_constant_s` is 0, there is
+    no filter.
     """
     circuit = Pneumatics(
         PneumaticSettings(tube_time_constant_s=tube_time_constant_s),

@@ -1,4 +1,4 @@
-"""Radius fit: the quadratic of the paper is recovered, and points that cannot be a balloon are rejected."""
+"""Tests of the radius fit: it finds the quadratic of the paper and rejects impossible points."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Fit of the volume of the pipes by Boyle's law."""
+"""Tests of the fit of the circuit volume by Boyle's law."""
 
 import numpy as np
 import pytest
@@ -50,9 +50,9 @@ def test_the_volume_lies_within_its_stated_uncertainty():
         ({"syringe_ml": [1, 1, 1], "pressure_kpa": [80, 80, 80]}, "line 2: 80 kPa is above"),
         ({"syringe_ml": [1, 1e12, 1], "pressure_kpa": [8, 8, 8]}, "line 3: a displaced volume of 1e+15"),
         ({"syringe_ml": [1, 5e-324, 1], "pressure_kpa": [8, 8, 8]}, "line 3: a displaced volume of "),
-        ({"syringe_ml": [900] * 3, "pressure_kpa": [8, 8, 8]}, "cannot be (100 to 1e+06 mm³)"),
-        ({"volume_mm3": [10] * 3, "pressure_kpa": [40, 40, 40]}, "cannot be"),
-        ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, 8, 5]}, "line 4: this stroke disagrees"),
+        ({"syringe_ml": [900] * 3, "pressure_kpa": [8, 8, 8]}, "outside 100 to 1e+06 mm³"),
+        ({"volume_mm3": [10] * 3, "pressure_kpa": [40, 40, 40]}, "outside 100"),
+        ({"syringe_ml": [1, 1, 1], "pressure_kpa": [8, 8, 5]}, "line 4: this stroke deviates"),
     ],
 )
 def test_strokes_that_cannot_come_from_a_circuit_are_rejected_with_the_line(columns, expected):

@@ -1,4 +1,4 @@
-"""Calibration of a configured instrument: effect on force, uncertainty and registers, and its checks."""
+"""Tests of a calibrated instrument: force, uncertainty, registers, and calibrations that are rejected."""
 
 import math
 from dataclasses import replace
@@ -113,11 +113,11 @@ def test_radius_volume_and_lag_replace_the_defaults(tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[balloon]\nid = 8\n", "balloon.id = 8, and the calibration is of balloon 0"),
-        ("[balloon]\nrest_radius_mm = 7.6\n", "balloon.rest_radius_mm = 7.6, and its force calibration was"),
+        ("[balloon]\nid = 8\n", "balloon.id = 8, but the calibration belongs to balloon 0"),
+        ("[balloon]\nrest_radius_mm = 7.6\n", "balloon.rest_radius_mm = 7.6, but the force calibration was"),
         ("[balloon]\nrest_radius_mm = 7.6\n", "was made for 7.503: calibrate the force again"),
         ("[balloon]\nyoung_kpa = 1900.0\n", "balloon.young_kpa = 1900.0"),
-        ("[circuit]\nvolume_mm3 = 1.3e4\n", "circuit.volume_mm3 = 13000.0, and its"),
+        ("[circuit]\nvolume_mm3 = 1.3e4\n", "circuit.volume_mm3 = 13000.0, but the"),
     ],
 )  # fmt: skip
 def test_a_calibration_of_another_balloon_is_rejected_with_both_values(tmp_path, text, reason):

@@ -1,4 +1,4 @@
-"""Configuration: self-documenting, and invalid files are rejected with file, key and allowed values."""
+"""Tests of the configuration: the example documents each key; an error names file, key and allowed values."""
 
 import math
 import tomllib
@@ -129,7 +129,7 @@ def test_an_invalid_network_is_rejected_with_its_index(entry):
 
 
 class TestFiles:
-    """Files at the path of the configuration."""
+    """Tests of configuration files: incomplete, invalid and missing files."""
 
     def test_a_file_with_one_key_changes_that_key_only(self, tmp_path):
         path = tmp_path / "instrument.toml"
@@ -265,7 +265,7 @@ def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, t
     assert chain.settings.model_uncertainty == ModelUncertainty.of(method)
 
 
-def test_the_message_about_a_wrong_token_does_not_contain_it():
+def test_the_message_about_a_wrong_token_does_not_contain_the_token():
     with pytest.raises(ConfigurationError, match=r"web\.token") as caught:
         parse({"web": {"token": "a-secret"}}, "test")
     assert "a-secret" not in str(caught.value)

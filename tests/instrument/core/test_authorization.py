@@ -1,4 +1,4 @@
-"""Tests of write authorization: complete or not at all, reject reasons per peer, a vent always."""
+"""Tests of write authorization: a write is accepted or rejected completely; a vent is always executed."""
 
 import math
 
@@ -114,7 +114,7 @@ def test_a_reject_reason_is_replaced_by_the_next():
     assert harness.snapshot().reject_reason == "fault_latched"
 
 
-def test_of_thousands_of_peers_only_recent_ones_are_stored():
+def test_only_the_most_recent_of_thousands_of_peers_are_stored():
     harness = InstrumentHarness.zeroed()
     for number in range(3000):
         assert harness.write(HOLD_8, PLC) == "state"
@@ -178,14 +178,14 @@ def test_the_core_and_the_map_agree_on_the_span_of_the_setpoint():
 
 
 class TestReferencePressure:
-    """Tests of the reference pressure (insufflation around the balloon)."""
+    """Tests of the reference pressure, which is the pressure of the gas around the balloon."""
 
-    def test_accepted_when_vented(self):
+    def test_the_reference_pressure_is_accepted_when_vented(self):
         harness = InstrumentHarness.zeroed()
         harness.write_ok({"reference_pressure_kpa": 1.5})
         assert harness.instrument.chain.reference_kpa == 1.5
 
-    def test_rejected_when_inflated_with_its_own_reason_in_contact(self):
+    def test_it_is_rejected_when_inflated_and_the_reason_differs_in_contact(self):
         harness = InstrumentHarness.holding()
         assert harness.write({"reference_pressure_kpa": 1.5}) == "state"
         harness.push_kpa = 1.0
@@ -193,11 +193,11 @@ class TestReferencePressure:
         assert harness.write({"reference_pressure_kpa": 1.5}) == "in_contact"
         assert harness.instrument.chain.reference_kpa == 0.0
 
-    def test_rejected_if_the_vent_is_not_verified(self):
+    def test_it_is_rejected_if_the_vent_is_not_verified(self):
         harness = InstrumentHarness.zeroed().run_without_samples(0.3)
         assert harness.write({"reference_pressure_kpa": 1.5}) == "state"
 
-    def test_shifts_the_pressure_of_the_model_but_not_the_gauge_pressure(self):
+    def test_it_shifts_the_pressure_of_the_model_but_not_the_gauge_pressure(self):
         plain, shifted = InstrumentHarness.ready(), InstrumentHarness.ready()
         shifted.write_ok({"reference_pressure_kpa": 2.0})
         for harness in (plain, shifted):
@@ -217,7 +217,7 @@ def test_a_setpoint_in_contact_is_sent_with_the_contact_flag():
     command = harness.instrument.command()
     assert command.flags & CommandFlag.IN_CONTACT
     assert command.setpoint_pa == 6000
-    harness.feed(setpoint_pa=8000, state=BoardState.HOLDING)  # the board waits
+    harness.feed(setpoint_pa=8000, state=BoardState.HOLDING)  # the board waits until the contact ends
     assert harness.snapshot().setpoint_kpa == 8.0
     assert harness.snapshot().setpoint_requested_kpa == 6.0
 

@@ -1,4 +1,4 @@
-"""Tests of the command block: one run and one answer for each new sequence number."""
+"""Tests of the command block: each new sequence number runs one command and gives one answer."""
 
 import math
 
@@ -143,7 +143,7 @@ def test_a_clear_while_the_hosts_cause_lasts_fails_and_the_fault_stays(break_it)
     assert fault_of(harness) == fault
 
 
-def test_a_cause_that_comes_back_just_before_the_clear_ends_keeps_the_fault():
+def test_a_cause_that_returns_just_before_the_end_of_a_clear_keeps_the_fault():
     harness = InstrumentHarness.zeroed()
     harness.instrument.trip(HostFault.BOARD_RESET)
     harness.write_ok(CLEAR | {"command_sequence": 1})
@@ -193,9 +193,9 @@ def test_the_board_tripping_during_a_clear_stops_the_rig_at_once():
 
 
 class TestZero:
-    """Tests of the zero of the pressure sensor."""
+    """Tests of the zero adjustment of the pressure sensor."""
 
-    def test_taken_automatically_when_vented_and_steady(self):
+    def test_the_zero_is_taken_automatically_when_vented_and_steady(self):
         harness = InstrumentHarness.new()
         assert "not_zeroed" in harness.snapshot().status
         harness.run(0.4)
@@ -205,13 +205,13 @@ class TestZero:
         assert harness.snapshot().pressure_kpa == pytest.approx(0.0, abs=0.01)
         assert harness.instrument.command().zero_pa == pytest.approx(300, abs=4)
 
-    def test_not_taken_automatically_again(self):
+    def test_the_zero_is_taken_automatically_only_once(self):
         harness = InstrumentHarness.zeroed()
         harness.offset_kpa = 0.5
         harness.run(3.0)
         assert harness.snapshot().pressure_kpa == pytest.approx(0.2, abs=0.01)
 
-    def test_taken_and_restored_by_command(self):
+    def test_the_zero_is_taken_and_restored_by_command(self):
         harness = InstrumentHarness.zeroed()
         harness.offset_kpa = 0.5
         harness.run(2.0)
@@ -223,7 +223,7 @@ class TestZero:
     def test_the_first_zero_cannot_be_undone(self):
         assert InstrumentHarness.zeroed().run_command("restore_zero") == ("failed", "state")
 
-    def test_not_while_inflated_or_pressed(self):
+    def test_the_zero_is_not_changed_while_inflated_or_pressed(self):
         harness = InstrumentHarness.holding()
         assert harness.run_command("zero_pressure") == ("failed", "state")
         assert harness.run_command("restore_zero") == ("failed", "state")
@@ -231,7 +231,7 @@ class TestZero:
         harness.run(0.5)
         assert harness.run_command("zero_pressure") == ("failed", "in_contact")
 
-    def test_not_without_a_rig(self):
+    def test_the_zero_is_not_taken_without_a_rig(self):
         assert InstrumentHarness.zeroed().run_without_samples(0.3).run_command("zero_pressure") == (
             "failed",
             "link_lost",

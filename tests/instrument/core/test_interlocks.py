@@ -104,7 +104,8 @@ def test_a_hard_push_raises_the_force_alarm_within_one_sample():
     assert "force_high_alarm" in harness.snapshot().status
 
 
-#: Visible in state, first_out_fault and "failure". Bit 9 is set while samples are missing and does not latch.
+#: Faults without a latched status bit. The state, the first-out fault and the bit "failure" show them.
+#: Bit 9 is set while samples are missing, but is not latched.
 WITHOUT_A_BIT = {Fault.NONE, Fault.HOST_SILENT}
 WITHOUT_A_BIT |= {HostFault.LINK_LOST, HostFault.FORCE_LIMIT, HostFault.CAN_MASTER_LOST}
 
@@ -112,7 +113,7 @@ WITHOUT_A_BIT |= {HostFault.LINK_LOST, HostFault.FORCE_LIMIT, HostFault.CAN_MAST
 class TestFaults:
     """Tests of the fault codes, their status bits and the latch."""
 
-    def test_every_fault_has_a_status_bit_or_is_listed_without(self):
+    def test_every_fault_has_a_status_bit_or_is_in_the_list_of_faults_without_a_bit(self):
         assert set(STATUS_OF) | WITHOUT_A_BIT == {*Fault, *HostFault}
         assert not set(STATUS_OF) & WITHOUT_A_BIT
 
@@ -122,7 +123,7 @@ class TestFaults:
     def test_exactly_the_bits_of_faults_latch(self):
         assert set(STATUS_OF.values()) == {bit.name for bit in STATUS.bits if bit.latches}
 
-    def test_the_mask_names_its_bits(self):
+    def test_a_fault_mask_is_decoded_to_fault_codes(self):
         assert list(codes_of(0)) == []
         assert list(codes_of(1 << Fault.BURST | 1 << Fault.WATCHDOG)) == [Fault.BURST, Fault.WATCHDOG]
 
@@ -164,7 +165,7 @@ class TestFaults:
 class TestSilence:
     """Tests of missing and frozen samples."""
 
-    def test_over_100_ms_the_values_are_not_available(self):
+    def test_after_100_ms_without_samples_the_values_are_not_available(self):
         harness = InstrumentHarness.holding()
         harness.push_kpa = 1.0
         harness.run(0.5)
@@ -185,7 +186,7 @@ class TestSilence:
         assert not stale.status & {"force_valid", "in_contact", "holding", "link_lost"}
         assert stale.age_s == pytest.approx(0.1001)
 
-    def test_over_250_ms_the_link_is_lost_and_the_rig_tripped(self):
+    def test_after_250_ms_without_samples_the_link_is_lost_and_the_rig_trips(self):
         harness = InstrumentHarness.holding()
         harness.run_without_samples(0.25)
         assert harness.commands_hold
@@ -215,7 +216,7 @@ class TestSilence:
         harness.run_without_samples(3.0)
         assert harness.snapshot().baseline_age_s == pytest.approx(3.0, abs=0.02)
 
-    def test_a_rig_that_never_had_a_baseline_shows_no_fresh_one(self):
+    def test_the_age_of_a_missing_baseline_is_above_65535_s(self):
         assert InstrumentHarness.zeroed().snapshot().baseline_age_s > 65_535
 
     def test_a_frozen_board_trips_and_its_numbers_are_not_shown(self):
@@ -240,7 +241,7 @@ class TestSilence:
 class TestVented:
     """Tests of the verified vent."""
 
-    def test_it_takes_half_a_second_below_0_3_kpa(self):
+    def test_a_vent_is_verified_after_half_a_second_below_0_3_kpa(self):
         harness = InstrumentHarness.holding()
         harness.write_ok(VENT)
         harness.run(0.9, lambda: harness.snapshot().pressure_kpa < 0.3)
@@ -250,19 +251,19 @@ class TestVented:
         assert "vented" in harness.snapshot().status
 
     @pytest.mark.parametrize("adc_sum", [0, 16368])
-    def test_not_with_a_broken_sensor(self, adc_sum):
+    def test_a_vent_is_not_verified_with_a_broken_sensor(self, adc_sum):
         harness = InstrumentHarness.zeroed()
         assert "vented" in harness.snapshot().status
         harness.adc_sum = adc_sum
         harness.feed()
         assert "vented" not in harness.snapshot().status
 
-    def test_not_with_a_valve_energised(self):
+    def test_a_vent_is_not_verified_while_a_valve_is_powered(self):
         harness = InstrumentHarness.zeroed()
         harness.feed(valves=2)
         assert "vented" not in harness.snapshot().status
 
-    def test_a_gap_in_the_samples_does_not_count(self):
+    def test_a_gap_in_the_samples_does_not_count_as_vented_time(self):
         harness = InstrumentHarness.holding()
         harness.write_ok(VENT)
         harness.run(0.9, lambda: harness.snapshot().pressure_kpa < 0.3)
@@ -272,14 +273,14 @@ class TestVented:
             harness.feed()
         assert "vented" not in harness.snapshot().status
 
-    def test_not_while_the_samples_are_stale(self):
+    def test_a_vent_is_not_verified_while_the_samples_are_stale(self):
         harness = InstrumentHarness.zeroed()
         harness.now_s += 0.11
         assert "vented" not in harness.snapshot().status
 
 
 class TestAnotherBoard:
-    """Tests of a board with another serial number, which has another sensor."""
+    """Tests of a board with another serial number. Such a board has another sensor."""
 
     def test_the_old_zero_is_discarded_and_the_rig_trips(self):
         harness = InstrumentHarness.holding()

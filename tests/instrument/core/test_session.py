@@ -15,9 +15,9 @@ SLOW_TO_SHUT = encode(Hello(BoardKind.REAL, 0x100, 1200, 7, 400, 2000), 0)
 @pytest.mark.parametrize(
     ("wrong", "error"),
     [(hello(version=9), ProtocolMismatch), (SLOW_TO_SHUT, TimeoutMismatch)],
-    ids=["another version", "slow to shut"],
+    ids=["another version", "another silence limit"],
 )
-def test_after_an_incompatible_board_the_next_needs_a_handshake_before_its_samples_count(wrong, error):
+def test_after_an_incompatible_board_samples_are_ignored_until_a_new_handshake(wrong, error):
     session = Session(Instrument(Settings()))
     session.attach(0.0)
     assert session.receive(hello() + sample(0), 0.0)

@@ -1,4 +1,4 @@
-"""Tests of the snapshot: one sample, one instant, one peer, every quantity of the register map."""
+"""Tests of the snapshot, which contains all quantities of one sample, at one instant, for one peer."""
 
 import math
 
@@ -59,14 +59,14 @@ def without_a_sensor():
 
 
 SITUATIONS = {
-    "never heard": InstrumentHarness.new,
+    "before the first sample": InstrumentHarness.new,
     "zeroed": InstrumentHarness.zeroed,
     "ready": InstrumentHarness.ready,
     "holding": InstrumentHarness.holding,
     "touched": lambda: pressed(0.3),
     "pressed": lambda: pressed(1.0),
     "pressed hard": lambda: pressed(9.0),
-    "lost": lambda: pressed().run_without_samples(1.0),
+    "link lost": lambda: pressed().run_without_samples(1.0),
     "without a sensor": without_a_sensor,
 }
 in_every_situation = pytest.mark.parametrize("situation", SITUATIONS.values(), ids=SITUATIONS)
@@ -92,12 +92,12 @@ def test_no_number_is_infinite_or_of_another_type(situation):
 
 
 @in_every_situation
-def test_every_condition_has_its_bit(situation):
+def test_every_status_name_has_a_bit(situation):
     known = {bit.name for bit in (*STATUS.bits, *CONDENSED.bits)}
     assert situation().snapshot().status <= known
 
 
-def test_holding_without_contact_the_contact_is_zero_with_its_detection_limit():
+def test_while_holding_without_contact_the_contact_quantities_are_zero():
     seen = InstrumentHarness.holding().snapshot()
     assert [getattr(seen, name) for name in CONTACT_QUANTITIES] == [0.0, 0.0, 0.0, 0.0]
     assert 0.01 < seen.force_std_n < 0.5
@@ -143,7 +143,7 @@ def test_outside_the_validated_range_a_contact_has_no_force(setpoint_kpa, inside
     assert ("out_of_range" in seen.status, "out_of_specification" in seen.status) == (not inside, not inside)
 
 
-def test_outside_that_range_no_register_shows_a_force_not_even_the_one_without_compensation():
+def test_outside_the_validated_range_the_uncompensated_force_is_missing_too():
     harness = InstrumentHarness.holding(request={"setpoint_requested_kpa": 3.0})
     harness.push_kpa = 1.0
     harness.run(0.5)
@@ -158,7 +158,7 @@ def test_a_hard_push_does_not_hide_the_force():
     assert "force_high_alarm" in seen.status
 
 
-def test_the_setpoint_in_effect_is_the_boards_and_none_when_vented_or_tripped():
+def test_the_setpoint_in_effect_comes_from_the_board_and_is_missing_when_vented_or_tripped():
     harness = InstrumentHarness.holding()
     assert harness.snapshot().setpoint_kpa == 8.0
     harness.feed(setpoint_pa=7900)

@@ -1,4 +1,4 @@
-"""Examination of the simulated rig in virtual time: without a fault, and with each fault."""
+"""Tests of the doctor's examination on the simulated rig, without a fault and with each fault."""
 
 import re
 
@@ -135,7 +135,7 @@ def test_a_touched_balloon_is_not_a_leak_and_the_user_should_run_the_check_again
     check = rig.examined().checks["leak"]
     assert check.result is CheckResult.NOT_CHECKED
     assert re.fullmatch(r"the balloon was pressed \(\+0\.\d\d kPa\)", check.finding)
-    assert check.advice.startswith("let go and run")
+    assert check.advice.startswith("remove the contact and run")
 
 
 def test_the_vent_is_not_checked_if_the_balloon_is_pressed():
@@ -151,7 +151,7 @@ def test_a_closed_vent_fails_even_if_the_balloon_is_pressed():
 
 
 class SlowRig(ExaminedRig):
-    """Rig that is 3 % slower than the host, as an emulated board on an overloaded machine."""
+    """Rig that runs 3 % slower than the host, like an emulated board on an overloaded machine."""
 
     @property
     def now_s(self):
@@ -195,7 +195,7 @@ def test_a_leak_test_that_the_link_interrupts_does_not_blame_the_balloon():
     assert check.advice == LINE
 
 
-#: Faults that an examination cannot cause: it has no lease, no force limit and no CAN master.
+#: Faults that cannot occur, because an examination uses no lease, no force limit and no CAN master.
 IMPOSSIBLE = {HostFault.LEASE_EXPIRED, HostFault.FORCE_LIMIT, HostFault.CAN_MASTER_LOST}
 
 

@@ -1,4 +1,4 @@
-"""Checks of a port, with a copy of the layout of Linux's device files, and with real ptys."""
+"""Tests of the checks of a serial port, with real pseudo-terminals and imitated device folders of Linux."""
 
 import os
 
@@ -57,7 +57,7 @@ def processes(tmp_path, pty):
     process(78, "simulator", "/dev/ptmx", pty)
     process(79, "other", "/dev/null")
     process(os.getpid(), "ourselves", pty)
-    (tmp_path / "80").mkdir()  # a process that has ended meanwhile
+    (tmp_path / "80").mkdir()  # a process that ended during the check: its folder is empty
     return tmp_path
 
 

@@ -50,7 +50,7 @@ class ChainHarness:
         return harness
 
     def set_pressure(self, pressure_kpa, seconds=0.002):
-        """Set a pressure that the sensor shows at once."""
+        """Set a pressure that the sensor shows immediately, without the lag of the tube."""
         return self.feed_kpa(0.2 + pressure_kpa, BoardState.HOLDING, seconds)
 
     def move_to(self, pressure_kpa, seconds=1.0):
@@ -61,7 +61,7 @@ class ChainHarness:
 
 
 class TestSensor:
-    """MPXV5050DP: V_out = V_s (0.018 P + 0.04), so 0.2 V at 0 kPa and 4.7 V at 50 kPa if V_s is 5 V."""
+    """Tests of the sensor MPXV5050DP: V_out = V_s (0.018 P + 0.04), with V_s = 5 V."""
 
     @pytest.mark.parametrize(("volts", "kpa"), [(0.2, 0.0), (4.7, 50.0), (2.45, 25.0), (0.92, 8.0)])
     def test_the_transfer_function_is_that_of_the_data_sheet(self, volts, kpa):
@@ -80,7 +80,7 @@ class TestSensor:
 
 
 class TestZero:
-    """The zero is taken only from a vented and steady rig."""
+    """Tests of the zero adjustment, which needs a vented and steady rig."""
 
     def after_steady(self, nominal_kpa, seconds=0.6, vented=True):
         """Return a zero adjustment after a constant reading."""
@@ -181,7 +181,7 @@ def test_the_force_is_that_of_the_model_at_the_two_pressures(method, baseline_kp
     assert 0 < m.force_std_n < 0.5
 
 
-def test_under_insufflation_the_model_gets_pressures_above_the_reference_and_a_higher_ambient_pressure():
+def test_the_model_uses_the_reference_pressure_as_part_of_the_ambient_pressure():
     harness = ChainHarness.locked()
     harness.chain.reference_kpa = 1.6
     m, parameters = harness.move_to(10.0), harness.chain.settings
@@ -229,7 +229,7 @@ def test_outside_the_validated_range_there_is_no_force_but_a_quality_flag(baseli
 
 
 class TestUncertainty:
-    """The live uncertainty is that of the budget at rest. It is larger if pressure or baseline move."""
+    """Tests of the live uncertainty. It equals the budget at rest, and is larger while the pressure moves."""
 
     @pytest.mark.parametrize("rise_kpa", [0.3, 1.5])
     def test_at_rest_the_uncertainty_is_that_of_the_budget(self, rise_kpa):
@@ -333,7 +333,7 @@ def test_random_samples_give_floats_and_no_exception(method, reference_kpa, zero
     chain = Chain(ChainSettings(law=ForceLaw(method=method)), reference_kpa=reference_kpa)
     chain.zero.zero_kpa = zero_kpa
     for adc_sum, state, time_us in samples:
-        for repeat in range(2):  # twice, so that a contact has a baseline
+        for repeat in range(2):  # two equal samples, so that a contact can have a baseline
             message = Sample((time_us + repeat) & 0xFFFF_FFFF, adc_sum, 5000, 0, state, 0, 0, 0, 0)
             m = chain.step(RawSample(0, 0.0, message))
             for name in m.__slots__:

@@ -9,12 +9,13 @@ from pneuforce.instrument.measurement.contact import MAX_TRACKING_KPA_PER_S, Con
 from pneuforce.instrument.measurement.lag import LagCompensator
 
 DT_S = 0.002
-#: 0.7 counts rms of a 10-bit ADC, mean of 16 conversions. One count is (1/1024)/0.018 kPa.
+#: Noise of a sample [kPa], which is the mean of 16 conversions with 0.7 counts rms each. One count of the
+#: 10-bit ADC is (1/1024)/0.018 kPa.
 NOISE_KPA = 0.7 / 1024 / 0.018 / math.sqrt(16)
 
 
 class PressureRamp:
-    """Tracker with a locked pressure that moves from level to level in straight lines, without noise."""
+    """Contact tracker with a pressure that changes linearly from level to level, without noise."""
 
     def __init__(self, pressure_kpa=8.0):
         self.tracker = ContactTracker()
@@ -135,7 +136,7 @@ def test_the_age_of_the_baseline_is_the_time_since_the_balloon_was_free():
 
 
 class NoisyTracker:
-    """Tracker and lag compensator behind a tube, with the noise of the ADC."""
+    """Contact tracker with tube, lag compensator and the noise of the ADC."""
 
     def __init__(self, seed, tube_time_constant_s=0.06):
         self.tracker, self.lag, self.gauss = (

@@ -1,6 +1,6 @@
-"""Tests of the force while it changes: the simulated rig in virtual time, evaluated causally.
+"""Tests of a changing force on the simulated rig. Each force is computed from past samples only.
 
-The paper removes its delay of 0.12 s afterwards, by aligning the peaks. Its RMSE is then 0.578 N.
+The paper aligns the peaks afterwards, which removes a delay of 0.12 s. The RMSE of the paper is then 0.578 N.
 """
 
 import math
@@ -31,7 +31,7 @@ OVERLAPPING = [
 
 @dataclass
 class ForceCourse:
-    """True and measured forces at one setpoint, sample by sample, while the balloon was held."""
+    """True and measured forces of each sample at one setpoint, while the balloon was locked."""
 
     times_s: list
     truths_n: list
@@ -54,7 +54,7 @@ def _rmse(forces_n, truths_n):
 
 @cache
 def courses(kind, setpoint_kpa, polytropic):
-    """Run one rig and measure it with several assumed tube time constants. Return the course of each."""
+    """Run one rig. Return the forces that are measured with each of several tube time constants."""
     contacts = {"slow": SLOW, "fast": FAST, "overlapping": OVERLAPPING}[kind]
     scenario = Scenario(
         doc="continuous",
@@ -100,9 +100,10 @@ def test_without_compensation_the_rmse_is_more_than_three_times_larger(setpoint_
 
 
 def peaks_of(times_s, forces_n, bounds):
-    """Yield the time of the peak within each span of time: the mean time of the samples above 95 % of it.
+    """Yield the time of the peak in each span of time.
 
-    The highest sample alone is no good measure: the top of a press is flat, so noise moves it.
+    The time of the peak is the mean time of all samples above 95 % of the peak. The time of the highest
+    sample alone would depend on noise, because the top of a press is flat.
     """
     for low_s, high_s in bounds:
         inside = [(f, t) for t, f in zip(times_s, forces_n, strict=True) if low_s <= t <= high_s]
@@ -112,7 +113,7 @@ def peaks_of(times_s, forces_n, bounds):
 
 
 def contacts_of(course):
-    """Yield start and end of each press of the hand."""
+    """Yield the start and the end [s] of each press of the hand."""
     begun_s = None
     for t_s, truth_n in zip(course.times_s, course.truths_n, strict=True):
         if truth_n > 0 and begun_s is None:

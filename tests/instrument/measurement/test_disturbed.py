@@ -1,4 +1,4 @@
-"""Tests that a disturbed line, sensor or baseline never gives a wrong force with good quality."""
+"""Tests of a disturbed line, sensor or baseline: a wrong force is never marked as good."""
 
 import math
 import random
@@ -18,7 +18,10 @@ TUBE_S = 0.06
 
 
 def compensated(is_lost, seconds=6.0):
-    """Yield time, true and compensated pressure of a press from 8 to 9.5 kPa. `is_lost(n)` drops sample n."""
+    """Simulate a press from 8 to 9.5 kPa. Yield time, true pressure and compensated pressure of each sample.
+
+    Sample n is lost if `is_lost(n)` is true.
+    """
     lag, tube, gauss = LagCompensator(TUBE_S), Tube(8.0, 8.0), random.Random(4).gauss
     elapsed_s = 0.0
     for n in range(round(seconds / SAMPLE_S)):
@@ -32,7 +35,7 @@ def compensated(is_lost, seconds=6.0):
 
 @pytest.mark.parametrize("every", range(1, 2 * MAX_BRIDGED_SAMPLES))
 def test_the_compensation_is_stable_at_each_spacing_of_the_samples(every):
-    """With the stationary gain for 2 ms, the filter would be unstable from a spacing of 14 ms."""
+    """A filter that always uses the gain for 2 ms would be unstable at a spacing of 14 ms or more."""
     for t_s, truth_kpa, shown_kpa in compensated(lambda n: n % every):
         # With few samples the measured value lags while the pressure changes.
         max_error_kpa = 0.35 if t_s > 1.6 else 1.6
@@ -106,7 +109,7 @@ def test_the_force_alarm_does_not_depend_on_the_compensated_pressure():
 
 
 def measured_hold(fault, free_s, **arguments):
-    """Yield measurement and truth while 1.5 N is held for 90 s. The fault starts before, at 6 s."""
+    """Yield measurement and true values during a press with 1.5 N for 90 s. The fault starts at 6 s."""
     waiting = {"kind": "press", "force_n": 0.0, "hold_s": free_s, "pause_s": 0.0}
     scenario = Scenario(
         doc="long hold on a drifting baseline",

@@ -16,14 +16,14 @@ from tests.instrument.instrument_harness import DT_S, adc_sum_of
 
 HOUR_S = 3600
 COARSE_S = 0.1
-NOISE_COUNTS = 4 * (0.7**2 + 1 / 12) ** 0.5  # of a sum of 16
+NOISE_COUNTS = 4 * (0.7**2 + 1 / 12) ** 0.5  # standard deviation of the sum of 16 conversions
 PLANT = PublishedPlant()
-INSERTED, CIRCUIT_WARMED = 15.0, 2.0  # kelvin
+INSERTED, CIRCUIT_WARMED = 15.0, 2.0  # warming [K] of the inserted balloon and of the circuit
 
 
 @cache
 def locked_hour(setpoint_kpa, balloon_k=0.0, circuit_k=0.0, creep=0.0, seconds=HOUR_S):
-    """Return the pressure at the sensor every 0.1 s. The warming starts after 10 s."""
+    """Return the sensor pressure of a locked balloon every 0.1 s. The warming starts after 10 s."""
     settings = PneumaticSettings(creep=creep, creep_s=600.0, leak_kpa_per_s=0.0003)
     pneumatics = Pneumatics(settings, amount_kpa_mm3(PLANT, setpoint_kpa), setpoint_kpa, Valve.VENT_CLOSED)
     course = []
@@ -43,7 +43,10 @@ def locked_hour(setpoint_kpa, balloon_k=0.0, circuit_k=0.0, creep=0.0, seconds=H
     [(8.0, INSERTED, 0.0, 0.45), (5.0, 0.0, CIRCUIT_WARMED, 0.40), (8.0, 0.0, CIRCUIT_WARMED, 0.33)],
 )
 def test_warming_raises_the_locked_pressure(setpoint_kpa, balloon_k, circuit_k, raised_kpa):
-    """15 K in the balloon: 0.45 kPa. 2 K in the circuit: 0.40 kPa at 5 kPa, 0.33 kPa at 8 kPa."""
+    """A warming of the balloon by 15 K adds 0.45 kPa.
+
+    A warming of the circuit by 2 K adds 0.40 kPa at a setpoint of 5 kPa, and 0.33 kPa at 8 kPa.
+    """
     raised = locked_hour(setpoint_kpa, balloon_k, circuit_k) - locked_hour(setpoint_kpa)
     assert raised.max() == pytest.approx(raised_kpa, abs=0.05)
 
@@ -75,6 +78,6 @@ def holding_sample(adc_sum):
 
 
 def adc_sums(pressures_kpa):
-    """Return the ADC sums of an array of pressures, as `adc_sum_of` but without rounding."""
+    """Return the ADC sums of an array of pressures. In contrast to `adc_sum_of`, they are not rounded."""
     low, high = adc_sum_of(0.0), adc_sum_of(50.0)
     return low + (high - low) * pressures_kpa / 50.0

@@ -11,7 +11,7 @@ DT_S = 1 / SAMPLES_PER_S
 
 
 def detected_after_s(monitor, kpa_per_s, duration_s, setpoint_pa=8000, pressed=lambda t_s: False):
-    """Return the time after which a falling baseline is detected as a leak, None if it is not detected."""
+    """Lower the baseline at a constant rate. Return the time [s] until a leak is detected, or None."""
     for n in range(round(duration_s * SAMPLES_PER_S)):
         t_s = n * DT_S
         monitor.step(setpoint_pa, not pressed(t_s), 8.0 - kpa_per_s * t_s, DT_S)
@@ -38,7 +38,10 @@ def test_a_new_setpoint_restarts_the_monitor():
 
 
 def test_a_contact_discards_only_its_segment():
-    """15 s of each 20 s are free and contain one segment: 80 s for one minute of creep, then six segments."""
+    """The balloon is free for 15 s of each 20 s, which is long enough for one segment of 10 s.
+
+    One minute of creep without contact takes 80 s. Six segments take six times 20 s.
+    """
     with_contacts_s = detected_after_s(LeakMonitor(), 0.002, 400.0, pressed=lambda t_s: t_s % 20 > 15)
     assert with_contacts_s == pytest.approx(80.0 + 6 * 20.0, abs=20.0)
     assert detected_after_s(LeakMonitor(), 0.002, 200.0, pressed=lambda t_s: t_s % 8 > 6) is None

@@ -1,4 +1,4 @@
-"""Tests of the force model: the paper's results, the geometry, and the spurious roots."""
+"""Tests of the force model: results of the paper, geometry, and choice of the physical root."""
 
 import math
 
@@ -105,7 +105,7 @@ def test_the_physical_root_is_taken_and_not_the_one_where_the_planes_only_touch(
 
 
 @pytest.mark.parametrize(("baseline_kpa", "offset_n"), [(4.95, 0.42), (11.45, 1.83)])
-def test_the_bare_law_does_not_go_to_zero_with_the_rise(baseline_kpa, offset_n):
+def test_the_law_without_interpolation_does_not_go_to_zero_with_the_rise(baseline_kpa, offset_n):
     assert solve_contact(baseline_kpa, baseline_kpa + 0.001, BALLOON, CIRCUIT).force_n == pytest.approx(
         offset_n, abs=0.01
     )

@@ -21,7 +21,10 @@ def force(baseline_kpa, rise_kpa, law):
     ("law", "min_jump", "max_jump"), [(PAPER_LAW, 0.16, 0.23), (BLEND, 0.0, 0.005)], ids=["paper", "blend"]
 )
 def test_the_force_jumps_at_the_switch_of_the_paper_but_not_with_the_blend(law, min_jump, max_jump, rise_kpa):
-    """ΔP_i moves by 0.02 kPa across 8.85 kPa: the paper's force changes by a fifth, the blend by 0.5 %."""
+    """A step of ΔP_i by 0.02 kPa across 8.85 kPa changes the force of the paper by a fifth.
+
+    With the blend, the force changes by less than 0.5 %.
+    """
     jumps = [
         abs(force(p + 0.02, rise_kpa, law) / force(p, rise_kpa, law) - 1) for p in np.arange(7.8, 9.9, 0.02)
     ]
@@ -48,7 +51,7 @@ def test_the_smooth_interpolation_has_the_slope_of_the_law_at_its_end_and_goes_t
     assert below == pytest.approx(above, rel=0.01)
     assert force(baseline_kpa, 0.0, SMOOTH) == 0.0
     at_rise, at_four_times = force(baseline_kpa, 1e-6, SMOOTH), force(baseline_kpa, 4e-6, SMOOTH)
-    assert at_four_times / at_rise == pytest.approx(2, rel=0.01)  # like the square root of the rise
+    assert at_four_times / at_rise == pytest.approx(2, rel=0.01)  # the force is proportional to √rise
 
 
 @pytest.mark.parametrize("baseline_kpa", [5.0, 8.0, 11.0])

@@ -1,4 +1,4 @@
-"""Tests of the uncertainty: exact derivatives, sum of the budget, and coverage of simulated true forces."""
+"""Tests of the uncertainty: exact derivatives, sum of the budget, coverage of true forces in simulation."""
 
 import math
 import random
@@ -189,7 +189,7 @@ def test_the_budget_adds_up_to_the_uncertainty_of_the_force(baseline_kpa, final_
 
 
 def test_the_contributions_agree_with_a_calculation_by_hand():
-    """2 N/kPa × 3 Pa, 4 N/kPa × 5 Pa, gain (−2·8 + 4·9) N × 0.58 %, and so on."""
+    """ΔP_i contributes 2 N/kPa × 3 Pa, ΔP_f 4 N/kPa × 5 Pa, and the gain (−2·8 + 4·9) N × 0.58 %."""
     sensitivity, pressures = ForceSensitivity(-2.0, 4.0, 0.07, 0.3), MeasuredPressures(8.0, 9.0, 0.003, 0.005)
     model = ModelUncertainty(relative_std_below=0.1, relative_std_above=0.2, absolute_std_n=0.05)
     by_baseline, by_final, by_gain, parameters, law, interpolation = contributions_n(
@@ -206,7 +206,10 @@ def test_the_contributions_agree_with_a_calculation_by_hand():
 
 
 def test_the_model_uncertainty_follows_from_the_mean_errors_of_the_paper():
-    """9.14 % over 27 pressures, 6.77 % over the 11 above 8.85 kPa; the standard deviation is √(π/2) of it."""
+    """The mean error is 9.14 % over 27 pressures, and 6.77 % over the 11 pressures above 8.85 kPa.
+
+    The standard deviation of a normal error is √(π/2) times its mean absolute value.
+    """
     below = (27 * 9.14 - 11 * 6.77) / 16
     assert MODEL.relative_std(8.0, BALLOON) == pytest.approx(below / 100 * math.sqrt(math.pi / 2), rel=1e-3)
     assert MODEL.relative_std(9.0, BALLOON) == pytest.approx(0.0677 * math.sqrt(math.pi / 2))
@@ -228,7 +231,10 @@ def test_a_correction_scales_the_force_and_its_sensitivity():
 
 
 class RandomRig:
-    """Published plant with random parameters and sensor with random gain, both drawn from the budget."""
+    """Plant of the paper's model with random parameters, and a sensor with a random gain.
+
+    The standard deviations are the standard uncertainties of the budget.
+    """
 
     def __init__(self, draw):
         self.draw = draw
@@ -238,7 +244,7 @@ class RandomRig:
             name: getattr(BALLOON, name) + draw.gauss(0, getattr(INPUTS, name)) for name in BALLOON_PARAMETERS
         }
         thinner = (BALLOON.rest_radius_mm / (BALLOON.rest_radius_mm + radius)) ** 2
-        moved["rest_thickness_mm"] *= thinner  # so that h_0 R_0² does not change
+        moved["rest_thickness_mm"] *= thinner  # keeps h_0 R_0² constant
         balloon = replace(BALLOON, rest_radius_mm=BALLOON.rest_radius_mm + radius, **moved)
         self.circuit = Circuit(
             volume_mm3=CIRCUIT.volume_mm3 + draw.gauss(0, INPUTS.volume_mm3),
@@ -251,7 +257,7 @@ class RandomRig:
         return pressure_kpa * self.gain + self.draw.gauss(0, noise_kpa)
 
     def contact(self, model):
-        """Return a true force and two measured pressures. The error of the law is drawn from `model`."""
+        """Return a true force and two measured pressures. `model` gives the random error of the law."""
         initial = self.draw.uniform(4.95, 11.45)
         circuit = self.circuit
         gas = Gas(
@@ -270,7 +276,7 @@ class RandomRig:
 
 @pytest.mark.parametrize("model", [MODEL, EXACT_MODEL], ids=["inputs and model", "inputs alone"])
 def test_two_u_cover_95_percent_of_the_true_forces(model):
-    """On the published plant, at rises of 0.5 to 6 kPa: 93 to 97 %."""
+    """The accepted coverage is 93 to 97 %, on the plant of the paper's model at rises of 0.5 to 6 kPa."""
     draw, covered, count = random.Random(7), 0, 0
     for _ in range(60):
         rig = RandomRig(draw)

@@ -1,4 +1,4 @@
-"""Recordings that a test writes, and everything that can be read from a recording."""
+"""Helpers for tests of recordings: write a recording and read all its contents."""
 
 import math
 from typing import NamedTuple
@@ -39,7 +39,7 @@ def sample_body(number):
 
 
 def make_entries(count, first=1):
-    """Yield inputs and their results for `count` samples."""
+    """Yield the entries of `count` samples: inputs, samples and some events."""
     for number in range(first, first + count):
         t_s = BEGIN_S + number * DT_S
         yield StreamEntry(EntryKind.RECEIVED, t_s, bytes([number % 256]) * 24)
@@ -105,7 +105,7 @@ def read_contents(path):
 
 
 class ExpectedContents(NamedTuple):
-    """Expected content of a recording by `make_recording`."""
+    """Expected contents of a recording that `make_recording` writes."""
 
     inputs: list
     samples: list

@@ -1,4 +1,4 @@
-"""A session restored from a checkpoint gives the same results, and a foreign pickle executes nothing."""
+"""Tests of checkpoints: a restored session gives the same results; a manipulated pickle runs no code."""
 
 import os
 import pickle

@@ -1,4 +1,4 @@
-"""Contacts in a stream of measured samples."""
+"""Tests of the contacts that are found in a stream of measured samples."""
 
 import math
 import random
@@ -14,7 +14,7 @@ OPEN_CIRCUIT = 0
 
 
 class Stream:
-    """Instrument that holds 8 kPa, and the contacts of all its samples."""
+    """Instrument that holds 8 kPa, and the history of its contacts."""
 
     def __init__(self, **options):
         self.harness, self.contacts = InstrumentHarness.holding(), ContactHistory(**options)
@@ -65,7 +65,7 @@ def test_a_press_is_one_contact_with_its_pressures_and_its_greatest_force():
     )
     assert row.peak_n == stream.peaks[0] == max(m.force_n for m in stream.samples)
     assert row.peak_std_n == next(m.force_std_n for m in stream.samples if m.force_n == row.peak_n)
-    assert 0.6 < row.duration_s < 1.0  # it ends when the lagging pressure is back
+    assert 0.6 < row.duration_s < 1.0  # the contact ends late, because the pressure lags
 
 
 def test_the_initial_and_final_times_are_those_of_the_two_pressures():
@@ -92,7 +92,7 @@ def test_an_open_contact_has_its_present_values():
     assert stream.changes == 1
 
 
-def test_a_new_contact_before_the_pressure_is_back_starts_at_the_trough():
+def test_a_new_contact_before_the_end_of_the_previous_contact_starts_at_the_trough():
     stream = Stream()
     stream.press(2.0).press(0.25, 0.4).press(1.5).press(0.0, 1.0)
     first, second = stream.rows
@@ -107,7 +107,7 @@ def test_a_new_contact_before_the_pressure_is_back_starts_at_the_trough():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_contacts_are_those_of_the_instrument_for_random_presses(seed):
-    """Count and peak forces are equal for presses that overlap."""
+    """The number of contacts and their peak forces are equal, even if presses overlap."""
     chance, stream = random.Random(seed), Stream()
     for _ in range(40):
         stream.press(chance.choice([0.0, 0.1, 0.3, 1.0, 2.0, 3.5]), chance.uniform(0.05, 0.5))
@@ -118,7 +118,7 @@ def test_the_contacts_are_those_of_the_instrument_for_random_presses(seed):
 
 
 def test_the_initial_time_of_a_contact_is_never_before_the_previous_contact():
-    """The pressure is at rest before the first contact, but not between the two."""
+    """The pressure is at rest before the first contact, but not between the two contacts."""
     stream = Stream().run(0.5)
     stream.press(1.5)
     pressed = stream.samples[-1]
@@ -151,7 +151,7 @@ def test_samples_with_a_sensor_fault_do_not_end_a_contact_while_the_board_holds(
 
 @pytest.mark.parametrize("jump_s", [0.3, 3600.0, -5.0])
 def test_a_jump_in_time_longer_than_the_host_timeout_ends_a_contact(jump_s):
-    """The time goes back when a recording is replayed again."""
+    """The time jumps back when a replay of a recording starts again."""
     stream = Stream()
     stream.press(1.5, 0.4)
     for m in [m for m in stream.samples if m.in_contact]:
@@ -194,7 +194,7 @@ def test_a_contact_without_a_force_has_no_peak():
     assert row.final_kpa == known.final_kpa
 
 
-def test_the_latest_contacts_are_kept():
+def test_only_the_latest_contacts_are_kept():
     stream, contacts = Stream(), ContactHistory(capacity=3)
     stream.press(1.5, 0.1)
     pressed, free = stream.samples[-1], stream.samples[-1]._replace(in_contact=False)

@@ -1,4 +1,4 @@
-"""A decimated curve keeps its extremes and its gaps, in a limited number of points."""
+"""Tests of the decimation: a limited number of points keeps the extremes and the gaps of a curve."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""A paced replay follows a clock, and its values are never older than they indicate."""
+"""Tests of the paced replay: it follows a clock, and no value is older than its age says."""
 
 import pytest
 

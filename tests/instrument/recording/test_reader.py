@@ -1,4 +1,4 @@
-"""Reading of truncated, changed and incompletely copied recordings, and of files that are not recordings."""
+"""Tests of reading damaged and incomplete recordings, and files that are not recordings."""
 
 import math
 import random
@@ -42,7 +42,10 @@ def intact(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
-    """Return the files of a killed recorder: older samples in the main file, the newest in the -wal file."""
+    """Return the recording of a killed recorder.
+
+    The main file contains the older half of the samples, the -wal file the newer half.
+    """
     folder = tmp_path_factory.mktemp("killed")
     file = begin_recording(folder / "a.recording")
     add_entries(file, make_entries(COUNT // 2))
@@ -54,7 +57,7 @@ def killed(tmp_path_factory):
 
 
 def read_correct_samples(path):
-    """Return the number of samples read, all of them correct, or None if the file is rejected."""
+    """Check all samples that can be read. Return their number, or None if the file is rejected."""
     try:
         contents = read_contents(path)
     except ConfigurationError:
@@ -82,7 +85,7 @@ def test_a_file_truncated_at_any_byte_gives_correct_samples_or_is_rejected(intac
         cut.write_bytes(content[:length])
         counts.add(read_correct_samples(cut))
     assert None in counts
-    assert len(counts) > 10  # most of the file is recovered, not all or nothing
+    assert len(counts) > 10  # samples of truncated files are recovered
 
 
 @pytest.mark.parametrize("index", [True, False], ids=["with index", "without index"])

@@ -1,4 +1,4 @@
-"""A replay of the recorded inputs gives the recorded samples, bit for bit."""
+"""Tests of the replay: the recorded inputs give the recorded samples, bit for bit."""
 
 from itertools import pairwise
 
@@ -41,7 +41,7 @@ def test_the_eventful_recording_contains_every_kind_of_input_and_failure():
     received = [entry for entry in inputs() if entry.kind is EntryKind.RECEIVED]
     assert any(
         0.5 < b.t_s - a.t_s < 0.7 and len(b.body) > 1000 for a, b in pairwise(received)
-    )  # the held back bytes
+    )  # the line held these bytes back for 0.6 s
 
 
 def test_the_snapshots_for_the_buses_are_equal_at_each_tick():
@@ -85,7 +85,7 @@ def test_inputs_without_their_samples_are_not_a_difference():
     assert set(differences(inputs(), samples()[:500])) == {None}
 
 
-def test_nan_equals_nan_and_no_number():
+def test_nan_equals_nan_and_differs_from_each_number():
     sample = samples()[0]
     without_force = sample._replace(force_n=float("nan"))
     assert first_difference(1, without_force, without_force._replace(force_n=float("-nan"))) is None

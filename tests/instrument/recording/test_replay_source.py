@@ -1,4 +1,4 @@
-"""The buses show a replay with the recorded values, and marked so that no robot uses them."""
+"""Tests of a replay on the buses: the values are those of the recording, and are marked as simulated."""
 
 import json
 

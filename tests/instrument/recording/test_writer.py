@@ -1,4 +1,4 @@
-"""Files that the recording writer makes."""
+"""Tests of the files that the recording writer creates."""
 
 import os
 import re
@@ -27,7 +27,7 @@ from tests.instrument.recording.recording_files import (
 )
 
 COUNT = 1234
-#: Settings of SQLite on which docs/recordings.md relies: a sync every 200 pages, which is about five seconds.
+#: Expected settings of SQLite. A sync every 200 pages limits the loss at a power cut to about five seconds.
 PRAGMAS = {
     "journal_mode": "wal",
     "journal_size_limit": 8_000_000,

@@ -26,7 +26,7 @@ START_S = 1000.0
 
 @dataclass
 class RecordedEntries:
-    """Entries that a recorder would have received."""
+    """Checkpoint and entries, as a recorder receives them."""
 
     checkpoint: bytes
     entries: list
@@ -44,7 +44,7 @@ class VirtualHost:
     to_board: bytes = b""
     command_sequence: int = 0
     damaged_bytes: int = 0
-    snapshots: dict = field(default_factory=dict)  #: text of the snapshot for the web page, by time
+    snapshots: dict = field(default_factory=dict)  #: snapshot for the web page as text, for each time
     forces: list = field(default_factory=list)
     entries: list = field(default_factory=list)
     subscriber: Subscriber | None = None
@@ -88,7 +88,7 @@ class VirtualHost:
         self.world.line.noise.stalled = False
 
     def reopen(self, seconds):
-        """Close the port and open it again."""
+        """Close the port, and open it again after a time."""
         self.session.detach(self.now_s)
         self.open = False
         self.run(seconds)
@@ -120,7 +120,7 @@ class VirtualHost:
         self.run(30.0, lambda: self.instrument.measurement.in_contact)
 
     def record(self):
-        """Start to keep all entries; see `recorded`."""
+        """Start to store all entries. `recorded` returns them."""
         self.subscriber = Subscriber("record")
         self.session.sink.subscribers.append(self.subscriber)
         self.checkpoint = save_session(self.session)
@@ -217,7 +217,7 @@ def make_replay(**options):
 
 
 def advance(replay, duration_s, begin_s=50.0, step_s=0.005):
-    """Advance the replay by the clock. Return the samples, each with the time of the clock."""
+    """Advance the clock and the replay in steps. Return each sample with its time by the clock."""
     replayed, now_s = [], begin_s
     while now_s < begin_s + duration_s:
         replayed += [(now_s, sample) for sample in replay.advance(now_s)]

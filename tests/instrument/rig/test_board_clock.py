@@ -1,4 +1,4 @@
-"""Host times of board times: rate errors, late reads, wraps and restarts, in simulated time."""
+"""Tests of the board clock in simulated time: rate errors, late reads, wraps and restarts."""
 
 import math
 from itertools import pairwise
@@ -17,19 +17,19 @@ jitters = st.lists(st.floats(0.0, 0.02), min_size=20, max_size=60).map(lambda de
 def are_apart(stalls):
     """Return True if the reader works for at least 0.5 s between two stalls.
 
-    Samples that are read in two groups during one long delay look like a board clock that stood still. Only
-    the command echo distinguishes the two (test_command_echo.py).
+    If samples are read in two groups during one long delay, the board clock seems to have stopped. Only the
+    command echo distinguishes a delay from a stopped clock (test_command_echo.py).
     """
     return all(a + duration + 0.5 <= b for (a, duration), (b, _) in pairwise(sorted(stalls)))
 
 
-#: Begin and duration [s] of the times in which nothing is read.
+#: Begin and duration [s] of each time in which the host reads no bytes.
 stalls = st.lists(st.tuples(st.floats(0.0, 20.0), st.floats(0.0, 1.0)), max_size=4).filter(are_apart)
 starts = st.sampled_from([0, 1, WRAP_US - 3_000_000, WRAP_US // 2 - 1]) | st.integers(0, WRAP_US - 1)
 
 
 class Readings:
-    """Board times of samples, the host times at which they were taken, and those at which they were read."""
+    """Samples as three lists: board times, host times of the sampling, and host times of the reading."""
 
     def __init__(self, rate=1.0, jitter=(0.0,), stalls=(), start_us=0, duration_s=20.0):
         self.taken_s = [100.0 + 0.002 * n for n in range(round(duration_s / 0.002))]
@@ -47,7 +47,7 @@ class Readings:
 
 
 class TestAnyDelays:
-    """Properties for any delays."""
+    """Tests of the properties that host times have for any delays."""
 
     @settings(max_examples=25, deadline=None)
     @given(rates, jitters, stalls, starts)
@@ -59,7 +59,7 @@ class TestAnyDelays:
 
     @settings(max_examples=200, deadline=None)
     @given(st.lists(st.tuples(st.integers(0, WRAP_US - 1), st.floats(0.0, 1e4)), max_size=80))
-    def test_random_board_times_do_not_break_these_properties(self, readings):
+    def test_random_board_times_give_no_decreasing_and_no_future_host_times(self, readings):
         clock, before_s = BoardClock(), -math.inf
         for board_us, received_s in sorted(readings, key=lambda reading: reading[1]):
             time_s = clock.host_time_s(board_us, received_s)
@@ -71,7 +71,7 @@ class TestAnyDelays:
     def test_a_time_is_correct_within_the_jitter_even_if_the_sample_is_read_late(
         self, rate, jitter, stalls, start_us
     ):
-        """The smallest delay cannot be measured, and a late host time is never corrected backwards."""
+        """The errors have two causes: the smallest delay is unknown, and host times never decrease."""
         readings = Readings(rate, jitter, stalls, start_us, 10.0)
         times_s = readings.host_times_s(BoardClock())
         error_s = [time_s - taken_s for time_s, taken_s in zip(times_s, readings.taken_s, strict=True)][2500:]
@@ -152,7 +152,7 @@ def test_a_restarted_board_clock_is_used_immediately(at_us):
     assert clock.host_time_s(2000, 54.202) == pytest.approx(54.202)
 
 
-def test_after_a_standstill_of_the_clock_samples_look_old_for_half_a_second_only():
+def test_after_a_stop_of_the_clock_samples_look_old_for_half_a_second_only():
     clock, ages = BoardClock(), []
     for n in range(3000):
         received_s = 0.002 * n + (0.4 if n >= 1500 else 0.0)

@@ -1,4 +1,4 @@
-"""Line that delays all bytes: late samples never look fresh, even if the board's clock runs evenly."""
+"""Tests of the command echo: delayed samples never look fresh, even if their board times are regular."""
 
 from collections import deque
 
@@ -12,7 +12,7 @@ STEP_S = 0.002
 
 
 class Line:
-    """Board that sends 500 samples per second over a line with a delay each way, in simulated time."""
+    """Board that sends 500 samples per second over a line with a delay in each direction."""
 
     def __init__(self, up_s=0.003, down_s=0.001):
         self.up_s, self.down_s = up_s, down_s
@@ -23,7 +23,10 @@ class Line:
         self._decoder = FrameDecoder.for_host_frames()
 
     def age_errors_s(self, seconds, lost=()):
-        """Return the error of the age [s] of each sample when it is read."""
+        """Run for a time. Return the estimated age minus the true age [s] of each sample.
+
+        `lost` contains the numbers of the steps whose commands do not reach the board.
+        """
         errors_s = []
         for _ in range(round(seconds / STEP_S)):
             self._step += 1
@@ -47,12 +50,12 @@ class Line:
 
 
 @pytest.mark.parametrize("lag_s", [0.1, 0.2, 0.4, 2.0])
-def test_a_new_lag_shows_in_the_ages_for_as_long_as_it_lasts(lag_s):
+def test_a_new_lag_of_the_line_increases_the_ages_while_it_lasts(lag_s):
     line = Line()
     line.age_errors_s(5.0)
     line.down_s = lag_s
     line.age_errors_s(lag_s + 0.2)
-    # a sample can look too fresh by the time between two commands and the latency of a command
+    # The estimated age can be too small by the time between two commands plus the latency of a command.
     assert min(line.age_errors_s(5.0)) >= -(0.05 + COMMAND_LATENCY_S + 2 * STEP_S)
 
 

@@ -1,4 +1,4 @@
-"""Host side of the rig link: handshake, keep-alive, sequence numbers, restarts, in virtual time."""
+"""Tests of the host side of the rig link: handshake, keep-alive, sequence numbers and restarts."""
 
 import itertools
 
@@ -51,7 +51,7 @@ def ready(now_s=0.0):
 
 
 def times_of(link, command, until_s, step_s=0.01):
-    """Return time and message of everything that is sent."""
+    """Return the time and the message of each frame that the link sends."""
     log = []
     for step in range(round(until_s / step_s)):
         log += [(round(step * step_s, 3), message) for message in sent(link, command, step * step_s)]
@@ -63,7 +63,7 @@ def gaps(log):
 
 
 class TestHandshake:
-    """Handshake before any valve may move."""
+    """Tests of the handshake, which must be complete before any valve may move."""
 
     def test_identify_is_sent_every_200_ms_and_nothing_else(self):
         log = times_of(Link(), HOLD, 1.0)
@@ -110,7 +110,7 @@ class TestHandshake:
 
 
 class TestSequence:
-    """Sequence numbers: gaps and repetitions."""
+    """Tests of the sequence numbers: gaps and repetitions."""
 
     def test_a_gap_is_counted(self):
         link = ready()
@@ -141,7 +141,7 @@ class TestSequence:
         assert (link.lost_frames, link.repeated_frames) == (step - 1 if new else 0, int(not new))
 
     @pytest.mark.parametrize(("gap_us", "elapsed_s"), [(499_000, 0.499), (10_000_000, 0.5)])
-    def test_a_sample_stands_for_at_most_half_a_second(self, gap_us, elapsed_s):
+    def test_the_elapsed_time_of_a_sample_is_at_most_half_a_second(self, gap_us, elapsed_s):
         (late,) = ready().feed(sample(1, gap_us), 0.01)
         assert late.elapsed_s == pytest.approx(elapsed_s)
 
@@ -165,7 +165,7 @@ class TestSequence:
 
 
 class TestRestart:
-    """Restarts of the board, detected by an uptime that is too small."""
+    """Tests of board restarts, which are detected by an uptime that is too small."""
 
     def test_a_restart_is_detected_by_the_uptime_and_starts_the_handshake_again(self):
         link = ready()
@@ -200,7 +200,7 @@ class TestRestart:
         link.feed(hello(5_000) + sample(1), 10.0)
         assert link.board_restarts == 0
 
-    def test_samples_are_used_again_without_a_false_gap(self):
+    def test_samples_after_a_restart_are_used_without_a_false_gap(self):
         link = ready()
         link.feed(b"".join(sample(n) for n in range(1, 1000)), 2.0)
         link.feed(hello(10) + sample(0) + sample(1), 5.0)
@@ -208,7 +208,7 @@ class TestRestart:
 
 
 class TestKeepAlive:
-    """Keep-alive: the command is sent every 50 ms and at each change."""
+    """Tests of the keep-alive: the command is sent every 50 ms and at each change."""
 
     def test_the_command_is_sent_every_50_ms(self):
         log = times_of(ready(), HOLD, 1.0)
@@ -273,7 +273,7 @@ def test_another_board_is_detected_by_its_serial_number():
 
 
 class TestFrozen:
-    """Samples of a board whose clock stands still."""
+    """Tests with samples of a board whose clock has stopped."""
 
     def test_ten_samples_with_the_same_board_time_are_frozen(self):
         link = ready()
@@ -320,7 +320,7 @@ def test_random_bytes_raise_no_exception(noise):
 
 
 class TestNegotiation:
-    """Host timeout that the board must confirm before the balloon may be inflated."""
+    """Tests of the host timeout, which the board must confirm before the balloon may be inflated."""
 
     def negotiating_link(self):
         link = Link(host_timeout_ms=5000)

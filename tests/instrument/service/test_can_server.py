@@ -22,7 +22,7 @@ _channels = count()
 
 @asynccontextmanager
 async def joined(**settings):
-    """Run a server on a bus of its own; give server, instrument and a second client."""
+    """Run a server on a separate virtual bus. Yield the server, its instrument and a second client."""
     at = {"interface": "virtual", "channel": f"server-{next(_channels)}"}
     instrument = Instrument(Settings())
     section = Configuration.model_validate({"can": at | {"enabled": True} | settings}).can
@@ -36,7 +36,7 @@ async def joined(**settings):
 
 
 async def until(server, condition, deadline_s=15.0):
-    """Tick until the condition is true."""
+    """Call `server.tick` until the condition is true."""
     until_s = time.monotonic() + deadline_s
     while not condition():
         assert time.monotonic() < until_s, "the condition was not true in time"
@@ -111,7 +111,7 @@ def test_a_vent_after_a_flood_is_executed(caplog):
 def test_a_vent_by_sdo_after_a_flood_is_executed():
     async def run():
         async with joined(mode="canopen") as (server, _, peer):
-            server.tick(time.monotonic())  # boot-up
+            server.tick(time.monotonic())  # sends the boot-up message
             for _ in range(199):
                 peer.send(data_frame(0x605, bytes.fromhex("4000100000000000")))
             peer.send(data_frame(0x605, bytes.fromhex("2B04220000000000")))

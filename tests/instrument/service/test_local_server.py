@@ -24,7 +24,7 @@ TIMEOUT_S = 10.0
 
 @asynccontextmanager
 async def serving(folder):
-    """Run a local server at a socket in the folder; give it and the harness of its instrument."""
+    """Run a local server with its socket in the folder. Yield the server and its instrument's harness."""
     broadcaster, harness = EntryBroadcaster(), InstrumentHarness.zeroed()
     session = Session(harness.instrument, broadcaster)
     source = AuditLogger(session, NullAuditSink())
@@ -37,7 +37,7 @@ async def serving(folder):
 
 
 class Client:
-    """Client of the socket."""
+    """Client of the local socket."""
 
     def __init__(self, reader, writer):
         self._reader, self._writer, self._decoder = reader, writer, EntryDecoder()
@@ -85,7 +85,7 @@ def is_begun(file):
 
 
 @pytest.mark.parametrize(("subscription", "recording_down"), [("record", True), ("web", False)])
-def test_a_client_that_is_too_slow_is_disconnected_and_a_recorder_reported(
+def test_a_slow_client_is_disconnected_and_a_lost_recorder_is_reported(
     tmp_path, subscription, recording_down
 ):
     async def run():
@@ -129,7 +129,7 @@ def test_a_recording_whose_recorder_was_too_slow_says_so_at_its_end(tmp_path):
     asyncio.run(run())
     why = read_contents(file).ending.why
     assert "still running" in why
-    assert "too far behind" in why
+    assert "read too slowly" in why
 
 
 def test_too_many_clients_are_rejected_until_one_disconnects(tmp_path):
@@ -164,7 +164,7 @@ def test_a_client_that_disconnected_has_no_subscription(tmp_path, subscription):
     asyncio.run(run())
 
 
-def test_the_web_process_receives_why_a_recording_stopped_until_the_next_one(tmp_path):
+def test_the_web_process_receives_the_reason_of_a_stop_until_the_next_recording(tmp_path):
     async def run():
         async with serving(tmp_path) as (server, _):
             web, recorder = [await Client.connect(tmp_path, name) for name in ("web", "record")]

@@ -1,4 +1,4 @@
-"""Tests of the name of the local socket: only stale names are taken, only its own name is removed."""
+"""Tests of the local socket's name: open replaces only a stale name, close removes only its own name."""
 
 import asyncio
 import socket

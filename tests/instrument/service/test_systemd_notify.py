@@ -1,4 +1,4 @@
-"""Tests of the notifications to systemd: a real socket, the loop in virtual time."""
+"""Tests of the notifications to systemd, with a real socket and with the loop in virtual time."""
 
 import asyncio
 import os
@@ -38,7 +38,10 @@ def notifier_of(harness, manager):
 
 
 def messages_during(notifier, harness, seconds, manager):
-    """Return all messages while the loop runs, read at once because some kernels queue only ten datagrams."""
+    """Run the loop for a time. Return all messages of this time.
+
+    Messages are read after each step, because some kernels queue only ten datagrams.
+    """
     lines = manager.heard()
     for _ in range(round(seconds * 100)):
         harness.run(0.01)
@@ -75,7 +78,7 @@ BLOCKED_S = 1.0
 
 
 async def run_and_block(host):
-    """Run a host whose loop is blocked once; return when the block began."""
+    """Run a host and block its loop once. Return the time [s] at which the block began."""
     stop = asyncio.Event()
     await host.connect(stop)
     working = asyncio.create_task(host.run(stop))

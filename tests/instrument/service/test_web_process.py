@@ -1,4 +1,4 @@
-"""Tests of the web process as the host runs it: after each failure it is restarted."""
+"""Tests of the web process: the host restarts the process after each failure."""
 
 import asyncio
 import logging
@@ -15,7 +15,7 @@ from pneuforce.instrument.config import WebSection
 from pneuforce.instrument.service.web_process import WebProcess
 from pneuforce.teststand.stack import free_port
 
-SILENCE_S = 2.5  #: twice the longest silence of a process that works on a busy machine
+SILENCE_S = 2.5  #: twice the longest time between two heartbeats on a busy machine
 TIMEOUT_S = 20.0
 
 

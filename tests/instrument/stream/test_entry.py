@@ -1,4 +1,4 @@
-"""Encoding, decoding and broadcasting of entries."""
+"""Tests of the encoding, decoding and broadcasting of entries."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""Synthetic trials of known contacts: a pressure proportional to the force, behind the lag of the tube."""
+"""Synthetic trials with known contacts. The pressure is proportional to the force and has the tube's lag."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ STEP_S, BASELINE_KPA, KPA_PER_N = 0.002, 8.0, 1.2
 
 
 def force_n(duration_s, *presses):
-    """Return times [s] and force [N]: at each time the highest of the presses.
+    """Return times [s] and forces [N]. If presses overlap, the force is that of the strongest press.
 
     A press is a tuple: begin [s], rise time [s], hold time [s], peak [N]. Its flanks are half cosines.
     """
@@ -26,7 +26,7 @@ def force_n(duration_s, *presses):
 
 
 def trial(t_s, force, noise_kpa=0.0, seed=1):
-    """Return a trial in which this force was recorded."""
+    """Return a trial with this true force and the pressure that the force causes."""
     steps_s = np.full(len(t_s), STEP_S)
     pressure = exponential_filter(BASELINE_KPA + KPA_PER_N * force, steps_s, SETTINGS.tube_time_constant_s)
     pressure += np.random.default_rng(seed).normal(0.0, 1.0, len(t_s)) * noise_kpa
@@ -36,6 +36,6 @@ def trial(t_s, force, noise_kpa=0.0, seed=1):
 
 
 def contacts(t_s, force, noise_kpa=0.0):
-    """Return the contacts that are found in such a trial."""
+    """Return the contacts that are found in a trial with this true force."""
     [processed] = process_trials([trial(t_s, force, noise_kpa)], SETTINGS)
     return find_contacts(processed, SETTINGS)

@@ -1,11 +1,11 @@
-"""Contacts of a trial: ΔP_i, ΔP_f and the peak of the true force, as the paper defines them."""
+"""Tests of the contacts of a trial: ΔP_i, ΔP_f and peak of the true force, as defined in the paper."""
 
 import pytest
 
 from tests.instrument.validation.synthetic_trials import BASELINE_KPA, KPA_PER_N, contacts, force_n
 
 
-def test_a_slow_contact_has_the_pressure_before_it_the_peak_pressure_and_the_peak_force():
+def test_a_slow_contact_has_its_baseline_pressure_its_peak_pressure_and_its_peak_force():
     [contact] = contacts(*force_n(5.0, (1.0, 0.5, 1.0, 2.0)))
     assert contact.baseline_kpa == pytest.approx(BASELINE_KPA, abs=1e-3)
     assert contact.final_kpa == pytest.approx(BASELINE_KPA + 2 * KPA_PER_N, abs=1e-3)

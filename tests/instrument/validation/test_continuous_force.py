@@ -1,4 +1,4 @@
-"""Errors of the continuous force, compared with a known reference."""
+"""Tests of the errors of the continuous force, compared with a known reference."""
 
 import math
 
@@ -18,7 +18,10 @@ PRESS = (1.0, 0.5, 0.5, 2.0)
 
 
 def forces(compensated_n=None, uncompensated_n=None):
-    """Return the forces of a trial. The arguments are functions of time and true force, exact by default."""
+    """Return the forces of a trial.
+
+    Each argument is a function of time and true force. Without a function the force is exact.
+    """
     t_s, truth_n = force_n(5.0, PRESS)
     compensated = truth_n if compensated_n is None else compensated_n(t_s, truth_n)
     uncompensated = truth_n if uncompensated_n is None else uncompensated_n(t_s, truth_n)

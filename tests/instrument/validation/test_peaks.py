@@ -1,4 +1,4 @@
-"""Errors of the peak force, on contacts with known results."""
+"""Tests of the errors of the peak force, on contacts with known results."""
 
 import math
 
@@ -26,7 +26,7 @@ def contact(baseline_kpa, rise_kpa, force_n=1.0):
 
 
 def peaks(baseline_kpa, force_n, energetic_n):
-    """Return contacts with these energetic estimates. The other methods have no solution."""
+    """Return contacts with these estimates of the energetic method. The other methods have no solution."""
     unsolved = np.full(len(force_n), np.nan)
     estimates = {"energetic": np.array(energetic_n), "lulevich": unsolved, "shanahan": unsolved}
     baseline = np.array(baseline_kpa)

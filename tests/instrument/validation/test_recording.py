@@ -1,4 +1,4 @@
-"""Validation recordings as CSV files: valid files are read, invalid ones are rejected."""
+"""Tests of validation recordings as CSV files: valid files are read, invalid files are rejected."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_columns_may_be_in_any_order_among_others_and_after_a_byte_order_mark(tm
 @pytest.mark.parametrize(
     ("text", "count"),
     [
-        (HEADER + lines() + lines(begin_s=3.0), 2),  # a gap
+        (HEADER + lines() + lines(begin_s=3.0), 2),  # a gap of 1 s ends the first trial
         ("t_s,pressure_kpa,force_n,phase\n" + lines(suffix=",1") + lines(begin_s=2.0, suffix=",2"), 2),
         ("t_s,pressure_kpa,force_n,phase\n" + lines(suffix=",1") + lines(begin_s=2.0, suffix=","), 1),
         ("t_s,pressure_kpa,force_n,setpoint_kpa\n" + lines(suffix=",5") + lines(begin_s=2.0, suffix=",6"), 2),

@@ -1,4 +1,4 @@
-"""Reference force beside recorded pressures: interpolation, gaps and phases."""
+"""Tests of a reference force that is added to recorded pressures: interpolation, gaps and phases."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Other Modbus clients as processes: one request per input line, one line of JSON per answer."""
+"""Modbus clients of other projects as processes: one request per input line, one line of JSON per answer."""
 
 from __future__ import annotations
 

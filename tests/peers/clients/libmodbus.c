@@ -49,7 +49,7 @@ static int read_float(void)
     return got;
 }
 
-/* Not modbus_set_float_abcd: it also swaps the bytes of each word (libmodbus issues 757, 807). */
+/* modbus_set_float_abcd is not used: it also swaps the bytes of each word (libmodbus issues 757, 807). */
 static int write_float(void)
 {
     modbus_set_float(strtof(argument[2], NULL), words);

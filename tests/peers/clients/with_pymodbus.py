@@ -33,7 +33,7 @@ def create_client(kind, transport, target):
 
 
 class Requests:
-    """Requests of pymodbus, selected by the name at the begin of each input line."""
+    """Requests of pymodbus, selected by the first word of each input line."""
 
     def __init__(self, client):
         self._client = client
@@ -110,7 +110,7 @@ async def carry_out(requests, line):
         return await getattr(requests, name)(*(int(w) if w.isdigit() else w for w in words)) or []
     except ModbusExceptionAnswer as error:
         return ["exception", *error.args]
-    except Exception as error:  # the test receives the message
+    except Exception as error:  # the message is passed to the test
         return ["error", repr(error)]
 
 

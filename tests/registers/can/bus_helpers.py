@@ -1,4 +1,4 @@
-"""An open connection to a bus, a python-can client on the same bus, and numbered frames."""
+"""Helpers for tests on a CAN bus: an open connection, a python-can client, and numbered frames."""
 
 import contextlib
 import time
@@ -21,7 +21,7 @@ def opened_connection(address, on_frame=lambda frame: None, transmit_ids=()):
 
 @contextlib.contextmanager
 def python_can_client(address):
-    """Yield a bus that python-can alone has opened."""
+    """Yield a bus that is opened with python-can, without code of this project."""
     options = {}
     if address.interface == "socketcand":
         options = {"host": address.host, "port": address.port, "tcp_tune": True}

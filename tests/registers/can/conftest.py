@@ -1,4 +1,4 @@
-"""A hub in a separate process, and waiting with a deadline."""
+"""Fixtures and helpers for CAN tests: a hub in a separate process, and a wait with a deadline."""
 
 import json
 import subprocess
@@ -42,5 +42,8 @@ def hub_port():
 
 @pytest.fixture
 def no_frame_expiry(monkeypatch):
-    """Prevent that a busy machine drops old frames; test_transmit_queue.py tests that they are dropped."""
+    """Raise the maximum age of queued frames, because frames wait longer on a busy machine.
+
+    test_transmit_queue.py tests the maximum age.
+    """
     monkeypatch.setattr("pneuforce.registers.can.transmit_queue.MAX_AGE_S", 30.0)

@@ -1,4 +1,4 @@
-"""A source whose snapshot and reject reason are set by the test, and which records all writes."""
+"""Fake source for tests. The test sets its snapshot and its reject reason; the source records all writes."""
 
 import math
 from typing import get_type_hints
@@ -25,7 +25,7 @@ SNAPSHOT = Snapshot(
 
 
 class FakeSource:
-    """Source for a node, without an instrument."""
+    """Source for a CAN node in a test, which needs no instrument."""
 
     def __init__(self, **values):
         self.now = SNAPSHOT._replace(**values)

@@ -1,10 +1,10 @@
-"""A socketcand client that reads and writes single bytes."""
+"""Raw socketcand client for tests of the hub."""
 
 import socket
 
 
 class RawHubClient:
-    """A TCP client that has received the greeting of the hub."""
+    """TCP client that has received the greeting of the hub."""
 
     def __init__(self, port, receive_bytes=None):
         self.link = socket.socket()

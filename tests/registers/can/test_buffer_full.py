@@ -1,4 +1,4 @@
-"""Distinction between a full transmit buffer and a failed bus."""
+"""Test of the errors for a full transmit buffer and for a failed bus."""
 
 import errno
 
@@ -29,7 +29,7 @@ FAILED = can.CanOperationError("Failed to transmit: Network is down", errno.ENET
     ids=str,
 )
 def test_a_full_buffer_and_a_failed_bus_raise_different_errors(error, error_class):
-    """Raise the errors of python-can's socketcan interface, which without the test need real hardware."""
+    """The errors are those of python-can's socketcan interface. They normally occur on real hardware only."""
     bus = CanBus(CanAddress(interface="virtual", channel="full"))
     try:
         fail_to_send(bus, error)

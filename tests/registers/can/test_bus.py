@@ -1,4 +1,4 @@
-"""The same tests on each kind of bus: python-can's virtual bus, the hub, and vcan0 if the kernel has it.
+"""Tests that run on each kind of bus: python-can's virtual bus, the hub, and vcan0 if the kernel has it.
 
 Threads and sockets are real.
 """
@@ -88,7 +88,7 @@ def test_frames_of_other_clients_are_received_and_own_frames_are_not(address):
 
 
 def test_a_remote_frame_is_marked_as_remote_or_not_forwarded(address):
-    """python-can's socketcand client sends a length without data, which every socketcand server rejects."""
+    """For a remote frame, python-can's socketcand client sends no data, so every server rejects it."""
     got = []
     with opened_connection(address, got.append), python_can_client(address) as peer:
         peer.send(can.Message(arbitration_id=0x205, is_remote_frame=True, dlc=8, is_extended_id=False))
@@ -146,7 +146,7 @@ def test_an_exception_of_the_callback_is_logged_and_the_next_frame_arrives(addre
 
 
 def test_a_frame_is_sent_without_waiting_for_the_next(address):
-    """Test the shortest of many delays, because it is short on a busy machine too."""
+    """Only the shortest of many delays is tested, because a busy machine lengthens the others."""
     with opened_connection(address) as bus, python_can_client(address) as peer:
         bus.send(numbered_frame(0))
         assert received_messages(peer, 1)
@@ -176,7 +176,7 @@ def test_close_returns_soon_and_sends_the_frames_in_the_queue(address):
 
 @pytest.mark.parametrize("sent", sorted(transmit_ids(5)), ids=hex)
 def test_a_node_id_that_another_node_uses_is_rejected(address, sent):
-    """Each frame of the other node is enough: a node without heartbeat still sends process data."""
+    """Any frame of the other node shows its node id. A node without a heartbeat still sends process data."""
     stop = threading.Event()
 
     def send_again_and_again(peer):
@@ -195,13 +195,13 @@ def test_a_node_id_that_another_node_uses_is_rejected(address, sent):
 
 
 def test_a_free_node_id_is_used_after_listening_for_1_2_s(address):
-    """Other nodes, and a 29-bit identifier with the same number, do not count as the same node id."""
+    """Frames of other nodes, and frames with 29-bit identifiers, do not occupy a node id."""
     stop = threading.Event()
 
     def send_other_frames(peer):
         while not stop.wait(0.1):
             peer.send(message(0, arbitration_id=0x706, data=b"\x05"))
-            peer.send(message(0))  # a Command to node 5, which listens
+            peer.send(message(0))  # a Command to node 5, which node 5 itself never sends
             peer.send(message(0, arbitration_id=0x705, data=b"\x05", is_extended_id=True))
 
     with python_can_client(address) as peer:
@@ -223,7 +223,7 @@ def test_listen_yields_all_traffic_until_it_is_stopped(address):
         listener = threading.Thread(target=lambda: frames.extend(listen(address, stop)))
         listener.start()
         try:
-            wait_for(lambda: bus.send(numbered_frame(7)) or frames)  # until it listens
+            wait_for(lambda: bus.send(numbered_frame(7)) or frames)  # repeat until the listener is ready
         finally:
             stop.set()
             listener.join(10.0)

@@ -1,4 +1,4 @@
-"""Carrier state of a CAN interface; the files have the content that a Linux kernel writes."""
+"""Tests of the carrier state of a CAN interface. The files have the content that a Linux kernel writes."""
 
 import errno
 from pathlib import Path

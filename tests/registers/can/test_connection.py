@@ -1,4 +1,4 @@
-"""Connection whose server or controller fails: frames are dropped, and the bus is reopened."""
+"""Tests of a connection whose server or controller fails. Frames are dropped, and the bus is reopened."""
 
 import contextlib
 import signal
@@ -56,7 +56,7 @@ def test_error_frames_are_counted_and_not_delivered():
 
 
 class _FakeBus:
-    """A bus whose `send` raises `outcome`, as only a real controller would."""
+    """Bus whose `send` raises `outcome`, an error that otherwise only a real controller raises."""
 
     def __init__(self, outcome, failed=False):
         self.outcome, self.failed = outcome, failed
@@ -93,7 +93,7 @@ def test_a_full_buffer_drops_the_frame_and_a_failed_bus_is_reopened(monkeypatch,
 
 
 def missing_interface(attempts_s):
-    """Return an opening function for an interface that no longer exists after its first failure."""
+    """Return a replacement for CanBus. The first bus fails; after that, the interface no longer exists."""
 
     def attempt(at):
         attempts_s.append(time.monotonic())
@@ -105,7 +105,7 @@ def missing_interface(attempts_s):
 
 
 def failing_interface(attempts_s):
-    """Return an opening function for an interface that opens each time and then fails at once."""
+    """Return a replacement for CanBus. The bus can be opened each time, and then fails at once."""
 
     def attempt(at):
         attempts_s.append(time.monotonic())
@@ -157,7 +157,10 @@ def test_a_blocked_controller_drops_the_oldest_frames_and_does_not_block_the_cal
 
 
 def complete_handshake(link):
-    """Return True if the client completes the handshake. A first connection only tests the port."""
+    """Return True if the client completes the handshake.
+
+    The client opens its first connection only to test the port, without a handshake.
+    """
     with contextlib.suppress(ConnectionError):
         link.sendall(b"< hi >")
         for _ in range(2):
@@ -201,7 +204,7 @@ def test_a_server_that_does_not_read_is_detected_and_frames_are_dropped(caplog):
         assert "the server does not read" in caplog.text
 
 
-def test_a_suspended_hub_is_detected_soon_and_frames_of_that_time_do_not_arrive():
+def test_a_suspended_hub_is_detected_soon_and_frames_sent_meanwhile_do_not_arrive():
     with hub_process() as (port, hub):
         at, arrived = CanAddress(interface="socketcand", port=port), []
 
@@ -214,7 +217,7 @@ def test_a_suspended_hub_is_detected_soon_and_frames_of_that_time_do_not_arrive(
             wait_for(done)
 
         with opened_connection(at) as bus, python_can_client(at) as peer:
-            until_s = time.monotonic() + 0.5  # the hub answers echo requests
+            until_s = time.monotonic() + 0.5  # time for answers of the hub to echo requests
             send(1, until=lambda: time.monotonic() > until_s)
             hub.send_signal(signal.SIGSTOP)
             started_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""Content and interval of the log lines about counters."""
+"""Tests of the log lines about counters: content and interval."""
 
 from pneuforce.registers.can.counter_logger import PERIOD_S, CounterLogger
 

@@ -1,4 +1,4 @@
-"""Encoding and decoding of the frames."""
+"""Tests of the encoding and decoding of the CAN frames."""
 
 import math
 
@@ -76,7 +76,7 @@ def test_the_identifiers_are_those_of_a_canopen_node():
         (-math.inf, -0x8000),
     ],
 )
-def test_a_force_that_does_not_fit_saturates_one_short_of_not_available(value, code):
+def test_a_force_out_of_range_saturates_next_to_the_not_available_code(value, code):
     data = encode(FORCE, FakeSource(force_n=value).now, counter=0)
     assert int.from_bytes(data[:2], "little", signed=True) == code
 
@@ -86,7 +86,7 @@ def test_a_value_that_is_not_available_decodes_to_nan():
     assert all(math.isnan(values[name]) for name in ("force", "pressure", "force_uncertainty"))
 
 
-def test_a_force_frame_decodes_to_what_was_encoded():
+def test_a_force_frame_decodes_to_the_encoded_values():
     values = decode(FORCE, encode(FORCE, VALUES, counter=200))
     assert values["force"] == pytest.approx(1.234)
     assert values["condensed_status"] == {"in_contact", "holding", "simulated", "force_valid"}

@@ -1,4 +1,4 @@
-"""The hub in a separate process, with a raw client and with python-can."""
+"""Tests of the CAN hub in a separate process, with a raw client and with python-can."""
 
 import contextlib
 import signal

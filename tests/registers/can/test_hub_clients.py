@@ -1,4 +1,4 @@
-"""Many clients of the hub: the limit, the handshake timeout, and resources after a disconnection."""
+"""Tests of the hub with many clients: connection limit, handshake timeout, and release of resources."""
 
 import asyncio
 import contextlib

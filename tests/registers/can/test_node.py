@@ -1,4 +1,4 @@
-"""Time and content of the frames of a node that receives samples and time, without a bus."""
+"""Tests of the frames that a node sends: times and contents. The node runs without a bus."""
 
 import itertools
 import math
@@ -16,7 +16,7 @@ STALE = frozenset({"stale", "stale_or_lost"})
 
 
 def run(node, seconds, *, samples=True, start_s=0.0):
-    """Return (time, name, values) of all frames; 500 samples and 100 ticks per second."""
+    """Run a node with 500 samples and 100 ticks per second. Return (time, name, values) of each frame."""
     sent = []
     for step in range(round(seconds / SAMPLE_S)):
         now_s = start_s + step * SAMPLE_S
@@ -143,7 +143,7 @@ def emergencies(frames):
     return [decode(EMERGENCY, frame.data) for frame in frames if frame.id == 0x085]
 
 
-FAULTS = [  # latched faults, then the error codes sent
+FAULTS = [  # each row: the latched faults, and the error codes that the node then sends
     ((4,), [0xFF04]),
     ((4, 13), [0xFF0D]),
     ((4,), [0x0000]),

@@ -1,4 +1,4 @@
-"""Range checks and bus load of the options."""
+"""Tests of the CAN options: range checks and bus load."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Limit of the receive queue, which drops commands but no vent."""
+"""Tests of the receive queue. A full queue drops commands, but never a vent."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def command(**changes):
 
 
 def put_and_get(*frames):
-    """Put these frames into a queue; return the frames that come out and the number of dropped ones."""
+    """Put frames into a queue. Return the frames read from the queue, and the number of dropped frames."""
     queue = ReceiveQueue(lambda frame: is_vent_command(frame.data))
     taken = [frame for frame in frames if queue.put(frame)]
     return [queue.get() for _ in taken], queue.dropped

@@ -1,4 +1,4 @@
-"""Log entries about Commands that the node rejects before they reach the source."""
+"""Tests of the log entries about Commands that the node itself rejects."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Time of the attempts to open a failed bus again."""
+"""Test of the waits between attempts to open a failed bus again."""
 
 from pneuforce.registers.can.bus import CanAddress
 from tests.registers.can.bus_helpers import numbered_frame, opened_connection

@@ -1,4 +1,4 @@
-"""Connection to a socketcand server that answers wrongly, slowly or not at all."""
+"""Tests of the connection to a socketcand server that answers wrongly, slowly or not at all."""
 
 import contextlib
 import socket

@@ -1,4 +1,4 @@
-"""Limit and maximum age of the transmit queue."""
+"""Tests of the transmit queue: number and age of frames are limited."""
 
 import threading
 

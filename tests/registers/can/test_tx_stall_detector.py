@@ -1,4 +1,4 @@
-"""Begin and end of a transmit stall."""
+"""Tests of the detector for transmit stalls: begin and end of a stall."""
 
 from pneuforce.registers.can.tx_stall_detector import STALL_S, TxStallDetector
 

@@ -70,7 +70,7 @@ def response_to(bus, step, expected):
 
 
 def difference(channel, state, steps):
-    """Return the first difference between the responses of LocalNode and the case; "" if there is none."""
+    """Return the first difference between LocalNode and the case, or "" if all responses agree."""
     with local_node(channel) as bus:
         if state in NMT_COMMAND:
             send(bus, CanFrame(0, NMT_COMMAND[state]))

@@ -1,4 +1,4 @@
-"""Random bytes on the bus: no exception, and each value that is written is complete and within its limits."""
+"""Tests with random bytes on the bus. No exception is raised, and each written value is within its range."""
 
 import struct
 

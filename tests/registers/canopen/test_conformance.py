@@ -1,4 +1,4 @@
-"""All cases with the node without I/O."""
+"""Tests that play all cases to a CANopen node without I/O."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Emergency messages: which are sent, when, and that each has the values of the instant of its error."""
+"""Tests of emergency messages: number, time, and values. The values are those at the time of the error."""
 
 import struct
 

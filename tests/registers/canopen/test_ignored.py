@@ -1,4 +1,4 @@
-"""Counter for ignored frames with an identifier of this node; frames for other nodes are not counted."""
+"""Tests of the counter for ignored frames. Only frames with an identifier of this node are counted."""
 
 import pytest
 
@@ -21,7 +21,7 @@ IGNORED = [
     (OPERATIONAL, "585 00"),
     (OPERATIONAL, "705 05"),
 ]
-#: Frames that are handled, or that are for all or for other nodes.
+#: Frames that are handled, frames to all nodes, and frames to other nodes.
 NOT_IGNORED = [
     (PRE, "000 01 06"),
     (PRE, "000 01 00"),

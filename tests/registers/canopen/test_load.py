@@ -1,4 +1,4 @@
-"""Limit of the bus load that a master can configure: 60 %."""
+"""Tests of the limit of 60 % for the bus load that a master configures."""
 
 import pytest
 
@@ -16,7 +16,7 @@ VALUE_ABORT = "585 80 {:02X} 18 {:02X} 30 00 09 06"
 
 
 def abort_code_of(index, sub, value, before=(), bit_rate=SLOW_BIT_RATE):
-    """Return the abort code for writing a parameter; None if the write is accepted."""
+    """Return the abort code for writing a parameter, or None if the write is accepted."""
     parameters = Parameters(CanOptions(bit_rate=bit_rate))
     for at, code in before:
         parameters.set(at, code)

@@ -1,4 +1,4 @@
-"""A CANopen node with a complete instrument whose master is lost: nothing inflates without a master."""
+"""Tests of a node with a complete instrument. No client can inflate while the CANopen master is lost."""
 
 import pytest
 

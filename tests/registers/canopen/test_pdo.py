@@ -1,4 +1,4 @@
-"""Times of the TPDOs: by default as in raw mode, then as the master has configured them."""
+"""Tests of the times of TPDOs: with default settings as in raw mode, and with settings of a master."""
 
 import itertools
 import math
@@ -15,7 +15,7 @@ from tests.registers.canopen.fake_master import FakeMaster
 
 TPDO_IDS = (0x185, 0x285, 0x385, 0x485)
 STALE = frozenset({"stale", "stale_or_lost"})
-#: (time, change of the source) for a node in raw mode and a CANopen node.
+#: Pairs of a time [s] and a change of the source at this time.
 EVENTS = [
     (0.203, {"state": "venting"}),
     (0.207, {"reject_reason": "lease"}),
@@ -28,7 +28,7 @@ EVENTS = [
 
 
 def record_tpdos(node, source, seconds=1.5, start=lambda node: None):
-    """Return the TPDOs of a node with their times; while the status is stale there are no samples."""
+    """Return the TPDOs of a node with their times. No samples are sent while the status is stale."""
     events, sent = list(EVENTS), []
     node.tick(0.0)
     start(node)
@@ -136,7 +136,7 @@ def test_a_tpdo_can_be_disabled_and_enabled():
 def test_a_master_cannot_configure_more_than_60_percent_bus_load():
     master = FakeMaster(bit_rate=125_000)
     rejected = (0x0609_0030).to_bytes(4, "little")
-    (answer,) = master.send("605 2B 00 18 05 02")  # 2 ms: 500 frames per second more
+    (answer,) = master.send("605 2B 00 18 05 02")  # 2 ms: 500 additional frames per second
     assert answer.data[4:] == rejected
     assert master.send("605 40 00 18 05")[0].data[4:6] == b"\0\0"
     (answer,) = master.send("605 2B 17 10 00 01")  # a heartbeat each millisecond

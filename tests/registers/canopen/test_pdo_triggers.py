@@ -1,4 +1,4 @@
-"""Events of each TPDO: the same as in raw mode, and sent with the same sample."""
+"""Tests of the events that trigger TPDOs. A TPDO is sent with the sample of its event, as in raw mode."""
 
 import pytest
 
@@ -78,7 +78,7 @@ def test_commands_before_the_boot_up_are_ignored():
 
 def test_events_before_the_start_are_not_sent_after_it():
     master = FakeMaster()
-    master.send("605 2F 02 18 02 00")  # at the SYNC after an event
+    master.send("605 2F 02 18 02 00")  # transmission type 0: sent at the SYNC after an event
     master.source.set(state="venting")
     master.wait(0.1)
     master.send("000 01 05")

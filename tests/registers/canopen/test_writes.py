@@ -1,4 +1,4 @@
-"""Writes of a CANopen master: which of them reach the instrument."""
+"""Tests of the writes of a CANopen master: valid writes and vents reach the instrument."""
 
 import math
 import struct

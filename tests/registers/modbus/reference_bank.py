@@ -1,4 +1,4 @@
-"""Second, simple implementation of the Modbus server, to compare the real server with."""
+"""Second, simple implementation of the Modbus server. Tests compare the real server with this one."""
 
 from __future__ import annotations
 

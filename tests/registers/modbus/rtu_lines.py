@@ -1,4 +1,4 @@
-"""Simulated serial line in virtual time: bytes and pauses in, answers of the unit out."""
+"""Simulated serial line in virtual time. Tests play bytes and pauses, and read the answers of the unit."""
 
 from pneuforce.registers.modbus.rtu import RtuTiming, encode_frame
 from pneuforce.registers.modbus.rtu_unit import ModbusRtuUnit
@@ -14,7 +14,7 @@ HOLD = bytes.fromhex("06 0204 0001")
 
 
 class VirtualLine:
-    """Line on which bytes arrive at once. After a long pause, the unit is asked for its answer."""
+    """Line on which bytes arrive without delay. After a silence, the answer of the unit is read."""
 
     def __init__(self, **options):
         self.source = MemorySource()
@@ -23,7 +23,7 @@ class VirtualLine:
         self._silent = True
 
     def play(self, *pieces):
-        """Return the answers to `pieces`: bytes, or pauses in seconds. A silence is added at the end."""
+        """Play bytes and pauses [s], and a silence at the end. Return the answers of the unit."""
         answers = []
         for piece in (*pieces, SILENCE_S):
             if isinstance(piece, bytes):
@@ -37,7 +37,7 @@ class VirtualLine:
         return answers
 
     def send_request(self, pdu, unit=1):
-        """Return the answer PDU to a request PDU, both as hex texts; "" if there is no answer."""
+        """Return the answer PDU to a request PDU, or "" if there is no answer. PDUs are hex texts."""
         answers = self.play(encode_frame(unit, bytes.fromhex(pdu)))
         assert all(answer == encode_frame(1, answer[1:-2]) for answer in answers)
         return answers[0][1:-2].hex(" ") if answers else ""

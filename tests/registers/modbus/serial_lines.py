@@ -1,4 +1,4 @@
-"""Serial lines made of ptys: all other ends receive what one end sends."""
+"""Serial lines made of ptys. Bytes that are sent at one end arrive at all other ends."""
 
 from __future__ import annotations
 

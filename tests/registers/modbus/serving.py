@@ -43,12 +43,12 @@ def serving(source: Source, **options: Any) -> Iterator[ModbusTcpServer]:
 
 
 def connected(server: ModbusTcpServer, address: str = "127.0.0.1") -> socket.socket:
-    """Return a client socket that connects from `address`, an address of the loopback."""
+    """Return a client socket that connects from `address`, a loopback address."""
     return socket.create_connection(("127.0.0.1", server.port), timeout=10, source_address=(address, 0))
 
 
 def send_request(client: socket.socket, request: str) -> str:
-    """Send a request and return its answer, both as hex texts; "" if the server closes."""
+    """Send a hex text. Return the answer as hex text, or "" if the server closes the connection."""
     client.sendall(bytes.fromhex(request))
     return read_answer(client)
 
@@ -63,7 +63,7 @@ def read_answer(client: socket.socket) -> str:
 
 
 def read_until_closed(client: socket.socket) -> bytes:
-    """Return all bytes until the server closes."""
+    """Return all bytes until the server closes the connection."""
     data = b""
     while chunk := client.recv(65536):
         data += chunk
@@ -71,7 +71,7 @@ def read_until_closed(client: socket.socket) -> bytes:
 
 
 def read_exactly(client: socket.socket, count: int) -> bytes:
-    """Return `count` bytes; b"" if the server closes before that."""
+    """Return `count` bytes, or b"" if the server closes the connection first."""
     data = bytearray()
     while len(data) < count:
         chunk = client.recv(min(count - len(data), 65536))
@@ -82,7 +82,7 @@ def read_exactly(client: socket.socket, count: int) -> bytes:
 
 
 def eventually(condition: Callable[[], bool], within_s: float = 15.0) -> bool:
-    """Wait until `condition()` is true. Return False if that takes longer than `within_s`."""
+    """Wait until `condition()` is true. Return False if it is still false after `within_s`."""
     deadline = time.monotonic() + within_s
     while not condition():
         if time.monotonic() > deadline:

@@ -54,7 +54,7 @@ def test_a_connection_from_another_address_is_closed_at_once_and_cannot_vent():
         assert (server.counters.not_allowed, server.counters.connections) == (1, 2)
 
 
-def test_a_connection_from_another_address_evicts_nobody():
+def test_a_connection_from_another_address_evicts_no_connection():
     with (
         serving(MemorySource(), allow=(ALLOWED,), max_connections=2) as server,
         connected(server) as first,

@@ -32,7 +32,7 @@ def answer(read_code, first, objects=OBJECTS):
         (3, 0, EXTENDED, 9),
         (1, 2, b"\2\0031.0", 1),
         (3, 0x81, b"\x81\x0a2025-01-31", 1),
-        (1, 3, BASIC, 3),  # object outside the category: start at the first object
+        (1, 3, BASIC, 3),  # an object outside the category: the answer starts at the first object
         (2, 0x80, REGULAR, 7),
         (3, 0x42, EXTENDED, 9),
         (4, 0x80, b"\x80\x0242", 1),

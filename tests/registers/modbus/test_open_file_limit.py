@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-#: Run in a separate process, because a lowered limit cannot be raised again.
+#: This program runs in a separate process, because a lowered limit cannot be raised again.
 PROGRAM = """
 import asyncio, resource, sys
 from pneuforce.registers.modbus.tcp import ModbusTcpServer, ModbusTcpOptions

@@ -13,7 +13,7 @@ from tests.registers.modbus.pdu_requests import PLC, answer, request_handler, sp
 READS = [
     ("03 0000 0002", "03 04 3fa00000"),  # force 1.25 N
     ("04 0000 0002", "04 04 3fa00000"),
-    ("03 0001 0001", "03 02 0000"),  # half of it
+    ("03 0001 0001", "03 02 0000"),  # low word of the force
     ("03 000c 0002", "03 04 7fc00000"),  # rise: not available
     ("03 0022 0001", "03 02 ffff"),  # delay: not available
     ("03 0045 0001", "03 02 7fff"),  # rise in Pa: not available
@@ -32,17 +32,17 @@ REJECTED_READS = [
     ("03 0000 0000", "83 03"),
     ("03 0000 007e", "83 03"),
     ("04 0000 ffff", "84 03"),
-    ("03 0000 0080", "83 03"),  # quantity before address
+    ("03 0000 0080", "83 03"),  # the quantity is checked before the address
     ("03 2710 0000", "83 03"),
     ("03 0000", "83 03"),
     ("03", "83 03"),
     ("03 0000 0001 00", "83 03"),
-    ("03 007f 0002", "83 02"),  # leaves the block
+    ("03 007f 0002", "83 02"),  # the range leaves the block
     ("03 0080 0001", "83 02"),
     ("03 01ff 0002", "83 02"),
     ("03 0240 0001", "83 02"),
     ("03 ffff 0001", "83 02"),
-    ("03 ffff 0002", "83 02"),  # no wrap
+    ("03 ffff 0002", "83 02"),  # addresses do not wrap around
     ("03 ff9c 007d", "83 02"),
     ("02 0000 0000", "82 03"),
     ("02 0000 07d1", "82 03"),
@@ -50,7 +50,7 @@ REJECTED_READS = [
     ("02 0020 0001", "82 02"),
     ("02 001f 0002", "82 02"),
     ("02 00", "82 03"),
-    ("01 0000 0001", "81 02"),  # no coils
+    ("01 0000 0001", "81 02"),  # there are no coils
     ("01 0000 0000", "81 03"),
     ("01 0000 07d1", "81 03"),
     ("01", "81 03"),
@@ -111,7 +111,7 @@ def test_an_error_of_the_source_is_answered_with_04_and_logged_with_a_rate_limit
 
 
 def test_one_answer_contains_one_snapshot():
-    """The sample counter is within the block, so it shows how many snapshots an answer takes."""
+    """The sample counter is one of the read registers. It increases with each snapshot."""
     source = MemorySource()
     before = source.values["sample_counter"]
     words = bytes.fromhex(answer("04 0000 0024", source))[2:]

@@ -14,13 +14,13 @@ from pneuforce.registers.modbus.register_bank import RegisterBank, contains_vent
 from tests.registers.modbus.memory_source import MemorySource
 
 SNAPSHOT = MemorySource().snapshot(None, 0.0)
-FORCE_AND_UNCERTAINTY = bytes.fromhex("3fa00000 3ca3d70a")  # 1.25, 0.02
+FORCE_AND_UNCERTAINTY = bytes.fromhex("3fa00000 3ca3d70a")  # 1.25 N, 0.02 N
 WRITABLE = [r for r in REGISTERS if r.writable]
 STRUCT_FORMATS = {"F32": ">f", "U32": ">I", "I16": ">h", "U16": ">H"}
 
 
 def words_of(snapshot):
-    """Return address → word, encoded register by register."""
+    """Return a dictionary from address to word. Each register is encoded on its own."""
     words = {a: b"\0\0" for first, last in BLOCKS for a in range(first, last + 1)}
     for r in REGISTERS:
         code = r.constant if r.constant is not None else r.encode(getattr(snapshot, r.quantity))
@@ -94,9 +94,9 @@ def test_a_number_too_large_for_float32_reads_as_nan():
         (512, "7f800000", ExceptionCode.ILLEGAL_VALUE),  # infinity
         (512, "bf800000", ExceptionCode.ILLEGAL_VALUE),  # -1
         (512, "414028f6", ExceptionCode.ILLEGAL_VALUE),  # 12.01
-        (512, "4100", ExceptionCode.ILLEGAL_VALUE),  # half
-        (513, "0000", ExceptionCode.ILLEGAL_VALUE),  # the other half
-        (513, "0000 40000000", ExceptionCode.ILLEGAL_VALUE),  # half of one value and another complete value
+        (512, "4100", ExceptionCode.ILLEGAL_VALUE),  # only the high word of a float
+        (513, "0000", ExceptionCode.ILLEGAL_VALUE),  # only the low word of a float
+        (513, "0000 40000000", ExceptionCode.ILLEGAL_VALUE),  # the low word of a float, and a complete float
         (515, "0000 0001", ExceptionCode.ILLEGAL_VALUE),
         (516, "0002", ExceptionCode.ILLEGAL_VALUE),
         (521, "0006", ExceptionCode.ILLEGAL_VALUE),

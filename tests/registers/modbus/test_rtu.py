@@ -64,7 +64,7 @@ def test_a_frame_in_any_pieces_with_pauses_below_the_silence_is_one_frame(sent, 
 @given(frames, st.integers(1, 254))
 def test_an_adapter_delay_within_a_frame_does_not_lose_the_frame(sent, cut):
     at = cut % len(sent)
-    if crc(sent[:at]) or at < 4:  # otherwise the first part is a frame already
+    if crc(sent[:at]) or at < 4:  # otherwise the first part is itself a complete frame
         assert decode(sent[:at], ADAPTER_DELAY_S, sent[at:]) == [sent]
 
 

@@ -32,7 +32,7 @@ def source():
 
 @contextmanager
 def master(port, **options):
-    """Return the serial client of pymodbus with a time-out of 0.5 s."""
+    """Return a serial client of pymodbus with a time-out of 0.5 s."""
     client = ModbusSerialClient(port, parity="N", retries=0, **{"timeout": 0.5} | options)
     assert client.connect()
     try:

@@ -1,4 +1,4 @@
-"""Tests of one unit on a serial line with other units: which requests it answers and carries out."""
+"""Tests of a unit that shares a serial line with other units. It handles only its own requests."""
 
 import pytest
 from hypothesis import given
@@ -155,7 +155,7 @@ def test_other_bytes_are_not_answered(line, noise):
 
 
 def test_bytes_between_two_silences_are_a_frame_from_any_sender(line):
-    """The framing of the standard requires this: a unit must not pause within its frames."""
+    """The standard separates frames by silences. A sender must not pause within a frame."""
     before, after = b"\x02\x03\x08", b"\x12\x34"
     assert line.play(before, SILENCE_S, READ, SILENCE_S, after) == [READ_ANSWER]
     assert line.play(1.0, before, READ, SILENCE_S, after) == []
@@ -194,7 +194,7 @@ def test_a_request_is_answered_when_the_silence_is_over_and_not_before(line):
 
 
 class EchoingLine(VirtualLine):
-    """Line that echoes: each answer comes back completely before the next request."""
+    """Line with an echo. The unit receives its own answer completely before the next request."""
 
     def play(self, *pieces, spoil=lambda echo: echo):
         answers = []
@@ -261,7 +261,7 @@ def test_an_echo_and_a_request_that_arrive_at_once_are_distinguished(line):
 
 
 def test_an_echo_that_comes_late_is_answered_at_most_once():
-    """The process was suspended for so long that the echo looks like a request."""
+    """After a long suspension of the process, a late echo looks like a request."""
     line = EchoingLine()
     assert line.play(READ) == [READ_ANSWER]
     assert VirtualLine.play(line, encode_frame(1, HOLD)) == [encode_frame(1, HOLD)]
@@ -284,7 +284,7 @@ def test_one_echo_of_an_answer_shows_that_the_line_echoes_now():
 
 @pytest.mark.parametrize("pdu", ANSWER_EQUALS_REQUEST, ids=lambda pdu: pdu.hex())
 def test_a_request_is_carried_out_at_most_twice_if_the_line_starts_to_echo(pdu):
-    """The adapter was exchanged, and nothing was read since then."""
+    """The adapter was replaced by an adapter with an echo. The unit has not answered since then."""
     line = EchoingLine()
     VirtualLine.play(line, READ, SILENCE_S, READ)
     assert [len(line.play(encode_frame(1, pdu), MASTER_PAUSE_S)) for _ in range(3)] == [2, 1, 1]

@@ -112,7 +112,7 @@ def test_bytes_that_are_not_modbus_close_the_connection(server, client, hello):
 
 
 def test_no_answer_waits_for_the_acknowledgement_of_another(server, client):
-    """Such a wait takes 40 ms or more in each round. The shortest round is valid on a busy machine, too."""
+    """A wait for an acknowledgement would take 40 ms or more in each round, even in the shortest one."""
     rounds_s = []
     for _ in range(50):
         start_s = time.monotonic()
@@ -151,7 +151,7 @@ def test_an_internal_error_in_one_request_keeps_the_connection_open():
         assert still_answers(client)
 
 
-def test_a_peer_is_its_address_whatever_its_port():
+def test_a_peer_is_identified_by_its_address_and_not_by_its_port():
     peers = set()
     source = MemorySource(reject=lambda peer, values: peers.add(peer) or "none")
     with serving(source) as server:

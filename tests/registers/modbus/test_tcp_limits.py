@@ -31,7 +31,7 @@ def test_an_incomplete_frame_closes_its_connection_though_it_grows_slowly():
     ):
         start_s, data, sent = time.monotonic(), encode_frame(1, 1, bytes(200)), 0
         with contextlib.suppress(OSError):
-            for sent in range(len(data) - 1):  # the last byte would complete it
+            for sent in range(len(data) - 1):  # the last byte would complete the frame
                 client.sendall(data[sent : sent + 1])
                 time.sleep(0.02)
         assert sent < 200, "the connection was not closed"
@@ -105,7 +105,7 @@ def test_the_new_connection_counts_for_its_address_and_is_never_evicted():
     with serving(MemorySource(), max_connections=4) as server, contextlib.ExitStack() as stack:
         plc = [stack.enter_context(connected(server, PLC)) for _ in range(2)]
         flood = [stack.enter_context(connected(server, FLOOD_ADDRESS)) for _ in range(2)]
-        for client in plc + flood:  # the PLC's connections are silent for the longest time
+        for client in plc + flood:  # the connections of the PLC have been silent for longest
             assert still_answers(client)
         new_client = stack.enter_context(connected(server, FLOOD_ADDRESS))
         assert still_answers(new_client)

@@ -1,4 +1,4 @@
-"""Tests of write requests as hex texts: the source receives all of a request, nothing, or a vent alone."""
+"""Tests of write requests as hex texts. The source receives the whole request, only its vent, or nothing."""
 
 import pytest
 
@@ -45,7 +45,7 @@ REJECTED_WRITES = [
     ("10 0200 0002 04 00000000", "90 03"),
     ("10 0200 0002 03 410000", "90 03"),  # byte count is not twice the quantity
     ("10 0200 0002 06 41000000 0000", "90 03"),
-    ("10 0200 0002 04 4100", "90 03"),  # shorter than its count
+    ("10 0200 0002 04 4100", "90 03"),  # fewer bytes than the byte count
     ("10 0200 0002 04 41000000 00", "90 03"),
     ("10 0200 0000 00", "90 03"),
     ("10 0200 0080 00", "90 03"),
@@ -55,7 +55,7 @@ REJECTED_WRITES = [
     ("10 0200 0004 08 41000000 7fc00000", "90 03"),  # the second value is invalid: the first is not written
     ("10 01ff 0003 06 0000 41000000", "90 02"),
     ("10 0220 0003 06 1f40 07d0 0000", "90 02"),
-    ("10 01ff 0003 06 0000 7fc00000", "90 02"),  # address before value
+    ("10 01ff 0003 06 0000 7fc00000", "90 02"),  # the address is checked before the value
     ("10 ffff 0002 04 00000000", "90 02"),
     ("16 0200 0000 4100", "96 03"),  # half of a long value
     ("16 0204 0000 0002", "96 03"),
@@ -75,7 +75,7 @@ REJECTED_WRITES = [
     ("17 0000 0002 0000 0002 04 41000000", "97 02"),
     ("17 0000 0002 0200 0002 04 7fc00000", "97 03"),
     ("17 0000 0002", "97 03"),
-    ("05 0000 ff00", "85 02"),  # no coils
+    ("05 0000 ff00", "85 02"),  # there are no coils
     ("05 0000 0000", "85 02"),
     ("05 0000 0001", "85 03"),
     ("05 0204 ffff", "85 03"),

@@ -19,7 +19,7 @@ from tests.tools import needs
 pytestmark = needs("gcc")
 HEADER = c_header.render()
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow", "-Werror"]
-#: Undefined behaviour ends the process.
+#: With these compiler flags, undefined behaviour ends the process.
 SANITIZER_FLAGS = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 FUNCTION = re.compile(
     r"^/\* (\d+): .* \*/\nstatic inline bool (\w+)\(const uint16_t \*from_(\d+)(.*), (\w+) \*value\)",
@@ -31,7 +31,7 @@ word = st.integers(0, 0xFFFF) | st.sampled_from([0, 0x7FFF, 0x8000, 0xFFFF, 0x7F
 
 
 def wrappers():
-    """Yield a C file that wraps each function, so that all have the same signature."""
+    """Yield the lines of a C file with a wrapper for each function. All wrappers have one signature."""
     yield '#include "pneuforce_registers.h"\n'
     for address, name, _, order, type_ in FUNCTIONS:
         swapped = "swapped, " if order else ""
@@ -92,7 +92,7 @@ def test_each_register_has_its_function():
 
 
 @given(words=st.lists(word, min_size=128, max_size=128), swapped=st.booleans())
-def test_every_register_decodes_as_with_the_register_bank(compiled, words, swapped):
+def test_each_function_decodes_the_same_value_as_the_register_bank(compiled, words, swapped):
     bank = RegisterBank(word_swap=swapped)
     data = b"".join(w.to_bytes(2, "big") for w in words)
     array = (ctypes.c_uint16 * len(words))(*words)
@@ -125,7 +125,7 @@ def test_the_test_registers_show_the_word_order(compiled, swapped):
 
 
 def defined_numbers(folder):
-    """Return each macro and enumerator with its number, as the compiler evaluates it."""
+    """Return the name of each macro and enumerator, with the number that the compiler computes."""
     names = re.findall(r"^#define (PNEUFORCE_\w+) |^    (PNEUFORCE_\w+) = ", HEADER, re.MULTILINE)
     names = [macro or enumerator for macro, enumerator in names if not macro.endswith("REGISTERS_H")]
     lines = "".join(f'printf("{name} %.9g\\n", (double)({name}));\n' for name in names)

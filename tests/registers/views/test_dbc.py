@@ -96,7 +96,7 @@ def test_a_range_excludes_the_not_available_code(frame, field):
     assert signal.unit == {"mN": "N", "Pa": "kPa", "µm": "mm"}[field.unit]
     if not frame.received:
         assert signal.choices[int(field.not_available)] == "not_available"
-        assert signal.initial == "not_available"  # shown by tools before the first frame
+        assert signal.initial == "not_available"  # tools show this value before the first frame
 
 
 @each_field

@@ -89,7 +89,10 @@ def test_the_settings_in_the_guide_agree_with_the_configuration():
 
 
 def exchange_ms(baud, words):
-    """Return the time of request, answer and two silences; 11 bits per character (V1.02, 2.5.1.1)."""
+    """Return the time of a request, its answer and two silences [ms].
+
+    A character has 11 bits (MODBUS over Serial Line V1.02, 2.5.1.1).
+    """
     silence_s = 1.75e-3 if baud > 19200 else 3.5 * 11 / baud
     return 1e3 * ((8 + 5 + words * WireType.U16.size) * 11 / baud + 2 * silence_s)
 

@@ -80,7 +80,7 @@ def test_the_program_decodes_each_frame_as_the_instrument_does(program):
         "(1.0) can0 185#00000000000080\n",  # too short
         "(1.0) can0 00000185#0000000000008001\n",  # extended identifier with 29 bits
         "(1.0) can0 185#R\n",
-        "(1.0) can0 186#0000000000008001\n",  # another node
+        "(1.0) can0 186#0000000000008001\n",  # identifier of another node
         "185#0000000000008001\n",
         "\n",
     ],
@@ -124,9 +124,9 @@ def test_without_frames_there_is_no_force(program):
 UNUSABLE = pytest.mark.parametrize(
     "frame",
     [
-        force_frame(2, status=0x02),  # a number, but the valid bit is 0
+        force_frame(2, status=0x02),  # the force is a number, but its valid bit is 0
         force_frame(2, force_mn=0x7FFF),  # the valid bit is 1, but the force is not available
-        force_frame(2, status=0x92),  # above the force limit
+        force_frame(2, status=0x92),  # the force is above its limit
     ],
 )
 
@@ -138,7 +138,7 @@ def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(program
 
 
 @needs("g++")
-def test_its_commands_are_complete_and_in_range(program):
+def test_the_commands_of_the_program_are_complete_and_in_range(program):
     answers = [(10.0, bytes((1, 0, 0, 0))), (10.01, bytes((2, 0, 0, 0)))]
     lines = run_listener(program, [candump(t_s, 0x485, data) for t_s, data in answers], "8.0")
     sent = [re.search("can0 205#(.*)", line)[1] for line in lines if line.startswith("(")]

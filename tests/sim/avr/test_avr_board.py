@@ -87,7 +87,7 @@ def test_the_board_clock_follows_the_crystal():
 
 
 def holding(fault):
-    """Return a station that holds, with the fault injected."""
+    """Return a station whose balloon is held, with the fault injected."""
     station = Station(PublishedPlant(), new_board=AvrBoard).holding()
     station.world.faults.inject(fault)
     return station

@@ -15,7 +15,7 @@ POWER_ON, WATCHDOG = 1, 8
 
 
 class Probe(Emulator):
-    """Chip with the test program, and the decoding of its output."""
+    """Chip that runs the test program, with methods that decode its output."""
 
     def __init__(self, eeprom=b""):
         super().__init__(toolchain.program(Path(__file__).with_name("probe.c")), eeprom)
@@ -33,7 +33,7 @@ class Probe(Emulator):
     def sums_and_bandgaps(self, milliseconds):
         """Run for a time. Return the sums and the bandgap conversions.
 
-        The first sum was started with the previous inputs.
+        The chip started the first sum with the previous inputs.
         """
         words = memoryview(self.after(milliseconds))
         words = words[: len(words) // 4 * 4].cast("H")
@@ -72,7 +72,7 @@ def test_the_mean_bandgap_conversion_gives_the_supply(supply_mv):
     probe = Probe().booted()
     probe.set_inputs(8000, supply_mv)
     _, bandgaps = probe.sums_and_bandgaps(1000)
-    mean = sum(bandgaps[1:]) / len(bandgaps[1:]) + 0.5  # plus half a count because of truncation
+    mean = sum(bandgaps[1:]) / len(bandgaps[1:]) + 0.5  # truncation lowers the mean by half a count
     assert 1100 * 1024 / mean == pytest.approx(supply_mv, rel=1e-3)
     assert max(bandgaps[1:]) - min(bandgaps[1:]) <= 1
 

@@ -44,7 +44,7 @@ def test_bytes_are_dropped_doubled_and_inserted_at_their_rates(noise, share):
     assert (len(transferred(**noise)) - len(TEXT)) / len(TEXT) == pytest.approx(share, rel=0.15)
 
 
-def test_a_doubled_byte_comes_twice_in_a_row():
+def test_a_doubled_byte_arrives_twice_in_a_row():
     assert transferred(b"abc", doubled=1.0) == b"aabbcc"
 
 
@@ -70,7 +70,7 @@ def test_a_byte_arrives_after_the_delay():
     assert not line.in_transit
 
 
-def test_a_stall_holds_everything_and_then_delivers_it_in_order():
+def test_all_bytes_of_a_stalled_line_arrive_in_order_after_the_stall():
     line = NoisyLine(LineNoise(stalled=True))
     line.send(b"one", 0.0)
     line.send(b"two", 1.0)
@@ -114,7 +114,7 @@ def sample(sequence):
 
 
 @pytest.mark.parametrize("noise", NOISES.values(), ids=NOISES)
-def test_no_damaged_frame_is_accepted_and_a_disturbance_costs_at_most_one_additional_frame(noise):
+def test_damaged_frames_are_rejected_and_a_disturbance_loses_at_most_one_more_frame(noise):
     line, decoder = NoisyLine(LineNoise(**noise), seed=3), FrameDecoder.for_board_frames()
     accepted, disturbed = [], 0
     for sequence in range(20_000):

@@ -1,4 +1,4 @@
-"""Pneumatic circuit with the balloon of the paper."""
+"""Tests of the pneumatic circuit with the balloon of the paper."""
 
 import pytest
 
@@ -14,7 +14,7 @@ DT_S = 0.002
 
 
 def circuit(start_kpa, **overrides):
-    """Return a circuit with shut valves, without a leak by default."""
+    """Return a circuit with shut valves. By default, it has no leak."""
     settings = PneumaticSettings(**{"leak_kpa_per_s": 0.0, **overrides})
     outside_kpa = settings.ambient_kpa + settings.reference_kpa
     amount = amount_kpa_mm3(PLANT, start_kpa, settings.tubes_mm3, outside_kpa)
@@ -44,7 +44,7 @@ def test_the_vent_empties_the_balloon_in_two_seconds():
     assert pressure_after(2.0, circuit(12.0), SAFE) < 0.1
 
 
-def test_both_valves_open_leave_less_than_5_kpa():
+def test_with_both_valves_open_the_pressure_falls_below_5_kpa():
     assert 1 < pressure_after(10, circuit(8.0), int(Valve.INLET_OPEN)) < 5
 
 

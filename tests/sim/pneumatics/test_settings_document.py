@@ -1,4 +1,4 @@
-"""The settings in docs/simulator.md agree with the code."""
+"""Tests that the settings in docs/simulator.md agree with the code."""
 
 import re
 from dataclasses import fields

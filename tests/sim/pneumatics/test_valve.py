@@ -7,7 +7,7 @@ DT_S = 0.002
 
 
 def positions(valve, commands):
-    """Return after each step True if the valve is open."""
+    """Return a list with an item for each step: True if the valve is open after the step."""
     opened = []
     for commanded_open in commands:
         valve.step(commanded_open, DT_S)

@@ -1,4 +1,4 @@
-"""Control server without a process, in virtual time: requests, answers and computing time."""
+"""Tests of the control server without a process: requests, answers and computing time."""
 
 import json
 import socket
@@ -63,7 +63,7 @@ def answers(control, client, *requests):
         {"fault": {"name": "leak", "kpa_per_s": DIGITS}},
     ],
 )
-def test_extreme_numbers_are_rejected_with_a_short_message(control, invalid):
+def test_extreme_numbers_are_rejected_with_a_short_error_message(control, invalid):
     with connected(control) as client:
         rejected, alive = answers(control, client, invalid, {"faults": True})
     assert set(rejected) == {"error"}

@@ -58,19 +58,19 @@ def iec2c(source, folder):
 
 
 def members(kind, name):
-    """Return name and type of each variable of a block or structure."""
+    """Return the name and type of each variable of a block or structure."""
     text = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", LIBRARY + PROGRAM, re.MULTILINE | re.DOTALL)
     return _VARIABLE.findall(text[1])
 
 
 def members_of(block):
-    """Return name and type of each variable of a function block, or of the program in the guide."""
+    """Return the name and type of each variable of a function block or of the program in the guide."""
     return members("PROGRAM" if f"PROGRAM {block}\n" in PROGRAM else "FUNCTION_BLOCK", block)
 
 
 @cache
 def variables():
-    """Return the C expression of each number by block and name, for example Values.Force_N."""
+    """Return the C expression of each numeric variable. The keys are (block, variable name)."""
     found = {}
     for block in BLOCKS:
         for name, type_ in members_of(block):
@@ -84,7 +84,7 @@ def variables():
 
 @cache
 def arrays():
-    """Return block and name of each array of words."""
+    """Return the block and the name of each array of words."""
     return [
         (block, name) for block in BLOCKS for name, type_ in members_of(block) if type_.endswith("_WORDS")
     ]
@@ -120,7 +120,7 @@ def library():
 
 
 class Block:
-    """Instance of a function block or program, with its variables by name. One instance of each exists."""
+    """Instance of a function block or program, with its variables by name. Each has only one instance."""
 
     def __init__(self, name):
         self._c = library()

@@ -19,7 +19,7 @@ from tests.registers.views.structured_text.compiled import (
     members_of,
 )
 
-#: Keywords, types, functions and blocks of IEC 61131-3 with the same meaning on each PLC.
+#: Keywords, types, functions and blocks of IEC 61131-3 that have the same meaning on each PLC.
 COMMON = set(
     re.findall(
         r"\w+",

@@ -1,4 +1,4 @@
-"""Tests of the block PF_Pressure with the instrument, in virtual time."""
+"""Tests of the function block PF_Pressure with the instrument, in virtual time."""
 
 import struct
 
@@ -33,7 +33,7 @@ class Master:
         )
         self.reading, self.pressure = Block("PF_Reading"), Block("PF_Pressure")
         self.inputs, self.written = {}, []
-        self.line_cut = False  #: no request is answered
+        self.line_cut = False  #: if True, no request is answered
         self.lost = set()  #: addresses whose writes are carried out, but whose answers are lost
 
     def request(self, request):
@@ -44,7 +44,7 @@ class Master:
         return None if answer is None else words_of(answer[2:])
 
     def write(self):
-        """Carry out the write of the block. Return Done, Error and ExceptionCode."""
+        """Carry out the write that the block requests. Return Done, Error and ExceptionCode."""
         address, value = int(self.pressure["Address"]), int(self.pressure["Value"])
         answer = self.request(struct.pack(">BHH", 6, address, value))
         if answer is None or address in self.lost:

@@ -20,7 +20,7 @@ READ = [register for register in REGISTERS if register.address in MEASURED_BLOCK
 PATTERN = [register for register in REGISTERS if register.address in TEST_BLOCK]
 FORCES = ("force", "force_uncompensated")
 word = st.integers(0, 0xFFFF)
-#: Words for which a float is often zero, subnormal, infinite, NaN or the largest number.
+#: Words of special floats: zero, subnormal, infinite, NaN and the largest number.
 edge = st.sampled_from(
     [0x0000, 0x8000, 0x0001, 0x7F80, 0xFF80, 0x7FC0, 0x7F7F, 0xFFFF, 0x0080, 0x007F, 0x807F]
 )
@@ -49,7 +49,7 @@ def test_any_two_words_decode_to_the_correct_number(first, second, low_first):
 
 
 def reading(words, low_first=False, counters=(1, 2)):
-    """Return a reading block after the sample counter had the values `counters`, and the last words."""
+    """Run a reading block once for each sample counter. Return the block and the words of its last run."""
     block = Block("PF_Reading")
     bank = RegisterBank(word_swap=low_first)
     counter = next(register for register in READ if register.name == "sample_counter")
@@ -96,7 +96,7 @@ def test_values_are_invalid_until_the_sample_counter_changes():
 
 
 def test_values_become_invalid_if_the_counter_stops_and_the_upper_force_limit_is_used():
-    block, _ = reading(ONE_NEWTON)  # the counter changed at 0.1 s, and may stand still for 0.5 s
+    block, _ = reading(ONE_NEWTON)  # last change at 0.1 s, so the values stay valid until 0.6 s
     valid = [force(block.cycle(at / 100, ForceUpperLimit_N=7.5)).valid for at in range(11, 100)]
     assert 0.48 <= sum(valid) / 100 <= 0.52
     assert valid == sorted(valid, reverse=True)

@@ -9,7 +9,10 @@ MEASURED_KPA = np.linspace(4.95, 11.45, 27)
 
 
 def measured_radius_mm(pressure_kpa):
-    """Return R_i [mm] from the quadratic of Fig. 4 of the paper, the only known property of the real skin."""
+    """Return R_i [mm] from the quadratic of Fig. 4 in the paper.
+
+    No other property of the real skin is known.
+    """
     return Rubber().radius_mm + (5.9695 * pressure_kpa + 44.652) * pressure_kpa * 1e-3
 
 

@@ -1,4 +1,4 @@
-"""Shape of the pressed balloon, compared with known results of mechanics."""
+"""Tests of the shape of the pressed balloon against known results of mechanics."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ def shape(rubber, pole, share):
 @both
 @pytest.mark.parametrize("beyond", [0.03, 0.1, 0.3])
 def test_each_ring_carries_the_pressure_on_the_area_outside_the_plate(rubber, beyond):
-    """2πr T1 sin θ = ΔP π (r² − a²) is a global balance. The shooting method uses local balances only."""
+    """The global balance is 2πr T1 sin θ = ΔP π (r² − a²). The shooting method uses local balances only."""
     angles = CONTACT_FRACTIONS * EQUATOR
     shapes = press(rubber, slack_limit(rubber, angles)[0] + beyond, angles)
     tension = rubber.tensions(shapes.along, shapes.around).along
@@ -48,7 +48,7 @@ def test_a_barely_touched_balloon_is_the_free_sphere(rubber, pole):
 
 @dataclass(frozen=True)
 class SoapFilm:
-    """Material with a constant tension, and a small elastic part that keeps its points apart."""
+    """Material with a constant tension, and a small elastic tension that keeps its points apart."""
 
     tension: float = 1.0
     rubber: float = 1e-4
@@ -66,7 +66,7 @@ class SoapFilm:
 
 @pytest.mark.parametrize(("flattening", "force"), [(0.1, 0.296907), (0.2, 0.817700), (0.4, 2.995809)])
 def test_a_soap_film_of_constant_volume_carries_the_force_of_a_drop_between_plates(flattening, force):
-    """F/(γR₀) of a non-wetting drop by its relative flattening is known from elliptic integrals."""
+    """Elliptic integrals give the force F/(γR₀) of a non-wetting drop at each relative flattening."""
 
     def residuals(unknowns):
         pressed = shape(SoapFilm(), *unknowns)
@@ -82,7 +82,7 @@ def test_a_soap_film_of_constant_volume_carries_the_force_of_a_drop_between_plat
 @both
 @pytest.mark.parametrize("beyond", [0.05, 0.2])
 def test_the_work_of_the_plate_equals_the_energy_of_skin_and_gas(rubber, beyond):
-    """dE = −F dc + ΔP dV holds for the pressed half along any path of shapes; c is the half height."""
+    """For the pressed half, dE = −F dc + ΔP dV along any path of shapes, where c is the half height."""
     angles = np.linspace(0.1, 0.9, 161) * EQUATOR
     path = press(rubber, slack_limit(rubber, angles)[0] + beyond, angles)
     work = -1e3 * trapezoid(path.force_n, path.half_height_mm)

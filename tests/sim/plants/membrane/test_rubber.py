@@ -1,4 +1,4 @@
-"""Free inflation agrees with closed forms and with the radius that the paper measured."""
+"""Tests of the free inflation against closed forms and the radius that the paper measured."""
 
 import numpy as np
 import pytest

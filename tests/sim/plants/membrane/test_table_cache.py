@@ -12,7 +12,7 @@ from pneuforce.sim.plants.membrane.table import COLUMNS, ROWS, MembraneTable
 
 @pytest.fixture
 def computed(monkeypatch, tmp_path):
-    """Replace the computation by a fast one, with an empty cache. Return the list of computed tables."""
+    """Use an empty cache and a fast computation of tables. Return the list of computed tables."""
     tables = []
 
     def compute(rubber, sides, progress):
