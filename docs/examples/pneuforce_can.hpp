@@ -1,6 +1,6 @@
-// CAN frames of pneuforce for a robot's program: decoding, checks that make the force valid, and the Commands
-// that inflate the balloon. Header only, C++17, without I/O and without a clock: the time is an argument.
-// The guide is docs/robot.md.
+// CAN frames of pneuforce for the program of a robot: decoding, check of the validity of the force, and the
+// Commands that inflate the balloon. Header only, C++17, without I/O and without a clock: the time is an argument.
+// docs/robot.md describes the use of this header.
 
 #pragma once
 
@@ -26,7 +26,7 @@ struct Frame {
     std::array<std::uint8_t, 8> data{};
 };
 
-// A value, and true if the value may be used.
+// Value with its validity. `valid` is true if the value may be used.
 struct Reading {
     double value = std::numeric_limits<double>::quiet_NaN();
     bool valid = false;
@@ -112,14 +112,14 @@ inline Frame command(Mode mode, double setpoint_kpa, std::uint16_t lease_ms, std
     return {COMMAND, 8, {low(setpoint_pa), high(setpoint_pa), mode, sequence, low(lease_ms), high(lease_ms)}};
 }
 
-// ---- latest force for a control loop, with the checks that make it valid
+// ---- latest force for a control loop, and the checks of its validity
 
 // Ten periods at 100 Hz: one frame may be lost, but an old force must not be used.
 constexpr double MAX_AGE_S = 0.1;
 
 class ForceInput {
   public:
-    // Store a Force frame. An unchanged counter means an old frame, repeated by a gateway or a driver.
+    // Store a Force frame. A frame with an unchanged counter is ignored: a gateway or a driver has repeated it.
     void take(const Force &force, double now_s)
     {
         if (received_ && force.counter == last_.counter)
@@ -130,7 +130,7 @@ class ForceInput {
         received_s_ = now_s;
     }
 
-    // Return the force. The receiver checks its age, because a stopped sender cannot report an error.
+    // Return the force. This function checks the age of the force, because a stopped sender cannot report an error.
     Reading force_n(double now_s) const
     {
         return received_ && now_s - received_s_ <= MAX_AGE_S ? last_.force_n : Reading{};
@@ -147,8 +147,8 @@ class ForceInput {
     unsigned lost_ = 0;
 };
 
-// ---- Commands that inflate the balloon and keep the lease: vent and hold are each repeated until the answer
-// arrives; after that, the same Command renews the lease
+// ---- Commands that inflate the balloon and renew the lease. The Command vent is repeated until its Answer arrives,
+// then the Command hold until its Answer arrives. After that, the Command hold is repeated to renew the lease.
 
 constexpr std::uint16_t LEASE_MS = 1000;
 constexpr double RETRY_S = 0.1, RENEW_S = LEASE_MS / 3000.0;
@@ -173,7 +173,7 @@ class Inflation {
             return;
         result_ = answer.result;
         if (result_ != ACCEPTED && result_ != RENEWED)
-            step_ = Step::rejected; // a person must find the reason before the next attempt
+            step_ = Step::rejected; // do not retry: a person must first remove the cause
         else if (step_ == Step::venting)
             step_ = Step::inflating, sequence_++, next_s_ = 0;
         else if (step_ == Step::inflating)

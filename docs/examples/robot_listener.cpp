@@ -4,8 +4,8 @@
 //   g++ -std=c++17 -O2 -o robot_listener robot_listener.cpp
 //   ./robot_listener can0          listens
 //   ./robot_listener can0 8.0      vents, inflates to 8 kPa, and renews the lease; Ctrl-C vents
-//   ./robot_listener - 8.0         the same with candump lines, if the kernel has no CAN: lines on stdin are the
-//                                  received frames, lines on stdout are sent; the time comes from the lines
+//   ./robot_listener - 8.0         the same without CAN in the kernel: reads frames as candump lines from stdin,
+//                                  and writes frames as candump lines to stdout; uses the time in the lines
 
 #include <chrono>
 #include <csignal>
@@ -46,8 +46,8 @@ constexpr int WAIT_MS = 20;
 
 struct Link {
     virtual ~Link() = default;
-    virtual std::optional<Frame> receive() = 0; // nothing if no frame comes within 20 ms
-    virtual void send(const Frame &frame) = 0;  // errors are not reported: the Answer is missing then
+    virtual std::optional<Frame> receive() = 0; // returns nothing if no frame arrives within 20 ms
+    virtual void send(const Frame &frame) = 0;  // returns no error: after an error, the Answer is missing
     virtual double now_s() const = 0;
     bool open = true;
 };

@@ -4,7 +4,7 @@
     python robot_listener.py --setpoint 8.0                   # inflates and renews the lease; Ctrl-C vents
     python robot_listener.py --interface socketcand --host 127.0.0.1 --port 29536      # with `make run`
 
-pneuforce_can.hpp is the same in C++. The guide is docs/robot.md.
+robot_listener.cpp is the same program in C++. docs/robot.md describes both programs.
 """
 
 import argparse
@@ -26,7 +26,7 @@ TARGET_N, GAIN_MM_PER_S_N, BACK_OFF_MM_PER_S = 1.5, 2.0, -5.0
 
 
 class Reading(NamedTuple):
-    """Value, and True if the value may be used."""
+    """Value with its validity. `valid` is True if the value may be used."""
 
     value: float = math.nan
     valid: bool = False
@@ -41,7 +41,7 @@ class ForceInput:
         self._received_s = -math.inf
 
     def take(self, frame, now_s):
-        """Store a Force frame. An unchanged counter means an old frame, repeated by a gateway."""
+        """Store a Force frame. A frame with an unchanged counter is ignored: a gateway has repeated it."""
         before, self._last = self._last, frame
         if before is None or frame["counter"] != before["counter"]:
             self.lost += (frame["counter"] - before["counter"] - 1) % 256 if before else 0
@@ -60,7 +60,7 @@ class ForceInput:
 
     @property
     def above_limit(self):
-        """Return True if the force is above the force limit."""
+        """Return True if the last frame reports a force above the force limit."""
         return bool(self._last and self._last["force_high_alarm"])
 
 
@@ -76,9 +76,10 @@ def speed_mm_per_s(force_input, now_s):
 
 
 class Inflation:
-    """Sequence of Commands that inflates the balloon and keeps the lease.
+    """Sequence of Commands that inflates the balloon and renews the lease.
 
-    Vent and hold are each repeated until the answer arrives. After that, the same Command renews the lease.
+    The Command vent is repeated until its Answer arrives, then the Command hold until its Answer arrives.
+    After that, the Command hold is repeated to renew the lease.
     """
 
     def __init__(self, setpoint_kpa):
@@ -99,7 +100,7 @@ class Inflation:
         if answer["sequence"] != self._sequence:
             return
         if answer["result"] not in ("accepted", "renewed"):
-            self.rejected = str(answer["result"])  # a person must find the reason before the next attempt
+            self.rejected = str(answer["result"])  # do not retry: a person must first remove the cause
         elif self._mode == "vent":
             self._mode, self._next_s = "hold", -math.inf
             self._sequence += 1

@@ -33,7 +33,7 @@ class Program:
         self.valid, self.force_n = self._check(registers) if registers else (False, ASSUMED_FORCE_N)
 
     def _check(self, registers):
-        """Return validity and force. All values of one request are of the same instant; high word first."""
+        """Return validity and force. All values of one request belong to one sample; high word first."""
         (force_n,) = struct.unpack(">f", struct.pack(">2H", *registers[0:2]))
         status = registers[20] << 16 | registers[21]
         valid = math.isfinite(force_n) and not status & STALE_OR_LOST and registers[24] <= MAX_AGE_MS
@@ -82,7 +82,7 @@ def test_when_the_connection_stalls_the_force_is_invalid_and_the_balloon_is_vent
     pneuforce_rig, pneuforce_tcp_proxy
 ):
     connection = pneuforce_tcp_proxy.noise
-    connection.delay_s, connection.max_chunk_bytes = 0.005, 7  # delays and small pieces must not disturb it
+    connection.delay_s, connection.max_chunk_bytes = 0.005, 7  # delayed and split answers must do no harm
     with running(Program(pneuforce_tcp_proxy.port)) as program:
         pneuforce_rig.inflate(6.0)
         wait_until(lambda: program.valid)

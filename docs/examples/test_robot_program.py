@@ -16,7 +16,7 @@ TIMEOUT_S = 0.1
 
 
 class Approach:
-    """Admittance control: forward (+) if the force is too small, back (-) if it is too large or unknown."""
+    """Admittance control: forward (+) if the force is too small, back (-) if too large or unknown."""
 
     def __init__(self, bus):
         self.bus = bus
@@ -48,7 +48,7 @@ def step_until(approach, condition, seconds=5.0):
         approach.step()
 
 
-def test_the_robot_drives_on_until_the_target_force_and_yields_to_a_larger_force(pneuforce_rig, approach):
+def test_the_robot_moves_forward_to_the_target_force_and_back_from_a_larger_force(pneuforce_rig, approach):
     step_until(approach, lambda speed: speed == GAIN_MM_PER_S_N * TARGET_N)
     pneuforce_rig.press(TARGET_N)
     step_until(approach, lambda speed: abs(speed) < 0.2)
@@ -56,7 +56,7 @@ def test_the_robot_drives_on_until_the_target_force_and_yields_to_a_larger_force
     step_until(approach, lambda speed: -3.4 < speed < -2.6)
 
 
-def test_the_robot_backs_off_when_the_force_is_invalid(pneuforce_rig, approach):
+def test_the_robot_moves_back_when_the_force_is_invalid(pneuforce_rig, approach):
     step_until(approach, lambda speed: speed > 0.0)
     with pneuforce_rig.inject_fault("sensor_open"):
         step_until(approach, lambda speed: speed == BACK_OFF_MM_PER_S, seconds=2.0)

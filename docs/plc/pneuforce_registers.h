@@ -1,11 +1,11 @@
-/* pneuforce: the register map for programs in C99 and C++11.
+/* pneuforce: register map for programs in C99 and C++11.
  * Map version 1, hash 23D6F113h (registers 768 and 770).
- * Generated from the register map: pneuforce map --format h. How to use it: docs/plc.md.
+ * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
  * byte order of this machine, as libmodbus delivers them. The function stores the value and returns true if
- * the value is valid. If it returns false, the value is not available and is set to 0. Check the sample
- * counter as well: if it does not change, the words are old.
+ * the value is valid. If the value is not available, the function stores 0 and returns false. Check the
+ * sample counter as well: if the counter does not change, the words are old.
  */
 #ifndef PNEUFORCE_REGISTERS_H
 #define PNEUFORCE_REGISTERS_H
@@ -316,7 +316,7 @@ static inline bool pneuforce_sample_counter(const uint16_t *from_0, bool low_wor
     return true;
 }
 
-/* 24: Age of the last sample. Stays at the largest value when older. [ms] */
+/* 24: Age of the last sample. 65535 means 65.535 s or more. [ms] */
 static inline bool pneuforce_sample_age_ms(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 24, sizeof *value);
@@ -337,7 +337,7 @@ static inline bool pneuforce_contact_counter(const uint16_t *from_0, uint16_t *v
     return true;
 }
 
-/* 27: Why the last write of this peer was rejected. Reset by its next accepted write. */
+/* 27: Reason why the last write of this peer was rejected; 0 after an accepted write. */
 static inline bool pneuforce_reject_reason(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 27, sizeof *value);
@@ -350,7 +350,7 @@ static inline bool pneuforce_force_lower_range_limit_n(const uint16_t *from_0, b
     return pneuforce_float(from_0 + 28, low_word_first, value);
 }
 
-/* 30: Force without compensation of the delay. [N] */
+/* 30: Force without delay compensation. [N] */
 static inline bool pneuforce_force_uncompensated_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 30, low_word_first, value);
@@ -362,7 +362,7 @@ static inline bool pneuforce_baseline_drift_kpa_per_s(const uint16_t *from_0, bo
     return pneuforce_float(from_0 + 32, low_word_first, value);
 }
 
-/* 34: Delay of the force that is not compensated. [ms] */
+/* 34: Delay of the force that remains after compensation. [ms] */
 static inline bool pneuforce_delay_ms(const uint16_t *from_0, uint16_t *value)
 {
     return pneuforce_uint16(from_0[34], value);
@@ -470,28 +470,28 @@ static inline bool pneuforce_reference_pressure_kpa(const uint16_t *from_512, bo
     return pneuforce_float(from_512 + 6, low_word_first, value);
 }
 
-/* 520: Command: the key 5046h. */
+/* 520: Key of the command: always 5046h. */
 static inline bool pneuforce_command_key(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 8, sizeof *value);
     return true;
 }
 
-/* 521: Command: its code. */
+/* 521: Code of the command. */
 static inline bool pneuforce_command_code(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 9, sizeof *value);
     return true;
 }
 
-/* 522: Command: its argument. */
+/* 522: Argument of the command. */
 static inline bool pneuforce_command_argument(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 10, sizeof *value);
     return true;
 }
 
-/* 523: Command: sequence number. A new value starts it; the same value repeats the answer. */
+/* 523: Sequence number. A new value starts the command; the same value repeats the answer. */
 static inline bool pneuforce_command_sequence(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 11, sizeof *value);
