@@ -53,7 +53,7 @@ def _ms_to_shut():
     return (bench.now_us - sent_us) / 1e3 + 2
 
 
-def bench_reactions():
+def bench_reactions(phases):
     """Print the reaction times of the valves."""
     for name, adc_sum, limit_ms in (
         ("contact limit exceeded (19 kPa) → vent pin", SUM_OF_19_KPA, 20),
@@ -61,7 +61,7 @@ def bench_reactions():
         ("sensor line open → vent pin", 16_368, 100),
         ("sensor line short-circuited → vent pin", 0, 100),
     ):
-        took_ms = [_ms_to_vent(adc_sum, phase) for phase in range(PHASES)]
+        took_ms = [_ms_to_vent(adc_sum, phase) for phase in range(phases)]
         print(f"board, {name}: {min(took_ms):.1f} to {max(took_ms):.1f} ms (target {limit_ms})")
     print(f"board, last command of the host → inlet pin low: {_ms_to_shut():.0f} ms (target 270)")
 
@@ -85,9 +85,9 @@ def _settle(new_board, setpoint_pa):
     return held_s, actions, rig.truth.balloon_kpa
 
 
-def bench_settling():
+def bench_settling(setpoints_pa):
     """Print duration, valve actions and pressure of the inflation to three setpoints on the simulated rig."""
-    for setpoint_pa in (5000, 8000, 11_450):
+    for setpoint_pa in setpoints_pa:
         for new_board in (AvrBoard, SimulatedBoard):
             held_s, actions, balloon_kpa = _settle(new_board, setpoint_pa)
             print(
@@ -97,7 +97,7 @@ def bench_settling():
             )
 
 
-def bench_speed(seconds=10):
+def bench_speed(seconds):
     """Print the speed of the emulated board while holding, and the longest work on a sample on the chip."""
     bench = Bench(AvrBoard()).holding()
     begun_s = time.process_time()
@@ -111,9 +111,9 @@ def bench_speed(seconds=10):
     )
 
 
-def bench_flood():
+def bench_flood(beginnings):
     """Print the longest work on a sample on the chip while a host floods the line with incomplete frames."""
-    for beginning in BEGINNINGS:
+    for beginning in beginnings:
         longest = flooded(beginning).board.chip.longest_cycles
         print(f"longest work on one sample, flood of frame starts {beginning}: {longest} of 32000 cycles")
 
@@ -125,13 +125,13 @@ def bench_size():
     print(f"firmware: {text + data} bytes of flash (limit 30720), {data + bss} of RAM (limit 1600)")
 
 
-def bench_avr():
+def bench_avr(brief=False):
     """Run all benchmarks of the board."""
     bench_size()
-    bench_speed()
-    bench_flood()
-    bench_reactions()
-    bench_settling()
+    bench_speed(0.1 if brief else 10)
+    bench_flood(list(BEGINNINGS)[:1] if brief else BEGINNINGS)
+    bench_reactions(1 if brief else PHASES)
+    bench_settling((5000,) if brief else (5000, 8000, 11_450))
 
 
 if __name__ == "__main__":

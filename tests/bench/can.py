@@ -122,8 +122,9 @@ def poll(folder, port, seconds):
     return "Python"
 
 
-def bench_can(seconds=SECONDS):
+def bench_can(brief=False, seconds=SECONDS):
     """Print the lost frames, the intervals, and the delays from the last byte of a sample to its frame."""
+    seconds = 3 if brief else seconds
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus = Path(folder) / "rig", free_port()
         simulator = ["pneuforce", "sim", "run", "--link", str(link)]
@@ -173,7 +174,7 @@ def _print_force(samples_s, frames, window, pollers, late_ms):
     )
 
 
-def bench_burst():
+def bench_burst(brief=False):
     """Send 10 000 frames through the hub without pause. Print the number of frames that arrive."""
     with ExitStack() as stack:
         port = stack.enter_context(ChildProcess("hub", HUB)).ready()["port"]
@@ -218,5 +219,5 @@ if __name__ == "__main__":
     if sys.argv[1:2] and sys.argv[1] in parts:
         parts[sys.argv[1]](*sys.argv[2:])
     else:
-        bench_can(*(int(argument) for argument in sys.argv[1:]))
+        bench_can(False, *(int(argument) for argument in sys.argv[1:]))
         bench_burst()

@@ -94,8 +94,9 @@ def instrument(folder):
         yield stack
 
 
-def bench_modbus(seconds=SECONDS):
+def bench_modbus(brief=False, seconds=SECONDS):
     """Print request rates and round trips of fast clients, and of slow clients without and with a flood."""
+    seconds = 1 if brief else seconds
     with TemporaryDirectory() as folder, instrument(folder) as stack, rivals(folder) as others:
         program = built(folder, "load")
         servers = {"pneuforce": stack.modbus_port, **others}
@@ -109,7 +110,7 @@ def bench_modbus(seconds=SECONDS):
                     f"pneuforce is {ours:.2f} × as fast"
                 )
         _bench_calm(program, stack, seconds)
-        _bench_endurance(program, stack)
+        _bench_endurance(program, stack, *((10**3, 10**2) if brief else (REQUESTS, CONNECTIONS)))
 
 
 def _bench_calm(program, stack, seconds):
@@ -129,19 +130,19 @@ def _bench_calm(program, stack, seconds):
     print(f"samples used in this time: {used} of {due} (±3)")
 
 
-def _bench_endurance(program, stack):
-    """Print the growth of memory and descriptors of the instrument by 10⁶ requests and 10⁴ connections."""
+def _bench_endurance(program, stack, requests, connections):
+    """Print the growth of memory and descriptors of the instrument by requests and connections."""
     load(program, stack.modbus_port, 32, 2)
     before, begun_s, asked = occupied(stack.host.pid), time.monotonic(), 0
-    while asked < REQUESTS:
+    while asked < requests:
         asked += load(program, stack.modbus_port, 32, 5)["trips"]
-    for n in range(CONNECTIONS):
+    for n in range(connections):
         with socket.create_connection(("127.0.0.1", stack.modbus_port)) as client:
             client.sendall(READ[: n % len(READ)])  # most connections end within a request
     time.sleep(1.0)
     memory_kb, descriptors = (b - a for a, b in zip(before, occupied(stack.host.pid), strict=True))
     print(
-        f"{asked} requests and {CONNECTIONS} connections in {time.monotonic() - begun_s:.0f} s: memory "
+        f"{asked} requests and {connections} connections in {time.monotonic() - begun_s:.0f} s: memory "
         f"{memory_kb / 1024:+.1f} MB (target 5), open descriptors {descriptors:+d}"
     )
 
@@ -158,4 +159,4 @@ def samples(stack):
 
 
 if __name__ == "__main__":
-    bench_modbus(*map(int, sys.argv[1:]))
+    bench_modbus(False, *map(int, sys.argv[1:]))

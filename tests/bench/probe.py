@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 from pneuforce.instrument.config import load
-from pneuforce.instrument.service import serve
 from pneuforce.instrument.service.can_server import CanServer
 from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.serve import ServiceFiles, serve
 from pneuforce.registers.can.bus import CanBus
 from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE
 
@@ -38,11 +38,11 @@ class Probe:
             node_sample(face, now_s)
             arrived.clear()
 
-        def noted_send(face, frames):
+        def noted_send(face, frames, now_s):
             for frame in frames:
                 if frame.id == FORCE_ID and arrived:
                     self.read_s[frame.data[-1]] = arrived[0]
-            on_frames(face, frames)
+            on_frames(face, frames, now_s)
 
         def timed_send(bus, frame):
             send(bus, frame)
@@ -70,5 +70,5 @@ if __name__ == "__main__":
     probe = Probe()
     probe.install()
     file = Path(sys.argv[1])
-    serve.serve(load(file), file.with_name("events.sqlite"))
+    serve(load(file), ServiceFiles(events=file.with_name("events.sqlite")))
     print(json.dumps(probe.report()), flush=True)

@@ -1,4 +1,4 @@
-"""Tests of `pneuforce demo`, which is started and ended as by a user or a script."""
+"""Tests of `pneuforce demo`, which a user or a script starts and ends."""
 
 import math
 import os
