@@ -47,7 +47,7 @@ def _is_loopback(host: str) -> bool:
 
 
 def _check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
-    """Return `allow`. Raises ValueError if it is empty although the network can reach the host address."""
+    """Return `allow`. Raises ValueError if the list is empty and `host` can be reached from the network."""
     host = section.data.get("host", "localhost")  # an invalid host has its own error message
     if not allow and not _is_loopback(host):
         raise ValueError(
@@ -164,7 +164,7 @@ class SafetySection(Section):
 
 
 class ListenerSection(Section):
-    """Common keys of the sections that listen on the network. They come first in each section."""
+    """Common keys of the sections that listen on the network. These keys come first in each section."""
 
     enabled: bool
     host: str = Field(
@@ -194,8 +194,8 @@ class ModbusSection(ListenerSection):
         64,
         ge=1,
         le=1000,
-        description="maximum number of connections; a further one closes the longest idle connection of the "
-        "address with the most connections",
+        description="maximum number of connections; a further one closes an older one, "
+        "a client that polls regularly last",
     )
     idle_timeout_s: float = Field(
         60.0, ge=1, le=86_400, description="idle time after which a connection is closed [s]"

@@ -1,4 +1,4 @@
-"""Modbus client for the instrument, with registers by name. Only this file imports pymodbus."""
+"""Modbus client for the instrument that addresses registers by name. Only this file imports pymodbus."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 
 class ModbusClientError(OSError):
-    """The instrument cannot be reached, or has rejected a request."""
+    """Error for an invalid request, a rejected request, or an instrument that cannot be reached."""
 
 
 class SerialPortError(ModbusClientError):
-    """The serial port cannot be opened."""
+    """Error for a serial port that cannot be opened."""
 
 
 class ModbusClient:
@@ -116,9 +116,10 @@ class ModbusClient:
         }
 
     def read_all(self) -> dict[str, Any]:
-        """Return the values of all registers by name, as `read`, including those that do not change.
+        """Return the values of all registers, by register name.
 
-        Raises ModbusClientError.
+        `read` returns the same values without the registers that change seldom or never. Raises
+        ModbusClientError.
         """
         ranges = (*_CHANGING_RANGES, *_CONSTANT_RANGES)
         return {name: value for range_ in ranges for name, value in self._read_values(range_).items()}
@@ -126,8 +127,8 @@ class ModbusClient:
     def write(self, name: str, value: object) -> None:
         """Write one register by name. `value` is a number in the quantity's unit, or the name of a code.
 
-        Raises ModbusClientError if the write is rejected. The message contains the exception's name, and the
-        allowed values or the reject reason.
+        Raises ModbusClientError if the value is invalid or the write is rejected. The message contains the
+        allowed values, or the name of the Modbus exception and the reject reason.
         """
         register = _writable_register(name)
         try:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from pneuforce.registers.modbus.eviction import RequestRhythm
 from pneuforce.registers.modbus.exception_codes import ExceptionCode, exception_response
 from pneuforce.registers.modbus.mbap import MbapDecoder, MbapRequest, encode_frame
 from pneuforce.registers.modbus.pdu import FIRST_EXCEPTION_FUNCTION, RequestHandler
@@ -57,7 +58,7 @@ class ConnectionOwner(Protocol):
 
     clock: Callable[[], float]
     counters: ModbusTcpCounters
-    units: frozenset[int]  #: unit identifiers that are answered
+    units: frozenset[int]  #: unit identifiers of the instrument; requests to other units are rejected
     request_handler: RequestHandler
     scheduler: RoundRobinScheduler
 
@@ -87,15 +88,16 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         self._limits = server.limits
         self._decoder = MbapDecoder()
         self._buffer = memoryview(bytearray(_READ_BYTES))
-        self._pending: deque[MbapRequest] = deque()  #: complete requests; each request is carried out
-        self._answers: list[bytes] = []  #: answers of this pass of the event loop
+        self._pending: deque[MbapRequest] = deque()  #: complete requests that are not answered yet
+        self._answers: list[bytes] = []  #: answers to send at the end of this pass of the event loop
         self._error = ""  #: error after which the connection closes; empty if there is none
         self._eof = False  #: the client will send no more requests
         self.last_received_s = server.clock()
+        self.rhythm = RequestRhythm()
         self.requests = 0
         self.exceptions = 0  #: requests answered with an exception code
         self._frame_started_s = math.inf
-        self._unread_since_s = math.inf  #: time since which the client has not read its answers
+        self._unread_since_s = math.inf  #: time at which unread answers began to wait; infinite if none wait
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Register the connection with the server."""
@@ -140,6 +142,8 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
             self._frame_started_s = now_s
         self._error = self._decoder.error
         self._pending += requests
+        if requests:
+            self.rhythm.add(now_s)
         if not self._pending:
             self._continue_or_close()
         elif not had_pending:
@@ -167,7 +171,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
             self._continue_or_close()
 
     def pause_reading(self) -> None:
-        """Stop reading until every pending request has been answered."""
+        """Stop reading from the client until every pending request has been answered."""
         self._transport.pause_reading()
 
     def _continue_or_close(self) -> None:
@@ -195,7 +199,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
         return answer
 
     def eof_received(self) -> bool:
-        """Return True: keep the connection open until the last request has been answered."""
+        """Return True, so that the connection stays open until the last request has been answered."""
         self._eof = True
         if not self._pending:
             self._continue_or_close()

@@ -48,7 +48,7 @@ class DeviceIdentification:
                     f"at most {_MAX_TEXT_LENGTH} are allowed"
                 )
         extended = any(id_ >= IdentityObject.SERIAL_NUMBER for id_ in self._objects)
-        self._conformity = 0x83 if extended else 0x82  # stream and individual access
+        self._conformity = 0x83 if extended else 0x82  # both codes: stream access and individual access
 
     def answer(self, pdu: bytes) -> bytes | ExceptionCode:
         """Return the answer PDU to the request `pdu`, or an exception code."""

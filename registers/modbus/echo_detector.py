@@ -6,9 +6,10 @@ import math
 
 from pneuforce.registers.modbus.rtu import RtuTiming
 
-#: Time from the last byte on the line until this process reads the byte. The timer of a USB adapter is 16 ms.
+#: Longest time from the last byte on the line until this process reads the byte. A USB adapter can delay a
+#: byte by 16 ms.
 _ADAPTER_S = 0.025
-#: If an echo is missing, the line is assumed to have no echo for this time.
+#: After a missing echo, the line is assumed to have no echo for this time.
 _NO_ECHO_VALID_S = 60.0
 
 
@@ -30,7 +31,7 @@ class EchoDetector:
         self._sent = b""
         self._answer_equals_request = False
         self._due_s = -math.inf  #: latest arrival time of an echo
-        self._no_echo_until_s = -math.inf  #: the line is assumed to have no echo until then
+        self._no_echo_until_s = -math.inf  #: end of the time in which the line is assumed to have no echo
         self._previous_was_prompt = False  #: the previous frame equalled the answer and arrived in time
 
     def sent(self, answer: bytes, request: bytes, now_s: float) -> None:

@@ -32,8 +32,8 @@ class RequestHandler:
     """Handler that answers requests from a source.
 
     The checks follow the flow charts of the Modbus specification: function (01), quantity (03), address (02),
-    value (03), and finally the decision of the source (06). A rejected request changes nothing. All values
-    in an answer come from one snapshot.
+    value (03), and finally the decision of the source (06). A rejected request changes nothing, unless it
+    contains a vent. All values in an answer come from one snapshot.
 
     A vent is never rejected. If a well-formed write contains mode := vent, the source always receives the
     vent. If another part of the write is rejected, the source receives the vent alone, and the answer is an
@@ -99,7 +99,7 @@ class RequestHandler:
         return exception_response(function, answer) if isinstance(answer, ExceptionCode) else answer
 
     def _log_rejected_write(self, code: ExceptionCode, pdu: bytes, peer: Peer, now_s: float) -> ExceptionCode:
-        """Log a rejected write. Return the exception code to answer."""
+        """Log a rejected write. Return the exception code for the answer."""
         code = ExceptionCode.ILLEGAL_FUNCTION if self._read_only else code
         self._log.warning(now_s, "write %s from %s rejected: %s", pdu.hex(" "), peer.address, code.name)
         if code is not ExceptionCode.DEVICE_BUSY:  # the source logs its own rejections

@@ -38,7 +38,7 @@ class RegisterBank:
         self.reader = lru_cache(_READER_CACHE_SIZE)(self._reader)
 
     def _reader(self, address: int, count: int) -> Reader | None:
-        """Return a function that takes a snapshot and returns `count` words from `address`.
+        """Return a function that takes a snapshot and returns `count` words, the first at `address`.
 
         Returns None if the range does not lie within one block. Reserved words read 0. The range may start or
         end within a 32-bit value.
@@ -64,7 +64,7 @@ class RegisterBank:
         return read
 
     def decode_write(self, address: int, words: bytes) -> dict[str, Any] | ExceptionCode:
-        """Return the quantities and new values of `words` written from `address`, or an exception code.
+        """Return the new values of the quantities in `words`, which start at `address`, or an exception code.
 
         ILLEGAL_ADDRESS: a word is reserved, read-only or outside the map. ILLEGAL_VALUE: only half of a
         32-bit value is written, or a value is out of range, not finite or not a code of its enumeration.
@@ -95,13 +95,13 @@ class RegisterBank:
 
 
 def contains_vent(address: int, words: bytes) -> bool:
-    """Return True if `words` written from `address` include mode := vent."""
+    """Return True if a write of `words`, which start at `address`, contains mode := vent."""
     offset = 2 * (MODE.address - address)
     return offset >= 0 and words[offset : offset + 2] == _VENT_WORD
 
 
 def discrete_inputs(snapshot: Any, address: int, count: int) -> bytes | ExceptionCode:
-    """Return `count` status bits from `address`; the first bit is the lowest bit of the first byte."""
+    """Return `count` status bits. The bit at `address` becomes the lowest bit of the first byte."""
     if address + count > DISCRETE_INPUT_COUNT:
         return ExceptionCode.ILLEGAL_ADDRESS
     bits = int(STATUS.encode(getattr(snapshot, STATUS.quantity))) >> address & (1 << count) - 1

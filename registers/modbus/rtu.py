@@ -1,4 +1,4 @@
-"""Modbus RTU framing without I/O: bytes with their times in, complete frames out.
+"""Modbus RTU framing without I/O: received bytes and their arrival times → complete frames.
 
 Section numbers are those of "Modbus over Serial Line, Specification and Implementation Guide", V1.02.
 """
@@ -12,7 +12,7 @@ MIN_FRAME_BYTES, MAX_FRAME_BYTES = 4, 256
 _CHARACTER_BITS = 11  #: start bit, 8 data bits, parity or second stop bit, stop bit (2.5.1)
 _MAX_SCALED_BAUD, _FIXED_SILENCE_S = 19200, 0.00175  #: above this baud rate the silence is fixed (2.5.1.1)
 _BUFFER_CHARACTERS = 16  #: size of a UART's receive buffer
-_ADAPTER_S = 0.05  #: the timer of a USB adapter is 16 ms, and the timer of this process may be late
+_ADAPTER_S = 0.05  #: delay by a USB adapter (16 ms) and by a late timer of this process
 _MAX_BUFFERED_BYTES, _MAX_STARTS = 4 * MAX_FRAME_BYTES, 32
 
 
@@ -56,12 +56,13 @@ def encode_frame(unit: int, pdu: bytes) -> bytes:
 
 
 class RtuDecoder:
-    """Decoder for the bytes of a serial line. It uses silence and CRC only.
+    """Decoder for the bytes of a serial line. The decoder finds frames by silence and CRC only.
 
     The length of a frame cannot be read from its function code, because other units may use unknown
     functions. A frame may start only after a silence. At the next silence, the bytes since that start must be
-    complete frames up to the last byte: one frame, or several frames that a late scheduler has joined. If
-    they are not, the decoder tries the next start, so that garbage before a frame does not destroy the frame.
+    complete frames up to the last byte: one frame, or several frames if this process was too late to
+    detect the silence between them. Otherwise, the decoder tries the next start, so that garbage before a
+    frame does not destroy the frame.
     The bytes are kept for `max_pause_s`, because an adapter may have caused the silence. Frames at other
     positions are ignored: the data of another unit may contain bytes that look like a frame for this unit.
     """

@@ -12,7 +12,7 @@ import serial
 
 RtuPort: TypeAlias = serial.Serial
 PARITIES = {"even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD, "none": serial.PARITY_NONE}
-_PTY_MAJORS = range(136, 144)  #: Linux, Documentation/admin-guide/devices.txt
+_PTY_MAJORS = range(136, 144)  #: major device numbers of ptys (Linux, Documentation/admin-guide/devices.txt)
 
 
 def open_port(port: str, baud: int, parity: str, stop_bits: int) -> RtuPort:
@@ -35,7 +35,7 @@ def open_port(port: str, baud: int, parity: str, stop_bits: int) -> RtuPort:
 
 def supported_parity(port: str, parity: str) -> str:
     """Return `parity`, or "none" for a pty. A pty rejects a parity that is set a second time."""
-    with contextlib.suppress(OSError):  # opening the port reports the same error with a message
+    with contextlib.suppress(OSError):  # `open_port` reports the same error to the user
         if os.major(os.stat(port).st_rdev) in _PTY_MAJORS:
             return "none"
     return parity

@@ -1,4 +1,4 @@
-"""Modbus RTU unit without I/O: bytes with their times in, answers out."""
+"""Modbus RTU unit without I/O: received bytes and their arrival times → answers."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class ModbusRtuCounters:
 class ModbusRtuUnit:
     """Unit that answers its requests after the line has become silent. Broadcasts can only vent.
 
-    If a late scheduler has joined several frames, all requests are carried out in order, but only the last
-    frame is answered: the senders of the other frames no longer wait for an answer.
+    If this process was late, several frames are decoded at once. All requests are then carried out in order,
+    but only the last frame is answered: the master no longer waits for the other answers.
     """
 
     def __init__(

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from pneuforce.registers.modbus.connection import ModbusTcpConnection, ModbusTcpCounters
 from pneuforce.registers.modbus.device_identification import DeviceIdentification
+from pneuforce.registers.modbus.eviction import select_evicted
 from pneuforce.registers.modbus.open_file_limit import ACCEPTED_PER_PASS, raise_open_file_limit
 from pneuforce.registers.modbus.pdu import RequestHandler
 from pneuforce.registers.modbus.register_bank import RegisterBank
@@ -34,8 +34,8 @@ class ModbusTcpOptions:
     word_swap: bool = False  #: low word of a 32-bit value first
     read_only: bool = False
     max_connections: int = 64  #: a new connection above this limit closes an older one
-    idle_timeout_s: float = 60.0  #: time without a byte from the client
-    frame_timeout_s: float = 5.0  #: time to complete a frame, and time for the client to read its answers
+    idle_timeout_s: float = 60.0  #: a connection is closed after this time without a byte from the client
+    frame_timeout_s: float = 5.0  #: time limit for a complete frame, and for the client to read its answers
     write_buffer_bytes: int = 65536  #: unread answer bytes above which requests are no longer read
 
 
@@ -43,9 +43,8 @@ class ModbusTcpServer:
     """Server for one source on one TCP port.
 
     Every allowed client is accepted, because the client may request a vent. If the connection limit is
-    exceeded, the server selects the address with most connections, including the new connection. The server
-    closes the connection of this address that was silent for the longest time. The new connection is never
-    closed. A flood of connections from one address therefore closes only connections from that address.
+    exceeded, the server closes another connection: first a client without a request, then an idle client,
+    and last a client that polls; see `select_evicted`. The new connection is never closed.
     """
 
     def __init__(
@@ -89,7 +88,7 @@ class ModbusTcpServer:
 
     @property
     def port(self) -> int:
-        """Return the port on which the server listens. If the option is 0, the system selects the port."""
+        """Return the port on which the server listens. If option `port` is 0, the system selects a port."""
         assert self._server is not None
         port: int = self._server.sockets[0].getsockname()[1]
         return port
@@ -118,9 +117,8 @@ class ModbusTcpServer:
             connection.reject()
             return
         if len(self.connections) >= self.options.max_connections:
-            per_address = Counter(c.address for c in (*self.connections, connection))
             self.counters.evicted += 1
-            evicted = max(self.connections, key=lambda c: (per_address[c.address], -c.last_received_s))
+            evicted = select_evicted(self.connections, connection.address, self.clock())
             evicted.evict(connection.address)
         self.connections.add(connection)
         self.counters.connections += 1

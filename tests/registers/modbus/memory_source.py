@@ -53,7 +53,7 @@ def accept_all(_peer: Peer, _values: Mapping[str, Any]) -> str:
 class MemorySource:
     """Source that stores written values. The sample counter increases by 1 with each snapshot.
 
-    `reject` returns the reject reason of a write request, "none" to accept the request.
+    `reject` returns the reject reason of a write request, or "none" to accept the request.
     """
 
     def __init__(self, reject: Callable[[Peer, Mapping[str, Any]], str] = accept_all) -> None:

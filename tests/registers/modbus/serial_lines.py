@@ -14,7 +14,7 @@ from tests.registers.modbus.serving import IDENTITY
 
 
 class Cable:
-    """Line whose ends can be opened as serial ports. The ends `echoing` receive their own bytes, too."""
+    """Line whose ends can be opened as serial ports. The ends in `echoing` also receive their own bytes."""
 
     def __init__(self, ends=2, echoing=()):
         self._pairs = [os.openpty() for _ in range(ends)]

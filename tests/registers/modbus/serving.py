@@ -82,7 +82,7 @@ def read_exactly(client: socket.socket, count: int) -> bytes:
 
 
 def eventually(condition: Callable[[], bool], within_s: float = 15.0) -> bool:
-    """Wait until `condition()` is true. Return False if it is still false after `within_s`."""
+    """Wait until `condition()` is true. Return False if the condition is still false after `within_s`."""
     deadline = time.monotonic() + within_s
     while not condition():
         if time.monotonic() > deadline:

@@ -37,7 +37,7 @@ REJECTED_READS = [
     ("03 0000", "83 03"),
     ("03", "83 03"),
     ("03 0000 0001 00", "83 03"),
-    ("03 007f 0002", "83 02"),  # the range leaves the block
+    ("03 007f 0002", "83 02"),  # the range ends outside the block
     ("03 0080 0001", "83 02"),
     ("03 01ff 0002", "83 02"),
     ("03 0240 0001", "83 02"),
@@ -111,7 +111,7 @@ def test_an_error_of_the_source_is_answered_with_04_and_logged_with_a_rate_limit
 
 
 def test_one_answer_contains_one_snapshot():
-    """The sample counter is one of the read registers. It increases with each snapshot."""
+    """The sample counter increases with each snapshot, so the counter shows how many snapshots were made."""
     source = MemorySource()
     before = source.values["sample_counter"]
     words = bytes.fromhex(answer("04 0000 0024", source))[2:]

@@ -89,7 +89,7 @@ def server():
 
 @pytest.fixture(scope="module")
 def reference():
-    """Return a request handler that receives the same requests as the server."""
+    """Return a request handler that gives the expected answers to the requests sent to the server."""
     return request_handler()
 
 
@@ -125,7 +125,7 @@ def test_the_decoder_accepts_any_bytes_and_buffers_less_than_a_frame(pieces):
 @given(garbage=st.lists(st.binary(min_size=1, max_size=400), max_size=5))
 def test_any_bytes_on_one_connection_leave_other_connections_working(server, garbage):
     with connected(server) as client, connected(server) as other:
-        with suppress(OSError):  # the server closed before all bytes were sent
+        with suppress(OSError):  # the server closed the connection before all bytes were sent
             for piece in garbage:
                 client.sendall(piece)
             client.shutdown(socket.SHUT_WR)

@@ -91,7 +91,7 @@ def test_each_request_of_a_flood_is_answered_once_in_order_before_fin():
 
 
 def test_a_client_with_pending_requests_is_not_read_further():
-    """Unread requests stay in the buffers of the sender. Otherwise a flood would fill the memory."""
+    """The server leaves further requests in the socket buffers, so that a flood cannot fill its memory."""
     source, waiting = SlowSource(), [0]
 
     def all_served():
@@ -138,7 +138,7 @@ def test_all_clients_share_one_budget_of_time_in_a_round_robin():
     log, ticks = [], itertools.count()
 
     async def three():
-        scheduler = RoundRobinScheduler(lambda: next(ticks) * BUDGET_S / 2)  # two requests per pass
+        scheduler = RoundRobinScheduler(lambda: next(ticks) * BUDGET_S / 2)  # two answers per pass
         for name in "abc":
             scheduler.add(ScheduledClient(name, log))
         while log.count("c!") < 3:
@@ -146,5 +146,5 @@ def test_all_clients_share_one_budget_of_time_in_a_round_robin():
             await asyncio.sleep(0)
 
     asyncio.run(asyncio.wait_for(three(), 10))
-    # One text per pass. "a": a request of a is answered; "a!": its answers are sent; "a-": a is not read.
+    # One text per pass. "a": client a is answered; "a!": its answers are sent; "a-": reading from a pauses.
     assert "".join(log).split("|")[1:] == ["aba!b!c-a-b-", "cac!a!b-c-a-", "bcb!c!a-b-c-", "abca!b!c!"]

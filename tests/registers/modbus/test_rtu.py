@@ -41,7 +41,7 @@ def chunks(data, cuts):
 
 
 def test_the_crc_equals_the_example_of_the_specification():
-    assert encode_frame(2, b"\x07") == bytes.fromhex("0207 4112")  # example of section 6.2.2
+    assert encode_frame(2, b"\x07") == bytes.fromhex("0207 4112")  # MODBUS over Serial Line, 6.2.2
 
 
 @given(frames)

@@ -43,7 +43,7 @@ def master(port, **options):
 
 @contextmanager
 def pty():
-    """Yield a port, and the raw file of its other end."""
+    """Yield the serial port at one end of a pty, and a file object for the other end."""
     far, near = os.openpty()
     tty.setraw(near)
     with os.fdopen(far, "r+b", buffering=0) as raw:
@@ -77,7 +77,7 @@ def test_pymodbus_reads_writes_and_identifies(source):
 @pytest.mark.parametrize("parity", ["even", "odd", "none"])
 def test_a_client_reaches_the_instrument_over_a_pair_of_ptys_with_any_parity(source, parity):
     with cable() as line, serving_on(line.ports[0], source, parity=parity):
-        for _ in range(2):  # a pty rejects a parity when it is set again
+        for _ in range(2):  # repeated, because a pty rejects a parity that is set a second time
             with ModbusClient.connect_serial(line.ports[1], parity=parity) as plc:
                 assert plc.read()["force"] == 1.25
 

@@ -261,7 +261,7 @@ def test_an_echo_and_a_request_that_arrive_at_once_are_distinguished(line):
 
 
 def test_an_echo_that_comes_late_is_answered_at_most_once():
-    """After a long suspension of the process, a late echo looks like a request."""
+    """After a long suspension, the process cannot distinguish a late echo from a request."""
     line = EchoingLine()
     assert line.play(READ) == [READ_ANSWER]
     assert VirtualLine.play(line, encode_frame(1, HOLD)) == [encode_frame(1, HOLD)]
@@ -284,7 +284,7 @@ def test_one_echo_of_an_answer_shows_that_the_line_echoes_now():
 
 @pytest.mark.parametrize("pdu", ANSWER_EQUALS_REQUEST, ids=lambda pdu: pdu.hex())
 def test_a_request_is_carried_out_at_most_twice_if_the_line_starts_to_echo(pdu):
-    """The adapter was replaced by an adapter with an echo. The unit has not answered since then."""
+    """The unit has detected a line without echo. Then the adapter is replaced by an adapter with an echo."""
     line = EchoingLine()
     VirtualLine.play(line, READ, SILENCE_S, READ)
     assert [len(line.play(encode_frame(1, pdu), MASTER_PAUSE_S)) for _ in range(3)] == [2, 1, 1]

@@ -105,7 +105,7 @@ def test_the_new_connection_counts_for_its_address_and_is_never_evicted():
     with serving(MemorySource(), max_connections=4) as server, contextlib.ExitStack() as stack:
         plc = [stack.enter_context(connected(server, PLC)) for _ in range(2)]
         flood = [stack.enter_context(connected(server, FLOOD_ADDRESS)) for _ in range(2)]
-        for client in plc + flood:  # the connections of the PLC have been silent for longest
+        for client in plc + flood:  # the connections of the PLC are silent for the longest time
             assert still_answers(client)
         new_client = stack.enter_context(connected(server, FLOOD_ADDRESS))
         assert still_answers(new_client)
