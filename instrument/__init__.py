@@ -1,1 +1,1 @@
-"""The instrument: rig frames in, contact force with its uncertainty out."""
+"""Instrument: computes the contact force and its uncertainty from the samples of the rig."""

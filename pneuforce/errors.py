@@ -7,10 +7,10 @@
     │   ├── PortUnavailable (OSError)       the port does not exist, or the permission is missing
     │   ├── RigNotResponding (TimeoutError) no pneuforce board answers on the port
     │   ├── ProtocolMismatch (ValueError)   the board uses another version of the rig link
-    │   └── TimeoutMismatch (ValueError)    the board has another reaction time to a silent host
+    │   └── TimeoutMismatch (ValueError)    the board and this program use different host timeouts
     └── ServerError (OSError)               a bus or a local socket is not available
 
-Invalid measurements and rejected requests are never exceptions: they are codes and status bits.
+Invalid measurements and rejected requests raise no exception: status bits and reject reasons report them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class PortUnavailable(RigError, OSError):
 
 
 class RigNotResponding(RigError, TimeoutError):
-    """Missing answer: no pneuforce board sent a Hello message before the deadline."""
+    """Missing answer of the rig: no pneuforce board sent a Hello message before the deadline."""
 
     def __init__(self, port: str, waited_s: float, received_bytes: int) -> None:
         if received_bytes:
@@ -70,7 +70,7 @@ class ProtocolMismatch(RigError, ValueError):
 
 
 class TimeoutMismatch(RigError, ValueError):
-    """Board whose reaction time to a silent host differs from the configured time."""
+    """Board that shuts the inlet or vents after another time without a command than this program requires."""
 
     def __init__(self, action: str, board_ms: int, host_ms: int) -> None:
         super().__init__(

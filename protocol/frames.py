@@ -6,7 +6,7 @@ Every frame has 24 bytes. There is no length field, so damaged bytes cannot chan
 
 The CRC is CRC-16/IBM-3740 (x^16 + x^12 + x^5 + 1, initial value FFFFh) over the bytes from kind to payload.
 The CRC detects every error of up to 3 bits and every burst of up to 16 bits. A damaged frame does not affect
-the next frame: the decoder searches the rejected bytes for the next start.
+the next frame: the decoder searches the rejected bytes for the start of another frame.
 """
 
 from __future__ import annotations
@@ -80,10 +80,10 @@ class Valve(IntFlag):
 
 
 class CommandFlag(IntFlag):
-    """Facts that the host reports to the board in each command."""
+    """Flags by which the host reports its state to the board in each command."""
 
     NONE = 0
-    IN_CONTACT = 1  #: the balloon is pressed: the board must not top up
+    IN_CONTACT = 1  #: the balloon is pressed: the board must not add gas
     ZEROED = 2  #: `zero_pa` is valid: the board may inflate
 
 
@@ -150,7 +150,7 @@ class Identify:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Mode, setpoint and keep-alive, host → board, every 50 ms and at every change.
+    """Control message, host → board, every 50 ms and at every change.
 
     Each command states the complete required condition, so that the next command replaces a lost command.
     After a trip, the board inflates only if it has applied mode VENT and then receives mode HOLD.
@@ -177,11 +177,12 @@ class Vent:
 
 
 Message = Sample | Hello | Event | Identify | Command | Vent
-#: Message types by kind. Two kinds differ in at least four bits, so three wrong bits give no other kind.
+#: Message types by kind. All kinds differ from each other in at least four bits. Three wrong bits therefore
+#: cannot change one kind into another.
 KINDS: dict[int, type[Message]] = {m.kind: m for m in (Sample, Hello, Event, Identify, Command, Vent)}
 _VALUES = {kind: attrgetter(*m.__slots__) if m.__slots__ else None for kind, m in KINDS.items()}
-BOARD_MESSAGES = (Sample, Hello, Event)  #: board → host
-HOST_MESSAGES = (Identify, Command, Vent)  #: host → board
+BOARD_MESSAGES = (Sample, Hello, Event)  #: message types, board → host
+HOST_MESSAGES = (Identify, Command, Vent)  #: message types, host → board
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +204,7 @@ def encode(message: Message, sequence: int, version: int = PROTOCOL_VERSION) -> 
 
 @dataclass(slots=True)
 class FrameDecoder:
-    """Decoder from received bytes to rig link frames.
+    """Decoder that converts received bytes to frames of the rig link.
 
     Invalid bytes and frames of the wrong direction raise no exception; they are counted. A frame with another
     protocol version is returned only if it is a Hello or an Identify, because their versions are compared.
@@ -252,7 +253,7 @@ class FrameDecoder:
         return frames
 
     def _decode(self, body: bytes) -> Frame | None:
-        """Return the frame with these bytes after the sync bytes, or None if the frame is invalid."""
+        """Return the frame that consists of the sync bytes and `body`, or None if this frame is invalid."""
         if crc_hqx(body[:-2], 0xFFFF) != _CRC.unpack_from(body, len(body) - 2)[0]:
             return None
         kind, version, sequence = _HEAD.unpack_from(body)

@@ -39,10 +39,10 @@ ENUMERATIONS: Mapping[str, Enumeration] = {
 }
 
 
-#: Offsets of tools that add the register kind to the number: their first registers are 30001 and 40001.
+#: Offsets for tools in which input registers have numbers from 30001, and holding registers from 40001.
 INPUT_REGISTERS, HOLDING_REGISTERS = 30_000, 40_000
 
-#: Addresses of the measured values. All values of one read belong to the same instant.
+#: Addresses of the measured values. All values in one answer belong to the same instant.
 MEASURED_BLOCK = range(BY_NAME["baseline_age"].end)
 #: Addresses of the test pattern, which shows the word order.
 TEST_BLOCK = range(BY_NAME["test_float"].address, BY_NAME["test_int"].end)

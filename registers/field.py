@@ -159,9 +159,7 @@ class Field:
         assert self.wire.min_code is not None
         assert self.wire.max_code is not None
         if not self.unit:
-            return (
-                int(number) & self.wire.max_code if self.wire.min_code == 0 else int(number)
-            )  # counters wrap
+            return int(number) & self.wire.max_code if self.wire.min_code == 0 else int(number)
         if math.isnan(number):
             return self.wire.max_code if self.not_available is None else int(self.not_available)
         return round(min(max(number, self.wire.min_code), self.max_value_code))

@@ -178,7 +178,8 @@ def _hash_of(registers: tuple[Register, ...]) -> int:
     return zlib.crc32(repr(entries).encode())
 
 
-#: Hash of addresses, types, units, ranges and names. The instrument and its documents have the same hash.
+#: Hash of addresses, types, units, ranges and names. An instrument and a document belong together if their
+#: hashes are equal.
 MAP_HASH = _hash_of(_DECLARED)
 
 REGISTERS = tuple(replace(r, constant=MAP_HASH) if r.name == "map_hash" else r for r in _DECLARED)

@@ -9,17 +9,17 @@ from typing import Any, NamedTuple, Protocol
 class Peer(NamedTuple):
     """Sender of a request: the channel, and the address on that channel. A lease belongs to a peer."""
 
-    channel: str  #: a name of the lease-holder register: modbus_tcp, modbus_rtu, can or web
+    channel: str  #: modbus_tcp, modbus_rtu, can or web, as in the register lease_holder
     address: str = ""
 
 
 class Source(Protocol):
-    """Instrument as the bus servers see it. Every quantity of the register map is a snapshot attribute."""
+    """Interface of the instrument for the bus servers."""
 
     def snapshot(self, peer: Peer, now_s: float) -> Any:
-        """Return the values at one instant, as `peer` sees them.
+        """Return all values at one instant. Some values depend on the peer, for example its reject reason.
 
-        The snapshot is immutable. Its attributes have the names of the map's `quantity` entries.
+        The snapshot is immutable. It has one attribute for each quantity of the register map.
         """
         ...
 

@@ -17,7 +17,7 @@ from pneuforce.sim.rig import BoardProtocol, Rig
 from pneuforce.sim.scenario import PlantTable, Scenario
 from pneuforce.sim.world import World
 
-#: Boards by name: the board in Python, and the firmware binary on an emulated chip.
+#: Boards by name: the Python board, and the firmware on an emulated chip.
 BOARDS: Mapping[str, Callable[[], BoardProtocol]] = {"python": SimulatedBoard, "avr": AvrBoard}
 MATERIALS = {"mooney-rivlin": MOONEY_RIVLIN, "neo-hookean": NEO_HOOKEAN}
 
@@ -35,7 +35,7 @@ def build_world(
 ) -> World:
     """Return a rig that has just been switched on, with the hand and the faults of a scenario.
 
-    `plays_phases`: the hand plays the phases of the scenario. `repeat`: the hand repeats them endlessly.
+    With `plays_phases`, the hand plays the phases of the scenario; with `repeat`, it repeats them endlessly.
     `progress(done, total)` is called while the table of a new membrane balloon is computed, which takes
     some seconds. `board` is a key of `BOARDS`.
     """

@@ -1,4 +1,4 @@
-"""Playback of a scenario in virtual time by a minimal host: no port, no process, no waiting."""
+"""Playback of a scenario by a minimal host in virtual time, without a port, a process or waiting."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from pneuforce.sim.scenario import Scenario
 
 COMMAND_STEPS = SAMPLES_PER_S // 20  #: the host sends a command every 50 ms
 ZERO_SAMPLES = SAMPLES_PER_S  #: the zero of the sensor is the mean of one second
-#: Estimate of the time in addition to the contacts: start of the rig [s], filling rate [kPa/s], settling [s].
-#: The waiting time of the hand is added.
+#: Values for an estimate of the time before the contacts: start of the rig [s], filling rate [kPa/s], and
+#: settling time [s].
 START_S, FILL_KPA_PER_S, SETTLE_S = 2.0, 4.5, 1.2
 TRIPPED_S = 1.0  #: the playback continues for this time after the board has tripped
 #: The playback ends after twice the expected time plus this time [s], for example if the board never reaches
@@ -36,9 +36,9 @@ MAX_DELAY_S = 60.0
 
 
 class Playback:
-    """Iterator over the bytes that the board sends. Each item has the bytes of 2 ms.
+    """Iterable over the bytes that the board sends. Each item contains the bytes of 2 ms.
 
-    The playback ends when all phases are `finished`, when the board has `tripped`, or when it takes too long.
+    The playback ends after all phases, after a trip of the board, or if the playback takes too long.
     """
 
     def __init__(self, scenario: Scenario, progress: ProgressCallback = lambda _done, _total: None) -> None:

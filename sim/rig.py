@@ -21,18 +21,18 @@ class Truth(NamedTuple):
 
     sample: int  #: number of samples sent since boot; the low 16 bits are the sequence number of the frame
     t_s: float  #: time since the board booted
-    force_n: float  #: force on the balloon along the axis of the balloon
-    applied_n: float  #: total force, including the oblique component
-    baseline_kpa: float  #: pressure of the same gas without contact
-    radius_mm: float  #: radius of the balloon with the same gas without contact
+    force_n: float  #: component of the force along the axis of the balloon
+    applied_n: float  #: total force, including the component across the axis
+    baseline_kpa: float  #: pressure that the same gas would have without contact
+    radius_mm: float  #: radius that the balloon with the same gas would have without contact
     indentation_mm: float
     contact_radius_mm: float
     volume_mm3: float
-    balloon_kpa: float  #: relative to the pressure around the balloon
+    balloon_kpa: float  #: pressure in the balloon, relative to the pressure around it
 
 
 class BoardProtocol(Protocol):
-    """Interface of all boards: in Python, firmware compiled for this computer, or emulated firmware."""
+    """Interface of all boards: Python board, firmware compiled for this computer, and emulated firmware."""
 
     samples: int  #: number of samples sent since boot
     version: int  #: version of the rig link protocol
@@ -46,11 +46,11 @@ class BoardProtocol(Protocol):
         """Return True if the balloon is locked at its setpoint."""
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
-        """Process received bytes and one sample. Return the bytes sent until `board_time_us` since boot."""
+        """Process received bytes and one sample. Return the bytes sent until `board_time_us` after boot."""
 
 
 class Rig:
-    """Simulated rig that has just been switched on.
+    """Simulated rig, switched on by its constructor.
 
     The same seed and the same received bytes give the same sent bytes. Faults write public attributes of the
     rig, of its pneumatics and of its sensor.
@@ -71,7 +71,7 @@ class Rig:
         gas_kpa_mm3 = amount_kpa_mm3(plant, 0.0, settings.tubes_mm3, outside_kpa)
         self.pneumatics = Pneumatics(settings, gas_kpa_mm3)
         self.sensor = Sensor(sensor or SensorSettings(), seed)
-        self.supply_mv = 5000  #: supply of sensor and ADC
+        self.supply_mv = 5000  #: mean supply voltage of sensor and ADC
         self.clock_rate = 1.0  #: frequency of the board's crystal relative to the nominal frequency
         self.frozen_board = False  #: if True, the clock of the board has stopped
         self._plant = plant
@@ -81,13 +81,13 @@ class Rig:
         self.reset_board()
 
     def reset_board(self) -> None:
-        """Boot the board. The valves return to their positions without current."""
+        """Boot the board. The valves return to the positions that they have without power."""
         self.board = self._new_board()
         self._steps = 0
         self._board_us = 0.0
 
     def step(self, received: bytes = b"") -> bytes:
-        """Step by 2 ms. Return the bytes that the board sends after it has received `received`."""
+        """Advance the time by 2 ms. Pass `received` to the board. Return the bytes that the board sends."""
         self._steps += 1
         settle, gas = self._plant.settle, self.pneumatics.gas
         push = self.hand.step(self.board.is_holding, STEP_S)

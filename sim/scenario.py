@@ -40,7 +40,7 @@ class ScenarioError(ValueError):
 
 
 class PlantTable(ScenarioTable):
-    """Simulated balloon. `low` applies to `published`, `material` and `sides` apply to `membrane`."""
+    """Simulated balloon. `low` is used by `published`; `material` and `sides` are used by `membrane`."""
 
     kind: Literal["published", "membrane"] = "published"
     low: Literal["line", "smooth"] = "line"
@@ -54,7 +54,7 @@ class FaultTable(ScenarioTable):
     model_config = ConfigDict(extra="allow")
 
     name: str
-    at_s: float = Field(ge=0, le=1e6)  # since the start of the simulator
+    at_s: float = Field(ge=0, le=1e6)  # time since the start of the simulator
     for_s: float = Field(math.inf, ge=0, le=1e6)
 
     @model_validator(mode="after")
@@ -64,7 +64,7 @@ class FaultTable(ScenarioTable):
 
 
 class PhaseTable(ScenarioTable):
-    """Contacts that are played at each of the setpoints."""
+    """Phase of a scenario: contacts that are played at each of the setpoints."""
 
     setpoint_kpa: Annotated[tuple[Setpoint, ...], NumberList, Field(min_length=1)]
     repeat: int = Field(1, ge=1, le=1000)
@@ -174,7 +174,7 @@ _CONTACT_TABLE: TypeAdapter[Any] = TypeAdapter(ContactTable)
 
 
 def contacts_of(table: Any) -> tuple[Contact, ...]:
-    """Return the contacts of a table with the keys of a contact in a scenario. Raises ScenarioError."""
+    """Return the contacts of a table that has the same keys as in a scenario file. Raises ScenarioError."""
     try:
         return tuple(_CONTACT_TABLE.validate_python(table).contacts())
     except ValidationError as error:

@@ -18,10 +18,10 @@ SPAN_KPA = 50.0
 ERROR_BAND_KPA = 0.025 * SPAN_KPA
 LEVELS = 1024
 NOISE_BLOCK = 500
-#: The noise is truncated at this multiple of its rms. A level that is farther than this from both ends of the
-#: ADC range then never reaches an end.
+#: The noise is limited to this multiple of its rms. Therefore, noise cannot overdrive the ADC if the level is
+#: farther than this from both ends of the ADC range.
 MAX_NOISE_RMS = 6.0
-#: Twice the mains frequency, aliased by the sampling.
+#: Frequency of the supply ripple: twice the mains frequency, aliased by the sampling.
 RIPPLE_HZ = 100.3
 
 _Noise = tuple[int, list[float], np.ndarray]
@@ -32,7 +32,7 @@ class SensorSettings:
     """Properties of one sensor. Raises ValueError if the properties violate the data sheet."""
 
     zero_offset_kpa: float = 0.25
-    gain_error: float = 0.0  #: as a fraction of the pressure
+    gain_error: float = 0.0  #: error proportional to the pressure, as a fraction of the pressure
     bow_kpa: float = 0.0  #: nonlinearity: deviation from the straight line in the middle of the span
     noise_counts: float = 0.7  #: rms noise of one conversion
     ripple_mv: float = 0.0  #: amplitude of the supply ripple; the ratiometric ADC cancels the ripple
@@ -62,7 +62,7 @@ class SensorSettings:
 
 
 class Sensor:
-    """Conversion of the pressure at the sensor to an ADC sum. Faults write the public attributes."""
+    """Pressure sensor with ADC, which converts a pressure to an ADC sum. Faults write public attributes."""
 
     def __init__(self, settings: SensorSettings, seed: int) -> None:
         self.settings = settings
@@ -101,7 +101,7 @@ class Sensor:
         return OVERSAMPLING * count + integers + carried
 
     def ripple_mv(self, t_s: float) -> int:
-        """Return the deviation of the supply from its mean at `t_s` [mV]."""
+        """Return the deviation of the supply voltage from its mean at the time `t_s` [mV]."""
         amplitude_mv = self.settings.ripple_mv
         return round(amplitude_mv * math.sin(2 * math.pi * RIPPLE_HZ * t_s)) if amplitude_mv else 0
 
@@ -114,7 +114,7 @@ def _clipped_sum(level: float, noise: np.ndarray) -> int:
 def _noise(rms: float, generator: np.random.Generator) -> Iterator[_Noise]:
     """Yield the noise of 16 conversions: sum of the integer parts, sorted fractions, and the noise itself.
 
-    The noise is drawn in blocks because that is ten times faster.
+    Random numbers are drawn in blocks, because that is ten times faster.
     """
     while True:
         noise = generator.normal(0.0, rms, (NOISE_BLOCK, OVERSAMPLING)).clip(

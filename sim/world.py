@@ -8,7 +8,7 @@ from pneuforce.sim.rig import STEP_S, Rig
 
 
 class World:
-    """Rig at the end of a serial line, with injected and scheduled faults."""
+    """Rig with its serial line to the host, and with injected and scheduled faults."""
 
     def __init__(self, rig: Rig, schedule: FaultSchedule | None = None) -> None:
         self.rig = rig
@@ -18,7 +18,7 @@ class World:
         self._schedule = schedule or FaultSchedule(())
 
     def step(self, received: bytes = b"") -> bytes:
-        """Step by 2 ms. Return the bytes that the host receives.
+        """Advance the simulation by 2 ms. Return the bytes that the host receives.
 
         `received` are the bytes that the host has sent since the last step.
         """

@@ -25,5 +25,5 @@ class AllowList:
         except ValueError:  # the client disconnected before its address was read
             return False
         if isinstance(client, IPv6Address):
-            client = client.ipv4_mapped or client  # a dual-stack socket maps IPv4 addresses
+            client = client.ipv4_mapped or client  # a dual-stack socket reports IPv4 clients as IPv6
         return client in _LOOPBACK or any(client in network for network in self._networks)

@@ -1,4 +1,4 @@
-"""Reading of whole files, and writing of files that replace an old file only when they are complete."""
+"""Reading of whole files, and writing of files: a new file replaces an old file only when it is complete."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STDIN = Path("/dev/stdin")
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary path in the folder of `path`. At the end, rename the temporary file to `path`.
+    """Yield a temporary path in the folder of `path`. After the with block, rename the file to `path`.
 
     An old file stays until the new file is complete. Raises OSError if the file cannot be written.
     """
@@ -51,7 +51,7 @@ def read_file(path: Path, remedy: str = "") -> bytes:
 
 
 def check_writable(path: Path) -> None:
-    """Raise ConfigurationError if `write_lines` would fail now. An existing file stays as it is."""
+    """Raise ConfigurationError if `write_lines` would fail now. An existing file is not changed."""
     with _errors_of(path):
         temporary = path.with_name(f".{path.name}.{os.getpid()}.{token_hex(4)}")
         temporary.touch()
@@ -69,7 +69,7 @@ def write_lines(path: Path, lines: Iterable[str]) -> None:
 
 @contextmanager
 def replaced_user_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary path as `replaced_file` does, but raise ConfigurationError for errors."""
+    """Do the same as `replaced_file`, but raise ConfigurationError instead of OSError."""
     with _errors_of(path), replaced_file(path) as temporary:
         yield temporary
 
@@ -85,6 +85,6 @@ def _errors_of(path: Path) -> Iterator[None]:
 
 
 def _check_regular(path: Path, action: str) -> None:
-    """Raise ConfigurationError for a device or a pipe: it may be endless, and must not be replaced."""
+    """Raise ConfigurationError for a device or a pipe, which may be endless and must not be replaced."""
     if not path.is_file():
         raise ConfigurationError(f"{path}: cannot be {action}: not a regular file")

@@ -18,7 +18,7 @@ from pneuforce.errors import ConfigurationError
 
 Numbers = NDArray[np.float64]
 MAX_ROWS = 4_000_000
-#: Largest accepted magnitude. All measured quantities are much smaller, and its square does not overflow.
+#: Largest accepted magnitude of a number. Measured values are much smaller. The square does not overflow.
 MAX_MAGNITUDE = 1e15
 #: Spreadsheets in many countries write semicolons between columns and commas in numbers.
 CSV_FORMAT_HINT = "use commas between columns, points in numbers"
@@ -38,7 +38,7 @@ class CsvRow(NamedTuple):
     def number(self, column: str) -> float:
         """Return the number in a column.
 
-        Raises ConfigurationError if the cell is not a finite number, or is larger than `MAX_MAGNITUDE`.
+        Raises ConfigurationError if the cell is not a finite number, or exceeds `MAX_MAGNITUDE`.
         """
         cell = self.cells[column]
         try:
@@ -62,7 +62,7 @@ class CsvTable(NamedTuple):
     def require_columns(self, *alternatives: Sequence[str]) -> Sequence[str]:
         """Return the first of the alternative sets of columns that the file contains completely.
 
-        Raises ConfigurationError if the file has none of the alternatives.
+        Raises ConfigurationError if the file contains none of these sets.
         """
         for columns in alternatives:
             if set(columns) <= set(self.names):

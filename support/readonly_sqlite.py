@@ -1,4 +1,4 @@
-"""SQLite files opened for reading. Neither the file nor the files beside it are changed."""
+"""Opening of SQLite files for reading. The file and its write-ahead log are not changed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def open_readonly(path: Path) -> sqlite3.Connection:
     - Log and index: a process writes the file, or was killed. Reading creates no file.
     - Log without index: the files are copies. No other process uses them, so the index is made in memory.
 
-    An empty file is opened as immutable too. A log beside an empty file belongs to another file, and SQLite
+    An empty file is opened as immutable too. A log next to an empty file belongs to another file, and SQLite
     would delete that log.
 
     Raises ConfigurationError if `path` is not a readable file, and sqlite3.Error.
@@ -41,7 +41,7 @@ def open_readonly(path: Path) -> sqlite3.Connection:
     if Path(f"{path}-shm").exists():
         return _connect(path, "mode=ro")
     db = _connect(path, "mode=ro&vfs=unix-none")
-    db.execute("PRAGMA locking_mode = EXCLUSIVE")  # keeps the index in memory
+    db.execute("PRAGMA locking_mode = EXCLUSIVE")  # makes SQLite keep the index in memory
     return db
 
 

@@ -9,7 +9,7 @@ MAX_LINES = 5
 
 
 class RateLimitedLogger:
-    """Logger that passes five lines per period and then logs how many lines it suppressed."""
+    """Logger that writes at most five lines per period, and later the number of suppressed lines."""
 
     def __init__(self, logger: logging.Logger, period_s: float = 1.0) -> None:
         self._logger = logger
@@ -30,7 +30,7 @@ class RateLimitedLogger:
 
 @dataclass(slots=True)
 class TokenBucket:
-    """Token bucket: `burst` events at once, then `per_s` events per second."""
+    """Token bucket that allows `burst` events at once, and then `per_s` events per second."""
 
     per_s: float
     burst: float
@@ -49,7 +49,7 @@ class TokenBucket:
         return True
 
     def is_full(self, now_s: float) -> bool:
-        """Return True if no token is missing, as in a new bucket."""
+        """Return True if the bucket is as full as a new bucket."""
         self._refill(now_s)
         return self._tokens >= self.burst
 

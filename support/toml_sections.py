@@ -44,12 +44,15 @@ def read_text(path: Path, remedy: str) -> str:
 
 
 def parse_tables(text: str, name: str) -> dict[str, Any]:
-    """Return the tables of a TOML text. Raises ConfigurationError, which names the file `name`."""
+    """Return the tables of a TOML text.
+
+    Raises ConfigurationError if the text is not TOML. `name` is the name of the file in the error message.
+    """
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(f"{name}: not TOML: {error}") from None
-    except ValueError:  # Python does not convert integers of more than 4300 digits
+    except ValueError:  # Python rejects integers of more than 4300 digits
         raise ConfigurationError(f"{name}: not TOML: a number with thousands of digits") from None
     except RecursionError:
         raise ConfigurationError(f"{name}: not TOML: brackets are nested too deeply") from None
@@ -82,9 +85,10 @@ _ESCAPES = {chr(code): f"\\u{code:04x}" for code in (*range(32), 127)} | {'"': '
 
 
 def format_section(section: Section, name: str = "") -> str:
-    """Return a section and its inner sections as TOML. The docstring of an inner section is a comment.
+    """Return a section and its inner sections as TOML, without the keys whose value is None.
 
-    Values that are None are left out. `name` is the dotted name of the section.
+    A comment above an inner section gives the first line of its docstring. `name` is the dotted name of the
+    section.
     """
     lines: list[str] = []
     inner: list[str] = []

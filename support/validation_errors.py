@@ -1,4 +1,4 @@
-"""Validation errors of pydantic as sentences: the place, the value, the reason and the allowed values."""
+"""Sentences for the validation errors of pydantic: location, value, reason and allowed values."""
 
 from __future__ import annotations
 
@@ -56,14 +56,17 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
 
 
 def _is_secret(table_type: Any, location: Location) -> bool:
-    """Return True if the key at a location is a secret. A message must not contain its value."""
+    """Return True if the value at a location is secret. An error message must not contain a secret value."""
     table = model_at(table_type, location[:-1]) if location else None
     field = table.model_fields.get(str(location[-1])) if table else None
     return field is not None and field.annotation is SecretStr
 
 
 def _header(location: Location) -> str:
-    """Return the TOML header of a table, for example `, [modbus]`; empty for an entry of a list."""
+    """Return a comma and the TOML header of a table, for example `, [modbus]`.
+
+    Return an empty string for the complete file and for an entry of a list.
+    """
     keys = [part for part in location if isinstance(part, str)]
     return f", [{'.'.join(keys)}]" if keys and len(keys) == len(location) else ""
 
@@ -81,7 +84,7 @@ def format_input(value: object) -> str:
     """Return the text of a rejected value, cut after `MAX_VALUE_CHARACTERS`."""
     try:
         text = repr(value)
-    except ValueError:  # Python does not convert integers of more than 4300 digits
+    except ValueError:  # repr() fails for integers of more than 4300 digits
         return "a number with thousands of digits"
     except RecursionError:
         return "…"
@@ -89,7 +92,7 @@ def format_input(value: object) -> str:
 
 
 def model_at(table_type: Any, location: Location) -> type[BaseModel] | None:
-    """Return the model class at a location, or None if there is no table."""
+    """Return the model class at a location, or None if the value there is not a table."""
     kind: Any = table_type
     for part in location:
         kind = _type_within(kind, part)
@@ -98,7 +101,10 @@ def model_at(table_type: Any, location: Location) -> type[BaseModel] | None:
 
 
 def _type_within(kind: Any, part: int | str) -> Any:
-    """Return the type of a key, of a list entry, or of a tagged member of a union; None if unknown."""
+    """Return the type of one part of a location inside the type `kind`, or None if the part is unknown.
+
+    A part is a key, the index of a list entry, or the tag of a member of a union.
+    """
     kind = _unwrapped(kind)
     if _is_model(kind):
         field = kind.model_fields.get(str(part))
@@ -128,9 +134,12 @@ def _has_tag(kind: Any, tag: str) -> bool:
 
 
 def _allowed_values_at(table_type: Any, location: Location) -> str:
-    """Return the allowed values of the key at a location; empty if the key is unknown or has no limits."""
+    """Return the allowed values of the key at a location.
+
+    Return an empty string if the key is unknown or if its values are not limited.
+    """
     while location and isinstance(location[-1], int):
-        location = location[:-1]  # the limits of a list entry belong to the key of the list
+        location = location[:-1]  # the key of a list has the limits of the entries
     table = model_at(table_type, location[:-1]) if location else None
     key = str(location[-1]) if location else ""
     if table is None or key not in table.model_fields:
@@ -139,9 +148,10 @@ def _allowed_values_at(table_type: Any, location: Location) -> str:
 
 
 def allowed_values(schema: dict[str, Any]) -> str:
-    """Return the allowed values of a key from its JSON schema; empty if the schema states no limits.
+    """Return the allowed values of a key from its JSON schema.
 
-    A schema can state its own text as `allowed_values` (pydantic: `json_schema_extra`).
+    Return an empty string if the schema does not limit the values. If the schema has the entry
+    `allowed_values` (from pydantic's `json_schema_extra`), return the text of this entry.
     """
     if "allowed_values" in schema:
         return str(schema["allowed_values"])

@@ -1,4 +1,4 @@
-"""Settings for all tests, and the repetition of tests in real time that the computer has starved."""
+"""Settings for all tests, and the repetition of real-time tests that got too little processor time."""
 
 import signal
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 from tests.starvation import StarvationMonitor
 
-# A background job of a shell ignores Ctrl-C, and every program that a test starts would inherit this.
+# A background job of a shell ignores Ctrl-C, and every program that a test starts would inherit this setting.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).parents[1]
@@ -43,7 +43,7 @@ def pytest_unconfigure():
 
 
 def pytest_collection_modifyitems(items):
-    """Allow one repetition of a test in real time, if starvation explains its failure."""
+    """Allow one repetition of a real-time test, if a lack of processor time explains its failure."""
     for item in items:
         if any(item.path.is_relative_to(folder) for folder in REAL_TIME):
             item.add_marker(pytest.mark.flaky(reruns=1, condition=lambda: monitor.starved))
@@ -63,7 +63,7 @@ def pytest_runtest_makereport():
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Name the tests that were repeated."""
+    """Print the names of the tests that were repeated."""
     for report in terminalreporter.stats.get("rerun", []):
         waited_s = dict(report.user_properties)["waited_s"]
         terminalreporter.write_line(

@@ -66,7 +66,7 @@ class StarvationMonitor:
     def read_run_queues(self) -> None:
         """Add the time for which each process waited in a run queue since the last reading.
 
-        A process that is new since the last reading is first measured at the next one.
+        A process that has started since the last reading is not measured until the next reading.
         """
         waited_s = dict(self._waits())
         for pid, total_s in waited_s.items():
@@ -77,7 +77,7 @@ class StarvationMonitor:
         """Yield process id and total waiting time [s] of this process and its descendants.
 
         The source is the second field of schedstat (Linux, Documentation/scheduler/sched-stats.rst). Systems
-        without schedstat have the heartbeat only.
+        without schedstat show only the delay of this thread.
         """
         this = psutil.Process()
         with contextlib.suppress(psutil.Error):

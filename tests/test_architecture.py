@@ -1,4 +1,4 @@
-"""Tests of the import rules of docs/architecture.md: allowed imports, no cycles, libraries in few files."""
+"""Tests of the import rules of docs/architecture.md: allowed imports, no cycles, few users of libraries."""
 
 import re
 from collections import defaultdict

@@ -12,7 +12,7 @@ from tests.starvation import StarvationMonitor
 
 pytest_plugins = ["pytester"]
 
-#: Processes that all run on the first processor of this process.
+#: Program that occupies a processor. All processes of this program run on the same processor.
 CROWD = "import os\nos.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\nwhile True: pass"
 
 

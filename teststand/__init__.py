@@ -1,1 +1,1 @@
-"""Test stand: instrument, CAN hub and simulated rig as processes, for the demo and for tests of users."""
+"""Test stand for the demo and for users' tests: instrument, CAN hub and simulated rig as processes."""

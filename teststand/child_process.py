@@ -23,7 +23,7 @@ START_TIMEOUT_S = 20.0
 
 
 class ChildProcessFailed(PneuforceError):
-    """Child process that has ended, or did not become ready."""
+    """Error for a child process that has ended or was not ready in time."""
 
 
 class StartCancelled(Exception):
@@ -33,7 +33,7 @@ class StartCancelled(Exception):
 class ChildProcess:
     """Python module that runs as a process. Its last lines on stderr are kept for error messages.
 
-    Only installed modules are found. A folder with the same name in the working directory is ignored.
+    Python looks for the module among the installed modules, not in the working directory.
     """
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
@@ -96,7 +96,7 @@ class ChildProcess:
     def write_stdin(self, text: str) -> None:
         """Write the complete input of the process, and close its stdin."""
         assert self._process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # the process has ended; `ready` raises the reason
+        with contextlib.suppress(BrokenPipeError):  # the process has ended; `ready` raises an error
             self._process.stdin.write(text)
             self._process.stdin.close()
 

@@ -31,15 +31,16 @@ class DemoSequence:
     def __init__(self, connect: Callable[[], ModbusClient]) -> None:
         """Use connections that `connect` opens. `connect` raises ModbusClientError."""
         self._connect = connect
-        #: The last two setpoints. An observed value can be older than the last command.
+        #: The last two setpoints of the demo. The observed setpoint can still be the older of the two.
         self._commanded_kpa = (math.nan, math.nan)
         self._tripped = False
         self._done = False
 
     def step(self, values: dict[str, Any], wanted_kpa: float) -> None:
-        """Command the setpoint `wanted_kpa`, if the sensor has its zero and the setpoint is new.
+        """Command the setpoint `wanted_kpa` if this setpoint is new or the rig has tripped.
 
-        `values` are the observed registers. After a trip by an overload, the faults are cleared first.
+        No command is sent before the zero adjustment. `values` are the observed registers. After a trip by an
+        overload, the faults are cleared first.
         """
         if (
             self._done
@@ -62,7 +63,7 @@ class DemoSequence:
             with self._connect() as plc:
                 self._command(plc, wanted_kpa, first)
         except ModbusClientError:
-            self._done = not self._tripped  # the cause of a trip can persist for a while
+            self._done = not self._tripped  # after a trip, try again: its cause can persist for a while
 
     def _command(self, plc: ModbusClient, setpoint_kpa: float, first: bool) -> None:
         """Write a setpoint. Inflate the balloon if this is the first setpoint or the rig has tripped."""

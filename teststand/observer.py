@@ -52,7 +52,7 @@ class EventRate:
 
 @dataclass(slots=True)
 class ObservedValues:
-    """Latest values of all sources, by the names of the register map."""
+    """Latest values by name from three sources: Modbus registers, CAN frames, and truth of the simulator."""
 
     modbus: dict[str, Any] = field(default_factory=dict)
     can: dict[str, Any] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class ObservedValues:
     frames: EventRate = field(default_factory=EventRate)
     history: deque[tuple[float, float, float]] = field(
         default_factory=lambda: deque(maxlen=round(HISTORY_S / POLL_PERIOD_S))
-    )  #: time [s], force [N], pressure [kPa]
+    )  #: time [s], force [N] and pressure [kPa] of each poll
 
 
 def can_frames(node: CanNodeAddress, stop: Event) -> Iterator[tuple[float, str, dict[str, Any]]]:
@@ -112,7 +112,7 @@ class Observer:
         self.values.history.append((now_s, values["force"], values["pressure"]))
 
     def _receive_can(self, node: CanNodeAddress) -> None:
-        with contextlib.suppress(OSError):  # `Stack.check` reports the end of the hub
+        with contextlib.suppress(OSError):  # if the hub has ended, `Stack.check` reports this
             for _, _, values in can_frames(node, self._stop):
                 self.values.can.update(values)
                 self.values.frames.add(time.monotonic())
@@ -134,5 +134,5 @@ class Observer:
 
 
 def value_or_nan(values: dict[str, Any], name: str) -> float:
-    """Return the value of a quantity, NaN if the quantity was not observed yet."""
+    """Return the value of a quantity, or NaN if the quantity has not been observed yet."""
     return float(values.get(name, math.nan))

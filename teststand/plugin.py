@@ -68,7 +68,7 @@ def _pneuforce_stack(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator
 
 @pytest.fixture
 def pneuforce_rig(request: pytest.FixtureRequest, _pneuforce_stack: Stack) -> LiveRig:
-    """Return a running instrument on a simulated rig, both just switched on."""
+    """Return an instrument on a simulated rig. Both have just been started for this test."""
     from pneuforce.teststand.rig import LiveRig
 
     return LiveRig(_pneuforce_stack, marker_arguments(request).instrument.get("modbus", {}).get("unit", 1))
@@ -76,7 +76,7 @@ def pneuforce_rig(request: pytest.FixtureRequest, _pneuforce_stack: Stack) -> Li
 
 @pytest.fixture
 def pneuforce_tcp_proxy(request: pytest.FixtureRequest, pneuforce_rig: LiveRig) -> Iterator[TcpProxy]:
-    """Return a disturbable line to the Modbus server. Clients connect to its `port`; set its `noise`."""
+    """Return a proxy for the Modbus server. Clients connect to its `port`. Its `noise` disturbs the data."""
     from pneuforce.sim.line.proxy import TcpProxy
 
     with TcpProxy(("127.0.0.1", pneuforce_rig.modbus_port), seed=marker_arguments(request).seed) as proxy:
@@ -85,7 +85,7 @@ def pneuforce_tcp_proxy(request: pytest.FixtureRequest, pneuforce_rig: LiveRig) 
 
 @pytest.fixture
 def pneuforce_serial_proxy(_pneuforce_stack: Stack) -> SerialProxy:
-    """Return the disturbable line between rig and instrument; set its `noise`."""
+    """Return the proxy on the serial line between rig and instrument. Its `noise` disturbs the data."""
     assert _pneuforce_stack.line is not None, "use pneuforce_serial_proxy as an argument of the test"
     return _pneuforce_stack.line
 

@@ -19,25 +19,25 @@ VENT_TIMEOUT_S = 10.0
 INFLATE_TIMEOUT_S = 20.0
 CAN_TIMEOUT_S = 5.0  #: longest time in which the CAN node checks that its id is free
 PRESS_TIMEOUT_S = 5.0
-SETTLED_S = 0.6  #: five times the time constant of 0.12 s from a force to the indicated force
+SETTLED_S = 0.6  #: five times 0.12 s, the time constant of the indicated force
 
 Values = dict[str, Any]
 
 
 class WaitTimeout(PneuforceError, TimeoutError):
-    """Condition that did not become true in time."""
+    """Error for a condition that did not become true in time."""
 
 
 class RigTripped(PneuforceError):
-    """Tripped rig, which cannot be inflated."""
+    """Error for a rig that has tripped and cannot be inflated."""
 
 
 class BalloonNotHeld(PneuforceError):
-    """Press of a balloon that is not held, so that the instrument measures no force."""
+    """Error for a press on a balloon that is not held. The instrument would measure no force."""
 
 
 class LiveRig:
-    """Instrument, and the hand, the faults and the true state of its simulated rig.
+    """Running instrument on a simulated rig, with methods to press the balloon and to inject faults.
 
     Methods raise ModbusClientError if the instrument rejects a request (with the name of the reason),
     SimulatorRequestError if the simulator rejects a request, and ChildProcessFailed if a process has ended.
@@ -65,7 +65,7 @@ class LiveRig:
             return plc.read_all()
 
     def write(self, name: str, value: object) -> None:
-        """Write a register by name: a number in N, kPa, mm or s, or the name of a code."""
+        """Write a register by name. `value` is a number in N, kPa, mm or s, or a name, for example `vent`."""
         with self._plc() as plc:
             plc.write(name, value)
 
@@ -98,10 +98,10 @@ class LiveRig:
     def press(self, force_n: float, wait: bool = True) -> None:
         """Press the held balloon with this force until `release`.
 
-        With `wait`, return when the force is constant and the instrument indicates the force, and raise
-        RigTripped if the press trips the rig. To press a balloon in any state, use `start_contact`.
+        With `wait`, return `SETTLED_S` after the hand has reached the force. The instrument then indicates
+        the force. To press a balloon in any state, use `start_contact`.
 
-        Raises BalloonNotHeld, RigTripped, WaitTimeout.
+        Raises BalloonNotHeld, WaitTimeout, and RigTripped if the rig has tripped or the press trips the rig.
         """
         registers = self._check_untripped()
         if registers["state"] != "holding":
@@ -114,15 +114,15 @@ class LiveRig:
             self._check_untripped()
 
     def release(self, wait: bool = True) -> None:
-        """End the contact. With `wait`, return when the instrument indicates the end."""
+        """End the contact. With `wait`, return `SETTLED_S` after the hand has left the balloon."""
         self._simulator.request(release=True)
         if wait:
             self._wait_settled(0.0)
 
     def start_contact(self, **contact: Any) -> None:
-        """Start one contact, and do not wait. The arguments are the keys of a contact in a scenario.
+        """Start one contact and return at once. The arguments are the keys of a contact in a scenario.
 
-        For example `kind="tap", force_n=1.5`.
+        Example: `start_contact(kind="tap", force_n=1.5)`.
         """
         self._simulator.request(contact=contact)
 
@@ -173,7 +173,10 @@ def _poll(
     timeout_s: float,
     describe: Callable[[Values], str],
 ) -> Values:
-    """Read until the condition is true. Return the values. Raises WaitTimeout with their description."""
+    """Read values until the condition is true, and return these values.
+
+    Raises WaitTimeout with a description of the last values if the condition is not true in time.
+    """
     until_s = time.monotonic() + timeout_s
     while not condition(values := read()):
         if time.monotonic() > until_s:

@@ -47,10 +47,11 @@ def start(
     stop: Event | None = None,
     line_seed: int | None = None,
 ) -> Stack:
-    """Start simulator, hub and instrument. `children` ends them, the instrument first.
+    """Start simulator, hub and instrument as processes that `children` ends, the instrument first.
 
-    `rig` are arguments of the simulator, `tables` are tables of the instrument.toml. If a port is missing in
-    these tables, a free port is used. With `line_seed`, a disturbable line connects rig and instrument.
+    The simulator is started with the arguments `rig`. `tables` is the configuration of the instrument. If a
+    port is missing in `tables`, a free port is used. With `line_seed`, a disturbable line connects rig and
+    instrument.
 
     Raises ChildProcessFailed if a process does not start, StartCancelled if `stop` is set before the end of
     the start.
@@ -81,7 +82,7 @@ def start(
 
 
 def toml(tables: Tables) -> str:
-    """Return the tables as TOML. Their values have the same form in TOML and in JSON."""
+    """Return the tables as TOML. JSON and TOML have the same syntax for the values of these tables."""
     lines = []
     for name, table in tables.items():
         lines += [f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
@@ -100,7 +101,7 @@ def check_ports_free(ports: Mapping[str, int]) -> None:
 
 
 def reserve_port(reservation: ExitStack) -> int:
-    """Return a free TCP port of the loopback, and reserve it until `reservation` ends.
+    """Return a free TCP port of the loopback interface, and reserve the port until `reservation` ends.
 
     A server can bind the port. The system does not assign the port to other sockets.
     """
@@ -112,7 +113,7 @@ def reserve_port(reservation: ExitStack) -> int:
 
 
 def free_port() -> int:
-    """Return a TCP port of the loopback that is free now."""
+    """Return a TCP port of the loopback interface that is free now."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port: int = listener.getsockname()[1]
         return port

@@ -62,7 +62,7 @@ class WebServer(Server):
 
 
 def create_services(options: WebProcessOptions) -> WebServices:
-    """Return the objects of a web server.
+    """Return the objects that the request handlers of a web server use.
 
     Raises ValueError if an item of `allow` is neither an address nor a network.
     """

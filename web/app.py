@@ -79,7 +79,7 @@ class EventStreamResponse(StreamingResponse):
 
 
 def create_app(services: WebServices) -> ASGIApp:
-    """Return the ASGI application with all routes, inside the request guard."""
+    """Return the ASGI application with all routes. `RequestGuard` checks each request first."""
     routes = [
         Route("/", _index),
         Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
@@ -174,7 +174,10 @@ async def _token(services: WebServices, request: Request) -> Response:
 
 
 def _answer_response(answer: Mapping[str, Any]) -> Response:
-    """Return the response for an answer: status 400 for an invalid request, else the reject reason."""
+    """Return the HTTP response for an answer of the instrument: the reject reason and its text.
+
+    The status is 400 if the request was invalid, otherwise 200.
+    """
     reject_reason, invalid = str(answer.get("reject_reason")), answer.get("why")
     if invalid:
         return json_response({"reject_reason": reject_reason, "text": invalid}, 400)

@@ -19,7 +19,7 @@ from pneuforce.web.rates import HealthReading, with_rates
 STATE_PERIOD_S = 0.2
 OPEN_CONTACT_PERIOD_S = 1.0  #: period of the messages about a contact in progress
 HISTORY_S = 60.0
-HISTORY_PART_S = 0.5  #: duration of one history message; short, because a new message must wait for its end
+HISTORY_PART_S = 0.5  #: duration of one history message; a longer message would delay new messages
 MAX_CONTACTS = 50
 MAX_POINTS = 6000  #: 60 s at 100 points per second
 MAX_EVENTS = 50
@@ -169,7 +169,7 @@ class BrowserFeed:
         return [_contacts_message(changed)]
 
     def initial_messages(self) -> list[SseMessage]:
-        """Return the messages for a new browser. The values of the large readings come first."""
+        """Return the messages for a new browser. The measured values precede contacts and events."""
         state = [_state_message(self.snapshot)] if self.snapshot is not None else []
         health = [SseMessage("health", self.health)] if self.health else []
         contacts = _contacts_message(self._contacts.rows)
@@ -205,14 +205,14 @@ def _samples_message(event: str, points: list[LivePoint]) -> SseMessage:
 
 
 def _rounded(value: float) -> float | None:
-    """Return a value with the resolution of a plot. Return None for NaN and infinity."""
+    """Return a value with three decimals, which are enough for the plots; None for NaN and infinity."""
     return round(value, 3) if math.isfinite(value) else None
 
 
 def _contacts_message(rows: list[ContactRow]) -> SseMessage:
     """Return a message with contact rows.
 
-    The browser replaces its rows, beginning with the number of the first row. An empty list clears the table.
+    The browser keeps its rows with lower numbers and replaces all others. An empty list clears the table.
     """
     return SseMessage("contacts", {"rows": [_row_data(row) for row in rows]})
 

@@ -19,7 +19,7 @@ from pneuforce.web.connection_limiter import ConnectionLimiter
 IDLE_TIMEOUT_S = 10.0
 STREAM_SEND_BUFFER_BYTES = 4096  #: small, because data in the buffer of the kernel becomes outdated
 _ZERO_BYTES_UNREAD = bytes(4)
-_LINGER_ZERO = struct.pack("ii", 1, 0)  #: close() resets the connection
+_LINGER_ZERO = struct.pack("ii", 1, 0)  #: value of SO_LINGER with which close() resets the connection
 
 _log = RateLimitedLogger(logging.getLogger("pneuforce"), 60.0)
 
@@ -81,7 +81,10 @@ class HttpConnection(H11Protocol):
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _LINGER_ZERO)
 
     def _check_idle(self) -> None:
-        """Abort the connection if no request was sent, or if one request is in progress for two checks."""
+        """Abort the connection if no request has arrived, or if one request is in progress at two checks.
+
+        Event streams are not aborted.
+        """
         sent_no_request = self.cycle is None
         is_stuck = self._is_responding and self.cycle is self._checked_cycle and not self._is_stream
         if sent_no_request or is_stuck:

@@ -54,7 +54,7 @@ class ConnectionLimiter:
         """Add a new connection, or abort the connection if its address is not allowed.
 
         If there are too many connections, abort the oldest connection that has no request in progress. If one
-        address has too many, consider only the connections of that address.
+        address has too many connections, consider only the connections of that address.
         """
         client = connection.client
         if client is None or not self._allowed.admits(client[0]):

@@ -13,7 +13,7 @@ from pneuforce.instrument.stream.sample_record import SampleRecord
 
 BUCKET_S = 0.04
 MAX_BUCKET_POINTS = 4  #: minimum and maximum of force and pressure
-MAX_BUCKET_SAMPLES = 256  #: limits the memory if the clock has stopped
+MAX_BUCKET_SAMPLES = 256  #: limits the memory if the times of the samples do not increase
 
 
 class LivePoint(NamedTuple):
@@ -58,9 +58,9 @@ class LiveDecimator:
 
 
 def extremes(points: list[LivePoint]) -> list[LivePoint]:
-    """Return the points with the minimum and maximum of force and pressure, in order.
+    """Return the points with the minimum and maximum of force and pressure, in order of time.
 
-    Return the first point if force and pressure of all points are NaN.
+    Return all points if there are at most four. Return the first point if all forces and pressures are NaN.
     """
     if len(points) <= MAX_BUCKET_POINTS:
         return points

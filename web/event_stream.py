@@ -13,7 +13,7 @@ MAX_STREAMS = 32
 #: Maximum age of the oldest unsent message. An older message shows that the connection is too slow. The
 #: stream is then closed, so that the browser connects again and starts with current data.
 MAX_LAG_S = 2.0
-RETRY_FIELD = b"retry: 1000\n\n"  #: browsers connect again after 1000 ms
+RETRY_FIELD = b"retry: 1000\n\n"  #: browsers connect again 1000 ms after a disconnection
 KEEP_ALIVE = b":\n\n"  #: a comment; sending it detects a lost connection
 
 
@@ -31,8 +31,8 @@ class SseMessage(NamedTuple):
 class EventStream:
     """Queue of messages for one browser.
 
-    New messages go first. The history is sent only when no new message waits. `disconnect` is called if the
-    browser does not read the messages.
+    New messages are sent first. The history is sent only when no new message waits. `disconnect` is called if
+    the browser does not read the messages.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class EventStream:
                 if not self._queue:
                     yield self._history.popleft().encode()
                     continue
-                # The data stays in the queue until the connection has accepted the data, for the lag check.
+                # The data stays in the queue until it is sent, so that `enqueue` can check its age.
                 yield self._queue[0][1]
                 if self._queue:  # close() may have cleared the queue meanwhile
                     self._queue.popleft()

@@ -97,7 +97,7 @@ def parse_values(body: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def parse_seen_s(body: Mapping[str, Any]) -> float | None:
-    """Return the time of the state that the operator saw when deciding, or None for a vent.
+    """Return the time [s] of the state on which the operator based the request, or None for a vent.
 
     A vent needs no time, because a vent is never too late. Raises HttpRequestError if the time is missing or
     not a finite number.

@@ -18,7 +18,7 @@ _FRAMES = {frame.name: frame for frame in FRAMES}
 
 
 def register_blocks(snapshot: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return all readable registers as words, as Modbus function 03 returns them for this snapshot.
+    """Return the words that Modbus function 03 would return for all readable registers and this snapshot.
 
     Each block is {"address": first address, "words": tuple of int}.
     """
@@ -36,7 +36,10 @@ def register_blocks(snapshot: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def can_frames(health: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the latest frames that the CAN node sent and received, each with "values" by field name."""
+    """Return the latest frames that the CAN node sent and received.
+
+    "values" of each frame contains the decoded values by field name.
+    """
     can = health.get("can") or {}
     return [frame | {"values": _decoded(frame)} for frame in can.get("frames", ())]
 

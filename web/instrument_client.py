@@ -96,9 +96,12 @@ class InstrumentClient:
     async def write(self, values: Mapping[str, Any], seen_s: float | None = None) -> Mapping[str, Any]:
         """Send a write request and return the answer of the instrument.
 
-        `values` are register names and new values. `seen_s` is the time of the state that the operator saw
-        when deciding; None for a vent. The instrument rejects a request whose `seen_s` is too old. Raises
-        InstrumentUnavailable if the instrument does not answer within `ANSWER_TIMEOUT_S`.
+        `values` maps register names to new values. `seen_s` is the time [s] of the state on which the
+        operator based the request; None for a vent. The instrument rejects a request whose `seen_s` is too
+        old.
+
+        Raises InstrumentUnavailable if the instrument is not connected, does not read requests, or does not
+        answer within `ANSWER_TIMEOUT_S`.
         """
         if self._writer is None:
             raise InstrumentUnavailable(self._feed.down_reason)

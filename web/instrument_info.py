@@ -1,4 +1,4 @@
-"""Static facts about the instrument for the browsers: identity, register map, and texts for codes."""
+"""Static facts about the instrument for the browsers: identity, register map and meaning of all codes."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import socket
 
-MIN_BACKLOG = 1024  #: connections that the kernel queues
+MIN_BACKLOG = 1024  #: minimum length of the queue of the kernel
 ACCEPTS_PER_ROUND = 16  #: connections that the event loop accepts before open connections are served again
 MAX_SKIPPED = 64  #: closed connections that one call of accept() skips
 
@@ -18,7 +18,7 @@ class Listener(socket.socket):
     def listen(self, backlog: int = MIN_BACKLOG, /) -> None:
         """Start listening, with a queue of at least `MIN_BACKLOG` connections.
 
-        uvicorn passes `ACCEPTS_PER_ROUND`, which is too short for the queue of the kernel.
+        uvicorn passes `ACCEPTS_PER_ROUND`, which is too small for the queue of the kernel.
         """
         super().listen(max(backlog, MIN_BACKLOG))
 

@@ -7,8 +7,8 @@ from collections import OrderedDict
 from enum import Enum, auto
 from ipaddress import IPv6Address, ip_address, ip_network
 
-MAX_ATTEMPTS = 8  #: wrong tokens that one address may send without a wait
-ATTEMPT_PERIOD_S = 10.0  #: after that, one attempt is allowed per period
+MAX_ATTEMPTS = 8  #: number of wrong tokens that one address may send before it must wait
+ATTEMPT_PERIOD_S = 10.0  #: time until one further attempt is allowed
 MAX_ADDRESSES = 1024
 IPV6_PREFIX_BITS = 64
 
@@ -22,7 +22,7 @@ class TokenResult(Enum):
 
 
 class TokenVerifier:
-    """Verifier that compares tokens with the configured token. If that is empty, every token is rejected.
+    """Verifier that compares tokens with the configured token. An empty configured token matches no token.
 
     The rate limit per address is a leaky bucket. For each address, the time at which its bucket will be empty
     is stored.

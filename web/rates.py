@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 Health = Mapping[str, Any]
 
-#: Counters of each rate: section of HEALTH, and name in the section. The increases of the counters are added.
+#: Counters whose increases are added for each rate. A counter: section of HEALTH, name in this section.
 RATES: Mapping[str, tuple[tuple[str, str], ...]] = {
     "samples_per_s": (("rig", "samples"),),
     "modbus_requests_per_s": (("modbus_tcp", "requests"), ("modbus_rtu", "requests")),
@@ -27,7 +27,7 @@ class HealthReading(NamedTuple):
 def with_rates(previous: HealthReading | None, current: HealthReading) -> dict[str, Any]:
     """Return HEALTH with the section "rates", and with "requests_per_s" for each Modbus TCP client.
 
-    A rate is None if no previous reading exists or if a counter was reset.
+    A rate is None if a counter is missing or was reset, or if no previous reading exists.
     """
     health = dict(current.health)
     health["rates"] = {name: _total_rate(previous, current, counters) for name, counters in RATES.items()}

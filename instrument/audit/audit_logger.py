@@ -16,12 +16,12 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.snapshot import Snapshot, state_of, writable_values
 from pneuforce.support.call_guard import CallGuard
 
-DUE_INTERVAL_S = 1.0  #: interval at which due reports are read from the throttle
-ALARM_HOLD_S = 1.0  #: shortest alarm, so that a force that varies around its limit causes one alarm
+DUE_INTERVAL_S = 1.0  #: interval at which the reports that are due are taken from the event throttle
+ALARM_HOLD_S = 1.0  #: shortest duration of an alarm: a force that varies around its limit causes one alarm
 
 
 class AuditSink(Protocol):
-    """Destination of the records."""
+    """Destination of the audit records."""
 
     @property
     def write_error(self) -> str:
@@ -43,10 +43,10 @@ class NullAuditSink:
 
 
 class AuditLogger:
-    """Source for the buses that logs each write with the old value, the new value and the result.
+    """`Source` that passes each write to the session, and logs its old value, new value and result.
 
-    The host process calls `on_sample` and `tick` as for a bus server. The logger then records changes that
-    the instrument made without a write.
+    The host process calls `on_sample` and `tick` as for a bus server. In these calls the logger records the
+    changes of the instrument that no write has caused, for example a trip.
     """
 
     def __init__(
@@ -65,7 +65,8 @@ class AuditLogger:
         self._next_due_s = 0.0
         self._guarded = CallGuard("a write was not logged because of a programming error")
         self._ended = False
-        self._pending_commands: dict[str, CommandBlock] = {}  # commands without an answer, by peer
+        # Commands without an answer, by the name of the peer.
+        self._pending_commands: dict[str, CommandBlock] = {}
 
     # ---- as a source
 
@@ -132,11 +133,11 @@ class AuditLogger:
     # ---- as a server of the host process
 
     def on_sample(self, now_s: float) -> None:
-        """Log changes of the instrument."""
+        """Log changes of the instrument's state."""
         self._log_changes(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Log changes and due reports, and update the instrument's flag for a failed event log."""
+        """Log changes and due reports. Set the instrument's flag if the event log cannot be written."""
         self._instrument.log_down = bool(self._sink.write_error)
         self._log_changes(now_s)
         if now_s >= self._next_due_s:
@@ -203,5 +204,5 @@ def _name_of(peer: Peer) -> str:
 
 
 def _differs(name: str, old: Any, new: Any) -> bool:
-    """Return True if a write changes a quantity. A command key does not count: it is valid only once."""
+    """Return True if a write changes a quantity. A command key is no change: each command needs a new key."""
     return name != "command_key" and old != new

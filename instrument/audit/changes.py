@@ -11,9 +11,9 @@ from pneuforce.protocol.frames import BoardKind
 
 
 class ObservedState(NamedTuple):
-    """State of the instrument at one instant. The field names are the kinds of the records."""
+    """State of the instrument at one instant. A change of a field is logged as a record of this kind."""
 
-    board: tuple[int, int, int] | None  #: kind, serial number, firmware
+    board: tuple[int, int, int] | None  #: kind of the board, serial number, firmware version
     faults: tuple[int, ...]
     state: str
     zero_kpa: float | None
@@ -21,7 +21,7 @@ class ObservedState(NamedTuple):
 
 
 def changes(before: ObservedState, now: ObservedState) -> list[RecordFields]:
-    """Return the fields of one record for each change. Causes are before effects."""
+    """Return the fields of one record for each change. A cause, for example a fault, precedes its effects."""
     return [
         {"kind": name, "was": _formatted(name, old), "is": _formatted(name, new)}
         for name, old, new in zip(ObservedState._fields, before, now, strict=True)
@@ -37,7 +37,7 @@ def _format_board(board: tuple[int, int, int] | None) -> str | None:
     return f"{kind}, serial {serial}, firmware {firmware >> 8}.{firmware & 0xFF}"
 
 
-#: Formatters of the fields whose values are codes.
+#: Formatters of the fields that contain numeric codes.
 _FORMATTERS: Mapping[str, Callable[[Any], Any]] = {
     "board": _format_board,
     "faults": lambda codes: [name_of(code) for code in codes],

@@ -1,6 +1,6 @@
 """Event throttle: repetitions and floods of events are counted instead of logged one by one.
 
-The disk is therefore not filled by a PLC that runs for years or by a hostile peer.
+A PLC that repeats its writes for years, or a hostile peer, therefore cannot fill the disk.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from typing import NamedTuple
 from pneuforce.instrument.audit.record import AuditRecord, RecordFields, Timestamp, iso_utc
 from pneuforce.support.throttle import TokenBucket
 
-REPETITION_END_S = 60.0  #: a repetition has ended if it did not occur for this time
+REPETITION_END_S = 60.0  #: a repetition has ended if the event did not occur again within this time
 REPORT_INTERVAL_S = 3600.0  #: a repetition that continues is reported once per interval
-BURST = 200.0  #: number of records of one peer and one grade that are logged at once
-#: Records per second of one peer and one grade. Rejected requests must not fill a disk within months.
+BURST = 200.0  #: number of records of one peer and one grade that are logged without a delay between them
+#: Highest mean rate of logged records of one peer, by grade. The rate is lowest for rejected requests,
+#: because a hostile peer can send them for months.
 RECORDS_PER_S = {"vent": 20.0, "accepted": 20.0, "rejected": 1.0}
 MAX_REMEMBERED_EVENTS = 32  #: number of different events of one peer whose repetitions are detected
 MAX_PEERS = 64  #: number of peers that have their own history; all other peers share one history
@@ -28,7 +29,9 @@ class AuditEvent(NamedTuple):
     """Action of a peer: a write, or a request that was rejected before it reached the instrument."""
 
     fields: RecordFields
-    subject: Hashable  #: an event with the same subject and the same key is a repetition
+    #: Names of the written quantities, or the rejected request. An event is a repetition if its key equals
+    #: the key of the previous event with the same subject.
+    subject: Hashable
     key: Hashable
     grade: str  #: vent, accepted or rejected; each grade has its own rate limit
     changed: bool = False  #: the event changed a quantity, so it is never a repetition
@@ -81,10 +84,11 @@ class EventCounter:
 class _PeerHistory:
     """Counters and rate limits of one peer, or of all peers that share a history."""
 
-    shared_name: str = ""  # empty for a single peer
-    repeated: dict[Hashable, EventCounter] = field(default_factory=dict)  # by subject, least recent first
-    held_back: dict[Hashable, EventCounter] = field(default_factory=dict)  # by grade
-    buckets: dict[str, TokenBucket] = field(default_factory=dict)  # by grade
+    shared_name: str = ""  # name of a shared history; empty for the history of one peer
+    # Counters of repetitions, by subject. The event that occurred least recently is the first.
+    repeated: dict[Hashable, EventCounter] = field(default_factory=dict)
+    held_back: dict[Hashable, EventCounter] = field(default_factory=dict)  # events above the rate, by grade
+    buckets: dict[str, TokenBucket] = field(default_factory=dict)  # rate limits, by grade
 
     def filter(self, event: AuditEvent, at: Timestamp) -> list[AuditRecord]:
         previous = self.repeated.pop(event.subject, None)
@@ -142,7 +146,7 @@ class EventThrottle:
     def filter(self, peer: Peer, event: AuditEvent, at: Timestamp) -> list[AuditRecord]:
         """Return the records to write because of an event. The list is empty for a repetition."""
         if peer not in self._histories and len(self._histories) >= MAX_PEERS:
-            # The peers share a history, but the same event from two peers is not a repetition.
+            # Several peers share this history. The same event from two of these peers is not a repetition.
             event = event._replace(subject=(peer, event.subject))
             peer = OTHERS
         history = self._histories.get(peer)
@@ -159,7 +163,7 @@ class EventThrottle:
         return records
 
     def flush(self, at: Timestamp) -> list[AuditRecord]:
-        """Return reports of all events that were counted but not reported. Call this at the end."""
+        """Return reports of all events that were counted but not reported. Call this before the log ends."""
         counters = [
             counter
             for history in self._histories.values()

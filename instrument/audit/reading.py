@@ -27,16 +27,16 @@ class NotAnEventLogError(DamagedLogError):
 def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredRecord]]:
     """Open an event log and provide its records from number `first` on, in order.
 
-    Raises ConfigurationError if the file is missing or is not an event log. Raises DamagedLogError if the
-    file is damaged, also later while the records are read.
+    Raises ConfigurationError if the file is missing or is the database of another program. Raises
+    DamagedLogError if SQLite cannot read the file. This error can also occur later, while records are read.
     """
     with _converted_errors(path), closing(open_readonly(path)) as db:
-        db.text_factory = bytes  # bytes can be verified even if the text is damaged
+        db.text_factory = bytes  # text as bytes, so that text with invalid UTF-8 can be verified
         yield _rows(db, path, first)
 
 
 def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredRecord]:
-    db.execute("BEGIN")  # reads one consistent state, even if an instrument creates the file now
+    db.execute("BEGIN")  # all queries read the same state, even if an instrument creates the file now
     if check_file_type(db, path):
         reject_generated_columns(db, path)
         query = "SELECT number, body, digest FROM records WHERE number >= ? ORDER BY number"

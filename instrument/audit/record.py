@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
-GENESIS = bytes(32)  #: digest before the first record
+GENESIS = bytes(32)  #: previous digest of the first record
 
 RecordFields = Mapping[str, Any]
 
@@ -17,12 +17,12 @@ RecordFields = Mapping[str, Any]
 class Timestamp(NamedTuple):
     """One instant on the wall clock and on the monotonic clock."""
 
-    utc_us: int  #: microseconds since 1970
+    utc_us: int  #: UTC, in microseconds since 1970-01-01
     mono_s: float
 
 
 class AuditRecord(NamedTuple):
-    """One record. If the disk is not available, minor records are dropped first."""
+    """One record of the event log. If the disk is not available, records with `minor` are dropped first."""
 
     at: Timestamp
     fields: RecordFields
@@ -36,7 +36,7 @@ def record_body(record: AuditRecord) -> bytes:
 
 
 def iso_utc(at: Timestamp) -> str:
-    """Return UTC in ISO 8601 format with microseconds."""
+    """Return the UTC time of a timestamp in ISO 8601 format, with microseconds."""
     second_s, us = divmod(at.utc_us, 1_000_000)
     return f"{datetime.fromtimestamp(second_s, UTC):%Y-%m-%dT%H:%M:%S}.{us:06d}Z"
 

@@ -17,7 +17,7 @@ from pneuforce.instrument.audit.record import GENESIS, chain_digest
 APPLICATION = 0x504E4576  #: application id in the header of the file, which identifies an event log
 VERSION = 1
 LOCK_WAIT_S = 1.0
-CLOSE_WAIT_MS = 200  #: time that `close` waits for readers of the file
+CLOSE_WAIT_MS = 200  #: longest time for which `close` waits until other processes have read the file
 
 _SCHEMA = f"""
     BEGIN IMMEDIATE;
@@ -39,8 +39,8 @@ class EventLogFileError(ConfigurationError):
 class EventLogFile:
     """Event log that is open for appending.
 
-    All methods raise OSError or sqlite3.Error if the disk does not permit the operation. The constructor
-    raises EventLogFileError too.
+    Methods raise OSError or sqlite3.Error if the disk does not permit the operation. The constructor also
+    raises EventLogFileError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,8 +48,9 @@ class EventLogFile:
         self._size = 0  # size of the file at the last check
         wal = Path(f"{path}-wal")
         _reject_orphaned_log(path, wal)
-        # SQLite holds its locks only during transactions, so the file has a separate lock. Its descriptor
-        # must outlive that of SQLite: closing any descriptor of a file drops all POSIX locks of the process.
+        # SQLite holds its locks only during transactions, so the file has a separate lock. The descriptor of
+        # this lock is closed last: closing any descriptor of a file drops the POSIX locks that SQLite has on
+        # this file.
         self._lock = _open_locked(path)
         try:
             self._open()
@@ -123,7 +124,10 @@ class EventLogFile:
         return rows
 
     def check_in_place(self) -> None:
-        """Raise OSError if the file or a file beside it was removed, replaced or truncated."""
+        """Raise OSError if the file was truncated, or if the file or one of its side files was replaced.
+
+        The side files are the -wal file and the -shm file of SQLite. A removed file counts as replaced.
+        """
         opened = os.fstat(self._lock)
         if opened.st_size < self._size:
             raise OSError(errno.ESTALE, f"{self._path.name} was truncated")
@@ -133,10 +137,10 @@ class EventLogFile:
                 raise OSError(errno.ESTALE, f"{file.name} was removed, moved or replaced")
 
     def close(self) -> None:
-        """Close the file. Unless it was deleted, first write its write-ahead log into the file.
+        """Close the file. Before that, move the contents of the write-ahead log (WAL) into the file.
 
-        Otherwise SQLite would not find the log of a renamed file. The log of a deleted file is kept, because
-        a copy of the file may need the log.
+        A renamed file needs this, because SQLite would not find its WAL under the new name. The WAL of a
+        deleted file is kept, because a copy of the file may need this WAL.
         """
         if os.fstat(self._lock).st_nlink:
             self._empty_write_ahead_log()
@@ -189,7 +193,7 @@ def check_file_type(db: sqlite3.Connection, path: Path) -> bool:
 
 
 def _open_locked(path: Path) -> int:
-    """Open the file and lock it. Return its descriptor."""
+    """Open the file and lock it. Return the descriptor of the file."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o644)
     except IsADirectoryError:

@@ -8,7 +8,7 @@ from typing import Any
 
 _Formatter = Callable[[Mapping[str, Any]], str]
 
-#: Fields that are not described, because the table of the log has other columns for them.
+#: Fields that the description leaves out, because the table of records shows them in their own columns.
 _OTHER_COLUMNS = {"at", "mono_s", "who", "result", "kind"}
 
 
@@ -36,7 +36,7 @@ def _format_write(fields: Mapping[str, Any]) -> str:
 
 
 def _count_formatter(format_times: Callable[[int], str], label: str = "") -> _Formatter:
-    """Return a formatter for a record that counts events. `label` precedes the description."""
+    """Return a formatter for a record that counts events. `label` precedes the description of an event."""
 
     def format_count(fields: Mapping[str, Any]) -> str:
         counted = fields["of"]

@@ -14,10 +14,11 @@ from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
 
 log = logging.getLogger("pneuforce")
 
-#: Records that arrive within this time share a commit. The thread polls, so a caller need not wake it.
+#: Records that arrive within this time are written in one commit. The thread polls, so that a caller does
+#: not have to wake the thread.
 GATHER_S = 0.1
 RETRY_S = 1.0
-#: Largest number of records in memory while the disk is not available. Minor records use at most half of it.
+#: Largest number of records in memory while the disk is not available. Minor records may fill half of it.
 MAX_WAITING = 10_000
 BATCH = 1000
 CLOSE_S = 0.5
@@ -39,8 +40,9 @@ class EventLogWriter:
         self._lost: EventCounter | None = None
         self._file: EventLogFile | None = None
         self._head: bytes | None = None  # digest of the last record in the file
-        self._replaced = ""  # reason why the file counts as removed or replaced, until a record reports it
-        self._expected_head: bytes | None = None  # head of the file if a failed commit was written
+        self._replaced = ""  # how the file was removed or replaced, until a record of the new file reports it
+        # Digest of the last record if a commit failed but nevertheless has written its records.
+        self._expected_head: bytes | None = None
         self._end = Event()
         try:
             self._open()
@@ -52,7 +54,7 @@ class EventLogWriter:
         self._thread.start()
 
     def append(self, record: AuditRecord) -> None:
-        """Append a record. If too many records wait, the record is lost and a later record counts it."""
+        """Append a record. If too many records wait, drop it. A later record counts the lost records."""
         room = MAX_WAITING - len(self._waiting) - len(self._batch)
         if room < (MAX_WAITING // 2 if record.minor else 1):
             self._lost = self._lost or EventCounter("lost", record.at, record.fields)
@@ -73,7 +75,7 @@ class EventLogWriter:
     def _run(self) -> None:
         while not self._end.wait(RETRY_S if self.write_error else GATHER_S):
             self._try()
-        self._try()  # records that were appended before `close`, for example the record `stop`
+        self._try()  # writes the last records, for example `stop`, which were appended just before `close`
         unwritten = len(self._waiting) + len(self._batch)
         if unwritten:
             log.error("event log %s: %d records could not be written", self.path, unwritten)
@@ -121,7 +123,11 @@ class EventLogWriter:
             raise
 
     def _fill_batch(self) -> None:
-        """Move records to the batch. Add a record before its removal, so that `append` counts all records."""
+        """Move waiting records to the batch.
+
+        Each record is added to the batch before it is removed from `_waiting`, because `append` counts the
+        records of both at any time.
+        """
         while len(self._batch) < BATCH and self._waiting:
             self._batch.append(record_body(self._waiting[0]))
             self._waiting.popleft()

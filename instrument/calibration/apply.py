@@ -22,13 +22,13 @@ CONFIGURATION_SECTIONS = {
     "volume_mm3": "circuit",
     "tube_time_constant_s": "measurement",
 }
-#: Constants of the software, by key, with a description for messages. No configuration key sets them.
+#: Descriptions for messages, by key, of the constants that are fixed in a release and not configurable.
 RELEASE_CONSTANTS = {
     "blend_kpa": "the width of the blend",
     "middle_kpa": "the ΔP_i at which p is 0",
 }
 #: Inputs whose error is the same in every contact of one balloon on one circuit. A force calibration
-#: compensates these errors, and the residual of the calibration contains the remaining errors.
+#: compensates these errors. The force errors that remain after the correction are in its residual.
 COMPENSATED_INPUTS = ("radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm", "poisson")
 
 

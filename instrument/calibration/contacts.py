@@ -1,4 +1,4 @@
-"""Contacts recorded beside a reference force sensor, with the force that the uncalibrated law gives."""
+"""Contacts recorded with a reference force sensor, and their force by the uncalibrated force law."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pneuforce.support.columns import Numbers, Points
 COLUMNS = (("baseline_kpa", "final_kpa", "force_n"),)
 OPTIONAL_COLUMNS = ("force_std_n",)
 MAX_FORCE_N = 20.0
-#: From this force on, errors are relative to the force. Below, errors are in newtons.
+#: Above this force, errors are relative to the force. Below this force, errors are in newtons.
 RELATIVE_ERROR_MIN_N = 1.0
 
 
@@ -26,10 +26,10 @@ class CalibrationContacts:
 
     baseline_kpa: Numbers
     rise_kpa: Numbers
-    force_n: Numbers  #: force of the reference sensor
+    force_n: Numbers  #: force that the reference sensor measured
     std_n: Numbers  #: standard uncertainty of `force_n`
-    law_n: Numbers  #: force of the uncalibrated law
-    small_strain_weight: Numbers  #: weight of stretching energy (4) in the law
+    law_n: Numbers  #: force that the uncalibrated force law gives
+    small_strain_weight: Numbers  #: weight of the stretching energy, equation (4), in the force law
 
     def __len__(self) -> int:
         return len(self.force_n)
@@ -40,9 +40,9 @@ class CalibrationContacts:
 
 
 def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContacts:
-    """Return the contacts of a recording, with the force that the law of these settings gives.
+    """Return the contacts of a recording, with the force that the force law of these settings gives.
 
-    Raises ConfigurationError, with the line, if a row cannot be a contact.
+    Raises ConfigurationError, which names the line, if a row cannot be a contact.
     """
     baseline, force = points["baseline_kpa"], points["force_n"]
     rise = points["final_kpa"] - baseline

@@ -56,7 +56,8 @@ class RadiusPart(CalibrationPart):
     residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
     low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
-    shear_kpa_mm: Annotated[float, Field(ge=0, le=1e6), Rounded]  # μ h_0 of a neo-Hookean balloon
+    # μ h_0 of a neo-Hookean balloon: shear modulus times wall thickness at rest.
+    shear_kpa_mm: Annotated[float, Field(ge=0, le=1e6), Rounded]
     limit_kpa: Annotated[float, Field(ge=0, le=1e4), Rounded]  # limit pressure of a neo-Hookean balloon
     limit_std_kpa: Std
     rubber_residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
@@ -85,9 +86,10 @@ class ForceConditions(Section):
 
     method: MethodName
     switch: Switch
-    blend_kpa: Annotated[float, Field(ge=0, le=10), Rounded]  # half width of the blend
+    # Half width of the pressure span in which the force law changes gradually (switch "blend").
+    blend_kpa: Annotated[float, Field(ge=0, le=10), Rounded]
     low: Low
-    middle_kpa: Annotated[float, Field(ge=0, le=50), Rounded]  # ΔP_i at which p is 0
+    middle_kpa: Annotated[float, Field(ge=0, le=50), Rounded]  # ΔP_i at which p of `ForcePart` is 0
     young_kpa: Annotated[float, Field(ge=100, le=20_000), Rounded]
     poisson: Annotated[float, Field(ge=0.3, le=0.5), Rounded]
     rest_radius_mm: Annotated[float, Field(ge=1, le=30), Rounded]
@@ -117,8 +119,9 @@ class PressureBin(Section):
 class ForcePart(CalibrationPart):
     """Force = law · exp(constant + by_rise L + by_initial p + by_both L p + by_step w).
 
-    L = ln(rise / 1 kPa), p = ΔP_i − middle_kpa (of `made_for`), w = weight of stretching energy (4) in the
-    law. Coefficients that were not fitted are 0.
+    `law` is the force of the uncalibrated force law, L = ln(rise / 1 kPa), p = ΔP_i − `made_for.middle_kpa`,
+    and w is the weight of the stretching energy, equation (4), in this law. Coefficients that were not fitted
+    are 0.
     """
 
     constant: Coefficient
@@ -138,7 +141,7 @@ class ForcePart(CalibrationPart):
     residual_floor_n: Annotated[float, Field(ge=0, le=20), Rounded]
     made_for: ForceConditions
     before: Agreement
-    after_unseen: Agreement  # leave-one-out: each force is from a fit without this contact
+    after_unseen: Agreement  # leave-one-out: a fit without the contact predicts its force
     bin: list[PressureBin] = Field(max_length=10)
 
     @model_validator(mode="after")
@@ -186,7 +189,7 @@ def empty(balloon_id: int) -> Calibration:
 def load(path: Path) -> Calibration:
     """Return the calibration in a file.
 
-    Raises ConfigurationError, which names the file. For an invalid value it names key and allowed range.
+    Raises ConfigurationError, which names the file, and for an invalid value also the key and its range.
     """
     text = read_text(path, f"pneuforce calibrate force contacts.csv --out {path} creates it")
     if not _END_MARKER.search(text):

@@ -29,7 +29,7 @@ CANDIDATES: tuple[tuple[str, ...], ...] = (
     ("constant", "by_rise", "by_initial", "by_both"),
     ("constant", "by_rise", "by_initial", "by_both", "by_step"),
 )
-#: Basis function of each term, from L, p and w of `ForceCorrection`.
+#: Basis function of each term. Its arguments are L, p and w, which `ForceCorrection` defines.
 BASIS: Mapping[str, Callable[[Numbers, Numbers, Numbers], Numbers]] = {
     "constant": lambda L, p, w: np.ones_like(L),  # noqa: ARG005
     "by_rise": lambda L, p, w: L,  # noqa: ARG005
@@ -39,7 +39,8 @@ BASIS: Mapping[str, Callable[[Numbers, Numbers, Numbers], Numbers]] = {
 }
 MIN_POINTS_PER_TERM = 3
 MIN_CONTACTS = 6
-#: Smallest span of ΔP_i [kPa] for the slopes by ΔP_i. Smallest ratio of the rises for the slope by rise.
+#: The terms with ΔP_i need contacts whose ΔP_i differ by at least this span [kPa]. The terms with the rise
+#: need contacts whose largest rise is at least this multiple of the smallest rise.
 MIN_BASELINE_SPAN_KPA, MIN_RISE_RATIO = 1.5, 1.5
 #: Typical error of a corrected law: 3 % of the force, and 0.03 N below 1 N. The weight of a contact depends
 #: on this error and on the uncertainty of the reference sensor.
@@ -51,7 +52,7 @@ class CorrectionCandidate:
     """Terms of a possible correction, and the cross-validated forces of a correction with these terms."""
 
     terms: tuple[str, ...]
-    held_out_n: Numbers  #: force of each contact by a fit without this contact
+    held_out_n: Numbers  #: force of each contact, predicted by a fit without this contact
     errors: Numbers  #: errors of `held_out_n`: relative above 1 N, in N below
 
     @property
@@ -60,9 +61,9 @@ class CorrectionCandidate:
         return float(np.abs(self.errors).mean())
 
     def worse_than(self, best: CorrectionCandidate) -> bool:
-        """Return True if the mean square error is higher than that of `best` by more than one standard error.
+        """Return True if the mean square error exceeds that of `best` by more than one standard error.
 
-        The standard error is that of the mean difference between the squared errors of the contacts.
+        This is the standard error of the mean difference between the squared errors of both candidates.
         """
         difference = self.errors**2 - best.errors**2
         return not difference.mean() <= difference.std(ddof=1) / math.sqrt(len(difference))
@@ -104,7 +105,7 @@ def fit_force(contacts: CalibrationContacts, settings: ChainSettings) -> ForceCa
 
 
 def supported_terms(contacts: CalibrationContacts, settings: ChainSettings) -> Iterator[tuple[str, ...]]:
-    """Yield the candidates for which the contacts are numerous enough and different enough."""
+    """Yield the terms of each candidate for which there are enough contacts with different pressures."""
     usable = {"constant"}
     if contacts.rise_kpa.max() >= MIN_RISE_RATIO * contacts.rise_kpa.min():
         usable |= {"by_rise"}
@@ -138,7 +139,7 @@ def _cross_validate(
 def _held_out_force_n(
     terms: tuple[str, ...], contacts: CalibrationContacts, settings: ChainSettings, held_out: int
 ) -> float:
-    """Return the force of the contact `held_out` by a fit of the other contacts.
+    """Return the force of the contact `held_out`, predicted by a fit of the other contacts.
 
     The force is infinite if the other contacts do not determine the coefficients.
     """

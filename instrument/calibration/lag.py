@@ -18,7 +18,8 @@ MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
 LAG_RANGE_S = (0.002, 0.5)
 MAX_SAMPLE_INTERVAL_S = 0.05
 MIN_MOVING_SAMPLES = 5
-#: Largest accepted residual of a first-order lag: a share of the step, or a multiple of the noise at rest.
+#: Largest accepted residual of the fit, as a ratio to the step and to the noise at rest. The larger of both
+#: limits is used.
 MAX_RESIDUAL_STEP_RATIO, MAX_RESIDUAL_NOISE_RATIO = 0.01, 2.0
 
 
@@ -33,7 +34,7 @@ class LagFit:
 
 
 class _Step(NamedTuple):
-    """Parameters of a step through a first-order lag, in the order in which the fit varies them."""
+    """Parameters of the response of a first-order lag to a pressure step, in the order of `_curve`."""
 
     start_s: float
     tube_time_constant_s: float
@@ -45,8 +46,8 @@ def fit_lag(points: Points, filter_time_constant_s: float = 0.0) -> LagFit:
     """Return the lag of the tube.
 
     `filter_time_constant_s` is the time constant of the first-order filter of the recorded pressure, 0 if the
-    pressure was not filtered. Raises ConfigurationError if the recording has no step, or if the step is not
-    that of a first-order lag.
+    pressure was not filtered. Raises ConfigurationError if the recording has no step, or if the response to
+    the step is not that of a first-order lag.
     """
     points.require_rows(MIN_POINTS)
     times, pressures = points["t_s"] - points["t_s"][0], points["pressure_kpa"]
@@ -78,7 +79,7 @@ def _curve(
     after_kpa: float,
     filter_time_constant_s: float,
 ) -> Numbers:
-    """Return the pressure of a step through the tube and the filter, at each time."""
+    """Return the pressure at each time after a step has passed through the tube and the filter."""
     elapsed_s = np.maximum(t_s - start_s, 0.0)
     remaining = np.exp(-elapsed_s / tube_time_constant_s)
     if filter_time_constant_s > 0:
@@ -105,7 +106,7 @@ def _check_times(points: Points, times_s: Numbers) -> None:
 
 
 def _resting_samples(times_s: Numbers) -> int:
-    """Return the number of samples that count as at rest, at each end of the recording."""
+    """Return the number of first samples, and of last samples, in which the pressure is assumed constant."""
     return max(len(times_s) // 20, 5)
 
 
@@ -128,7 +129,7 @@ def _guess(points: Points, times_s: Numbers, pressure_kpa: Numbers) -> _Step:
 def _fit_step(
     points: Points, times_s: Numbers, pressure_kpa: Numbers, guess: _Step, filter_time_constant_s: float
 ) -> tuple[_Step, Numbers]:
-    """Return the best step and the covariance of its parameters."""
+    """Return the parameters that fit the recorded step best, and the covariance of these parameters."""
     from scipy.optimize import curve_fit
 
     low, high = float(pressure_kpa.min()) - 1, float(pressure_kpa.max()) + 1
@@ -144,7 +145,7 @@ def _fit_step(
 def _std_s(covariance: Numbers, times_s: Numbers, filter_time_constant_s: float) -> float:
     """Return the standard uncertainty of the lag [s].
 
-    A filter correlates successive samples, so the number of independent samples is smaller.
+    A filter correlates successive samples. The uncertainty is larger because fewer samples are independent.
     """
     correlation = 0.0
     if filter_time_constant_s > 0:

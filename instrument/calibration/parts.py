@@ -33,7 +33,7 @@ _UNIT_SUFFIXES = {"by_initial": "_per_kpa", "by_both": "_per_kpa"}
 
 
 def radius_part(fit: RadiusFit, points: Points, today: date) -> RadiusPart:
-    """Return the part of the file for a radius fit."""
+    """Return the radius part of the calibration file with the results of a radius fit."""
     (rest, linear, square), (rest_std, linear_std, square_std) = (
         values.tolist() for values in (fit.quadratic.coefficients, fit.quadratic.stds)
     )
@@ -57,7 +57,7 @@ def radius_part(fit: RadiusFit, points: Points, today: date) -> RadiusPart:
 
 
 def volume_part(fit: VolumeFit, points: Points, ambient_kpa: float, today: date) -> VolumePart:
-    """Return the part of the file for a volume fit."""
+    """Return the volume part of the calibration file with the results of a volume fit."""
     return VolumePart(
         **_source(points, today),
         volume_mm3=fit.volume_mm3,
@@ -68,7 +68,7 @@ def volume_part(fit: VolumeFit, points: Points, ambient_kpa: float, today: date)
 
 
 def lag_part(fit: LagFit, points: Points, today: date) -> LagPart:
-    """Return the part of the file for a lag fit."""
+    """Return the lag part of the calibration file with the results of a lag fit."""
     return LagPart(
         **_source(points, today),
         tube_time_constant_s=fit.tube_time_constant_s,
@@ -85,7 +85,7 @@ def force_part(
     settings: ChainSettings,
     today: date,
 ) -> ForcePart:
-    """Return the part of the file for a force calibration that was made with these settings."""
+    """Return the force part of the calibration file. The force calibration was made with `settings`."""
     contacts, correction = calibration.contacts, calibration.correction
     held_out_n = calibration.chosen.held_out_n
     share, floor_n = share_and_floor(held_out_n, contacts)

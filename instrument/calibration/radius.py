@@ -15,8 +15,8 @@ from pneuforce.support.columns import Numbers, Points
 COLUMNS = (("pressure_kpa", "diameter_mm"), ("pressure_kpa", "radius_mm"))
 MIN_POINTS = 6
 MIN_SPAN_KPA = 3.0
-#: Largest accepted fall of the radius as the pressure grows. The scatter of a caliper is 0.03 mm, so that
-#: a larger fall means a slipped caliper, another balloon, or a balloon beyond its limit point.
+#: Largest accepted fall of the radius as the pressure grows. The scatter of a caliper is only 0.03 mm.
+#: Causes of a larger fall are a slipped caliper, another balloon, or a balloon beyond its limit point.
 MAX_FALL_MM = 0.15
 #: Highest accepted standard uncertainty of the radius, at rest and at both ends of the validated range.
 MAX_STD_MM = 0.2
@@ -44,8 +44,8 @@ class RadiusFit:
 def fit_radius(points: Points) -> RadiusFit:
     """Return the fit of the radius.
 
-    Raises ConfigurationError, with the line if possible, if the points cannot come from a balloon, or if they
-    do not determine the radius well enough.
+    Raises ConfigurationError if the points cannot come from a balloon, or if they do not determine the radius
+    well enough. The message names the line of a wrong point.
     """
     points.require_rows(MIN_POINTS)
     pressure, radius = points["pressure_kpa"], radii_mm(points)
@@ -121,7 +121,7 @@ def _check_growth(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> 
 
 
 def _check_validated_range(points: Points, fit: RadiusFit) -> None:
-    """Raise ConfigurationError if the fit is too uncertain, or does not grow, in the validated range."""
+    """Raise ConfigurationError if the fit is too uncertain or does not grow in the valid pressure range."""
     for pressure_kpa in (0.0, VALID_LOW_KPA, VALID_HIGH_KPA):
         std_mm = fit.std_mm(pressure_kpa)
         if not std_mm <= MAX_STD_MM:

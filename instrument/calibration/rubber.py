@@ -13,7 +13,7 @@ import numpy as np
 from pneuforce.support.columns import Numbers
 
 LIMIT_STRETCH = 7 ** (1 / 6)
-LIMIT_PRESSURE_RATIO = 1 / LIMIT_STRETCH - LIMIT_STRETCH**-7  #: limit pressure over 2 μh_0/R_0
+LIMIT_PRESSURE_RATIO = 1 / LIMIT_STRETCH - LIMIT_STRETCH**-7  #: ratio of the limit pressure to 2 μh_0/R_0
 #: Highest recommended setpoint, as a share of the limit pressure.
 MAX_SETPOINT_RATIO = 0.9
 _STRETCHES = np.linspace(1.0, LIMIT_STRETCH, 2001)
@@ -24,7 +24,7 @@ _PRESSURE_RATIOS = 1 / _STRETCHES - _STRETCHES**-7
 class NeoHookeanFit:
     """Neo-Hookean curve fitted to measured radii."""
 
-    shear_kpa_mm: float  #: μ h_0
+    shear_kpa_mm: float  #: shear modulus times wall thickness at rest, μh_0
     limit_kpa: float
     limit_std_kpa: float
     residual_mm: float  #: standard deviation of the radii from the curve
@@ -44,7 +44,7 @@ class NeoHookeanFit:
 def fit_neo_hookean(pressure_kpa: Numbers, radius_mm: Numbers, rest_radius_mm: float) -> NeoHookeanFit:
     """Return the neo-Hookean curve that fits the radii best.
 
-    `rest_radius_mm` is the start value for R_0, which the fit determines together with the scale.
+    `rest_radius_mm` is the start value for R_0. The fit varies R_0 and the pressure scale 2 μh_0/R_0.
     """
     from scipy.optimize import curve_fit
 

@@ -1,5 +1,6 @@
 """Volume V_c of the pipes by Boyle's law: a syringe of known volume is emptied into the plugged circuit.
 
+With the gauge pressures before and after a stroke, and the displaced volume of the syringe:
 (P_0 + before)(V_c + displaced) = (P_0 + after) V_c, so that the rise is (P_0 + before) · displaced / V_c.
 """
 
@@ -45,7 +46,8 @@ class VolumeFit:
     """Fitted volume V_c and its uncertainty."""
 
     volume_mm3: float
-    std_mm3: float  #: scatter of the strokes, tolerance of the syringe, gain of the sensor
+    #: Standard uncertainty from the scatter of the strokes, the tolerance of the syringe and the sensor gain.
+    std_mm3: float
     residual_kpa: float
 
 
@@ -86,7 +88,8 @@ def strokes_from_options(
 def fit_volume(strokes: SyringeStrokes, ambient_kpa: float) -> VolumeFit:
     """Return V_c, fitted to the strokes at the ambient pressure P_0.
 
-    Raises ConfigurationError, with the line if possible, if the strokes cannot come from one circuit.
+    Raises ConfigurationError if the strokes cannot come from one circuit. The message names the line of a
+    wrong stroke.
     """
     points = strokes.points
     points.require_rows(MIN_STROKES)

@@ -42,7 +42,7 @@ def main() -> None:
 def _exit_at_once_on_interrupt() -> Iterator[None]:
     """Exit immediately on Ctrl-C, because an import can turn KeyboardInterrupt into another exception."""
     before = signal.getsignal(signal.SIGINT)
-    if before is not signal.SIG_IGN:  # a shell starts a background job with SIGINT ignored
+    if before is not signal.SIG_IGN:  # a shell lets a background job ignore SIGINT
         signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
     yield
     signal.signal(signal.SIGINT, before)

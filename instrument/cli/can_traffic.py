@@ -1,4 +1,4 @@
-"""Frames that the instrument has sent over CAN: the latest of each kind, its age, and lost Force frames."""
+"""Status of the CAN frames of an instrument: latest frame of each kind, ages, number of lost Force frames."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ class CanTraffic:
     """Status of all kinds of frames."""
 
     kinds: dict[str, FrameStatus] = field(default_factory=dict)
-    lost: int = 0  #: number of lost Force frames, by their counter
+    lost: int = 0  #: number of lost Force frames, computed from the counter in these frames
     _counter: int | None = None
 
     def add(self, name: str, values: dict[str, Any], now_s: float) -> int:
-        """Add a received frame. Return the number of Force frames that were lost before the frame."""
+        """Add a received frame. Return the number of Force frames that were lost before this frame."""
         status = self.kinds.setdefault(name, FrameStatus(_BY_NAME[name]))
         status.values, status.received_s = values, now_s
         status.rate.add(now_s)
         if name == HEARTBEAT.name and values["node_state"] == "boot_up":
-            self._counter = None  # the counter of a restarted instrument starts again
+            self._counter = None  # a restarted instrument counts its Force frames from the beginning
         lost = self._gap(values["counter"]) if name == FORCE.name else 0
         self.lost += lost
         return lost

@@ -53,7 +53,7 @@ def _frames(address: CanAddress, stop: Event) -> Iterator[tuple[float, CanFrame]
 
 
 def _open_output(log_format: str, output: Path | None) -> IO[Any]:
-    """Return the open output. An existing file is never overwritten, because it may contain a recording."""
+    """Open the output file or stdout. An existing file is not overwritten: it may contain a recording."""
     text = LOG_FORMATS[log_format][1]
     if output is None and not text:
         raise ConfigurationError(f"{log_format} cannot be written to stdout: name a file with --output")

@@ -12,10 +12,10 @@ from pneuforce.instrument.service.rtu_server import check_ports
 
 
 def check_config(path: Path, as_json: bool) -> int:
-    """Print that the file is good, with a warning if there is one, and return the exit code.
+    """Print that the file is valid, and its warning if it has one. Return the exit code.
 
-    Raises PneuforceError if the file is invalid. With `as_json`, the error is printed instead, and the exit
-    code is 2.
+    Raises PneuforceError if the file is invalid. With `as_json`, no exception is raised: the error is printed
+    as JSON, and the exit code is 2.
     """
     try:
         warning = _checked(path).warning
@@ -30,7 +30,7 @@ def check_config(path: Path, as_json: bool) -> int:
 
 
 def _checked(path: Path) -> Configuration:
-    """Return the configuration after all checks of a start. Raises PneuforceError."""
+    """Return the configuration after the checks that `pneuforce run` makes. Raises PneuforceError."""
     configuration = load(path)
     options_of(configuration.can)
     check_ports(configuration)

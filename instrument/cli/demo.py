@@ -53,7 +53,7 @@ def run_demo(seconds: float | None, ports: DemoPorts, simulator_options: Sequenc
 
 
 def _show(observer: Observer, ports: DemoPorts, seconds: float | None, stop: Event, processes: Stack) -> None:
-    """Update the output and run the demo sequence until the end."""
+    """Update the output and run the demo sequence until `stop` is set or `seconds` have passed."""
     started_s = time.monotonic()
     sequence = DemoSequence(partial(ModbusClient.connect, port=ports.modbus))
     with _display(observer.values, ports, processes) as (update, period_s):
@@ -70,9 +70,10 @@ def _show(observer: Observer, ports: DemoPorts, seconds: float | None, stop: Eve
 def _display(
     values: ObservedValues, ports: DemoPorts, processes: Stack
 ) -> Iterator[tuple[Callable[[float], None], float]]:
-    """Yield the function that shows the state at an elapsed time [s], and its period [s].
+    """Yield a function that shows the present state, and the period [s] at which to call this function.
 
-    The function draws a panel on a terminal. Otherwise it prints one line per second.
+    The argument of the function is the elapsed time [s]. On a terminal the function draws a panel. Otherwise
+    it prints one line.
     """
     if not sys.stdout.isatty():
         print(ports.url, flush=True)

@@ -31,7 +31,7 @@ class ExportOptions(NamedTuple):
     """Output file, format and time range of an export."""
 
     out: Path
-    form: str | None = None  #: None: chosen by the name of the output file
+    form: str | None = None  #: file format; None selects it by the suffix of `out`
     from_s: float = -math.inf
     to_s: float = math.inf
     reference: Path | None = None
@@ -46,7 +46,7 @@ class SampleCounter:
     def count(
         self, samples: Iterable[SampleRecord], report: ReportProgress, end_s: float
     ) -> Iterator[SampleRecord]:
-        """Yield the same samples, and report the progress."""
+        """Yield `samples` unchanged, count them, and report the progress."""
         total_s = end_s if math.isfinite(end_s) else None
         for sample in samples:
             self.first_s = sample.t_s if not self.rows else self.first_s
@@ -88,7 +88,7 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
 
 
 def _check_options(path: Path, options: ExportOptions) -> str:
-    """Return the format. Raises ConfigurationError for invalid options before the long run starts."""
+    """Return the file format. Raises ConfigurationError if an option is invalid."""
     form = options.form or FORMATS.get(options.out.suffix.lower())
     if form is None:
         raise ConfigurationError(

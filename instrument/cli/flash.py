@@ -1,4 +1,4 @@
-"""`pneuforce flash`: write the firmware to an Arduino UNO, and print the version that answers."""
+"""`pneuforce flash`: write the firmware to an Arduino UNO, and print the version that the board reports."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pneuforce.sim.board.board import FIRMWARE_REVISION
 
 
 def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
-    """Flash the board at `port`, and print the version that answers. Raises ConfigurationError, RigError.
+    """Flash the board at `port`, and print the firmware version that the board reports.
 
-    With `dry_run`, the command is only printed.
+    With `dry_run`, the avrdude command is printed but not run. Raises ConfigurationError, RigError.
     """
     command = upload_command(port, HEX)
     plan = {

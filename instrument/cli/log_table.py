@@ -37,7 +37,7 @@ COLOURS = {"accepted": "green", "done": "green"}
 class EventSelection(NamedTuple):
     """Selection of records."""
 
-    last: int = 0  #: number of records, 0 for all
+    last: int = 0  #: number of latest records to show; 0 selects all records
     since: datetime | None = None
     follow: bool = False
 

@@ -1,4 +1,4 @@
-"""Output of the commands: values with units, lines of JSON, progress bars; end by signal or after a time."""
+"""Functions that the commands share: output of values, JSON and progress, and the end of a command."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def stop_after(seconds: float | None) -> Event:
 
 
 def format_value(definition: Field, value: Any) -> str:
-    """Return a value as text, in the unit of its quantity, as in the DBC file."""
+    """Return a value as text with its unit. The units are those of the DBC file."""
     if isinstance(value, frozenset):
         return ", ".join(sorted(value)) or "none"
     if not isinstance(value, float):

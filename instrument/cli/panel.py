@@ -19,7 +19,7 @@ from pneuforce.teststand.observer import ObservedValues, value_or_nan
 Rows = tuple[tuple[str, RenderableType], ...]
 BLOCKS = " ▁▂▃▄▅▆▇█"
 SPARKLINE_WIDTH = 56
-COLUMN_WIDTHS = (15, 22, 8, 25)  #: widths of the columns; columns and gaps fill 80 characters
+COLUMN_WIDTHS = (15, 22, 8, 25)  #: widths [characters]: columns and gaps fill 80 characters
 MAX_EVENTS = 3  #: number of events in the panel
 
 
@@ -45,7 +45,7 @@ def format_number(value: float, form: str, unit: str) -> str:
 
 
 def sparkline(values: Sequence[float], low: float, high: float, width: int = SPARKLINE_WIDTH) -> str:
-    """Return a line of blocks with the latest value at the right end, and a gap for each NaN."""
+    """Return a line of block characters. The latest value is at the right end, and NaN is a gap."""
     picked = values[-width * (len(values) // width or 1) :: len(values) // width or 1][-width:]
     return "".join(_block(value, low, high) for value in picked).rjust(width)
 
@@ -154,7 +154,7 @@ def _program_to_type(program: Path) -> str:
 
 
 def _second_terminal(ports: DemoPorts, control_port: int) -> Text:
-    """Return commands to try while the demo runs."""
+    """Return commands that a user can try in a second terminal while the demo runs."""
     program = _program_to_type(Path(sys.argv[0]))
     modbus_option = "" if ports.modbus == 5020 else f" --port {ports.modbus}"
     can_option = "" if ports.can == 29536 else f" --port {ports.can}"

@@ -1,4 +1,4 @@
-"""`pneuforce plot`: draw a recording, and print the file and what it shows."""
+"""`pneuforce plot`: draw a recording, and print the name of the plot, its duration and its contacts."""
 
 from __future__ import annotations
 

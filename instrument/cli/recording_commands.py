@@ -131,7 +131,7 @@ def plot(
 
 
 def _span(from_s: float | None, to_s: float | None) -> tuple[float, float]:
-    """Return a time range. An end without a value is infinite."""
+    """Return a time range [s]. A missing start is minus infinity, a missing end is infinity."""
     return -math.inf if from_s is None else from_s, math.inf if to_s is None else to_s
 
 

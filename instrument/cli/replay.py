@@ -19,7 +19,7 @@ def replay(file: Path, as_json: bool) -> int:
 
     Raises PneuforceError.
     """
-    # The instrument has already logged these messages during the recording.
+    # Do not print the log messages: the instrument has already logged them during the recording.
     logging.getLogger("pneuforce").addHandler(logging.NullHandler())
     with open_replayable(file) as recording, progress("replayed") as report:
         result = verify_recording(recording, report)

@@ -60,7 +60,7 @@ def report_json(source: ValidationSource, law: ForceLaw, report: ValidationRepor
 
 
 def _check_save(save: Path, options: SourceOptions) -> None:
-    """Raise ConfigurationError before the long run if the file cannot be written."""
+    """Raise ConfigurationError if the recording cannot be saved. Call this before the long simulation."""
     if options.data is not None:
         raise ConfigurationError("--save writes a simulated recording: it is not valid with --data")
     check_writable(save)

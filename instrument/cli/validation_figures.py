@@ -1,4 +1,4 @@
-"""Figures of `pneuforce validate`: selection of the trials to draw, and the simulations that they need."""
+"""Figures of `pneuforce validate`: selects or simulates the trials of each figure, and draws the figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pneuforce.instrument.validation.peaks import PeakForces
 from pneuforce.instrument.validation.report import TrialEvaluation, evaluate_trials
 from pneuforce.sim.factory import build_plant
 
-FAST_SCENARIO = "fast"  #: scenario of Figs. 6b and 6c
+FAST_SCENARIO = "fast"  #: scenario of Figs. 6b and 6c of the paper
 #: Fig. 6a shows the trial whose mean ΔP_i is nearest to this pressure.
 SHOWN_BASELINE_KPA = 8.0
 FIG4_PRESSURES_KPA = np.linspace(0.5, 12.0, 22)  #: the paper measured 22 pressures for Fig. 4

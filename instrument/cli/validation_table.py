@@ -51,7 +51,7 @@ def _peak_table(groups: tuple[GroupErrors, ...]) -> Table:
 
 
 def _format_errors(errors: MethodErrors) -> str:
-    """Return the measured error and the published error, as in 9.02/ 9.14."""
+    """Return the measured error and the published error, for example "9.02/ 9.14"."""
     published = "–" if errors.published_percent is None else f"{errors.published_percent:.2f}"
     return f"{_format_number(errors.absolute_percent, '.2f')}/{published:>5}"
 

@@ -24,7 +24,8 @@ from pneuforce.registers.map import BY_NAME, Register
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, SerialPortError
 
 POLL_PERIOD_S = 0.5
-#: Addresses of the measured values and of the requests, without the integer copies of the same quantities.
+#: Addresses of the two columns: measured values, and requested values. Integer copies of measured values
+#: are left out.
 COLUMNS = (range(36), range(512, 544))
 
 
@@ -50,7 +51,7 @@ def watch_modbus(
 
 @contextmanager
 def _display(json_lines: bool) -> Iterator[Callable[[dict[str, Any]], None]]:
-    """Yield the function that shows the values: as JSON, as a live table on a terminal, or as a line."""
+    """Yield a function that shows the values: as JSON, as a live table on a terminal, or as a text line."""
     if json_lines:
         yield lambda values: print_line(json_line(values))
     elif sys.stdout.isatty():

@@ -44,7 +44,7 @@ class CalibrationStep(NamedTuple, Generic[Part, Fit]):
     part: Part  #: part of the calibration file
     fit: Fit
     point_count: int
-    notes: list[str]  #: for the user: warnings, and the file that was written
+    notes: list[str]  #: messages for the user: warnings, and the name of the written file
 
 
 class CalibrationTarget(NamedTuple):
@@ -55,14 +55,14 @@ class CalibrationTarget(NamedTuple):
 
 
 class _Instrument(NamedTuple):
-    """Configuration and calibration of the instrument before the new part."""
+    """Configuration and calibration of the instrument before the new part is added."""
 
     configuration: Configuration
     calibration: Calibration
 
     @classmethod
     def of(cls, target: CalibrationTarget) -> _Instrument:
-        """Read both files. Raises ConfigurationError if the calibration file cannot be written later."""
+        """Read both files. Raises ConfigurationError if a file is invalid or `target.out` is not writable."""
         if target.out is not None:
             check_writable(target.out)
         configuration = read(target.config) if target.config else Configuration()
@@ -74,7 +74,7 @@ class _Instrument(NamedTuple):
     def chain(self) -> ChainSettings:
         """Return the settings of the measuring chain without a force calibration.
 
-        The force calibration is left out because a new part replaces it or does not depend on it.
+        A new force calibration is fitted to the uncorrected force. The other parts do not depend on it.
         """
         calibration = self.calibration.model_copy(update={"force": None})
         return self.configuration.with_calibration(calibration).chain
@@ -141,9 +141,9 @@ def _points(data: Path, columns: Sequence[Sequence[str]], optional: Sequence[str
 
 
 def _save(name: str, part: CalibrationPart, instrument: _Instrument, target: CalibrationTarget) -> list[str]:
-    """Add the part to the calibration file, if there is one. Return notes for the user.
+    """Add the part to the file `target.out`, if a file is given. Return notes for the user.
 
-    A force calibration that was made with other values of this part is removed from the file.
+    If the file has a force calibration that was made with other values of this part, it is removed.
     """
     calibration = instrument.calibration.model_copy(update={name: part})
     without_force = calibration.model_copy(update={"force": None})

@@ -25,7 +25,7 @@ LAST_LINE = "avrdude done"  #: avrdude ends its output with this text, also afte
 
 
 def avrdude_command(port: str) -> list[str]:
-    """Return the avrdude command without an operation, for the boot loader of an UNO at `port`."""
+    """Return an avrdude command for the UNO at `port`. The caller appends the memory operation."""
     return ["avrdude", "-q", "-p", "atmega328p", "-c", "arduino", "-P", port, "-b", str(BOOT_BAUD)]
 
 

@@ -17,7 +17,7 @@ class Arming(Enum):
     """State of arming."""
 
     TRIPPED = auto()  #: a fault is latched
-    CLEARED = auto()  #: no fault, but no "vent" since the start or the last clear
+    CLEARED = auto()  #: no fault, but no "vent" since the start or the clearing of faults
     READY = auto()  #: "hold" is allowed
     HOLDING = auto()  #: "hold" is in effect
 

@@ -28,7 +28,8 @@ class WriteContext:
     write_protect: bool
     lease_required: bool
     busy: bool  #: a command is in progress
-    pending_sequence: int | None  #: sequence number of this command, if it is from this peer's channel
+    #: Sequence number of the command in progress. None if this peer's channel did not send it.
+    pending_sequence: int | None
 
 
 def authorize(

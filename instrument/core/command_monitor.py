@@ -9,8 +9,8 @@ from pneuforce.instrument.rig.link import MAX_SAMPLE_SPAN_S
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import PRESSURISED
 
-FOLLOW_S = 1.0  #: time after a command in which the board must start to fill or to empty the balloon
-ROUND_TRIP_S = 0.05  #: time until a command is sent, received and visible in the samples
+FOLLOW_S = 1.0  #: time limit after a command: the board must then fill or empty the balloon
+ROUND_TRIP_S = 0.05  #: time in which a command is sent, received and visible in the samples
 
 
 @dataclass(slots=True)
@@ -18,7 +18,7 @@ class CommandMonitor:
     """Comparison of the board's state with the command, after each vent and each hold."""
 
     vent_due: bool = False  #: a requested vent is not yet visible in the samples, so only vents are sent
-    _hold: bool = False  # last command
+    _hold: bool = False  # the last command was a hold
     _command_s: float = -math.inf
     _vent_requested_s: float = -math.inf
     _deviating_s: float = 0.0
@@ -30,13 +30,13 @@ class CommandMonitor:
         self.vent_due, self._vent_requested_s = True, now_s
 
     def request_hold(self) -> None:
-        """Permit that the board first empties and then fills the balloon."""
+        """Reset the monitor for a new hold: the board may empty the balloon before it fills the balloon."""
         self._filled = False
 
     def set_command(self, hold: bool, now_s: float) -> None:
         """Store the command that the board receives from now on.
 
-        Samples from before a change of the command are not compared with the new command.
+        Samples that were taken before a change of the command are not compared with the new command.
         """
         if hold != self._hold:
             self._hold, self._command_s = hold, now_s

@@ -1,4 +1,4 @@
-"""Instrument without I/O: samples, time and requests in, board commands and snapshots out."""
+"""Instrument without I/O: computes snapshots and board commands from samples, requests and the time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ log = logging.getLogger("pneuforce")
 
 
 class Instrument(InstrumentState):
-    """Measuring instrument without I/O: samples and requests in, board commands and snapshots out."""
+    """Measuring instrument without I/O.
+
+    Its inputs are samples, requests and the time. Its outputs are board commands and snapshots.
+    """
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
@@ -43,7 +46,7 @@ class Instrument(InstrumentState):
     def identify_board(self, hello: Hello) -> None:
         """Store the identity of the board.
 
-        If the board was replaced, discard the zero and trip, because the new board has another sensor.
+        If the board was replaced, the new board has another sensor: discard the zero adjustment, and trip.
         """
         self.revision += 1
         if self.hello is not None and hello.serial != self.hello.serial:
@@ -61,7 +64,7 @@ class Instrument(InstrumentState):
             self.trip(HostFault.LINK_LOST)
 
     def process(self, raw: RawSample) -> Measurement:
-        """Return the measurement of one sample. Check board faults and interlocks."""
+        """Return the measurement of one sample. Trip at a fault of the board or a violated interlock."""
         self.revision += 1
         m = self.chain.step(raw)
         self.raw, self.measurement = raw, m
@@ -116,7 +119,7 @@ class Instrument(InstrumentState):
             log.warning("this process did not run for %.2f s: the computer is overloaded", stall_s)
 
     def _resuming(self, now_s: float) -> bool:
-        """Return True shortly after a stall, because bytes of that time may still be in the buffers.
+        """Return True shortly after a stall, because bytes from the stall may still be in the buffers.
 
         Repeated stalls postpone a trip at most until the host timeout. The board then vents by itself.
         """

@@ -9,7 +9,7 @@ from pneuforce.protocol.frames import Fault
 
 
 class HostFault(IntEnum):
-    """Faults that the host detects. The codes of the board are below 16."""
+    """Faults that the host detects. Faults that the board detects have codes below 16."""
 
     LEASE_EXPIRED = 32
     BOARD_RESET = 33
@@ -91,7 +91,7 @@ class FaultLatch:
 
 
 def name_of(code: int) -> str:
-    """Return the name of a fault in plain words, or "fault N" for an unknown code of a newer board."""
+    """Return the name of a fault in plain words, or "fault N" for an unknown code of newer firmware."""
     known = _NAMES.get(code)
     return known.lower().replace("_", " ") if known else f"fault {code}"
 

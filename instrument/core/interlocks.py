@@ -1,8 +1,8 @@
-"""Interlocks of the host: conditions that each sample must meet while the balloon is inflated.
+"""Interlocks of the host: conditions that each sample must meet; a violation trips the rig.
 
-An interlock is the condition for an allowed sample. Every comparison with NaN is false, so NaN is never
-allowed. Interlocks use the pressure as sampled, without filter and lag compensation. The board has limits of
-its own.
+Every comparison with NaN is false, so an interlock never allows NaN. Interlocks use the pressure as sampled,
+without filter and lag compensation. The pressure limits apply only while the balloon is inflated. The board
+has limits of its own.
 """
 
 from __future__ import annotations

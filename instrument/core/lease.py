@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: Channel and address within the channel. Peers are compared, never parsed.
+#: Sender of a write: the channel, and the address on this channel. Peers are compared, never parsed.
 Peer = tuple[str, str]
 
 
@@ -12,7 +12,7 @@ Peer = tuple[str, str]
 class Lease:
     """Exclusive right of one peer to write, until the peer ends the lease or does not renew it in time."""
 
-    duration_s: float = 0.0  #: 0: no lease
+    duration_s: float = 0.0  #: duration of the lease; 0 if there is no lease
     holder: Peer | None = None
     _until_s: float = 0.0
 
@@ -32,7 +32,7 @@ class Lease:
             self._until_s = now_s + self.duration_s
 
     def left_s(self, now_s: float) -> float:
-        """Return the time left [s], 0 without a lease."""
+        """Return the time until the lease ends [s], 0 without a lease."""
         return max(0.0, self._until_s - now_s) if self.holder else 0.0
 
     def expire(self, now_s: float) -> bool:

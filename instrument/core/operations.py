@@ -19,8 +19,8 @@ CLEAR_ANSWER_S = 0.5  #: time after which the command to clear faults fails
 def run(state: InstrumentState, code: str, argument: int, now_s: float) -> RejectReason | None:
     """Run a command by its name.
 
-    Returns NONE if the command is done, None if it is in progress, STATE if the name is unknown, else the
-    reason for the rejection. Only clearing faults takes time.
+    Returns NONE if the command is done, None if the command is in progress, and otherwise the reject reason.
+    The reject reason for an unknown name is STATE. Only the command that clears faults can be in progress.
     """
     operation = _OPERATIONS.get(code)
     return operation(state, argument, now_s) if operation else RejectReason.STATE
@@ -78,7 +78,7 @@ def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> Reject
 
 
 def finish_clearing(state: InstrumentState, now_s: float) -> RejectReason | None:
-    """Return the result of the command that clears faults, or None if no such command ends now."""
+    """Return the result of the command that clears faults, or None if this command does not end now."""
     clearing = state.clearing
     if clearing.since_s is None or state.sample is None:
         return None

@@ -12,8 +12,8 @@ class RejectReason(StrEnum):
     STATE = auto()  #: not allowed in this state or in this order
     FAULT_LATCHED = auto()  #: a fault is latched: clear the faults first
     LEASE = auto()  #: another peer holds the lease, or a lease is required
-    WRITE_PROTECT = auto()  #: the configuration protects all registers
+    WRITE_PROTECT = auto()  #: the configuration rejects every write except a vent
     CAUSE_PERSISTS = auto()  #: the cause of the fault still exists
     LINK_LOST = auto()  #: no samples arrive from the rig
-    NOT_ZEROED = auto()  #: the pressure sensor has no zero
+    NOT_ZEROED = auto()  #: the zero adjustment of the pressure sensor is missing
     IN_CONTACT = auto()  #: not allowed during a contact

@@ -52,13 +52,13 @@ class NullSink:
 
 
 class Session:
-    """Link and instrument: bytes from the board in, bytes for the board out."""
+    """Instrument with its link: processes the bytes from the board, and returns the bytes for the board."""
 
     def __init__(self, instrument: Instrument, sink: EntrySink | None = None) -> None:
         self.instrument = instrument
         self.link = Link(round(instrument.settings.host_timeout_s * 1e3))
         self.sink: EntrySink = sink or NullSink()
-        self.heard_s = 0.0  #: time of the latest samples or, if it is later, of the latest `attach`
+        self.heard_s = 0.0  #: time of the latest samples or the latest `attach`, whichever is later
         self._restarts_seen = 0
 
     def attach(self, now_s: float) -> None:
@@ -73,7 +73,7 @@ class Session:
         self.instrument.disconnected()
 
     def tick(self, now_s: float) -> None:
-        """Advance the time."""
+        """Handle the passage of time in the instrument."""
         self.sink.record_tick(self.instrument, now_s)
         self.instrument.tick(now_s)
 
@@ -85,14 +85,14 @@ class Session:
         return self.link.tick(self.instrument.command(), now_s)
 
     def receive(self, data: bytes, now_s: float) -> list[RawSample]:
-        """Return the samples that `data` completes. Pass each of them to `process`.
+        """Return the samples that `data` completes. The caller passes each sample to `process`.
 
         Raises ProtocolMismatch or TimeoutMismatch if the board is not compatible with this host.
         """
         self.sink.record(EntryKind.RECEIVED, now_s, data)
         self.instrument.check_stall(now_s)
         if self.instrument.link_lost(now_s):
-            self.instrument.tick(now_s)  # late bytes do not hide a lost link
+            self.instrument.tick(now_s)  # trips: late bytes must not hide a lost link
         try:
             samples = self.link.feed(data, now_s, self.instrument.stalls.buffered_s(now_s))
         except (ProtocolMismatch, TimeoutMismatch):

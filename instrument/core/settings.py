@@ -22,7 +22,7 @@ class Settings:
     """Settings of the instrument core."""
 
     chain: ChainSettings = field(default_factory=ChainSettings)
-    contact_limit_kpa: float = 18.0  #: pressure of the locked balloon above which it is vented
+    contact_limit_kpa: float = 18.0  #: the locked balloon is vented above this pressure
     identity: Identity = field(default_factory=Identity)
     force_limit_n: float = 5.0
     vent_on_force_limit: bool = False

@@ -16,7 +16,7 @@ MAX_AGE_S = 1e6
 
 
 class Snapshot(NamedTuple):
-    """Quantities of one measurement at one instant. A quantity that is not available is NaN.
+    """Values of all quantities at one instant. A measured value that is not available is NaN.
 
     The name of a quantity ends in its unit. The register map refers to the quantities by name.
     """
@@ -45,7 +45,7 @@ class Snapshot(NamedTuple):
     setpoint_kpa: float
     first_out_fault: int
     active_fault_count: int
-    faults: tuple[int, ...]  # codes in the order of their occurrence
+    faults: tuple[int, ...]  # codes of the latched faults, in the order of their occurrence
     # requested values
     setpoint_requested_kpa: float
     force_limit_n: float

@@ -1,4 +1,4 @@
-"""Stall monitor: detects that the host process did not run for a while, as on a busy computer.
+"""Stall monitor: detects that the host process did not run for a while, because the computer was busy.
 
 During a stall, bytes of the board and requests of the peers wait in the buffers of the operating system. The
 silence of the board and of the peers is therefore measured only while the host runs.
@@ -32,7 +32,7 @@ class StallMonitor:
         return gap_s
 
     def buffered_s(self, now_s: float) -> float:
-        """Return the longest time [s] for which bytes that are read now can have waited in a buffer.
+        """Return the longest time [s] that bytes can have waited in a buffer before they are read now.
 
         The result is the duration of the latest stall until 0.25 s after its end, then 0.
         """

@@ -23,7 +23,7 @@ from pneuforce.protocol.limits import HOST_SILENCE_S
 
 log = logging.getLogger("pneuforce")
 
-MAX_VENT_DELAY_S = 5.0  #: longest delay of a vent by a contact, after the commanding peer is lost
+MAX_VENT_DELAY_S = 5.0  #: longest time that a contact delays the vent after the commanding peer is lost
 #: Pressure rise above which the force alarm is active. No force in the measuring range causes this rise.
 ALARM_RISE_KPA = 6.0
 
@@ -89,7 +89,7 @@ class InstrumentState:
 
     @property
     def sample(self) -> Sample | None:
-        """Return the latest message of the board, or None before the first one."""
+        """Return the latest message of the board, or None before the first message."""
         return self.raw.message if self.raw else None
 
     def vented(self, now_s: float) -> bool:
@@ -98,7 +98,7 @@ class InstrumentState:
 
     @property
     def tripped(self) -> bool:
-        """Return True if a fault has stopped the rig. False while a vent waits for the end of a contact."""
+        """Return True if a fault is latched, and no vent waits for the end of a contact."""
         return self.arming is Arming.TRIPPED and not self.vent_pending
 
     @property

@@ -29,12 +29,12 @@ class Check(NamedTuple):
 def graded(name: str, finding: str, advice: str, *, passed: bool, usable: bool) -> Check:
     """Return a check: PASS if `passed`, WARNING if only `usable`, else FAIL.
 
-    Write both conditions so that they are false for NaN. NaN then gives FAIL.
+    The caller writes both conditions so that they are false for NaN. A NaN then gives FAIL.
     """
     result = CheckResult.PASS if passed else CheckResult.WARNING if usable else CheckResult.FAIL
     return Check(name, result, finding, "" if passed else advice)
 
 
 def unchecked(name: str, why: str, advice: str = "") -> Check:
-    """Return a check that could not be made."""
+    """Return a check that was not possible."""
     return Check(name, CheckResult.NOT_CHECKED, why, advice)

@@ -15,12 +15,12 @@ from pneuforce.protocol.limits import FILL_KPA_PER_S, HALVING_FROM_KPA, HALVING_
 
 NAMES = ("filling", "settling", "leak", "venting")
 FILLING, SETTLING, LEAK, VENTING = NAMES
-#: Allowed relative deviation from a commissioned time, for PASS and for WARNING. A larger deviation means
-#: that the circuit was changed.
+#: Allowed relative deviation from the rate or time at commissioning: limits for PASS and for WARNING. A
+#: larger deviation means that the circuit was changed.
 DEVIATION = (0.4, 0.6)
 SETTLE_S, BAND_KPA, MAX_VALVE_ACTIONS = 8.0, 0.1, 20
-#: Allowed pressure change in 20 s, for PASS and for WARNING. The limits include the creep of a new latex
-#: balloon and the cooling of the gas.
+#: Allowed pressure change in 20 s: limits for PASS and for WARNING. The limits include the creep of a new
+#: latex balloon and the cooling of the gas.
 CHANGE_KPA = (0.1, 0.5)
 CHANGE_TIME_S = 20.0
 FALLING_ADVICE = (
@@ -34,7 +34,8 @@ NOT_EMPTIED = {Fault.VENT_SHUT, Fault.OCCLUSION, HostFault.NOT_VENTED}
 def circuit_checks(examination: Examination) -> list[Check]:
     """Return the checks of filling, settling, leak and venting.
 
-    The measured times are compared with those of commissioning (`pneuforce.protocol.limits`).
+    The rate of filling and the time of venting are compared with their values at commissioning, which are in
+    `pneuforce.protocol.limits`.
     """
     if examination.inflate_kpa is None:
         return [
@@ -60,7 +61,7 @@ def circuit_checks(examination: Examination) -> list[Check]:
 
 
 def _failed_filling(finding: str, advice: str) -> list[Check]:
-    """Return a failed filling. The other checks were not reached."""
+    """Return the failed check of the filling, and the other checks as not reached."""
     failed = Check(FILLING, CheckResult.FAIL, finding, advice)
     return [failed, *(unchecked(name, "not reached") for name in NAMES[1:])]
 
@@ -88,7 +89,7 @@ def _first_time_s(samples: list[ExaminedSample], threshold_kpa: float) -> float:
 
 
 def _compared(name: str, finding: str, ratio: float, advice: str) -> Check:
-    """Return a check of the ratio between a measured and a commissioned value."""
+    """Return a check of `ratio`, a measured value relative to its value at commissioning."""
     deviation = abs(ratio - 1)
     passed, usable = (deviation <= limit for limit in DEVIATION)
     return graded(name, finding, advice, passed=passed, usable=usable)
@@ -109,7 +110,7 @@ def _settling(filling: list[ExaminedSample], held: list[ExaminedSample], setpoin
 
 
 def _touched(name: str, above_kpa: float) -> Check:
-    """Return a check that a contact prevented. `above_kpa` is the pressure above the setpoint."""
+    """Return a check that a contact has made impossible. `above_kpa` is the rise above the setpoint."""
     advice = (
         f"remove the contact and {RUN_AGAIN}; if nothing touched the balloon, the inlet valve does not close"
     )
@@ -141,7 +142,7 @@ def _slope_kpa_per_s(samples: list[ExaminedSample]) -> float:
 
 
 def _venting(samples: list[ExaminedSample], examination: Examination, setpoint_kpa: float) -> Check:
-    """Check the time in which the vent halves the pressure.
+    """Check the time that the vent needs to halve the pressure.
 
     From a pressure p the vent takes √(p / 8 kPa) times as long as from 8 kPa.
     """

@@ -15,7 +15,7 @@ from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 
 OBSERVE_S = 5.0
 LEAK_TEST_S = 20.0
-#: Timeouts longer than those of the board, so that the board trips first and reports the fault.
+#: Timeouts of the stages. The board has shorter timeouts, so that it trips first and reports the fault.
 FILL_TIMEOUT_S, VENT_TIMEOUT_S, ZERO_TIMEOUT_S = 20.0, 12.0, 6.0
 PEER: Peer = ("doctor", "local")
 
@@ -37,7 +37,7 @@ class ExaminedSample(NamedTuple):
     stage: ExaminationStage
     t_s: float  #: host time at which the board took the sample
     received_s: float  #: host time at which the sample was read
-    nominal_kpa: float  #: pressure by the data sheet, before the zero adjustment
+    nominal_kpa: float  #: pressure according to the data sheet, before the zero adjustment
     pressure_kpa: float  #: unfiltered pressure after the zero adjustment
     supply_mv: int
     state: int
@@ -74,7 +74,7 @@ class Examination:
         self.samples: list[ExaminedSample] = []
         self.reject_reason = RejectReason.NONE  #: reason why the instrument rejected the inflation
         self.stage = ExaminationStage.OBSERVING
-        self.until_s = math.nan  #: end of the examined time
+        self.until_s = math.nan  #: time of the last tick before the examination was done
         self.instrument = instrument
         self.link = link
         self._since_s = math.nan
@@ -86,7 +86,7 @@ class Examination:
 
     @property
     def losses(self) -> LinkLosses:
-        """Return the losses since the start of the examination."""
+        """Return the number of errors since the start of the examination."""
         now = self._counters
         return LinkLosses(now.lost - self._losses_before.lost, now.rejected - self._losses_before.rejected)
 
@@ -131,7 +131,7 @@ class Examination:
             self.stage, self._since_s = following, now_s
 
     def _expired(self, now_s: float, limit_s: float) -> bool:
-        """Return True if the present stage has lasted for `limit_s`."""
+        """Return True if the present stage has lasted for at least `limit_s`."""
         return not now_s - self._since_s < limit_s
 
     def _observe(self, now_s: float) -> ExaminationStage | None:

@@ -14,7 +14,7 @@ from pneuforce.instrument.rig.board_clock import CLOCK_FAULT_ERROR, RESONATOR_TO
 from pneuforce.protocol.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
 from pneuforce.protocol.limits import SUPPLY_MV, ZERO_SPAN_KPA
 
-#: Pairs of limits: the first for PASS, the second for WARNING.
+#: Pairs of limits for the noise and for a gap: the first limit for PASS, the second for WARNING.
 NOISE_KPA = (0.03, 0.1)
 GAP_S = (0.05, 0.25)
 SUPPLY_SPREAD_MV = 50.0
@@ -28,7 +28,7 @@ CABLE = "check cable, plug and earth; keep the cable away from motors; use anoth
 
 
 def board_checks(hello: Hello, since_opened_s: float) -> list[Check]:
-    """Return the checks of the board's identification, `since_opened_s` after the port was opened."""
+    """Return the checks of the Hello message, which arrived `since_opened_s` after the port was opened."""
     known = hello.board in tuple(BoardKind)
     kind = BoardKind(hello.board).name.lower() if known else f"kind {hello.board}"
     finding = f"{kind}, firmware {hello.firmware >> 8}.{hello.firmware & 0xFF}, serial {hello.serial}"

@@ -1,4 +1,4 @@
-"""Measuring chain: one rig sample in, one measurement out."""
+"""Measuring chain: computes one measurement from each sample of the rig."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 #: Change of ΔP_i after which the force curve of a free balloon is computed again. Only the lower range limit
 #: and the detection limit depend on this curve.
 FREE_CURVE_TOLERANCE_KPA = 0.01
-#: Change of ΔP_i after which the curve is computed again in a contact. A known leak changes ΔP_i slowly.
+#: Change of ΔP_i after which the force curve is computed again during a contact. ΔP_i falls slowly if the
+#: balloon leaks.
 CONTACT_CURVE_TOLERANCE_KPA = 0.002
 
 
@@ -48,7 +49,10 @@ class ChainSettings:
 
 @dataclass(slots=True)
 class Chain:
-    """Measuring chain with its state: counts → kPa → zero → filter → contact → force."""
+    """Measuring chain with its state.
+
+    Its stages: conversion to kPa, filter, zero adjustment, lag compensation, contact tracking, force.
+    """
 
     settings: ChainSettings
     zero: ZeroAdjustment = field(default_factory=ZeroAdjustment)
@@ -56,7 +60,7 @@ class Chain:
     leak: LeakMonitor = field(default_factory=LeakMonitor)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient (insufflation)
     _lag: LagCompensator = field(init=False)
-    _filtered_kpa: float = math.nan  # before subtraction of the zero
+    _filtered_kpa: float = math.nan  # filtered pressure before the zero is subtracted
     _curve: tuple[ContactCurve, float] | None = None  # force curve, and its force at the contact onset
 
     def __post_init__(self) -> None:
@@ -64,7 +68,7 @@ class Chain:
 
     @property
     def delay_s(self) -> float:
-        """Return the delay of the force that remains after lag compensation [s]."""
+        """Return the delay [s] that the force still has after the lag compensation."""
         return self._lag.delay_s
 
     def remove_calibration(self) -> None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-#: A contact starts if the lag-compensated pressure (noise 0.02 kPa) has risen by this much, and the smoothed
+#: A contact starts if the lag-compensated pressure (noise 0.02 kPa) has risen by this value, and the smoothed
 #: reading by `CONFIRMED_KPA`.
 ONSET_KPA = 0.06
 #: Rise of the smoothed reading (noise 0.0024 kPa) that is necessary for the start of a contact.
@@ -24,16 +24,18 @@ CONFIRMED_KPA = 0.02
 END_KPA = 0.015
 #: The balloon counts as released if the rise falls below this fraction of its peak.
 RELEASE_RATIO = 0.3
-#: Smallest upturn after a trough that starts a new contact: six times the noise, and a fraction of the peak.
+#: Smallest upturn after a trough that starts a new contact: the larger of six times the noise and a fraction
+#: of the peak.
 MIN_UPTURN_KPA = 0.12
 MIN_UPTURN_RATIO = 0.1
 #: Highest rate of drift without contact. A faster rise of the pressure is a contact.
 MAX_TRACKING_KPA_PER_S = 0.03
-#: Time constant of a falling baseline. Gas that was heated by a contact causes a dip of 0.3 s.
+#: Time constant of a falling baseline. A contact heats the gas, and the pressure then dips for 0.3 s. The
+#: baseline follows such a short dip only in part.
 FALL_TIME_CONSTANT_S = 0.3
-#: Largest leak by which ΔP_i falls during a contact. The leak is measured before the contact.
+#: Highest leak rate by which ΔP_i is lowered during a contact. The leak is measured before the contact.
 MAX_LEAK_KPA_PER_S = 0.05
-LEAK_TIME_CONSTANT_S = 10.0  #: time constant of the average leak
+LEAK_TIME_CONSTANT_S = 10.0  #: time constant of the average of the leak rate
 #: If the gas warms before a contact, it continues to warm for about this time during the contact.
 WARMING_TIME_CONSTANT_S = 20.0
 #: A pressure within this distance of the baseline is at rest: it has not begun to rise.
@@ -142,7 +144,10 @@ class ContactTracker:
 
     @property
     def _warming_kpa(self) -> float:
-        """Return the rise of the baseline in a contact [kPa], if the earlier drift continues and fades."""
+        """Return the rise of the baseline [kPa] since the contact began.
+
+        The rise is an estimate: the drift before the contact is assumed to continue and to fade.
+        """
         drift_kpa_per_s = min(max(self.drift_kpa_per_s, 0.0), MAX_TRACKING_KPA_PER_S)
         faded_age_s = -math.expm1(-self.baseline_age_s / WARMING_TIME_CONSTANT_S)
         return drift_kpa_per_s * WARMING_TIME_CONSTANT_S * faded_age_s

@@ -11,22 +11,27 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-#: Standard deviation of the noise of one sample [kPa]: the mean of 16 conversions of (0.7² + 1/12)^½ counts.
+#: Standard deviation of the noise of one sample [kPa]. A sample is the mean of 16 conversions, each with a
+#: noise of (0.7² + 1/12)^½ counts.
 MEASUREMENT_NOISE_KPA = 0.0103
-#: Process noise: spectral density of the rate. A hand changes the rate by 17 kPa/s (rms) within a second.
+#: Process noise: spectral density of the random walk of the rate. A hand changes the rate by 17 kPa/s (rms)
+#: within a second.
 PROCESS_NOISE_KPA2_PER_S3 = 300.0
 SAMPLE_S = 0.002
-#: The filter predicts across gaps up to this length. After a longer gap, the filter restarts.
+#: The filter predicts across a gap of at most this number of sample periods. After a longer gap, it restarts.
 MAX_BRIDGED_SAMPLES = 10
-#: A larger difference from the prediction is an outlier: no pressure changes so much within two samples.
+#: A reading that differs from the prediction by more than this is an outlier [kPa]. No real pressure changes
+#: so much within two samples.
 OUTLIER_KPA = 0.5
-#: Highest number of consecutive outliers that are ignored. The next outlier is used.
+#: Highest number of consecutive outliers that the filter ignores. The filter uses the next outlier like a
+#: normal reading.
 MAX_OUTLIERS = 2
 #: Time constant of the smoothed reading, which has less noise than the reading.
 SMOOTHING_TIME_CONSTANT_S = 0.02
-#: The lead over the smoothed reading is halved if it equals this many standard deviations of the noise.
+#: The lead is the filtered pressure minus the smoothed reading. A lead of this number of standard deviations
+#: of the filter noise is halved.
 SHRINKAGE_STDS = 2.0
-#: Duration of the simulated fast press by which the remaining delay is determined.
+#: Duration of a simulated fast press, from which the remaining delay of the filter is determined.
 REFERENCE_PRESS_S = 0.6
 
 
@@ -38,12 +43,12 @@ class LagCompensator:
     smoothed_kpa: float = math.nan  #: reading smoothed over 20 ms, with lag and with a noise of 2.4 Pa
     rate_kpa_per_s: float = 0.0
     noise_kpa: float = field(init=False)  #: standard deviation of the filtered pressure due to noise
-    delay_s: float = field(init=False)  #: remaining delay of the peak of a press
+    delay_s: float = field(init=False)  #: delay of a pressure peak that remains after the filter
     _pressure_kpa: float = math.nan
     _sensor_kpa: float = math.nan
-    _response: float = field(init=False)  # share of p − s by which s changes in one sample
+    _response: float = field(init=False)  # change of s in one sample, per unit of p − s
     _rate_response_s: float = field(init=False)  # change of s in one sample, per unit of v
-    _gains: list[list[float]] = field(init=False)  # Kalman gains, by the number of elapsed samples minus 1
+    _gains: list[list[float]] = field(init=False)  # Kalman gains; the index is the gap in samples minus 1
     _outliers: int = 0
 
     def __post_init__(self) -> None:
@@ -84,17 +89,18 @@ class LagCompensator:
         return reading_kpa
 
     def _shrunk_kpa(self) -> float:
-        """Return the filtered pressure, shrunk towards the smoothed reading.
+        """Return the filtered pressure, moved towards the smoothed reading.
 
-        The lead over the smoothed reading is multiplied by lead²/(lead² + (2 σ)²). σ is the noise of the
-        filter. A pressure at rest therefore has little noise, and a real lead hardly changes.
+        The lead is the filtered pressure minus the smoothed reading. The lead is multiplied by
+        lead²/(lead² + (2 σ)²), with the noise σ of the filter. A pressure at rest therefore has little noise,
+        and a large lead hardly changes.
         """
         lead_kpa = self._pressure_kpa - self.smoothed_kpa
         squared = lead_kpa * lead_kpa
         return self.smoothed_kpa + lead_kpa * squared / (squared + (SHRINKAGE_STDS * self.noise_kpa) ** 2)
 
     def _simulate_delay_s(self) -> float:
-        """Return the delay of the peak [s] in a simulated press of `REFERENCE_PRESS_S` without noise."""
+        """Return the delay of the peak [s] after filtering a simulated press without noise."""
         sensor_kpa, outputs_kpa = 0.0, []
         for n in range(round(REFERENCE_PRESS_S / SAMPLE_S)):
             pressure_kpa = math.sin(math.pi * n * SAMPLE_S / REFERENCE_PRESS_S) ** 2
@@ -130,6 +136,6 @@ def stationary_gains(response: float, rate_response_s: float) -> tuple[list[list
         covariance = predicted - gains[:, :, None] * predicted[:, None, 2, :]
     feedback = (np.eye(3) - np.outer(gains[0], [0.0, 0.0, 1.0])) @ transition
     output_noise = np.outer(gains[0], gains[0]) * MEASUREMENT_NOISE_KPA**2
-    for _ in range(14):  # sum of the noise of 2¹⁴ past samples; each pass doubles their number
+    for _ in range(14):  # each repetition doubles the number of past samples, up to 2¹⁴
         output_noise, feedback = output_noise + feedback @ output_noise @ feedback.T, feedback @ feedback
     return gains.tolist(), math.sqrt(output_noise[0, 0])

@@ -21,7 +21,7 @@ LEAK_LIMIT_KPA_PER_S = 0.0007
 class LeakMonitor:
     """Monitor of the baseline at one setpoint."""
 
-    detected: bool = False  #: the baseline falls faster than the board can compensate by top-ups
+    detected: bool = False  #: True if the baseline falls faster than top-ups can compensate
     _setpoint_pa: int = 0
     _free_s: float = 0.0
     _segment_s: float = 0.0
@@ -29,7 +29,7 @@ class LeakMonitor:
     _falls_kpa: deque[float] = field(default_factory=lambda: deque(maxlen=SEGMENTS))
 
     def step(self, setpoint_pa: int, free: bool, baseline_kpa: float, dt_s: float) -> None:
-        """Process one sample. The baseline is used only if `free` is True: locked and without contact."""
+        """Process one sample. `free` is True if the balloon is locked and without contact."""
         if setpoint_pa != self._setpoint_pa:
             self._restart(setpoint_pa)
         if not free:

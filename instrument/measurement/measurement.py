@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Quality(Flag):
-    """Reasons why a measurement is limited or has no force. GOOD if there is no reason."""
+    """Reasons why a measurement is limited or has no force. Without a reason, the quality is GOOD."""
 
     GOOD = 0
     INTERPOLATED = auto()  #: rise below 0.5 kPa: the force is interpolated to zero
@@ -16,7 +16,7 @@ class Quality(Flag):
     NO_SOLUTION = auto()  #: the force law has no physical root: no force
     NOT_HOLDING = auto()  #: the balloon is not locked at a setpoint: no force
     SENSOR_FAULT = auto()  #: invalid reading of the pressure sensor: no pressure, no force
-    NO_BASELINE = auto()  #: drift may hide a contact that continues: no force until the next lock
+    NO_BASELINE = auto()  #: drift may hide a contact: no force until the balloon is locked again
     NOT_ZEROED = auto()  #: no zero adjustment of the sensor: no force
 
 

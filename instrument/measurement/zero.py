@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pneuforce.instrument.rig.link import MAX_SAMPLE_SPAN_S
 from pneuforce.protocol.limits import ZERO_SPAN_KPA
 
-#: The reading of the vented rig is steady if it stays within this span [kPa] for this time [s].
+#: The reading of the vented rig is steady if it stays within a span of `STEADY_KPA` for `STEADY_S`.
 STEADY_KPA = 0.05
 STEADY_S = 0.5
 

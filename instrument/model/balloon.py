@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-#: A float, an array, or a complex number (for complex-step derivatives). The equations are the same for each.
+#: A float, an array, or a complex number (for complex-step derivatives). All three use the same equations.
 Number = Any
 
 #: Range of ΔP_i that the paper validated [kPa].
 VALID_LOW_KPA = 4.95
 VALID_HIGH_KPA = 11.45
-#: Smallest rise ΔP_f − ΔP_i at which the force law is valid [kPa]. Below, the force is interpolated to zero.
+#: Smallest rise ΔP_f − ΔP_i at which the force law is valid [kPa]. At a smaller rise, the force is
+#: interpolated to zero.
 MIN_RISE_KPA = 0.5
 
 

@@ -33,9 +33,10 @@ class ContactGeometry(NamedTuple):
         circuit: Circuit,
         radius_error_mm: Number = 0.0,
     ) -> ContactGeometry:
-        """Return the contact that raises the gauge pressure from ΔP_i to ΔP_f.
+        """Return the geometry of the contact that raises the gauge pressure from ΔP_i to ΔP_f.
 
-        The quantity p·Vⁿ of the gas is constant. `radius_error_mm` is added to R_i, for derivatives by R_i.
+        The quantity p·Vⁿ of the gas is constant. `radius_error_mm` is added to R_i, so that derivatives with
+        respect to R_i can be computed.
         """
         radius = balloon.radius_mm(baseline_kpa) + radius_error_mm
         volume_before = circuit.volume_mm3 + sphere_volume_mm3(radius)
@@ -63,12 +64,12 @@ class ContactGeometry(NamedTuple):
 
 
 class ContactShape(NamedTuple):
-    """Radii of the pressed balloon at one indentation d, with derivatives by d at constant ΔP_f.
+    """Radii of the pressed balloon at one indentation d, with derivatives at constant ΔP_f.
 
-    The suffixes 1 and 2 mark the first and second derivative.
+    The suffixes 1 and 2 mark the first and second derivative with respect to d.
     """
 
-    gap: Number  #: c = R_i − d, half the distance between the planes [mm]
+    gap: Number  #: c = R_i − d, half the distance between the two planes that cut the sphere [mm]
     rf: Number  #: R_f [mm]
     rf1: Number
     rf2: Number
@@ -86,7 +87,7 @@ class ContactShape(NamedTuple):
 def contact_shape(indentation_mm: Number, geometry: ContactGeometry) -> ContactShape:
     """Return R_f, a and their derivatives at indentation d.
 
-    Equation (9), solved for R_f: R_f² = V_b/(2πc) + c²/3 and a² = R_f² − c², with c = R_i − d.
+    Equation (9) gives R_f² = V_b/(2πc) + c²/3 and a² = R_f² − c², with c = R_i − d.
     """
     c = geometry.radius_mm - indentation_mm
     q = geometry.volume_mm3 / ((2 * math.pi) * c)

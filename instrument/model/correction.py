@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
 
-#: ΔP_i at which p is zero, so that only `constant`, `by_rise` and `by_step` have an effect [kPa].
+#: ΔP_i at which the variable p of `ForceCorrection` is zero [kPa].
 REFERENCE_BASELINE_KPA = 8.0
 #: Imaginary step of the complex-step derivative. Its square is negligible compared with 1.
 COMPLEX_STEP = 1e-20
@@ -42,7 +42,7 @@ class ForceCorrection:
         return math.e**exponent * rise ** (self.by_rise + self.by_both * p)
 
     def log_slopes_per_kpa(self, rise_kpa: float, baseline_kpa: float) -> tuple[float, float]:
-        """Return the derivatives of ln(factor) by ΔP_i at constant ΔP_f, and by ΔP_f [1/kPa]."""
+        """Return the partial derivatives of ln(factor) with respect to ΔP_i and to ΔP_f [1/kPa]."""
         low, high = self.rise_span_kpa
         rise = clamp(rise_kpa, low, high)
         p = clamp(baseline_kpa, *self.baseline_span_kpa) - REFERENCE_BASELINE_KPA

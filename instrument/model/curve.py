@@ -17,13 +17,14 @@ from pneuforce.instrument.model.uncertainty import ForceSensitivity, InputUncert
 #: Ratio of the rises of neighbouring nodes. Cubics between such nodes err by less than 1e-5 N.
 NODE_RATIO = 1.15
 _LOG_RATIO = math.log(NODE_RATIO)
-#: Fraction of 0.5 kPa below which the slope at this fraction is used. The square root of the smooth
-#: interpolation is infinitely steep at zero, and smaller rises are hidden by noise.
+#: Smallest fraction of 0.5 kPa at which the slope is computed; at a smaller fraction, the slope at this
+#: fraction is used. The smooth interpolation is infinitely steep at zero, and smaller rises are hidden by
+#: noise.
 _MIN_SLOPE_FRACTION = 0.02
 _UNKNOWN_SENSITIVITY = ForceSensitivity(math.nan, math.nan, math.nan)
 _UNKNOWN_DERIVATIVE = ContactDerivative(math.nan, math.nan)
 
-#: Coefficients in ascending order, constant first.
+#: Coefficients of a cubic polynomial, from the constant to the cubic coefficient.
 _Cubic = tuple[float, float, float, float]
 
 
@@ -35,7 +36,7 @@ class ForceCurvePoint(NamedTuple):
 
 
 class _Node(NamedTuple):
-    """Solved contact and its derivative by ΔP_f."""
+    """Solved contact, its derivative with respect to ΔP_f, and the sensitivity of its force."""
 
     rise_kpa: float
     solved: ContactEstimate
@@ -74,11 +75,11 @@ class _Segment(NamedTuple):
         return _evaluate(rise_kpa - self.rise_kpa, self.force)
 
     def at(self, rise_kpa: float, final_kpa: float) -> ForceCurvePoint:
-        """Return the point at a rise. The contact radius follows from eq. (1)."""
+        """Return the point of the curve at a rise. The contact radius follows from eq. (1)."""
         x = rise_kpa - self.rise_kpa
         force = _evaluate(x, self.force)
         if not force > 0:
-            # Far above the pressure limits the law is so steep that a cubic can undershoot zero.
+            # Far above the pressure limits, the force law is so steep that a cubic can undershoot zero.
             return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
         d = _evaluate(x, self.indentation)
         a_squared = force * 1e3 / (math.pi * final_kpa)
@@ -107,7 +108,7 @@ def _evaluate(x: float, coefficients: _Cubic) -> float:
 
 @dataclass(slots=True)
 class ContactCurve:
-    """Force law at one ΔP_i as a piecewise cubic. Each node is solved when a pressure first needs it."""
+    """Force law at one ΔP_i as a piecewise cubic. A node is solved when it is first needed."""
 
     baseline_kpa: float
     balloon: Balloon
@@ -125,11 +126,11 @@ class ContactCurve:
         self.lower_range_limit_n = point.estimate.force_n
 
     def at(self, rise_kpa: float) -> ForceCurvePoint:
-        """Return contact and sensitivity at a rise ΔP_f − ΔP_i, NaN if the force law has no solution."""
+        """Return the contact and its sensitivity at a rise. Both are NaN if the force law has no solution."""
         return self._correct(self._uncorrected(rise_kpa), rise_kpa)
 
     def force_n(self, rise_kpa: float) -> float:
-        """Return only the force at a rise [N]. This is faster than `at`."""
+        """Return only the force at a rise [N]. This method is faster than `at`."""
         if not MIN_RISE_KPA <= rise_kpa < math.inf:
             force: float = self.at(rise_kpa).estimate.force_n
             return force
@@ -176,7 +177,7 @@ class ContactCurve:
         return _Node(rise_kpa, solved, by_final, sensitivity)
 
     def _interpolate_to_zero(self, rise_kpa: float) -> ForceCurvePoint:
-        """Return the point at a rise below 0.5 kPa.
+        """Return the point of the curve at a rise below 0.5 kPa.
 
         The uncertainty due to the parameters has the same ratio to the force as at 0.5 kPa.
         """
@@ -200,7 +201,10 @@ class ContactCurve:
 def apply_correction(
     point: ForceCurvePoint, correction: ForceCorrection, baseline_kpa: float, rise_kpa: float
 ) -> ForceCurvePoint:
-    """Return the point with corrected force. d does not change; the contact radius follows from eq. (1)."""
+    """Return the point with the corrected force.
+
+    The indentation does not change. The contact radius follows from eq. (1).
+    """
     estimate, sensitivity = point
     factor = correction.factor(rise_kpa, baseline_kpa)
     force_n = estimate.force_n * factor

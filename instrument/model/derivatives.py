@@ -1,8 +1,9 @@
-"""Exact derivatives of a solved contact by each input of the force law.
+"""Exact derivatives of a solved contact with respect to each input of the force law.
 
-The root d of a balance g(d; x) = 0 moves with an input x by −(∂g/∂x)/(∂g/∂d). The partial derivatives come
-from one evaluation at x + ih with a tiny h (complex-step method). Unlike a difference quotient, they are
-exact except for rounding.
+The indentation d is the root of a balance g(d; x) = 0. Its derivative with respect to an input x is
+−(∂g/∂x)/(∂g/∂d). Each partial derivative comes from one evaluation of g with an imaginary step: x + ih or
+d + ih with a tiny h (complex-step method). Unlike difference quotients, these derivatives are exact except
+for rounding.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _STEP = 1e-30
 
 
 class ModelInputs(NamedTuple):
-    """All inputs of the force law. Derivatives can be computed by each number among the inputs."""
+    """All inputs of the force law, including the fields of the balloon and of the circuit."""
 
     baseline_kpa: Number
     final_kpa: Number
@@ -30,7 +31,7 @@ class ModelInputs(NamedTuple):
 
 
 class ContactDerivative(NamedTuple):
-    """Derivative of a solved contact by one input x."""
+    """Derivative of a solved contact with respect to one input x."""
 
     force_n: Number  #: dF/dx [N per unit of x]
     indentation_mm: Number  #: dd/dx [mm per unit of x]
@@ -44,7 +45,7 @@ class ContactDifferentiator:
         self._balance_by_d, self._force_by_d = self._partial(indentation_mm + 1j * _STEP, inputs)
 
     def by(self, **steps: float) -> ContactDerivative:
-        """Return the total derivative along a direction.
+        """Return the total derivative with respect to a variable x that changes one or more inputs.
 
         Each keyword is a field of `ModelInputs`. Its value is the change of this field per unit of x.
         """
@@ -52,11 +53,11 @@ class ContactDifferentiator:
         return self._total(self._inputs._replace(**moved))
 
     def by_balloon(self, name: str) -> ContactDerivative:
-        """Return the total derivative by the field `name` of the balloon."""
+        """Return the total derivative with respect to the field `name` of the balloon."""
         return self._total(self._inputs._replace(balloon=_moved(self._inputs.balloon, name)))
 
     def by_circuit(self, name: str) -> ContactDerivative:
-        """Return the total derivative by the field `name` of the circuit."""
+        """Return the total derivative with respect to the field `name` of the circuit."""
         return self._total(self._inputs._replace(circuit=_moved(self._inputs.circuit, name)))
 
     def _total(self, moved: ModelInputs) -> ContactDerivative:
@@ -65,7 +66,10 @@ class ContactDifferentiator:
         return ContactDerivative(force + self._force_by_d * d, d)
 
     def _partial(self, d: Number, inputs: ModelInputs) -> tuple[Number, Number]:
-        """Return the partial derivatives of the balance and of the force: imaginary part over step."""
+        """Return the partial derivatives of the balance and of the force.
+
+        The derivatives are with respect to the argument that has the imaginary step.
+        """
         baseline, final, balloon, circuit, radius_error = inputs
         weight = self._law.small_strain_weight(baseline, balloon)
         geometry = ContactGeometry.between(baseline, final, weight, balloon, circuit, radius_error)

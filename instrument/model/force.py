@@ -13,7 +13,7 @@ from pneuforce.instrument.model.root import find_root
 
 
 class ContactEstimate(NamedTuple):
-    """Solved contact: floats, or arrays of one shape. NaN if the force law has no solution."""
+    """Solved contact: floats, or arrays of equal shape. The values are NaN if there is no solution."""
 
     force_n: Number
     indentation_mm: Number  #: indentation d
@@ -22,7 +22,8 @@ class ContactEstimate(NamedTuple):
     radius_final_mm: Number  #: radius R_f during the contact
 
 
-#: Number of contacts in a block of an array. A block that fits into the processor cache is five times faster.
+#: Number of contacts of an array that are solved together. This number fits into the processor cache, which
+#: makes the solution of a large array five times faster.
 BLOCK_SIZE = 4096
 NO_FORCE = ContactEstimate(math.nan, math.nan, math.nan, math.nan, math.nan)
 
@@ -32,9 +33,10 @@ def solve_contact(
 ) -> ContactEstimate:
     """Return the contact that raises the gauge pressure from ΔP_i to ΔP_f.
 
-    Solves eq. (8) = (1) for d, then computes F by eq. (1). Floats give floats; arrays are broadcast. The
-    result is NaN if there is no physical root, for example if V_b ≤ 0. The force does not approach zero when
-    the rise approaches zero; `low_rise.estimate` interpolates the force to zero.
+    The balance of the method is solved for d, in the energetic method eq. (8) = (1). F then follows from
+    eq. (1). Floats give floats; arrays are broadcast. All results are NaN if there is no physical root, for
+    example if V_b ≤ 0. The force does not approach zero when the rise approaches zero; `low_rise.estimate`
+    interpolates the force to zero.
     """
     method = METHODS[law.method]
     if isinstance(baseline_kpa, float) and isinstance(final_kpa, float):

@@ -10,7 +10,8 @@ from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 MethodName = Literal["energetic", "lulevich", "shanahan"]
 Switch = Literal["paper", "blend"]
 Low = Literal["line", "smooth"]
-#: Half width of the blend around `Balloon.switch_kpa`. Outside, both variants of `switch` are equal.
+#: Half width of the blend around `Balloon.switch_kpa` [kPa]. At a ΔP_i outside the blend, both values of
+#: `switch` give the same force.
 BLEND_KPA = 1.0
 
 
@@ -34,7 +35,7 @@ class ForceLaw:
             return (above.real > 0) * 1.0
         t = clamp(0.5 + above.real / (2 * BLEND_KPA), 0.0, 1.0)
         slope = 3 * t * (1 - t) / BLEND_KPA
-        # The last term is zero for real numbers. It keeps the imaginary part of a complex-step derivative.
+        # The last term is zero for a real ΔP_i. It keeps the imaginary part for complex-step derivatives.
         return t * t * (3 - 2 * t) + slope * (above - above.real)
 
 

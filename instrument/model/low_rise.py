@@ -21,7 +21,7 @@ class LowRiseInterpolation(NamedTuple):
     """
 
     end: ContactEstimate  #: contact at a rise of 0.5 kPa
-    force_end_slope: Number = 1.0  #: slope of the force; 1 is the straight line
+    force_end_slope: Number = 1.0  #: slope of the force; 1 for the straight line
     indentation_end_slope: Number = 1.0
 
     @classmethod
@@ -38,7 +38,10 @@ class LowRiseInterpolation(NamedTuple):
 
     @classmethod
     def smooth(cls, end: ContactEstimate, by_final: ContactDerivative) -> LowRiseInterpolation:
-        """Return the smooth interpolation up to a solved contact. `by_final` is its derivative by ΔP_f."""
+        """Return the smooth interpolation between no contact and the contact `end`.
+
+        `by_final` is the derivative of `end` with respect to ΔP_f.
+        """
         return cls(
             end,
             MIN_RISE_KPA * by_final.force_n / end.force_n,
@@ -59,22 +62,26 @@ class LowRiseInterpolation(NamedTuple):
         return ContactEstimate(force, d, a_squared**0.5, end.radius_mm, (a_squared + gap * gap) ** 0.5)
 
     def _final_kpa(self, rise_kpa: Number) -> Number:
-        """Return ΔP_f at a rise, with ΔP_i from eq. (1) at the end of the interpolation."""
+        """Return ΔP_f at a rise [kPa].
+
+        ΔP_f at a rise of 0.5 kPa follows from eq. (1) with the force and the contact radius of `end`.
+        """
         end_kpa = self.end.force_n * 1e3 / (math.pi * self.end.contact_radius_mm**2)
         return end_kpa - MIN_RISE_KPA + rise_kpa
 
 
 def interpolant(fraction: Number, end_slope: Number) -> Number:
-    """Return the curve 2(1−m)√x + (2m−1)x from (0, 0) to (1, 1) with slope m at its end. m = 1 is the line.
+    """Return 2(1−m)√x + (2m−1)x with x = `fraction` and m = `end_slope`.
 
-    The square root is physical: the force of a flat disc on a soft sphere grows like the square root of the
-    displaced volume.
+    The curve runs from (0, 0) to (1, 1) and has the slope m at (1, 1). For m = 1, the curve is a straight
+    line. The square root is physical: the force of a flat disc on a soft sphere grows like the square root of
+    the displaced volume.
     """
     return 2 * (1 - end_slope) * fraction**0.5 + (2 * end_slope - 1) * fraction
 
 
 def interpolant_slope(fraction: Number, end_slope: Number) -> Number:
-    """Return the derivative of `interpolant` by the fraction, which must be above 0."""
+    """Return the derivative of `interpolant` with respect to `fraction`, which must be above 0."""
     return (1 - end_slope) / fraction**0.5 + (2 * end_slope - 1)
 
 
@@ -83,8 +90,9 @@ def estimate(
 ) -> ContactEstimate:
     """Return the contact, interpolated to zero force below a rise of 0.5 kPa.
 
-    From a rise of 0.5 kPa on, the result is that of `solve_contact`. Below, `law.low` selects the straight
-    line of the paper (Section V-C) or the smooth curve. Floats give floats; arrays are broadcast.
+    At a rise of 0.5 kPa or more, the result is that of `solve_contact`. At a smaller rise, `law.low` selects
+    the straight line of the paper (Section V-C) or the smooth curve. Floats give floats; arrays are
+    broadcast.
     """
     rise_kpa = final_kpa - baseline_kpa
     if isinstance(rise_kpa, float):

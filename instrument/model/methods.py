@@ -1,6 +1,7 @@
-"""Force balances of the three methods: reaction of the membrane minus ΔP_f π a² [mN], and its slope.
+"""Force balances of the three methods, and their derivatives with respect to the indentation d.
 
-A balance is negative below its physical root in d and positive above.
+A balance is the reaction of the membrane minus ΔP_f π a² [mN]. It is negative below the physical root d and
+positive above.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from pneuforce.instrument.model.contact_geometry import ContactGeometry, Contact
 
 
 def energetic_balance(indentation_mm: Number, geometry: ContactGeometry) -> tuple[Number, Number]:
-    """Return the balance of the energetic method and its derivative by d.
+    """Return the balance of the energetic method and its derivative with respect to d.
 
-    The balance is (eq. (8) − eq. (1))·c². The factor c² keeps it smooth up to d = R_i. The reaction is
-    F = ½ d/dd [E_str + E_bend] along R_f(d). The measured pressure fixes the gas volume on this curve, so the
-    compression energy (7) adds nothing to the derivative.
+    The balance is (eq. (8) − eq. (1))·c². The factor c² keeps the balance smooth up to d = R_i. The reaction
+    is F = ½ d/dd [E_str + E_bend] along R_f(d). The measured pressure fixes the gas volume on this curve, so
+    the compression energy (7) adds nothing to the derivative.
     """
     s = contact_shape(indentation_mm, geometry)
     str1, str2 = stretching_force(indentation_mm, geometry, s)
@@ -32,9 +33,10 @@ def energetic_balance(indentation_mm: Number, geometry: ContactGeometry) -> tupl
 def stretching_force(
     indentation_mm: Number, geometry: ContactGeometry, s: ContactShape
 ) -> tuple[Number, Number]:
-    """Return ½ dE_str/dd [mN] and its derivative, E_str by (4) or (5), mixed by `small_strain_weight`.
+    """Return ½ dE_str/dd [mN] and its derivative with respect to d.
 
-    With the chord of the cap s = √(2 R_i d), R_i d is s²/2 and the second term of (5) is (a − s)²/2.
+    E_str is the mean of (4) and (5), weighted by `small_strain_weight`. The chord of the cap is √(2 R_i d),
+    so the second term of (5) is (a − chord)²/2.
     """
     R = geometry.radius_mm
     half_k = 2 * math.pi * geometry.young_kpa * geometry.thickness_mm / (1 - geometry.poisson)
@@ -52,7 +54,10 @@ def stretching_force(
 
 
 def bending_force(geometry: ContactGeometry, s: ContactShape) -> tuple[Number, Number]:
-    """Return ½ dE_bend/dd [mN] and its derivative. E_bend = (E h² π/12) a³/R_f², from eq. (6)."""
+    """Return ½ dE_bend/dd [mN] and its derivative with respect to d.
+
+    Eq. (6) gives E_bend = (E h² π/12) a³/R_f².
+    """
     b = math.pi / 24 * geometry.young_kpa * geometry.thickness_mm**2 * s.a * s.a_squared / s.rf_squared
     a_log, rf_log = s.a_squared1 / s.a_squared, s.rf_squared1 / s.rf_squared
     log1 = 1.5 * a_log - rf_log
@@ -68,9 +73,9 @@ def energetic_final_radius(indentation_mm: Number, geometry: ContactGeometry) ->
 
 
 def lulevich_balance(indentation_mm: Number, geometry: ContactGeometry) -> tuple[Number, Number]:
-    """Return the balance of Lulevich's method and its derivative by d.
+    """Return the balance of Lulevich's method and its derivative with respect to d.
 
-    The balance is eq. (2) − eq. (1) with R_f = R_i + d²/(2R_i): constant volume, small deformations.
+    The balance is eq. (2) − eq. (1) with R_f = R_i + d²/(2R_i), for constant volume and small deformations.
     """
     R, d = geometry.radius_mm, indentation_mm
     reaction, reaction1 = _small_deformation_reaction(d, geometry)
@@ -88,9 +93,9 @@ def lulevich_final_radius(indentation_mm: Number, geometry: ContactGeometry) -> 
 
 
 def shanahan_balance(indentation_mm: Number, geometry: ContactGeometry) -> tuple[Number, Number]:
-    """Return the balance of Shanahan's method and its derivative by d.
+    """Return the balance of Shanahan's method and its derivative with respect to d.
 
-    The balance is eq. (2) − eq. (1) with R_f = R_i + ΔR, ΔR from eq. (3).
+    The balance is eq. (2) − eq. (1) with R_f = R_i + ΔR. ΔR follows from eq. (3).
     """
     c = geometry.radius_mm - indentation_mm
     rf = shanahan_final_radius(indentation_mm, geometry)
@@ -107,7 +112,7 @@ def shanahan_final_radius(indentation_mm: Number, geometry: ContactGeometry) -> 
 
 
 def _small_deformation_reaction(d: Number, geometry: ContactGeometry) -> tuple[Number, Number]:
-    """Return the force of equation (2) [mN] and its derivative by d."""
+    """Return the force of equation (2) [mN] and its derivative with respect to d."""
     stretch, bend = _small_deformation_stiffness(geometry)
     root = d**0.5
     return stretch * d**3 + bend * root, 3 * stretch * d * d + bend / (2 * root)
@@ -123,8 +128,8 @@ def _small_deformation_stiffness(geometry: ContactGeometry) -> tuple[Number, Num
 def above_bending_root(geometry: ContactGeometry) -> Number:
     """Return an indentation [mm] that separates the two roots of equations (2) = (1) of the paper.
 
-    At the spurious root, bending alone carries the force. The returned d minimizes (2)/d, the sum of a
-    bending term that falls with d and a stretching term that rises with d.
+    At the spurious root, bending alone carries the force. The returned d minimizes F/d with F from eq. (2).
+    F/d is the sum of a bending term that falls with d and a stretching term that rises with d.
     """
     stretch, bend = _small_deformation_stiffness(geometry)
     return (bend / (4 * stretch)) ** 0.4
@@ -143,7 +148,7 @@ class ForceMethod(NamedTuple):
 
     balance: Callable[[Number, ContactGeometry], tuple[Number, Number]]
     final_radius_mm: Callable[[Number, ContactGeometry], Number]
-    #: Indentation between the spurious root and the physical root.
+    #: Function that returns an indentation between the spurious root and the physical root.
     lower_bound_mm: Callable[[ContactGeometry], Number]
 
 

@@ -1,4 +1,7 @@
-"""Standard uncertainty of a force: u² = u²(inputs) + u²(model), with exact derivatives of the force law."""
+"""Standard uncertainty of a force: u² = u²(inputs) + u²(model).
+
+u(inputs) is computed with exact derivatives of the force law.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +19,21 @@ from pneuforce.instrument.model.law import MethodName
 class InputUncertainties:
     """Standard uncertainties of the inputs of the force law."""
 
-    #: Noise of ΔP_i. One conversion has 0.7 counts rms (0.038 kPa). A sample is the mean of 16 conversions,
-    #: and the samples are smoothed while the balloon is free.
+    #: Noise of ΔP_i. The noise of one conversion is 0.7 counts rms (0.038 kPa). A sample is the mean of 16
+    #: conversions, and the samples are smoothed while the balloon has no contact.
     baseline_noise_kpa: float = 0.002
-    #: Noise of ΔP_f after lag compensation: output of the Kalman filter for a tube with a lag of 60 ms.
+    #: Noise of ΔP_f after lag compensation, for a tube with a lag of 60 ms.
     final_noise_kpa: float = 0.026
-    #: Relative error of the gain, common to both pressures. After zero adjustment, the MPXV5050DP has ±1 % of
-    #: reading, taken as a rectangular distribution.
+    #: Relative error of the gain, common to both pressures. After zero adjustment, the error of the
+    #: MPXV5050DP is at most ±1 % of the reading; a rectangular distribution is assumed.
     gain: float = 0.01 / math.sqrt(3)
     radius_mm: float = 0.03  #: radius R_i: residual of the quadratic of Fig. 4, and error of the caliper
     volume_mm3: float = 100.0  #: volume V_c of the pipes
-    ambient_kpa: float = 1.0  #: ambient pressure P_0: changes of the weather
+    ambient_kpa: float = 1.0  #: ambient pressure P_0: changes due to the weather
     young_kpa: float = 100.0  #: Young's modulus E: differences between lots of natural latex
     rest_thickness_mm: float = 0.005  #: thickness h_0
     poisson: float = 0.005  #: Poisson's ratio ν
-    #: Gas exponent n, between 1.0 (isothermal) and 1.2 (halfway to adiabatic): rms distance from 1.0.
+    #: Gas exponent n: rms deviation from 1.0 if n is between 1.0 (isothermal) and 1.2 (halfway to adiabatic).
     polytropic: float = 0.2 / math.sqrt(3)
     drift_kpa_per_s: float = 0.0005  #: drift of the baseline during a contact: creep and leak
 
@@ -50,13 +53,13 @@ class InputUncertainties:
 class PublishedErrors(NamedTuple):
     """Mean absolute errors of a method in the paper, relative to the force."""
 
-    below: float  #: at ΔP_i up to `Balloon.switch_kpa`
-    above: float
+    below: float  #: error at ΔP_i up to `Balloon.switch_kpa`
+    above: float  #: error at higher ΔP_i
 
 
-#: Energetic: the paper states 6.77 % above 8.85 kPa and 9.14 % over all 27 pressures. 11 of the 27 are above
-#: 8.85 kPa, which gives 10.8 % below. Lulevich and Shanahan: below 8.85 kPa, the values that the paper states
-#: for ΔV/V_i < 0.2 are used.
+#: Energetic method: the paper states an error of 6.77 % above 8.85 kPa and of 9.14 % over all 27 pressures.
+#: 11 of the 27 pressures are above 8.85 kPa, so the error below 8.85 kPa is 10.8 %. Lulevich and Shanahan:
+#: below 8.85 kPa, the errors that the paper states for ΔV/V_i < 0.2 are used.
 PUBLISHED_ERRORS: Mapping[MethodName, PublishedErrors] = {
     "energetic": PublishedErrors(below=0.1077, above=0.0677),
     "lulevich": PublishedErrors(below=0.4388, above=0.1415),
@@ -70,11 +73,11 @@ STD_OVER_MEAN_ABSOLUTE = math.sqrt(math.pi / 2)
 class ModelUncertainty:
     """Standard uncertainty of the force law itself: a relative part and an absolute part."""
 
-    #: Relative standard uncertainties, at ΔP_i up to `Balloon.switch_kpa` and above.
+    #: Relative standard uncertainty at ΔP_i up to `Balloon.switch_kpa`, and at higher ΔP_i.
     relative_std_below: float = PUBLISHED_ERRORS["energetic"].below * STD_OVER_MEAN_ABSOLUTE
     relative_std_above: float = PUBLISHED_ERRORS["energetic"].above * STD_OVER_MEAN_ABSOLUTE
     absolute_std_n: float = 0.0
-    #: Include the difference between straight and smooth interpolation, below a rise of 0.5 kPa.
+    #: True if the difference between the straight and the smooth interpolation is a part of the uncertainty.
     interpolation: bool = True
 
     @classmethod
@@ -97,7 +100,7 @@ class ForceSensitivity(NamedTuple):
     baseline_n_per_kpa: float
     final_n_per_kpa: float
     parameters_n: float  #: standard uncertainty due to all inputs except pressures and gain [N]
-    interpolation_n: float = 0.0  #: smooth minus straight interpolation [N]
+    interpolation_n: float = 0.0  #: force of the smooth minus force of the straight interpolation [N]
 
 
 class MeasuredPressures(NamedTuple):
@@ -109,7 +112,7 @@ class MeasuredPressures(NamedTuple):
     final_std_kpa: float
 
 
-#: Uncertain inputs that are fields of `Balloon` and of `Circuit`.
+#: Uncertain parameters of the force law: fields of `Balloon`, and fields of `Circuit`.
 BALLOON_PARAMETERS = ("young_kpa", "rest_thickness_mm", "poisson")
 CIRCUIT_PARAMETERS = ("volume_mm3", "ambient_kpa", "polytropic")
 

@@ -86,7 +86,7 @@ def _parameter_lines(
     law: ForceLaw,
     uncertainties: InputUncertainties,
 ) -> list[BudgetLine]:
-    """Return one line for each parameter. `total_n` is the root sum of squares of these lines.
+    """Return one line for each parameter. `total_n` is the root of the sum of squares of their forces.
 
     Below a rise of 0.5 kPa, the contributions have the same ratios to each other as at 0.5 kPa.
     """
@@ -104,5 +104,5 @@ def _parameter_lines(
 
 
 def combined_std_n(lines: tuple[BudgetLine, ...]) -> float:
-    """Return the combined standard uncertainty of the force [N]: the root sum of squares of the lines."""
+    """Return the combined standard uncertainty of the force [N]."""
     return math.hypot(*(line.force_n for line in lines))

@@ -13,7 +13,7 @@ from pneuforce.instrument.stream.sample_record import pack
 if TYPE_CHECKING:
     from pneuforce.instrument.core.controller import Instrument
 
-MAX_BACKLOG_BYTES = 8_000_000  #: limit of the unsent bytes of a subscriber: 90 s of samples
+MAX_BACKLOG_BYTES = 8_000_000  #: limit of the unsent bytes of a subscriber; corresponds to 90 s of samples
 
 _RESULTS = frozenset((EntryKind.HEADER, EntryKind.SAMPLE, EntryKind.EVENT, EntryKind.END, EntryKind.ANSWER))
 #: Kinds of entry that each subscription receives.
@@ -21,7 +21,7 @@ SUBSCRIPTIONS: Mapping[str, frozenset[int]] = {
     "record": _RESULTS | INPUTS | {EntryKind.CHECKPOINT},
     "web": _RESULTS | {EntryKind.SNAPSHOT, EntryKind.HEALTH},
 }
-#: Attributes of the instrument in the byte of a TICK entry, from bit 0 upwards.
+#: Attributes of the instrument that are the bits of the byte in a TICK entry, from bit 0 upwards.
 HEALTH_FLAGS = ("can_down", "log_down", "recording_down")
 
 
@@ -77,7 +77,7 @@ class EntryBroadcaster:
             self.publish(json_entry(kind, t_s, value))
 
     def publish(self, entry: StreamEntry) -> None:
-        """Queue an entry for each subscriber of its kind."""
+        """Queue an entry for each subscriber that receives this kind of entry."""
         data = encode(entry)
         for subscriber in self.subscribers:
             subscriber.append(entry.kind, data)

@@ -1,7 +1,7 @@
 """Checkpoint: the complete state of a session, so that a recording can begin at any time.
 
 A checkpoint is a pickle, and users exchange recordings. A checkpoint from a stranger must not execute code.
-The unpickler therefore resolves only classes of the computing parts of the instrument and a few containers.
+The unpickler therefore loads only a few containers and classes of modules that do no input or output.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ _ALLOWED_CLASSES = {
     ("collections", "deque"),
     ("pneuforce.registers.source", "Peer"),
 }
-MAX_BYTES = 1_000_000  #: limit of a checkpoint; a valid checkpoint has about 5 kB
+MAX_BYTES = 1_000_000  #: largest accepted checkpoint; a valid checkpoint has about 5 kB
 
 
 def save_session(session: Session) -> bytes:
-    """Return the state of a session without its sink."""
+    """Return the state of a session without its entry sink."""
     return pickle.dumps(vars(session) | {"sink": None}, protocol=5)
 
 
 def restore_session(state: bytes) -> Session:
-    """Return a session with the saved state and without a sink.
+    """Return a session with the saved state. Its entry sink discards all entries.
 
     Raises StreamError if the state is damaged or contains something that `save_session` does not write.
     """

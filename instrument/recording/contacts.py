@@ -1,8 +1,8 @@
 """Contacts in a stream of measured samples: pressures, greatest force and times of each contact.
 
 The instrument decides when a sample belongs to a contact (`instrument/measurement/contact.py`). This module
-groups these samples into contacts. Two contacts without a free sample between them are separated by the rule
-of that module.
+groups these samples into contacts. If no free sample lies between two contacts, `is_new_contact` of that
+module separates them.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _SENSOR_FAULT = Quality.SENSOR_FAULT.value
 class ContactRow(NamedTuple):
     """One contact. A quantity that is not available is NaN."""
 
-    number: int  #: counted from 1
+    number: int  #: number of the contact, counted from 1
     begin_s: float
-    baseline_kpa: float  #: ΔP_i, the baseline of the instrument
-    initial_s: float  #: time of the last pressure at rest, or of the trough after the previous contact
+    baseline_kpa: float  #: ΔP_i, as the instrument determined it
+    initial_s: float  #: time of the last sample at rest, or of the trough after the previous contact
     final_kpa: float  #: ΔP_f, the greatest pressure in the balloon
     final_s: float
     radius_mm: float  #: R_i
@@ -80,7 +80,7 @@ class _OpenContact:
 
 
 class ContactHistory:
-    """The latest contacts of a stream of samples. The cost per sample is constant."""
+    """Latest contacts of a stream of samples. The processing time per sample is constant."""
 
     def __init__(self, capacity: int = DEFAULT_CAPACITY) -> None:
         self._capacity = capacity
@@ -91,7 +91,7 @@ class ContactHistory:
 
     @property
     def rows(self) -> list[ContactRow]:
-        """Return the latest contacts in order. An open contact is the last one, with its present values."""
+        """Return the latest contacts in order of time. An open contact is last, with its present values."""
         still_open = [self._open.row(still_open=True)] if self._open else []
         return [*self._ended, *still_open][-self._capacity :]
 

@@ -42,7 +42,7 @@ class MinMaxDecimator:
         self.points_per_bucket = 1
 
     def add(self, t_s: float, value: float, std: float = 0.0) -> None:
-        """Add a point. The cost is constant, except when the buckets are merged in pairs."""
+        """Add a point. The processing time is constant, except when the buckets are merged in pairs."""
         if math.isnan(self._low.value):
             self._low = self._high = CurvePoint(t_s, value, std)
         elif value < self._low.value:
@@ -68,7 +68,7 @@ class MinMaxDecimator:
 
     @property
     def decimated(self) -> bool:
-        """Return True if points were left out."""
+        """Return True if a bucket contains several points, of which only two are kept."""
         return self.points_per_bucket > 1
 
     def points(self) -> NDArray[np.float64]:

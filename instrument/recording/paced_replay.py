@@ -8,8 +8,9 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.replay import ReplayedSample, replay_input
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError
 
-MAX_ENTRIES_PER_CALL = 500  #: limited because the buses wait during this work of about 20 ms
-#: Function that returns the session at the start of the recording, and its inputs and events by time.
+MAX_ENTRIES_PER_CALL = 500  #: the buses wait about 20 ms while these entries are replayed
+#: Function that returns the session at the start of the recording, and the recorded inputs and events in
+#: order of time.
 ReplayStart = Callable[[], tuple[Session, Iterator[StreamEntry]]]
 
 
@@ -17,17 +18,18 @@ class PacedReplay:
     """Replay that follows a clock.
 
     `t_s` is the present position in the recording, in recorded time. All entries up to `t_s` are replayed.
-    On a slow machine, `t_s` falls behind the clock. A value is therefore never older than `t_s` indicates.
+    On a slow machine, `t_s` falls behind the clock, and the age of a value is measured at `t_s`. The values
+    therefore do not become stale because of a slow machine.
     """
 
     def __init__(self, start: ReplayStart, speed: float = 1.0, repeat: bool = False) -> None:
-        """Start the replay. With `repeat`, the recording starts again at its end.
+        """Start the replay. With `repeat`, the replay starts again after the last entry.
 
         Raises StreamError if the recording has no inputs.
         """
         self.speed = speed
         self.finished = False  #: True after the last entry was replayed
-        self.total_lag_s = 0.0  #: sum of all delays on a slow machine
+        self.total_lag_s = 0.0  #: total time by which a slow machine has delayed the replay
         self._start, self._repeat = start, repeat
         self._clock_start_s: float | None = None
         self._rewind()
@@ -76,4 +78,4 @@ class PacedReplay:
             return
         self.finished = True
         self.t_s = max(self.t_s, due_s)
-        self.session.instrument.tick(self.t_s)  # the values become stale, as if the rig were disconnected
+        self.session.instrument.tick(self.t_s)  # makes the values stale, as if the rig were disconnected

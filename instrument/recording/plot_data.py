@@ -21,7 +21,7 @@ _PRESSURISED = frozenset(state.value for state in PRESSURISED)
 
 
 class UnmeasuredSpan(NamedTuple):
-    """Time span without a measurement, and the reason."""
+    """Time span in which the balloon was vented or no samples were recorded."""
 
     begin_s: float
     end_s: float
@@ -33,7 +33,7 @@ class PlotData:
     """Collector of samples and latched faults, in order of time, for one plot."""
 
     def __init__(self, begin_s: float) -> None:
-        """Create an empty plot. `begin_s` is the beginning of the recording, the zero of the time axis."""
+        """Create an empty plot. `begin_s` is the time at which the recording begins."""
         self.begin_s = begin_s
         self.first_s = self.end_s = math.nan  #: times of the first and of the last sample
         self.samples = 0
@@ -43,7 +43,7 @@ class PlotData:
         self.setpoint = MinMaxDecimator()
         self.force = MinMaxDecimator()
         self._contacts = ContactHistory(capacity=MAX_CONTACTS)
-        self.spans: list[UnmeasuredSpan] = []  #: in order of time
+        self.spans: list[UnmeasuredSpan] = []  #: spans without a force, in order of time
         self._latched: tuple[str, ...] = ()
 
     def set_latched_faults(self, faults: tuple[str, ...]) -> None:
@@ -90,12 +90,12 @@ class PlotData:
 
     @property
     def contacts(self) -> list[ContactRow]:
-        """Return the contacts in order."""
+        """Return the contacts in order of time."""
         return self._contacts.rows
 
     @property
     def remark(self) -> str:
-        """Return a remark about missing data, empty if no data is missing."""
+        """Return the reason why no contact has a force, or an empty string if a contact has a force."""
         if not self.samples:
             return "no samples"
         if not self.was_pressurised:

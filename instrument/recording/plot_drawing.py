@@ -1,4 +1,7 @@
-"""Figure of a recording in the style of Fig. 6 of the paper: pressure with stars above, force below."""
+"""Figure of a recording in the style of Fig. 6 of the paper.
+
+The upper plot shows the pressure, with stars at ΔP_i and ΔP_f. The lower plot shows the force.
+"""
 
 from __future__ import annotations
 
@@ -26,20 +29,20 @@ PAPER: Style = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
 VENT: Style = {"facecolor": "#e4e4e4", "edgecolor": "none"}
 SILENCE: Style = {"facecolor": "none", "edgecolor": "#bbbbbb", "hatch": ".."}
 TRIP: Style = {"facecolor": "#f8e0dc", "edgecolor": "#d98a80", "hatch": "///"}
-#: Longest duration that is shown in a unit, the unit, and the unit in seconds.
+#: Units of the time axis: longest duration that is shown in this unit [s], name, and length of the unit [s].
 UNITS = ((600.0, "s", 1.0), (3 * 3600.0, "min", 60.0), (math.inf, "h", 3600.0))
 MAX_NUMBERED_CONTACTS = 30
 NUMBERING_STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 MIN_NAMED_SPAN = 0.025  #: fraction of the figure's width above which a span is named
 HEADROOM = 0.3  #: margin above and below the pressures of the contacts, as a fraction of their range
-#: Limits of the force axis, as fractions of the greatest upper bound of a contact's force.
+#: Limits of the force axis, as fractions of the greatest peak force plus 2u.
 FORCE_AXIS_LOW, FORCE_AXIS_HIGH = -0.2, 1.1
 MIN_RANGE_KPA = 0.5
 
 
 @contextmanager
 def reproducible_style() -> Iterator[None]:
-    """Make figures reproducible: equal data gives equal bytes. SVG files contain text as text."""
+    """Make figures reproducible: equal data gives equal bytes. SVG files contain text, not outlines."""
     from matplotlib import rc_context, rcdefaults, rcParams
 
     settings: Any = {
@@ -49,8 +52,8 @@ def reproducible_style() -> Iterator[None]:
         "svg.hashsalt": "pneuforce",
     }
     with rc_context(), warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # because of glyphs that the font lacks
-        rcdefaults()  # ignores the matplotlibrc of the user
+        warnings.simplefilter("ignore", UserWarning)  # the font may lack characters of the title
+        rcdefaults()  # the user's matplotlibrc has no effect
         rcParams.update(settings)
         yield
 
@@ -62,7 +65,7 @@ def set_title(axes: Axes, title: str) -> None:
 
 
 def draw_figure(data: PlotData, title: str) -> Figure:
-    """Return the figure: pressure with stars, and force with the band of ±2u, over the same time."""
+    """Return the figure: pressure with stars at ΔP_i and ΔP_f, and force with the band of ±2u, over time."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=SIZE_INCH, layout="constrained")
@@ -148,9 +151,9 @@ def _draw_pressures(axes: Axes, data: PlotData, scale: _Scale) -> None:
 
 
 def _range_kpa(rows: list[ContactRow]) -> tuple[float, float]:
-    """Return the limits of the pressure axis: the contacts with a margin.
+    """Return the limits of the pressure axis: the range of ΔP_i and ΔP_f of all contacts, with a margin.
 
-    Pressures of an inflation or a vent can be outside these limits.
+    The pressure during an inflation or a vent can be outside these limits.
     """
     low_kpa, high_kpa = min(row.baseline_kpa for row in rows), max(row.final_kpa for row in rows)
     margin_kpa = HEADROOM * max(high_kpa - low_kpa, MIN_RANGE_KPA)
@@ -178,7 +181,8 @@ def _draw_force(axes: Axes, data: PlotData, scale: _Scale) -> None:
     axes.set_ylabel("force [N]")
     bounds_n = [row.peak_n + 2 * row.peak_std_n for row in data.contacts if row.peak_n > 0]
     bounds_n = [bound_n for bound_n in bounds_n if math.isfinite(bound_n)]
-    if bounds_n:  # the uncertainty is infinite if the pressure falls abruptly, for example in a burst
+    # If the pressure falls abruptly, for example in a burst, the uncertainty is infinite and gives no limit.
+    if bounds_n:
         axes.set_ylim(FORCE_AXIS_LOW * max(bounds_n), FORCE_AXIS_HIGH * max(bounds_n))
     if data.remark:
         axes.set_ylim(-0.5, 1.0)

@@ -30,7 +30,7 @@ from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEnt
 from pneuforce.instrument.stream.sample_record import SampleRecord
 
 ROWS_PER_QUERY = 1000
-MAX_TIME_S = 1e11  #: limit of a valid time: three thousand years after the start of the machine
+MAX_TIME_S = 1e11  #: limit of a valid time: three thousand years after the boot of the computer
 EMPTY_REASON = "nothing was recorded, or the file was copied without its -wal file"
 _BOOL_COLUMNS = [i for i, kind in enumerate(SAMPLE_TYPES.values()) if kind is bool]
 
@@ -39,7 +39,7 @@ class RecordingEnd(NamedTuple):
     """End of a recording and its reason."""
 
     t_s: float
-    how: str  #: an `EndReason`
+    how: str  #: reason, a value of `EndReason`
     why: str
     samples: int  #: number of recorded samples
 
@@ -61,7 +61,7 @@ class Recording:
         self.damage = ""
         self._db = db
         self._last = self._last_numbers()
-        self.metadata: Mapping[str, Any] = {}  #: the header of the instrument, and its time `begin_s`
+        self.metadata: Mapping[str, Any] = {}  #: header of the instrument, and `begin_s`
         try:
             self.metadata = {key: json.loads(value) for key, value in self._rows("about")}
             self.begin_s = float(self.metadata["begin_s"])
@@ -78,7 +78,7 @@ class Recording:
 
     @property
     def checkpoint(self) -> StreamEntry | None:
-        """Return the state of the session at the beginning, or None if it is damaged."""
+        """Return the state of the session at the beginning, or None if the state is damaged."""
         for t_s, state in self._rows("checkpoint"):
             return StreamEntry(EntryKind.CHECKPOINT, t_s, state)
         return None
@@ -91,7 +91,7 @@ class Recording:
         return None
 
     def entries(self) -> Iterator[StreamEntry]:
-        """Yield all inputs in order."""
+        """Yield all inputs in order of time."""
         for _, batch in self._rows("inputs"):
             try:
                 yield from EntryDecoder().feed(batch)
@@ -100,7 +100,7 @@ class Recording:
                 return
 
     def samples(self, from_s: float = -math.inf, to_s: float = math.inf) -> Iterator[SampleRecord]:
-        """Yield the samples from `from_s` to `to_s` in order. Both times count from the beginning [s]."""
+        """Yield the samples from `from_s` to `to_s`, both counted from the beginning of the recording [s]."""
         low_s, high_s = self.begin_s + from_s, self.begin_s + to_s
         first = 1 if from_s == -math.inf else self._first_sample(low_s)
         for row in self._rows("samples", first, sample_checksum):
@@ -140,7 +140,7 @@ class Recording:
 
     @property
     def extent_s(self) -> float:
-        """Return the time from the beginning to the last sample [s], or NaN if it cannot be read."""
+        """Return the time from the beginning to the last sample [s], or NaN if that sample cannot be read."""
         return self._time_of(self.sample_count or 0) - self.begin_s
 
     def remark(self) -> str:
@@ -192,7 +192,7 @@ class Recording:
         self.damage = f"{intact} rows of {table}{until} are intact ({why})"
 
     def _last_numbers(self) -> dict[str, int | None]:
-        """Return the last row number of each table, all at the same instant."""
+        """Return the last row number of each table, read in one transaction."""
         with suppress(sqlite3.Error):
             self._db.execute("BEGIN")
         last = {table: self._last_number(table) for table in TABLES}
@@ -208,7 +208,7 @@ class Recording:
             return None
 
     def _time_of(self, number: int) -> float:
-        """Return the time of a sample [s], or NaN if it cannot be read."""
+        """Return the time of a sample [s], or NaN if the sample cannot be read."""
         with suppress(sqlite3.Error):
             row = self._db.execute("SELECT t_s FROM samples WHERE number = ?", (number,)).fetchone()
             if row and isinstance(row[0], float) and abs(row[0]) <= MAX_TIME_S:

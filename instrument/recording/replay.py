@@ -36,7 +36,7 @@ class ComparedSample(NamedTuple):
     """Result of the comparison of one recorded sample with its replay."""
 
     t_s: float  #: time at which the board took the sample, on the clock of the host process
-    difference: ReplayDifference | None  #: first difference; None if all fields are equal, bit for bit
+    difference: ReplayDifference | None  #: first difference; None if all fields are equal
 
 
 class ReplayedSample(NamedTuple):
@@ -50,7 +50,8 @@ class ReplayedSample(NamedTuple):
 def check_version(header: Mapping[str, Any], version: str, map_hash: str) -> None:
     """Raise StreamError if this program cannot replay a recording with this header.
 
-    Another version of the program may compute other values; another register map may lack registers.
+    The program and the register map must have the recorded version. With another version, the values may
+    differ or a recorded register may be missing.
     """
     remedy = "pneuforce export and pneuforce plot can still read the recording"
     if header.get("version") != version:
@@ -66,7 +67,7 @@ def check_version(header: Mapping[str, Any], version: str, map_hash: str) -> Non
 
 
 def replay_input(session: Session, entry: StreamEntry) -> Iterator[ReplayedSample]:
-    """Apply one recorded input to the session. Yields each measured sample.
+    """Apply one recorded input to the session. Yields each resulting sample.
 
     Raises StreamError if the entry is not an input, or if the session raises an exception.
     """
@@ -116,10 +117,10 @@ _ACTIONS: Mapping[int, Callable[[Session, StreamEntry], object]] = {
 def compare_samples(
     session: Session, inputs: Iterable[StreamEntry], recorded: Iterable[SampleRecord]
 ) -> Iterator[ComparedSample]:
-    """Replay the inputs and yield the comparison of each recorded sample. Raises StreamError.
+    """Replay the inputs and yield the comparison of each recorded sample.
 
-    The comparison ends with the shorter of the two sequences. A recording that was cut off may contain the
-    last input bytes without their samples.
+    The comparison ends when the recorded or the replayed samples end. A recording that was cut off may
+    contain the last input bytes without their samples. Raises StreamError if an input cannot be replayed.
     """
     replayed = (sample for entry in inputs for sample in replay_input(session, entry))
     for number, (before, sample) in enumerate(zip(recorded, replayed, strict=False), 1):

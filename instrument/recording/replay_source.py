@@ -30,7 +30,7 @@ class ReplaySource:
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:  # noqa: ARG002
         """Return the recorded snapshot at the present time of the replay, with the reject reason for `peer`.
 
-        Its status marks the values as simulated.
+        The status of the snapshot marks the values as simulated.
         """
         replay = self._replay
         snapshot = replay.session.instrument.snapshot(peer, replay.t_s)

@@ -20,20 +20,20 @@ VERSION = 1
 SAMPLE_COLUMNS = SampleRecord._fields
 #: Columns of each table without the row number and the checksum.
 TABLES = {
-    "about": ("key", "value"),  #: the HEADER entry; values as JSON
+    "about": ("key", "value"),  #: fields of the HEADER entry; each value is JSON
     "checkpoint": ("t_s", "state"),
     "inputs": ("first_t_s", "entries"),  #: encoded input entries, in batches
     "samples": SAMPLE_COLUMNS,  #: NULL if a quantity is not available
     "events": ("t_s", "utc", "body"),
-    "ending": ("t_s", "how", "why", "samples"),  #: `samples` is the number of samples
+    "ending": ("t_s", "how", "why", "samples"),  #: `samples` is the number of recorded samples
 }
 
 
-STOP_REQUESTED = "stop requested"  #: reason of an instrument that ended because a user stopped it
+STOP_REQUESTED = "stop requested"  #: value of `why` if a user stopped the instrument
 
 
 class EndReason(StrEnum):
-    """Reason why a recording ended. It is missing in a file whose recorder was killed or could not write."""
+    """Reason why a recording ended. A recorder that was killed or could not write leaves no reason."""
 
     END = "the instrument ended"
     STOPPED = "the recorder was stopped"
@@ -79,7 +79,7 @@ def select_from(table: str) -> str:
 
 
 def checksum(row: Sequence[Any]) -> int:
-    """Return the CRC-32 of a row with its number.
+    """Return the CRC-32 of a row, including the row number.
 
     Numbers are encoded as little-endian doubles, NULL as NaN, and text as UTF-8. Raises TypeError,
     struct.error or UnicodeError if the row contains a value that a recording does not have.
@@ -88,9 +88,9 @@ def checksum(row: Sequence[Any]) -> int:
 
 
 def sample_checksum(row: Sequence[float | None]) -> int:
-    """Return the same as `checksum` for a row of numbers only.
+    """Return the same value as `checksum`, for a row that contains only numbers and NULL.
 
-    This function is faster than `checksum`. A recording has 500 samples per second.
+    This function is faster than `checksum`, which matters at 500 samples per second.
     """
     return crc32(_SAMPLE_ROW.pack(*[math.nan if value is None else value + 0.0 for value in row]))
 

@@ -24,10 +24,11 @@ from pneuforce.instrument.recording.schema import (
 from pneuforce.instrument.stream.entry import INPUTS, EntryKind, StreamEntry, StreamError, encode
 from pneuforce.instrument.stream.sample_record import SampleRecord, unpack
 
-#: SQLite syncs its log after this number of pages. A power cut loses at most these pages: 5 s of samples.
+#: SQLite syncs its log after this number of pages. A power cut loses at most these pages, which are 5 s of
+#: samples.
 CHECKPOINT_PAGES = 200
 CLOSE_WAIT_MS = 200  #: longest time for which `close` waits for readers of the file
-#: Suffixes of the files beside a recording. SQLite uses such a file as part of the recording.
+#: Suffixes of the additional files of a recording, which SQLite creates in the same folder.
 SIDE_FILE_SUFFIXES = ("-wal", "-shm", "-journal")
 
 
@@ -89,7 +90,7 @@ class RecordingWriter:
 
     @property
     def size_bytes(self) -> int:
-        """Return the size of the file and of the files that SQLite keeps beside it."""
+        """Return the size of the recording, including the additional files of SQLite."""
         return sum(file.stat().st_size for file in _with_side_files(self.path) if file.exists())
 
     def add_entry(self, entry: StreamEntry) -> None:
@@ -114,7 +115,7 @@ class RecordingWriter:
     def commit(self) -> None:
         """Write all added entries in one transaction.
 
-        Raises RecordingWriteError. The recording must then be closed.
+        Raises RecordingWriteError if the entries cannot be written. The recording must then be closed.
         """
         self._close_batch()
         if not self._rows:
@@ -141,7 +142,7 @@ class RecordingWriter:
             self._db.close()
 
     def discard(self) -> None:
-        """Close the file and delete it with the files beside it."""
+        """Close the recording and delete all its files."""
         self.close()
         for file in _with_side_files(self.path):
             file.unlink(missing_ok=True)
@@ -160,7 +161,8 @@ class RecordingWriter:
 
     def _add_header(self, entry: StreamEntry) -> None:
         self.begin_s = entry.t_s
-        header = {"begin_s": entry.t_s, **_json_object(entry)}  # begin_s first, because a reader needs it
+        # `begin_s` is in the first row, because a reader needs it even if a later row is damaged.
+        header = {"begin_s": entry.t_s, **_json_object(entry)}
         for number, (key, value) in enumerate(header.items(), 1):
             self._add_row("about", number, key, json.dumps(value))
 
@@ -204,7 +206,10 @@ def _json_object(entry: StreamEntry) -> dict[str, Any]:
 
 
 def check_path_unused(path: Path) -> None:
-    """Raise ConfigurationError if the file or a file beside it exists. A recording is never overwritten."""
+    """Raise ConfigurationError if the file or an additional file of SQLite exists.
+
+    A recording is never overwritten.
+    """
     for file in _with_side_files(path):
         if os.path.lexists(file):
             beside = "" if file == path else " (left by a recording that was moved without this file)"
@@ -230,6 +235,6 @@ def _with_side_files(path: Path) -> tuple[Path, ...]:
 
 
 def _format_error(error: sqlite3.Error) -> str:
-    """Return the message of SQLite. An I/O error has a hint, because SQLite may not report a full disk."""
+    """Return the message of SQLite. For an I/O error, add the question whether the disk is full."""
     io_error = getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_IOERR
     return f"{error}{': is the disk full, or the file at its size limit?' if io_error else ''}"

@@ -10,15 +10,18 @@ WRAP_US = 2**32
 #: Length of a block [s]. Only the reception with the smallest delay in each block is used.
 BLOCK_S = 0.25
 WINDOW_S = 8.0  #: older blocks are discarded
-MIN_RATE_SPAN_S = 2.0  #: over a shorter time a late delivery looks like a slow clock
+MIN_RATE_SPAN_S = 2.0  #: over a shorter span, a late delivery looks like a rate error
 MAX_RATE_ERROR = 0.02
-#: The ceramic resonator of an UNO is within 0.5 %. An error above 1 % means another or a broken resonator.
+#: The error of the ceramic resonator of an UNO is below 0.5 %. An error above 1 % means a wrong or defective
+#: resonator.
 RESONATOR_TOLERANCE, CLOCK_FAULT_ERROR = 0.005, 0.01
-MIN_FAULT_SPAN_S = 4.0  #: over a shorter time a late delivery looks like a clock fault
-ROUNDING_S = 1e-6  #: a smaller difference is rounding and needs no new fit
-#: A board time so far ahead of the fitted line means that the board has restarted or the host was suspended.
+MIN_FAULT_SPAN_S = 4.0  #: over a shorter span, a late delivery looks like a clock fault
+ROUNDING_S = 1e-6  #: a smaller difference from the line is a rounding error and needs no new fit
+#: If the fitted line gives a host time that is later than the reception by more than this time, the board has
+#: restarted or the host was suspended.
 JUMP_S = 0.25
-#: If a block is received at normal speed but is late by this time, the board's clock had stopped.
+#: If a block is received at normal speed, but later than the line by more than this time, the board's clock
+#: had stopped.
 SLIP_S = 0.05
 
 
@@ -31,16 +34,19 @@ class BoardClock:
     """Mapping of the board's clock to the host's clock.
 
     The smallest delays lie on a line whose slope is the rate error of the board's clock. The line is the edge
-    of the lower convex hull below the centroid (S. Zhang, Z. Liu, H. Xia, Clock synchronization algorithms
-    for network measurements, 2002). The smallest delay itself, some ms, cannot be measured. All returned host
-    times are late by this delay.
+    of the lower convex hull of the receptions, below their centroid (S. Zhang, Z. Liu, H. Xia, Clock
+    synchronization algorithms for network measurements, 2002). The smallest delay itself, some ms, cannot be
+    measured. All returned host times are late by this delay.
     """
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Discard the fit because of another board or a restart. Returned host times still never decrease."""
+        """Discard the fit, because the board was replaced or has restarted.
+
+        The latest returned host time is kept, so that returned host times never decrease.
+        """
         self._last_us: int | None = None
         self._board_s = self._block_s = self._block_received_s = 0.0
         self._arrivals: list[_Arrival] = []
@@ -60,8 +66,8 @@ class BoardClock:
     def host_time_s(self, board_time_us: int, received_s: float, latest_s: float = math.inf) -> float:
         """Return the host time [s] of a board time [µs, wraps at 2³²].
 
-        The result never decreases, and is never later than `received_s` and `latest_s`. `latest_s` is an
-        upper limit from another source.
+        The result never decreases, and is never later than `received_s` or `latest_s`, except to prevent a
+        decrease. `latest_s` is an upper limit from another source.
         """
         self._advance(board_time_us)
         if self._line_s - received_s > JUMP_S:
@@ -82,7 +88,7 @@ class BoardClock:
 
     @property
     def _line_s(self) -> float:
-        """Return the host time of the present board time by the fitted line."""
+        """Return the host time that the fitted line gives for the present board time [s]."""
         if not self._arrivals:
             return -math.inf
         return self._board_s * (1 + self._slope) + self._offset_s
@@ -108,7 +114,7 @@ class BoardClock:
         self._fit()
 
     def _slipped(self, received_s: float) -> bool:
-        """Return True if the finished block was received at normal speed, but late as a whole."""
+        """Return True if the finished block was received at normal speed, but later than the line."""
         if not self._arrivals or received_s - self._block_received_s < BLOCK_S / 2:
             return False
         board_s, offset_s = self._arrivals[-1]
@@ -119,7 +125,7 @@ class BoardClock:
         return self._arrivals[-1].board_s - self._arrivals[0].board_s if self._arrivals else 0.0
 
     def _fit(self) -> None:
-        """Fit the line below all arrivals, along the edge of their lower hull below the centroid."""
+        """Fit a line below all receptions, with the slope of their lower convex hull below the centroid."""
         arrivals = self._arrivals
         slope = _slope_at_centroid(arrivals) if self._span_s >= MIN_RATE_SPAN_S else 0.0
         self._slope = min(max(slope, -MAX_RATE_ERROR), MAX_RATE_ERROR)

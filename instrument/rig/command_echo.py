@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from collections import deque
 
-#: Longest time from sending a command to a sample that echoes the command: one loop of the board, and USB.
+#: Longest time from sending a command to a sample that echoes the command: one loop of the board,
+#: and the transfer by USB.
 COMMAND_LATENCY_S = 0.02
-_MAX_UNCONFIRMED = 128  #: below 256, because the echo is the low byte of the sequence number
+_MAX_UNCONFIRMED = 128  #: must be below 256, because an echo is the low byte of a sequence number
 
 
 class CommandEcho:
     """Commands that were sent and that no sample has echoed yet.
 
-    A sample that does not echo a command was taken before the board received the command. A line that delays
-    all bytes therefore cannot make old samples look fresh.
+    A sample that does not echo a command was taken before the board received the command. If the serial
+    connection delays all bytes, old samples therefore do not look new.
     """
 
     def __init__(self) -> None:

@@ -30,22 +30,24 @@ from pneuforce.protocol.limits import HOST_SILENCE_S
 IDENTIFY_PERIOD_S = 0.2
 NEGOTIATION_TIMEOUT_S = 1.0  #: time in which the board must confirm the configured host timeout
 KEEP_ALIVE_PERIOD_S = 0.05
-#: Without a restart, the board's uptime lags at most by its clock error and by this time.
+#: Tolerance of the board's uptime, in addition to its clock error. A smaller uptime means a restart.
 UPTIME_TOLERANCE_MS = 250
 UPTIME_WRAP_MS = 2**32
-#: Longest time [s] that is counted for one sample after a gap.
+#: Longest time since the previous sample that is counted [s].
 MAX_STEP_S = 0.5
-#: Longest time for which a sample proves a state, because the events in a longer gap are unknown.
+#: Longest time since the previous sample for which a sample proves the state of the rig [s]. The events in a
+#: longer gap are unknown.
 MAX_SAMPLE_SPAN_S = 0.02
 FROZEN_FRAMES = 10
-REPEATED_STEP = 0x8000  #: smallest step of the sequence number that means an old, repeated frame
+REPEATED_STEP = 0x8000  #: if the sequence number advances by this step or more, the frame is a repetition
 _STATES = frozenset(BoardState)
 
 
 class LinkPhase(Enum):
     """Phase of the handshake between host and board."""
 
-    #: Identify is sent until samples arrive. A board sends samples only to a host with its protocol version.
+    #: The host sends Identify until samples arrive. A board sends samples only to a host with its protocol
+    #: version.
     GREETING = auto()
     #: Samples are used. The board receives vent commands until it confirms the host timeout.
     NEGOTIATING = auto()
@@ -57,7 +59,7 @@ class RawSample:
     """Sample in ADC counts, with its sequence number and the time at which the board took the sample."""
 
     sequence: int
-    t_s: float  #: host clock
+    t_s: float  #: time at which the board took the sample, on the host clock
     message: Sample
     elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the previous sample, at most 0.5 s
     frozen: bool = False  #: the board's clock has not advanced for 10 samples
@@ -73,8 +75,8 @@ class Link:
     clock: BoardClock = field(default_factory=BoardClock)
     echo: CommandEcho = field(default_factory=CommandEcho)
     hello: Hello | None = None
-    board_restarts: int = 0  #: number of Hello messages from another board or with a too small uptime
-    lost_frames: int = 0  #: number of frames that are missing in the sequence
+    board_restarts: int = 0  #: number of Hello messages that indicate a restart or another board
+    lost_frames: int = 0  #: number of missing sequence numbers
     repeated_frames: int = 0
     implausible_frames: int = 0  #: samples with a value that no board can send
     received_bytes: int = 0
@@ -109,8 +111,8 @@ class Link:
 
         `buffered_s` is the longest time for which `data` can have waited in a buffer of the host.
 
-        Raises ProtocolMismatch if the board has another protocol version. Raises TimeoutMismatch if the board
-        reacts to a silent host after another time than required.
+        Raises ProtocolMismatch if the board has another protocol version. Raises TimeoutMismatch if a
+        timeout of the board differs from the required value.
         """
         self.received_bytes += len(data)
         samples: list[RawSample] = []
@@ -127,7 +129,7 @@ class Link:
         return samples
 
     def _is_new(self, frame: Frame, message: Sample, now_s: float) -> bool:
-        """Return True if a sample is plausible and not a repetition; count lost frames."""
+        """Return True if a sample is plausible, new and from an identified board. Count lost frames."""
         if message.state not in _STATES or message.adc_sum > MAX_ADC_SUM:
             self.implausible_frames += 1
             return False
@@ -182,10 +184,10 @@ class Link:
             self._check_host_timeout(hello, now_s)
 
     def _check_host_timeout(self, hello: Hello, now_s: float) -> None:
-        """Compare the board's host timeout with the configured one.
+        """Compare the board's host timeout with the configured host timeout.
 
-        The board receives the configured value with the first command. A board that still reports another
-        value after `NEGOTIATION_TIMEOUT_S` raises TimeoutMismatch.
+        The board receives the configured value with the first command. Raises TimeoutMismatch if the board
+        still reports another value after `NEGOTIATION_TIMEOUT_S`.
         """
         if hello.host_timeout_ms == self.host_timeout_ms:
             self.phase = LinkPhase.READY
@@ -193,13 +195,14 @@ class Link:
             raise TimeoutMismatch("vents", hello.host_timeout_ms, self.host_timeout_ms)
 
     def vent(self) -> None:
-        """Request one Vent message, which is sent before the next bytes."""
+        """Request one Vent message, which the next `tick` sends before all other messages."""
         self._vent_requested = True
 
     def tick(self, requested: Command, now_s: float) -> bytes:
-        """Return the bytes to send now: Identify, or the command at every change and every 50 ms.
+        """Return the bytes to send now.
 
-        Before the handshake is complete, the only message that can move a valve is a vent.
+        After the handshake, the command is sent at every change and every 50 ms. Before the handshake is
+        complete, the only message that can move a valve is a vent.
         """
         urgent = self._encode(Vent()) if self._vent_requested else b""
         self._vent_requested = False
@@ -216,9 +219,10 @@ class Link:
         return urgent + self._encode_command(requested, now_s)
 
     def _negotiate(self, now_s: float) -> bytes:
-        """Return the configured host timeout in a vent command, and a request for a Hello that confirms it.
+        """Return a vent command that contains the configured host timeout, and an Identify message.
 
-        The balloon is not inflated before the confirmation.
+        The board answers Identify with a Hello, which confirms the host timeout. The balloon is not inflated
+        before this confirmation.
         """
         if now_s - self._sent_s < KEEP_ALIVE_PERIOD_S:
             return b""

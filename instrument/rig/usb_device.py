@@ -7,8 +7,8 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-#: A process that has opened one of these files is the far end of the pty, for example a simulator. Such a
-#: process does not compete for the port.
+#: A process that has opened one of these files serves the other end of the pty, for example a simulator. Such
+#: a process does not compete for the port.
 PTY_MASTERS = {"/dev/ptmx", "/dev/pts/ptmx"}
 #: Name that the udev rule gives to the only UNO of a machine.
 SINGLE_BOARD_NAME = "/dev/pneuforce"
@@ -31,7 +31,7 @@ def is_serial(port: str, devices: Path = Path("/sys/dev/char")) -> bool:
 
 
 def stable_name(port: str, by_id: Path = Path("/dev/serial/by-id")) -> Path | None:
-    """Return the device name that does not depend on the USB socket; None if the port has no such name."""
+    """Return the device name that is the same in every USB socket; None if the port has no such name."""
     device = os.path.realpath(port)
     with suppress(OSError):
         return next((name for name in sorted(by_id.iterdir()) if os.path.realpath(name) == device), None)

@@ -50,7 +50,7 @@ class SessionHost(Protocol):
 
 
 class ClientSession(asyncio.Protocol):
-    """Connection of one client. Each tick of the host executes a limited number of requests."""
+    """Connection of one client. Each tick of the host executes a limited number of its requests."""
 
     def __init__(self, host: SessionHost) -> None:
         self.subscriber: Subscriber | None = None

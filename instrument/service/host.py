@@ -25,7 +25,7 @@ from pneuforce.support.serial_port import BytePort, SerialPort
 log = logging.getLogger("pneuforce")
 
 TICK_S = 0.01
-HANDSHAKE_S = 5.0  #: includes two seconds in which an UNO restarts after its port was opened
+HANDSHAKE_S = 5.0  #: longest handshake; an UNO restarts for two seconds after its port was opened
 REOPEN_S = 3.0  #: time without samples after which the port is opened again
 FIRST_RETRY_S, MAX_RETRY_S = 0.1, 2.0
 VENT_ANSWER_S = 0.3
@@ -147,7 +147,7 @@ class Host:
         self._wait_longer()
 
     def _wait_longer(self) -> None:
-        """Delay the next attempt. The delay doubles until samples arrive."""
+        """Delay the next attempt to open the port. The delay doubles until samples arrive."""
         self._retry_s = self._clock() + self._backoff.wait_s
         self._backoff.attempted()
 

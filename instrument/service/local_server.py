@@ -180,7 +180,10 @@ class LocalServer:
             log.warning("client of the local socket (%s) disconnected: %s", subscriber.subscription, why)
 
     def answer(self, request: StreamEntry) -> StreamEntry:
-        """Execute a request of the web page as a write from a bus. Raises StreamError if it has no values."""
+        """Execute a request of the web page like a write from a bus.
+
+        Raises StreamError if the request has no values.
+        """
         facts, now_s = request.json_body, time.monotonic()
         if not isinstance(facts, dict) or not isinstance(facts.get("values"), dict):
             raise StreamError("a request contains no values")

@@ -34,7 +34,7 @@ from pneuforce.support.call_guard import CallGuard
 log = logging.getLogger("pneuforce")
 
 PAUSE_S = 0.002
-MAX_CATCH_UP_S = 0.02  #: samples missed in a delay up to this time are shown later at a higher rate
+MAX_CATCH_UP_S = 0.02  #: after a delay, missed samples of up to this time are shown at a higher rate
 WARN_LAG_S = 1.0
 
 
@@ -59,12 +59,12 @@ class ReplayHost:
 
     @property
     def instrument(self) -> Instrument:
-        """Return the instrument as it was recorded."""
+        """Return the instrument of the replayed session."""
         return self.session.instrument
 
     @property
     def link(self) -> Link:
-        """Return the link to the board that was recorded."""
+        """Return the link of the replayed session."""
         return self.session.link
 
     async def connect(self, stop: asyncio.Event) -> None:
@@ -92,7 +92,8 @@ class ReplayHost:
     def _is_due(self, now_s: float) -> bool:
         """Return True if the next sample is shown.
 
-        Above speed 1, samples are skipped, so that the buses receive no more samples than from a rig.
+        If the speed is above 1, samples are skipped, so that the buses receive no more samples per second
+        than from a rig.
         """
         if self._replay.speed > 1 and now_s < self._next_sample_s:
             return False

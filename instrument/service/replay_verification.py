@@ -1,4 +1,4 @@
-"""Verification of a recording: samples are computed again from its inputs and compared with its samples."""
+"""Verification of a recording: the samples are computed again from the recorded inputs and compared."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
 
 
 class Servers:
-    """All servers of one instrument, or of a replay in its place."""
+    """All servers of one instrument or of one replay."""
 
     def __init__(
         self,

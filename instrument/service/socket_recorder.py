@@ -53,7 +53,7 @@ class RecorderResult(NamedTuple):
 
 
 class _End(NamedTuple):
-    """Reason for the end of the entries."""
+    """Reason why the stream of entries ended."""
 
     reason: EndReason
     detail: str = ""
@@ -144,7 +144,11 @@ def _write_entries(
 
 
 def _disconnected(socket_path: Path, file: RecordingWriter, detail: str) -> _End:
-    """Return the reason of a lost connection: `TOO_SLOW` if the instrument still runs, else `detail`."""
+    """Return the reason of a lost connection.
+
+    If the instrument still runs, it has disconnected this recorder because the recorder read too slowly.
+    Otherwise, `detail` is the reason.
+    """
     if file.has_header:
         with suppress(ServerError):
             _connect(socket_path).close()

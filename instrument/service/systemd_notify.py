@@ -26,7 +26,10 @@ class SystemdNotifier:
     """Output channel that notifies systemd from the event loop, so that systemd detects a hanging loop."""
 
     def __init__(self, source: Source, notify: Notify, watchdog_s: float) -> None:
-        """Create the notifier. systemd ends a process that is silent for `watchdog_s`; inf: no watchdog."""
+        """Create the notifier.
+
+        systemd ends a process that is silent for `watchdog_s`. The time is infinite if there is no watchdog.
+        """
         self._source = source
         self._notify = notify
         self._watchdog_s = watchdog_s

@@ -27,7 +27,7 @@ SILENCE_S = 10.0  #: longest time without a heartbeat; the process sends a heart
 PORT_TIMEOUT_S = 3.0  #: longest time for which the start of the instrument waits for the web page
 FIRST_WAIT_S = 1.0
 MAX_WAIT_S = STABLE_S = 60.0
-MAX_LOGGED = 50  #: number of latest lines that are not logged again
+MAX_LOGGED = 50  #: number of latest logged lines; a line that equals one of these is not logged
 END_S = 0.25  #: time after which a process that does not end by itself is killed
 
 
@@ -156,7 +156,7 @@ async def _end(process: Process) -> None:
     with suppress(TimeoutError, ProcessLookupError):
         try:
             await _within(END_S, process.wait())
-        finally:  # also if the host cancels this task
+        finally:  # runs also if the host cancels this task
             if process.returncode is None:
                 process.kill()
     await process.wait()

@@ -23,29 +23,29 @@ MAX_BODY_BYTES = 4_000_000
 
 
 class EntryKind(IntEnum):
-    """Kind of an entry. The comment of each kind describes the body."""
+    """Kind of an entry. The comment of each kind describes the body of the entry."""
 
     HEADER = 1  #: JSON: identity and configuration of the instrument
     CHECKPOINT = 2  #: state of the session at the time of the entry
-    # inputs
-    ATTACHED = 8  #: empty: the port was opened
+    # Inputs of the session.
+    ATTACHED = 8  #: no body; the port was opened
     RECEIVED = 9  #: bytes from the rig
     TICK = 10  #: one byte: the health flags of the instrument, see `broadcaster.py`
-    COMMAND = 11  #: empty: the bytes for the board were requested
-    DETACHED = 12  #: empty: the port was closed
+    COMMAND = 11  #: no body; the host requested the bytes for the board
+    DETACHED = 12  #: no body; the port was closed
     WRITE = 13  #: JSON [channel, address, {quantity: value}]: a write request from a bus
-    MASTER_LOST = 14  #: empty
-    MASTER_RECOVERED = 15  #: empty
-    SHUTDOWN = 16  #: empty: the host process ends and vents
-    # results
+    MASTER_LOST = 14  #: no body; the heartbeat of the CANopen master is missing
+    MASTER_RECOVERED = 15  #: no body; the heartbeat of the CANopen master has returned
+    SHUTDOWN = 16  #: no body; the host process ends and vents
+    # Results of the session.
     SAMPLE = 32  #: one sample, raw and measured; see `sample_record.py`
     EVENT = 33  #: JSON: a record of the event log
     SNAPSHOT = 34  #: JSON: every quantity that a bus can show
     HEALTH = 35  #: JSON: state of the link, the buses, the event log and the recording
-    END = 40  #: JSON: the instrument ended normally
-    # between the host process and its clients
+    END = 40  #: JSON {"why": sentence}: the instrument ended
+    # Messages between the host process and its clients.
     SUBSCRIBE = 64  #: JSON {"want": "record" or "web"}: the first entry that a client sends
-    REQUEST = 65  #: JSON {"id": number, "values": {register: value}}
+    REQUEST = 65  #: JSON {"id": number, "seen_s": time, "values": {register: value}}
     ANSWER = 66  #: JSON {"id": number, "reject_reason": name, "why": sentence}
     FAILURE = 67  #: text: the reason why a recording stopped
 

@@ -26,7 +26,7 @@ _MESSAGE = attrgetter(
 class SampleRecord(NamedTuple):
     """One sample, raw and measured. A quantity that is not available is NaN."""
 
-    # the frame from the board
+    # Fields from the frame of the board.
     sequence: int
     board_time_us: int
     adc_sum: int
@@ -37,11 +37,11 @@ class SampleRecord(NamedTuple):
     faults: int
     command: int
     setpoint_pa: int
-    # computed by the link
+    # Fields that the link computes.
     elapsed_s: float
     frozen: bool
     clock_off: bool
-    # the measurement, see instrument/measurement/measurement.py
+    # Fields of the measurement, see instrument/measurement/measurement.py.
     t_s: float
     pressure_kpa: float
     unfiltered_kpa: float

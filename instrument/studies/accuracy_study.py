@@ -55,7 +55,7 @@ class _CalibratedEstimator(NamedTuple):
 def evaluate(
     campaign: AccuracyCampaign, report_progress: Callable[[int, int], None]
 ) -> dict[str, BalloonAccuracy]:
-    """Return the results on each simulated balloon, by the kind of balloon.
+    """Return the results on each simulated balloon. The keys are the kinds of simulated balloon.
 
     `report_progress` is called with the number of completed steps and the total number of steps.
     """

@@ -28,8 +28,8 @@ class SimulatedTrials(NamedTuple):
 def simulate_trials(scenario: Scenario, report_progress: ProgressCallback) -> SimulatedTrials:
     """Simulate the scenario and return its trials.
 
-    `report_progress` is called while the table of a new membrane is computed, and every `SAMPLES_PER_REPORT`
-    samples.
+    `report_progress` is called while the table of a new membrane is computed, and then once per
+    `SAMPLES_PER_REPORT` samples.
     """
     playback = Playback(scenario, report_progress)
     trials = split_trials(_samples(playback, report_progress))

@@ -1,1 +1,1 @@
-"""Validation after the method of the paper: contacts of a recording, compared with a reference force."""
+"""Validation by the method of the paper: comparison of recorded contacts with a reference force."""

@@ -20,9 +20,9 @@ from pneuforce.support.columns import Numbers
 class AccuracyScore(NamedTuple):
     """Errors of one estimator over a group of contacts. A value without contacts is NaN."""
 
-    mean_percent: float  #: mean absolute error of the forces from 1 to 3.5 N
+    mean_percent: float  #: mean absolute relative error of the forces from 1 to 3.5 N
     rmse_n: float  #: root mean square error of the forces below 1 N
-    coverage_percent: float  #: share of the contacts whose true force lies within ±2u
+    coverage_percent: float  #: share of the contacts whose absolute error is at most 2u
 
 
 class EstimatorScores(NamedTuple):
@@ -69,7 +69,7 @@ def _score(contacts: CalibrationContacts, force_n: Numbers, std_n: Numbers) -> A
 
 
 def _forces(contacts: CalibrationContacts, settings: ChainSettings) -> tuple[Numbers, Numbers]:
-    """Return force and standard uncertainty [N] of each contact, as the live chain reports them at rest."""
+    """Return force and standard uncertainty [N] of each contact, for constant pressures."""
     pairs = [
         _force(baseline_kpa, rise_kpa, settings)
         for baseline_kpa, rise_kpa in zip(

@@ -24,7 +24,7 @@ class TrialForces(NamedTuple):
 
     trial: Trial
     compensated_n: Floats  #: force that the instrument shows, with the lag of the tube compensated
-    uncompensated_n: Floats  #: force of the same law from the filtered pressure
+    uncompensated_n: Floats  #: force from the filtered pressure, by the same force law
     evaluated: Bools  #: True if the sample is in a contact, or within `CONTACT_MARGIN_S` of a contact
 
 

@@ -1,4 +1,4 @@
-"""Figures of a validation, after Figs. 4, 6 and 7 of the paper."""
+"""Figures of a validation, in the style of Figs. 4, 6 and 7 of the paper."""
 
 from __future__ import annotations
 

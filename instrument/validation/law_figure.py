@@ -1,4 +1,4 @@
-"""Figure of the two options of the force law: the step at 8.85 kPa, and the force at low rises."""
+"""Figure of the variants of the force law: the force around 8.85 kPa, and the force at low rises."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RED, BLUE, GREY = "#c8102e", "#1f4e9c", "#999999"
 
 
 def draw_law(balloon: Balloon, circuit: Circuit) -> Figure:
-    """Return a figure of the variants: force over ΔP_i at one rise, and force over the rise at one ΔP_i."""
+    """Return a figure with two plots: force over ΔP_i at one rise, and force over the rise at one ΔP_i."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=SIZE_INCH, layout="constrained")

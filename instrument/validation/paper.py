@@ -14,7 +14,8 @@ CONTACT_COUNT = 324
 #: validated range by this much.
 HYSTERESIS_KPA = 0.1
 SMALL_VOLUME_CHANGE = 0.2
-#: Range from 1 to 3.5 N. The margin is 0.01 N, because the filtered force never quite reaches a plateau.
+#: Range of the true force: 1 to 3.5 N, with a margin of 0.01 N at both limits. The margin is necessary,
+#: because the filtered force never completely reaches its final value.
 FORCE_RANGE_N = (0.99, 3.51)
 #: Root mean square error [N] of the continuous force, and its time shift [s].
 RMSE_N, SHIFT_S = 0.578, 0.12
@@ -28,7 +29,7 @@ Selection = Callable[[Floats, Floats, Floats], Bools]
 
 
 class ContactGroup(NamedTuple):
-    """Group of contacts, and its mean absolute errors in the paper [%], by method."""
+    """Group of contacts, and its mean absolute error [%] in the paper for each method."""
 
     name: str
     selects: Selection
@@ -44,7 +45,7 @@ def _pressure_bin(index: int) -> ContactGroup:
     )
 
 
-#: Subsets of Fig. 7. The paper shows their errors in a chart only, without numbers.
+#: Groups of contacts in Fig. 7. This figure shows their errors as a chart, and the paper states no numbers.
 PRESSURE_BINS = tuple(_pressure_bin(index) for index in range(BIN_COUNT))
 ALL_CONTACTS = ContactGroup(
     "all contacts", lambda baseline_kpa, _change, _force_n: baseline_kpa > 0, {"energetic": 9.14}

@@ -46,7 +46,8 @@ class PeakForces:
     baseline_kpa: Floats
     final_kpa: Floats
     force_n: Floats  #: reference force
-    #: ΔV/V_i = (1 − P_i/P_f)·V_i/V_si, with absolute pressures and V_si the volume of the sphere.
+    #: ΔV/V_i = (1 − P_i/P_f)·V_i/V_si. The pressures are absolute. V_i is the volume of circuit and
+    #: sphere before the contact. V_si is the volume of the sphere alone.
     volume_change: Floats
     estimates_n: Mapping[MethodName, Floats]  #: estimated force by method; NaN if there is no solution
 
@@ -75,7 +76,7 @@ class GroupErrors(NamedTuple):
 def select_peaks(
     contacts: Sequence[EvaluatedContact], settings: ChainSettings
 ) -> tuple[PeakForces, ContactCounts]:
-    """Return the contacts that the paper would evaluate, and the number of excluded contacts by reason."""
+    """Return the contacts that can be evaluated, and the numbers of evaluated and excluded contacts."""
     baseline, final, force = np.array([contact[:3] for contact in contacts], float).reshape(-1, 3).T
     too_small = final - baseline < MIN_RISE_KPA
     out_of_range = ~too_small & ~_in_range(baseline)
@@ -94,7 +95,7 @@ def _in_range(baseline_kpa: Floats) -> Bools:
 def estimate_peaks(
     baseline_kpa: Floats, final_kpa: Floats, force_n: Floats, settings: ChainSettings
 ) -> PeakForces:
-    """Return the forces that every method estimates from these pressures, with the reference forces."""
+    """Return the contacts with the force that each method estimates from their pressures."""
     balloon, circuit = settings.balloon, settings.circuit
     estimates = {
         method: estimate(
@@ -107,7 +108,7 @@ def estimate_peaks(
 
 
 def volume_change(baseline_kpa: Floats, final_kpa: Floats, balloon: Balloon, circuit: Circuit) -> Floats:
-    """Return ΔV/V_i: the compression of all gas in the circuit, as a share of the sphere (Section IV-B)."""
+    """Return ΔV/V_i: the decrease of the gas volume, divided by the volume of the sphere (Section IV-B)."""
     sphere_mm3 = sphere_volume_mm3(balloon.radius_mm(baseline_kpa))
     remaining = (circuit.ambient_kpa + baseline_kpa) / (circuit.ambient_kpa + final_kpa)
     change: Floats = (1 - remaining) * (circuit.volume_mm3 + sphere_mm3) / sphere_mm3

@@ -22,7 +22,7 @@ class ProcessedTrial(NamedTuple):
     filtered_kpa: Floats  #: pressure after the first-order exponential filter
     filtered_n: Floats  #: reference force after the same filter
     now_kpa: Floats  #: pressure in the balloon, with the lag of the tube compensated
-    baseline_kpa: Floats  #: ΔP_i of the contact in progress; without contact, the baseline
+    baseline_kpa: Floats  #: ΔP_i of the contact in progress; without contact, the current baseline
     contact: NDArray[np.int64]  #: number of the contact in progress, from 1; 0 without contact
 
 
@@ -30,7 +30,7 @@ def process_trials(trials: Iterable[Trial], settings: ChainSettings) -> Iterator
     """Yield each trial with its processed signals. No state is carried from one trial to the next."""
     lag = LagCompensator(settings.tube_time_constant_s)
     for trial in trials:
-        lag.step(math.nan, SAMPLE_S)  # restarts the compensator
+        lag.step(math.nan, SAMPLE_S)  # NaN restarts the compensator
         yield ProcessedTrial(
             trial,
             exponential_filter(trial.pressure_kpa, trial.steps_s, settings.filter_time_constant_s),
@@ -40,7 +40,7 @@ def process_trials(trials: Iterable[Trial], settings: ChainSettings) -> Iterator
 
 
 def _track(trial: Trial, lag: LagCompensator) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Return pressure in the balloon, baseline and contact number of each sample."""
+    """Return the pressure in the balloon, the baseline and the contact number of each sample."""
     tracker = ContactTracker()
     now_kpa, baseline_kpa = np.empty((2, len(trial.t_s)))
     contact = np.zeros(len(trial.t_s), dtype=np.int64)

@@ -19,7 +19,7 @@ TRIAL_COLUMNS = ("phase", "setpoint_kpa")
 
 
 class ColumnRange(NamedTuple):
-    """Allowed values of a column, and the end of the error message for other values."""
+    """Smallest and largest allowed value of a column, and an explanation for the error message."""
 
     low: float
     high: float

@@ -59,9 +59,9 @@ class PlotOptions(NamedTuple):
 def collect(
     recording: Recording, options: PlotOptions, progress: Callable[[Samples], Samples] = iter
 ) -> PlotData:
-    """Return the samples of the time range with the faults that were latched at the time.
+    """Return the samples in the time range, each with the faults that were latched at its time.
 
-    `progress` wraps the samples, and can report how many were read.
+    `progress` receives the samples and yields them unchanged, so that it can report how many were read.
     """
     data = PlotData(recording.begin_s)
     faults = _latched_faults(recording)
@@ -76,7 +76,10 @@ def collect(
 
 
 def _latched_faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ...]]]:
-    """Yield time [s] and latched faults at each change, in order of time. The last time is infinite."""
+    """Yield the time [s] of each change of the latched faults, and the faults after the change.
+
+    The first time is the beginning of the recording. The last time is infinite.
+    """
     yield recording.begin_s, _names(recording.metadata.get("faults"))
     for record in recording.events():
         at_s = record.get("mono_s")
@@ -86,7 +89,7 @@ def _latched_faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ..
 
 
 def _names(value: Any) -> tuple[str, ...]:
-    """Return the names of faults in a recording. A manipulated recording can contain any value."""
+    """Return the fault names in `value`; () if `value` is not a list, as in a manipulated recording."""
     return tuple(map(str, value)) if isinstance(value, list) else ()
 
 

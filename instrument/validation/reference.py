@@ -25,13 +25,13 @@ class PressureSample(NamedTuple):
 
     t_s: float
     pressure_kpa: float  #: gauge, zeroed; NaN if the sensor reading is invalid
-    locked: bool  #: True if the balloon is locked
+    locked: bool
 
 
 def read(path: Path) -> Points:
     """Return a reference force over time, with the columns t_s and force_n.
 
-    Raises ConfigurationError if the file is invalid, or if the time does not rise.
+    Raises ConfigurationError if the file is invalid, or if the time does not rise from line to line.
     """
     points = parse_points(atomic_file.read_file(path), str(path), [("t_s", "force_n")])
     points.require_rows(2)

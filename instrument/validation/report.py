@@ -41,7 +41,7 @@ class TrialEvaluation(NamedTuple):
 
 
 class VolumeChange(NamedTuple):
-    """ΔV/V_i of the contacts above 8.85 kPa. The values are NaN without such contacts."""
+    """ΔV/V_i of the contacts above 8.85 kPa. The values are NaN if there are no such contacts."""
 
     min: float
     max: float

@@ -31,7 +31,7 @@ class TrialSample(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """Samples of one locked balloon in order of time, as arrays of equal length."""
+    """Samples of one trial in order of time, as arrays of equal length."""
 
     t_s: Floats
     pressure_kpa: Floats

@@ -1,1 +1,1 @@
-"""CAN: frame definitions made from the register map, a node without I/O, the bus, and a small CAN hub."""
+"""CAN: frame definitions made from the register map, a node without I/O, bus access, and a small CAN hub."""

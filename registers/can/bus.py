@@ -51,7 +51,7 @@ class CanAddress:
 def import_interface(interface: str) -> None:
     """Import the modules of a python-can interface before the first sample.
 
-    The import takes long. An import in the event loop would interrupt the commands to the board.
+    The import is slow. During an import in the event loop, the board would receive no commands.
     """
     import_module(f"can.interfaces.{interface}")
     import_module("encodings.idna")  # the socket module imports it when the first host name is resolved
@@ -74,7 +74,7 @@ class CanBus:
         #: Error in the sending thread. The interface must be opened again after such an error.
         self.failure: Exception | None = None
         self._can = can
-        # otherwise python-can logs every exception that it raises, and every frame that arrives in two pieces
+        # By default, python-can logs each exception that it raises and each frame that arrives in two pieces.
         logging.getLogger("can").setLevel(logging.CRITICAL)
         try:
             self._bus, self._link_problem = _open(address)

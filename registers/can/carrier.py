@@ -9,7 +9,7 @@ from __future__ import annotations
 import errno
 from pathlib import Path
 
-CARRIER_FILE = "/sys/class/net/{}/carrier"  #: Linux, Documentation/ABI/testing/sysfs-class-net
+CARRIER_FILE = "/sys/class/net/{}/carrier"  #: see Linux, Documentation/ABI/testing/sysfs-class-net
 
 
 def link_problem(channel: str) -> str:

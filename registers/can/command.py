@@ -85,8 +85,8 @@ class CommandHandler:
             "command_key": COMMAND_KEY,
             "command_code": values["mode"],
             "command_argument": 0,
-            # A command runs only if the number differs from the last one in CAN's command block, which the
-            # SDO server also writes.
+            # The source carries out a command only if its sequence number differs from the last number. The
+            # SDO server also writes this number, so the last number is read from the snapshot.
             "command_sequence": (self._source.snapshot(CAN_PEER, now_s).command_sequence + 1) & 0xFFFF,
         }
         return _result(self._source.write(CAN_PEER, command, now_s))

@@ -21,7 +21,7 @@ from pneuforce.support.throttle import RateLimitedLogger
 log = logging.getLogger(__name__)
 
 FIRST_WAIT_S, MAX_WAIT_S = 0.1, 2.0  #: waits before the interface is opened again
-STABLE_S = 5.0  #: if a bus was open for longer, the waits start again at FIRST_WAIT_S
+STABLE_S = 5.0  #: if the bus was open for longer than this, the next wait is FIRST_WAIT_S again
 LISTEN_S = 1.2  #: time to detect another node with the same node id; a heartbeat comes each second
 LOG_PERIOD_S = 60.0
 

@@ -36,7 +36,7 @@ ERRORS = Enumeration(
     {NO_ERROR: "no_error", MASTER_LOST: "master_lost"}
     | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
 )
-GENERIC_ERROR = 0x81  #: error register: generic error and manufacturer-specific error
+GENERIC_ERROR = 0x81  #: bits of the error register: generic error, manufacturer-specific error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ class FrameDefinition:
             offset += field.wire.size
 
     def codes(self, data: bytes) -> dict[str, int]:
-        """Return the wire code of each field by the field's name.
+        """Return the wire codes of all fields, by field name.
 
         Raises ValueError if `data` has the wrong length.
         """
@@ -97,7 +97,7 @@ def encode(frame: FrameDefinition, snapshot: Any, **node_values: Any) -> bytes:
 
 
 def decode(frame: FrameDefinition, data: bytes) -> dict[str, float | str | frozenset[str]]:
-    """Return the value of each field by the field's name, in the unit of the field's quantity.
+    """Return the values of all fields, by field name. Each value is in the unit of its quantity.
 
     A value that is not available is NaN. Raises ValueError if `data` has the wrong length.
     """

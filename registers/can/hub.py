@@ -1,4 +1,4 @@
-"""CAN hub: a CAN bus between processes on a machine whose kernel has no CAN.
+"""CAN hub: a CAN bus between processes on a machine whose kernel does not support CAN.
 
 The hub is a socketcand server. Start it with `python -m pneuforce.registers.can.hub --port 29536`, and
 connect with python-can's `socketcand` interface. The hub supports raw mode and data frames with 11-bit and
@@ -45,7 +45,7 @@ class Hub:
         self._next_check: asyncio.TimerHandle | None = None
 
     async def start(self, port: int = PORT) -> int:
-        """Listen on the loopback interface and return the port; port 0 selects a free one. Raises OSError."""
+        """Listen on the loopback interface and return the port; 0 selects a free port. Raises OSError."""
         loop = asyncio.get_running_loop()
         listener = socket.create_server((HOST, port))
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_BUFFER_BYTES)
@@ -90,7 +90,7 @@ class Hub:
         self.members.discard(client)
 
     def forward(self, frames: list[bytes], sender: HubClient) -> None:
-        """Send `frames` to all members except `sender`.
+        """Send `frames` to all clients in `members` except `sender`.
 
         Frames that arrived while this process was suspended are dropped.
         """

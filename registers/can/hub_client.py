@@ -56,7 +56,7 @@ class ClientRegistry(Protocol):
         ...
 
     def forward(self, frames: list[bytes], sender: HubClient) -> None:
-        """Send `frames` to all members except `sender`."""
+        """Send `frames` to all clients in `members` except `sender`."""
         ...
 
 
@@ -89,7 +89,7 @@ class HubClient(asyncio.Protocol):
         self._hub.remove(self)
 
     def data_received(self, data: bytes) -> None:
-        """Answer the handshake, and forward the frames in `data` together."""
+        """Answer handshake messages, and forward all frames in `data` with one call."""
         garbage_before = self._decoder.garbage
         frames = []
         for words in self._decoder.feed(data):

@@ -99,7 +99,7 @@ class CanNode:
         return ([self._force(snapshot)] if selected else []) + self._changes(snapshot, now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:
-        """Return the frames due by time. Must be called every 10 ms, with or without samples."""
+        """Return the frames that are due at this time. Call this method every 10 ms, even without samples."""
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         frames = self._heartbeat(now_s)
         if "stale" in snapshot.status:
@@ -113,9 +113,10 @@ class CanNode:
         return self._frame(FORCE, snapshot, counter=self._counter)
 
     def _stale_force(self, snapshot: Any, now_s: float) -> list[CanFrame]:
-        """Return the Force frame without a force: at once when samples stop, then at 10 Hz.
+        """Return a Force frame with the force "not available" if it is due, otherwise no frame.
 
-        The first new sample is then sent at once.
+        The frame is due at once when the samples stop, and then at 10 Hz. When the samples return, the force
+        of the first sample is sent at once.
         """
         self._decimator.restart()
         return [self._force(snapshot)] if self._stale_force_timer.due(now_s) else []
@@ -125,14 +126,14 @@ class CanNode:
         finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
         if self._status_timer.due(now_s, (snapshot.status, snapshot.state, snapshot.reject_reason)):
             frames.append(self._frame(STATUS_FRAME, snapshot))
-        # The code is compared, because a setpoint that is NaN would never be equal to itself.
+        # The wire code of the setpoint is compared, because the setpoint can be NaN and NaN differs from NaN.
         setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)
         if self._state_timer.due(now_s, (setpoint, finished_contacts)):
             frames.append(self._frame(STATE, snapshot))
         return frames
 
     def _emergency(self, snapshot: Any) -> list[CanFrame]:
-        """Return one frame for each new fault, and one frame for all faults that are gone."""
+        """Return an Emergency frame "no error" if any fault is gone, and one frame for each new fault."""
         before, self._faults = self._faults, snapshot.faults
         if self._faults == before:
             return []

@@ -8,8 +8,8 @@ from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE, FRAMES, Frame
 from pneuforce.registers.can.wire import worst_case_bits
 
 SAMPLE_RATE_HZ = 500
-#: Limit for the Force frames that are sent early because of an alarm. A force near its limit raises many
-#: alarms.
+#: Limit for the Force frames that are sent early because of an alarm. Without this limit, a force that varies
+#: around its alarm limit would cause a flood of frames.
 MAX_ALARM_FRAMES_PER_S = 50
 MAX_BUS_LOAD = 0.6
 
@@ -19,7 +19,7 @@ class CanOptions:
     """Node id, Force rate and bit rate of a node.
 
     The default bit rate of 500 kbit/s allows 100 m of cable (CiA 301) and is the default of most controllers.
-    It leaves four fifths of the bus free at the highest Force rate.
+    With this bit rate, four fifths of the bus stay free even at the highest Force rate.
 
     Raises ValueError if a value is outside its range, or if the bus load can exceed 60 %.
     """
@@ -44,14 +44,14 @@ class CanOptions:
 
     @property
     def max_force_rate_hz(self) -> int:
-        """Return the highest number of Force frames per second, including the early frames of alarms."""
+        """Return the highest number of Force frames per second, including frames sent early at an alarm."""
         return min(self.force_rate_hz + MAX_ALARM_FRAMES_PER_S, SAMPLE_RATE_HZ)
 
 
 def bus_load(options: CanOptions) -> float:
     """Return the worst-case bus load of the node's frames, 0 to 1.
 
-    The calculation assumes the most stuff bits and the highest rate of each frame.
+    The calculation assumes the largest number of stuff bits and the highest rate of each frame.
     """
 
     def rate_hz(frame: FrameDefinition) -> float:

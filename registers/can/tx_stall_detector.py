@@ -1,7 +1,7 @@
 """Detector for a CAN controller that accepts no frames.
 
-The controller does not report an unplugged cable, for example, as an error. Only its transmit buffer stays
-full.
+Some failures, for example an unplugged cable, are not reported by the controller as errors. The only sign is
+a transmit buffer that stays full.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ _FIXED_BITS = 13  #: bits without stuffing: CRC delimiter, acknowledge, end of f
 
 
 class FrameKind(Flag):
-    """Differences from a data frame with an 11-bit identifier."""
+    """Flags of a frame. A frame without flags is a data frame with an 11-bit identifier."""
 
     DATA = 0
     EXTENDED = auto()  #: 29-bit identifier
@@ -27,9 +27,9 @@ class CanFrame(NamedTuple):
 
 
 def worst_case_bits(length: int) -> int:
-    """Return the length [bits] of a frame with `length` data bytes and the most stuff bits.
+    """Return the length [bits] of a frame with `length` data bytes and the largest number of stuff bits.
 
-    Davis et al. 2007, eq. 1.
+    The equation is eq. 1 of Davis et al. 2007.
     """
     stuffable = _STUFFABLE_OVERHEAD_BITS + 8 * length
     return stuffable + _FIXED_BITS + (stuffable - 1) // 4

@@ -1,7 +1,7 @@
 """Communication profile area (CiA 301, 1000h to 1FFFh): identity, heartbeat, errors, SDO and PDO parameters.
 
-PDO mapping and COB-IDs are fixed, but each PDO can be disabled. The transmission type of each PDO can be
-changed, and the inhibit time and the event timer of each TPDO.
+PDO mapping and COB-IDs are fixed, but each PDO can be disabled. A client can change the transmission type of
+each PDO, and the inhibit time and the event timer of each TPDO.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ RECORDS = {
     ANSWER.name: 0x2803,
     COMMAND.name: 0x2810,
 }
-#: Each TPDO with its default inhibit time [100 µs] and event timer [ms]. The timing is that of raw mode.
+#: Each TPDO with its default inhibit time [100 µs] and event timer [ms]. The defaults give the timing of
+#: raw mode.
 TPDOS: tuple[tuple[FrameDefinition, int, int], ...] = (
     (FORCE, 0, 0),
     (STATE, 0, 100),
@@ -82,7 +83,7 @@ def compound(
 
 
 def _only_disabled_changes(cob_id: int) -> Callable[[int, int], bool]:
-    """Return a check that allows only the given COB-ID, with the PDO enabled or disabled."""
+    """Return a function that returns True for the given COB-ID, with the PDO enabled or disabled."""
     return lambda code, node_id: code & ~PDO_DISABLED == cob_id + node_id
 
 

@@ -9,14 +9,14 @@ from typing import Any
 from pneuforce.registers.can.frames import EMERGENCY, GENERIC_ERROR, MASTER_LOST, NO_ERROR, RIG_ERROR, encode
 from pneuforce.registers.canopen.communication import ERROR_HISTORY_LENGTH
 
-_COMMUNICATION_ERROR = 0x11  #: error register: generic, communication
+_COMMUNICATION_ERROR = 0x11  #: bits of the error register: generic error, communication error
 #: Maximum number of messages that wait while the node is stopped or during an inhibit time. The oldest
 #: message is dropped first.
 _MAX_PENDING = 32
 
 
 class EmergencyProducer:
-    """Producer of one message for each new error, and one message for all errors that are gone.
+    """Producer of the message "no error" when any error is gone, and of one message for each new error.
 
     A message contains the values at the time of its error, even if the message is sent later.
     """
@@ -34,7 +34,7 @@ class EmergencyProducer:
         return (GENERIC_ERROR if self._faults else 0) | (_COMMUNICATION_ERROR if self._master_lost else 0)
 
     def update(self, snapshot: Any, *, master_lost: bool) -> None:
-        """Compare the faults and the state of the master with the last call, and queue messages."""
+        """Queue messages if the faults or the state of the master have changed since the last call."""
         faults = snapshot.faults
         if (faults, master_lost) == (self._faults, self._master_lost):
             return

@@ -40,7 +40,7 @@ class HeartbeatConsumer:
         self._deadline_s = math.inf
 
     def received(self, now_s: float, timeout_s: float) -> None:
-        """Record a heartbeat. The next one must come within `timeout_s`."""
+        """Record a heartbeat. The next heartbeat must arrive within `timeout_s`."""
         self.lost = False
         self._deadline_s = now_s + timeout_s
 
@@ -54,7 +54,7 @@ class HeartbeatConsumer:
 
 
 def monitored_node(consumer_heartbeat: int) -> tuple[int, float]:
-    """Return the node id and the time [s] in a value of object 1016h:1.
+    """Return the node id of the monitored master and the heartbeat time [s] from a value of object 1016h:1.
 
     Returns (0, 0.0) if monitoring is disabled.
     """

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum, auto
 
-#: NMT states, by the names that the Heartbeat frame uses.
+#: NMT states, with the same names as in the Heartbeat frame.
 PRE_OPERATIONAL, OPERATIONAL, STOPPED = "pre_operational", "operational", "stopped"
 
 NMT_ID = 0x000
 RESET_COMMANDS = frozenset((129, 130))  #: reset node and reset communication; both have the same effect
-#: NMT command → state after the command, from any state.
+#: NMT command → state after the command. The state before the command is irrelevant.
 STATE_AFTER_COMMAND: Mapping[int, str] = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
 #: Value of 1029h → state of an operational node after the master is lost. Value 1 means no change.
 STATE_AFTER_ERROR: Mapping[int, str] = {0: PRE_OPERATIONAL, 2: STOPPED}

@@ -53,15 +53,15 @@ from pneuforce.registers.source import Source
 
 SYNC_ID = 0x080
 SDO_REQUEST = 0x600
-#: Data of a boot-up message, which is not counted as a heartbeat: a master that restarts repeatedly does not
-#: monitor the instrument.
+#: Data of a boot-up message. A boot-up message of the master is not counted as a heartbeat: a master that
+#: sends only boot-up messages restarts repeatedly and does not monitor the instrument.
 _BOOT_UP = b"\x00"
 
 
 class CanopenNode:
     """CANopen node of one source.
 
-    No NMT command moves a valve. An expired lease or a lost heartbeat of the master can vent.
+    No NMT command moves a valve. An expired lease or a lost heartbeat of the master can vent the balloon.
     """
 
     def __init__(self, source: Source, options: CanOptions, identity: CanopenIdentity) -> None:
@@ -104,7 +104,7 @@ class CanopenNode:
         return self._emergency_frames(snapshot, now_s) + self._due_tpdos(snapshot, now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:
-        """Return the frames due by time. Must be called every 10 ms, with or without samples."""
+        """Return the frames that are due at this time. Call this method every 10 ms, even without samples."""
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         frames = self._boot(now_s) if self._state == "boot_up" else []
         if self._heartbeat_consumer.timed_out(now_s):
@@ -170,12 +170,12 @@ class CanopenNode:
 
     @property
     def _master_id(self) -> int | None:
-        """Return the identifier of the master's heartbeat; None if it is not monitored."""
+        """Return the identifier of the master's heartbeat; None if no master is monitored."""
         node_id, _ = monitored_node(self._parameters[CONSUMER_HEARTBEAT])
         return HEARTBEAT.base_id + node_id if node_id else None
 
     def is_vent(self, frame: CanFrame) -> bool:
-        """Return True if a frame is a vent that this node carries out now: a Command or an expedited SDO."""
+        """Return True if a Command or an expedited SDO requests a vent that this node carries out now."""
         if frame.kind:
             return False
         if frame.id == COMMAND.base_id + self.options.node_id:

@@ -31,14 +31,14 @@ class CanopenIdentity(NamedTuple):
 
 @dataclass(slots=True)
 class LastFrames:
-    """Values of the last frames that the node sent and received, which SDO clients read in records."""
+    """Values of the last frames that the node sent and received. SDO clients read them in records."""
 
     counter: int = 0
     answer: CommandResult = field(default_factory=lambda: CommandResult(0, "accepted"))
     command: bytes = bytes(COMMAND.length)
 
     def node_values(self, frame: FrameDefinition) -> dict[str, Any]:
-        """Return the values of those TPDO fields that the node itself supplies."""
+        """Return the values of those fields of a TPDO that the node itself supplies, by field name."""
         if frame is FORCE:
             return {"counter": self.counter}
         return self.answer._asdict() if frame is ANSWER else {}

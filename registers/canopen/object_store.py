@@ -86,7 +86,7 @@ class ObjectStore:
     def _decode(self, entry: ObjectEntry, raw: bytes) -> float:
         value = entry.decode(raw, self._node_id)
         if entry.index == _COMMAND_MODE[0] and not (entry.address == _COMMAND_MODE and value == _VENT):
-            # A Command is complete only as a PDO. Only its mode can be written by SDO, and only to vent.
+            # An SDO writes a single field, but a Command needs all its fields. Only mode := vent is allowed.
             raise SdoAbort(AbortCode.NOT_STORED)
         return value
 

@@ -81,7 +81,7 @@ def _tpdo_rate_hz(values: Mapping[EntryAddress, int], number: int, options: CanO
     if values[index, 1] & PDO_DISABLED or values[index, 2] not in EVENT_DRIVEN:
         return 0.0
     inhibit = values[index, 3]
-    # with a shorter inhibit time, a status that changes with each sample is sent with each sample
+    # With a shorter inhibit time, a frame whose content changes with each sample is sent with each sample.
     events_hz = frame.max_rate_hz if inhibit >= default_inhibit else SAMPLE_RATE_HZ
     events_hz = options.max_force_rate_hz if frame is FORCE else events_hz
     timer_hz = max(0.0, _rate_hz(values[index, 5] / 1e3) - _rate_hz(default_timer_ms / 1e3))

@@ -1,4 +1,4 @@
-"""TPDO transmission by transmission type, inhibit time and event timer (CiA 301, 7.2.2)."""
+"""Transmission of TPDOs according to transmission type, inhibit time and event timer (CiA 301, 7.2.2)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Tpdo:
         self.start()
 
     def start(self) -> None:
-        """Reset when the node enters Operational. A TPDO with an event timer is then due at once."""
+        """Reset the TPDO when the node enters Operational. A TPDO with an event timer is then due at once."""
         self._triggered = False
         self._sync_count = 0
         self._sent_s = -math.inf
@@ -32,7 +32,7 @@ class Tpdo:
         self._triggered = True
 
     def due(self, now_s: float) -> bool:
-        """Return True if the TPDO must be sent now, by event or event timer.
+        """Return True if the TPDO must be sent now, because of an event or the event timer.
 
         Returns False for a disabled or a synchronous TPDO.
         """

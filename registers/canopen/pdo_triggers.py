@@ -1,4 +1,4 @@
-"""Events that trigger each TPDO; they are the same as in raw mode."""
+"""Events that trigger the TPDOs. A frame in raw mode is triggered by the same events."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PdoTriggers:
         return self._changed(snapshot) | ({FORCE.name} if selected else set())
 
     def at_tick(self, snapshot: Any, now_s: float) -> set[str]:
-        """Return the events by time: changed frames, and Force if the samples have stopped.
+        """Return the events that need no new sample: changed frames, and Force if the samples have stopped.
 
         Force is triggered at once when the samples stop, and then at 10 Hz. The first new sample triggers
         Force at once.
@@ -37,7 +37,7 @@ class PdoTriggers:
 
     def _changed(self, snapshot: Any) -> set[str]:
         finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
-        # The code is compared, because a setpoint that is NaN would never be equal to itself.
+        # The wire code of the setpoint is compared, because the setpoint can be NaN and NaN differs from NaN.
         setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)
         content: dict[str, Hashable] = {
             STATE.name: (setpoint, finished_contacts),

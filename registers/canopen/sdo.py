@@ -16,7 +16,7 @@ _REQUEST_BYTES = 8
 _SEGMENT_BYTES = 7
 _DOWNLOAD = 1  #: command specifier of "initiate download"
 _EXPEDITED, _SIZE_INDICATED = 2, 1  #: bits of "initiate download"
-_NO_MULTIPLEXER = b"\x00\x00\x00"  #: index and sub-index in an abort without a transfer
+_NO_MULTIPLEXER = b"\x00\x00\x00"  #: index and sub-index in an abort message that refers to no transfer
 
 
 class EntryStore(Protocol):

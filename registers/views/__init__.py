@@ -1,4 +1,4 @@
-"""Documents generated from the register map and the CAN frames. Each document is a pure function."""
+"""Documents generated from the register map and the CAN frames. A pure function renders each document."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Regenerate the committed documents: run `python -m pneuforce.registers.views` in the repository root."""
+"""Program that regenerates the committed documents.
+
+Run `python -m pneuforce.registers.views` in the root directory of the repository.
+"""
 
 from pathlib import Path
 

@@ -30,7 +30,8 @@ BS_:
 
 BU_: {INSTRUMENT} {MASTER}
 """
-#: Tools show the start value before the first frame. It is the not-available code, if the signal has one.
+#: Tools show the start value of a signal before the first frame. The start value is the not-available code of
+#: the signal. If the signal has no such code, the start value is 0.
 _ATTRIBUTES = """\
 BA_DEF_ "BusType" STRING ;
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;

@@ -108,7 +108,8 @@ def _entry(entry: ObjectEntry) -> Iterator[tuple[str, object]]:
     yield "DataType", _hex(entry.type.number, 4)
     yield "AccessType", entry.access
     yield "PDOMapping", int(entry.mappable)
-    # No values for floats: python-canopen reads "20" as a decimal number, Lely as the bits of a float.
+    # Floats get no default and no limits: python-canopen reads "20" as a decimal number, Lely as the bits of
+    # a float.
     if entry.type is DataType.F32:
         return
     default = default_text(entry)

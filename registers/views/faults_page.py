@@ -1,4 +1,4 @@
-"""Faults, status bits, reject reasons and states with their remedies as a page: docs/faults.md."""
+"""Page docs/faults.md: faults, status bits, reject reasons and states, with their remedies."""
 
 from __future__ import annotations
 

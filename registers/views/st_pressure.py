@@ -1,4 +1,4 @@
-"""Writing block of the Structured Text library: sets the pressure and runs commands."""
+"""Function block of the Structured Text library that sets the pressure and runs commands."""
 
 from __future__ import annotations
 
@@ -236,7 +236,7 @@ END_VAR
     Holding := Stage = KEEP_HOLDING AND Fresh AND State = $holding;
 END_FUNCTION_BLOCK
 """)
-#: The integer registers are written, because they need no float conversion and no word order.
+#: The function block writes integer registers, because they need no float conversion and no word order.
 _SETPOINT, _LIMIT = "setpoint_requested_pa", "force_limit_mn"
 
 

@@ -1,4 +1,4 @@
-"""Reading blocks of the Structured Text library: value and validity of each measured quantity."""
+"""Function blocks of the Structured Text library that return the measured values and their validity."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pneuforce.registers.field import StatusBit, WireType
 from pneuforce.registers.map import BY_NAME, REGISTERS, Register
 from pneuforce.registers.modbus.register_bank import RegisterBank
 
-#: Values that a control loop uses. An invalid value becomes the upper limit, because 0 would be unsafe.
+#: Values that a control loop uses. An invalid value becomes its upper limit, because 0 would be unsafe.
 _FORCES = ("force", "force_uncompensated")
 _MEASURED = tuple(register for register in REGISTERS if register.address in MEASURED_BLOCK)
 _TYPES = {WireType.F32: "REAL", WireType.U32: "DWORD", WireType.U16: "UINT"}

@@ -2,8 +2,8 @@
 
 The library uses only language elements that CODESYS, TwinCAT, Siemens SCL and matiec support. It contains no
 pragmas, pointers, unions or methods. It contains no enumeration types, because Siemens SCL does not support
-them, and because a new code would have no name. It does not convert between REAL and DWORD, because some PLCs
-copy the bits and others convert the number.
+them, and because a newer instrument may send a code that has no name in the library. It does not convert
+between REAL and DWORD, because some PLCs copy the bits and others convert the number.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from pneuforce.registers.document_text import (
 from pneuforce.registers.field import Field
 from pneuforce.registers.map import REGISTERS
 
-#: Modbus: `address` starts at 0 and `number` at 1. A register is both an input and a holding register.
+#: Modbus: `address` counts from 0 and `number` from 1. A register is both an input and a holding register.
 #: CAN: `address` is the first byte within the frame.
 COLUMNS = (
     "bus", "frame", "can_id", "address", "address_hex", "number", "input_register", "holding_register",

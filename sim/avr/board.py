@@ -22,8 +22,9 @@ from pneuforce.sim.faults import SimulatorRequestError
 #: Port bits of valves and output contact, as in firmware/pneuforce/hardware.h.
 INLET_BIT, VENT_BIT, OK_BIT = 4, 7, 0
 CONVERSION_CYCLES = 13 * 128
-#: Time from the start of a step until its ADC sum is complete [cycles]. A frame takes 0.5 ms. Therefore, a
-#: frame that is received in a step is processed with the sum of that step.
+#: Time from the start of a step until its ADC sum is complete [cycles]. The transmission of a frame takes
+#: 0.5 ms. A frame that is sent to the board at the start of a step therefore arrives before the sum is
+#: complete.
 AHEAD_CYCLES = 600 * CYCLES_PER_US
 #: Transmission time of two bytes [cycles]. After this time without a byte, the transmission is complete.
 LINE_IDLE_CYCLES = 40 * CYCLES_PER_US
@@ -36,16 +37,16 @@ MAX_BOOT_CYCLES = 100_000 * CYCLES_PER_US
 
 
 class AvrBoard:
-    """Emulated board that has just booted.
+    """Board with an emulated chip.
 
-    A sample reports the inputs of the previous step, because the 16 conversions of a sum take one step.
+    A sample reports the inputs of the previous step, because the 16 conversions of an ADC sum take one step.
     """
 
     #: Resolution of the supply voltage near 5 V [mV]: 1/16 count of the bandgap conversion, plus truncation.
     supply_step_mv = 3
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
-        """Boot the firmware.
+        """Start the emulated chip and boot the firmware.
 
         Raises ToolchainError if the emulator or the firmware cannot be compiled.
         """

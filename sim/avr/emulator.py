@@ -17,7 +17,7 @@ READ_BYTES = 4096
 PORTS = "BCD"
 
 _CHIP, _BYTES, _SIZE = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
-_FUNCTIONS: dict[str, tuple[Any, ...]] = {  # return type, types of the arguments after the chip
+_FUNCTIONS: dict[str, tuple[Any, ...]] = {  # result type, and types of the arguments after the chip pointer
     "chip_free": (None,),
     "chip_run": (ctypes.c_int, ctypes.c_uint64),
     "chip_set_inputs": (None, ctypes.c_uint16, ctypes.c_uint32),
@@ -57,7 +57,7 @@ def _library() -> Any:
 
 
 class Emulator:
-    """Chip that was just switched on. The same calls always give the same bytes."""
+    """Emulated chip, switched on by its constructor. The same calls always give the same bytes."""
 
     def __init__(self, program: Path, eeprom: bytes = b"") -> None:
         """Load an ELF or .hex file.
@@ -81,7 +81,7 @@ class Emulator:
             raise FirmwareCrashed(f"the firmware crashed after {self.cycle / CYCLES_PER_US / 1e6:.6f} s")
 
     def set_inputs(self, adc_sum: int, supply_mv: int) -> None:
-        """Set the result of the next sum of 16 sensor conversions, and the supply voltage."""
+        """Set the sum that the next 16 sensor conversions give, and the supply voltage [mV]."""
         self._library.chip_set_inputs(self._chip, adc_sum, supply_mv)
 
     def receive(self, data: bytes) -> None:
@@ -94,7 +94,7 @@ class Emulator:
         return self._buffer.raw[:size]
 
     def high(self, port: str) -> int:
-        """Return the mask of the pins of a port (B, C, D) that are driven high."""
+        """Return a bit mask of the pins that are driven high in a port (B, C or D)."""
         mask: int = self._library.chip_high(self._chip, PORTS.index(port))
         return mask
 

@@ -14,7 +14,7 @@ HARNESS, WIRING = (Path(__file__).with_name(name) for name in ("harness.c", "wir
 HEADERS = Path("/usr/include/simavr")
 GCC_COMMAND = ("gcc", "-std=gnu11", "-O2", "-fPIC", "-shared")
 FIRMWARE = Path(__file__).parents[2] / "firmware"
-OTHER_VERSION = Path(__file__).with_name("other_version.c")  #: compile with -DOTHER_VERSION=…
+OTHER_VERSION = Path(__file__).with_name("other_version.c")  #: C file, compiled with -DOTHER_VERSION=…
 SKETCH, HEX, FLAGS = (FIRMWARE / name for name in ("pneuforce/pneuforce.ino", "pneuforce.hex", "flags"))
 
 

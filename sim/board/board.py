@@ -1,4 +1,4 @@
-"""Board side of the rig link: receives bytes and returns bytes once per sample."""
+"""Board side of the rig link: processes the received bytes and returns the bytes to send, once per sample."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SAMPLE_S = 1 / SAMPLES_PER_S
 
 
 class SimulatedBoard:
-    """Board that has just booted. It sends samples only to a host of the same protocol version."""
+    """Simulated board, booted by its constructor. It sends samples only to a host of its protocol version."""
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         self.serial = serial
@@ -58,7 +58,7 @@ class SimulatedBoard:
         return self._pressure.status.state is BoardState.HOLDING
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
-        """Process the received bytes and one sample at `board_time_us` since boot.
+        """Process the received bytes and one sample, `board_time_us` after the boot.
 
         Return the bytes to send.
         """

@@ -12,14 +12,14 @@ from pneuforce.sim.board.reading import PressureReading
 from pneuforce.sim.board.states import FILL, SAFE
 from pneuforce.sim.board.supply import SupplyMonitor
 
-#: Contact limit and host timeout before the first command of a host.
+#: Contact limit [kPa] and host timeout [s] until the first command of a host sets both.
 CONTACT_LIMIT_AT_BOOT_KPA = 18.0
 HOST_TIMEOUT_AT_BOOT_S = 2.0
 
 
 @dataclass(slots=True)
 class BoardStatus:
-    """State, pressure, valves and the values of the last command."""
+    """State of the board: pressure, valves, faults, monitors, and the values of the last command."""
 
     state: BoardState = BoardState.BOOT
     valves: int = SAFE
@@ -35,7 +35,7 @@ class BoardStatus:
     emptying: EmptyingMonitor = field(default_factory=EmptyingMonitor)
     filling: FillController = field(default_factory=FillController)
     top_ups: TopUpMonitor = field(default_factory=TopUpMonitor)
-    latched_faults: list[Fault] = field(default_factory=list)  #: in the order of their occurrence
+    latched_faults: list[Fault] = field(default_factory=list)  #: in the order in which they occurred
 
     @property
     def host_active(self) -> bool:

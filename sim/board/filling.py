@@ -12,15 +12,15 @@ from pneuforce.sim.board.states import FILL, LOCKED, SAFE, Trigger
 TUBE_LAG_S = 0.06
 VALVE_DELAY_S = 0.012
 VENT_KPA_PER_S = 8.0
-#: Time after which the pressures of balloon and sensor are equal.
+#: Time after a valve action until the pressures of balloon and sensor are equal [s].
 EQUALISE_S = 0.3
 #: Largest error of a settled pressure [kPa]: half of the specified error. The other half is reserved for
 #: creep and leakage.
 BAND_KPA = 0.05
 IN_BAND_S = 0.3
 FAR_KPA = 0.5
-#: Fraction of the error that one pulse corrects. It is less than 1, so that the pressure also converges in a
-#: circuit that is faster than expected.
+#: Fraction of the error that one pulse corrects. It is less than 1, so that the pressure also converges if it
+#: changes faster than expected while a valve is open.
 PULSE_FRACTION = 0.7
 MAX_PULSE_S = 0.5
 
@@ -29,7 +29,7 @@ MAX_PULSE_S = 0.5
 class FillController:
     """Controller of the valves while the pressure changes to a new setpoint."""
 
-    valves: int = LOCKED  #: `Valve` mask
+    valves: int = LOCKED  #: `Valve` mask of the valves to power
     elapsed_s: float = 0.0  #: time since `start`
     valve_actions: int = 0  #: valve actions since `start`
     lowest_kpa: float = 0.0  #: lowest pressure since `start`
@@ -49,7 +49,7 @@ class FillController:
         self._pulse_left_s = 0.0
 
     def step(self, reading: PressureReading, dt_s: float) -> None:
-        """Update times and the lowest pressure by one sample."""
+        """Add one sample to the elapsed times and the lowest pressure."""
         self.elapsed_s += dt_s
         self._since_action_s += dt_s
         self._pulse_left_s -= dt_s
@@ -64,7 +64,7 @@ class FillController:
         return Trigger.NEAR_SETPOINT
 
     def _predicted_kpa(self, reading: PressureReading) -> float:
-        """Return the final pressure at the sensor [kPa] if both valves closed now."""
+        """Return the pressure [kPa] that the sensor would finally measure if both valves were closed now."""
         return reading.filtered_kpa + reading.rate_kpa_per_s * (TUBE_LAG_S + VALVE_DELAY_S)
 
     def settle(self, reading: PressureReading, setpoint_kpa: float, dt_s: float) -> Trigger | None:

@@ -113,7 +113,7 @@ def _enum(members: Iterable[str]) -> Iterator[str]:
 
 
 def _message(message: type[Message]) -> Iterator[str]:
-    """Yield the payload of a message as a packed struct. Payloads and AVR integers are both little-endian."""
+    """Yield a packed C struct for the payload of a message. Payloads and AVR integers are little-endian."""
     name = message.__name__.lower()
     yield f"#define KIND_{name.upper()} 0x{message.kind:02X}u"
     if not message.__slots__:

@@ -22,8 +22,8 @@ OVERSHOOT_KPA = 0.5
 FILLING_LIMIT_KPA = 12.5
 FROZEN_S = 0.2
 LIMIT_POINT_KPA = 0.1
-#: Distance below the setpoint at which a fast fall is a burst [kPa]. After the release of a contact, the
-#: pressure stops at the setpoint.
+#: Distance below the setpoint at which a fast fall is a burst [kPa]. The release of a contact is a fast fall
+#: too, but that fall ends at the setpoint.
 BURST_BELOW_KPA = 0.5
 VENT_SHUT_S = 3.0
 INLET_LEAK_KPA = 0.3
@@ -54,28 +54,28 @@ def supply_ok(status: BoardStatus) -> bool:
 
 
 def below_hard_limit(status: BoardStatus) -> bool:
-    """Return True if the pressure is within the hard limit, which no host can raise."""
+    """Return True if the pressure is at most the hard limit, which no host can raise."""
     return status.reading.pressure_kpa <= HARD_LIMIT_KPA
 
 
 def below_filling_limit(status: BoardStatus) -> bool:
     """Return True if the pressure is at most 0.5 kPa above the setpoint and at most 12.5 kPa.
 
-    While the pressure falls to a lower setpoint, the limit falls with the pressure.
+    Until the pressure has fallen to a lower setpoint, the lowest pressure so far replaces the setpoint.
     """
     highest_kpa = max(status.setpoint_kpa, status.filling.lowest_kpa) + OVERSHOOT_KPA
     return status.reading.pressure_kpa <= min(highest_kpa, FILLING_LIMIT_KPA)
 
 
 def below_contact_limit(status: BoardStatus) -> bool:
-    """Return True if the pressure is at most the contact limit of the host."""
+    """Return True if the pressure is at most the contact limit that the host has set."""
     return status.reading.pressure_kpa <= status.contact_limit_kpa
 
 
 def balloon_intact(status: BoardStatus) -> bool:
     """Return False if the pressure has fallen by half in 100 ms, to a value below the setpoint.
 
-    A fall to the setpoint is the release of a contact.
+    A fast fall that ends at the setpoint is not a burst, but the release of a contact.
     """
     now_kpa = status.reading.pressure_kpa
     return now_kpa >= 0.5 * status.reading.past_kpa or now_kpa >= status.setpoint_kpa - BURST_BELOW_KPA
@@ -89,7 +89,7 @@ def sensor_moves(status: BoardStatus) -> bool:
 
 
 def stays_vented(status: BoardStatus) -> bool:
-    """Return True if the pressure of the vented rig stays low."""
+    """Return True if the inlet does not leak: the pressure of the vented balloon stays low."""
     return status.reading.pressure_kpa <= vented_kpa(status.reading) + INLET_LEAK_KPA
 
 
@@ -127,7 +127,7 @@ def pressure_rises(status: BoardStatus) -> bool:
 
 
 def pressure_falls(status: BoardStatus) -> bool:
-    """Return False if the pressure does not fall although the vent is open and the rig is not empty."""
+    """Return False if the pressure does not fall although the vent is open and the balloon is not empty."""
     return status.vent.no_fall_s <= VENT_SHUT_S
 
 
@@ -142,12 +142,12 @@ def host_in_time(status: BoardStatus) -> bool:
 
 
 def overpressure_gone(status: BoardStatus) -> bool:
-    """Return True if the pressure is within the limit of an inflation."""
+    """Return True if the pressure is at most 12.5 kPa, the limit during an inflation."""
     return status.reading.pressure_kpa <= FILLING_LIMIT_KPA
 
 
 def vent_verified(status: BoardStatus) -> bool:
-    """Return True if the pressure has confirmed that the rig is empty."""
+    """Return True if the measured pressure shows that the balloon is empty."""
     return status.vent.verified
 
 

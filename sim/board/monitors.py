@@ -17,14 +17,15 @@ from pneuforce.protocol.limits import (
 from pneuforce.sim.board.filling import TUBE_LAG_S, VALVE_DELAY_S
 from pneuforce.sim.board.reading import PressureReading
 
-#: Highest pressure of a vented rig while the sensor has no zero [kPa].
+#: Highest pressure of a vented balloon while the zero of the sensor is unknown [kPa].
 VENTED_NOMINAL_KPA = ZERO_SPAN_KPA + VENTED_KPA
 STEADY_KPA = 0.05
 #: Smallest fall of the pressure that shows that the vent is open [kPa].
 MIN_FALL_KPA = 0.2
 MIN_RISE_KPA = 0.2
 RISE_WINDOW_S = 0.3
-#: Time after which the tube lag is over [s]. Rise rate and highest pressure are evaluated only after it.
+#: Time after the opening of the inlet until the lag of the tube has no effect [s]. Rise rate and highest
+#: pressure are not evaluated before that time.
 LAG_OVER_S = 0.1
 #: Lowest starting pressure at which the halving time is evaluated [kPa]. Below the lowest setpoint, the
 #: halving time does not show how much gas was in the circuit.
@@ -41,7 +42,7 @@ class InletValveMonitor:
 
     stalled: bool = False  #: the pressure rose by less than 0.2 kPa in 300 ms
     fallen_kpa: float = 0.0  #: fall from the highest pressure since the inlet was opened
-    rise_kpa_per_s: float = 0.0  #: mean rate of the last 0.1 to 0.4 s
+    rise_kpa_per_s: float = 0.0  #: mean rate of rise over 0.1 to 0.3 s
     _open_s: float = 0.0
     _window_s: float = 0.0
     _window_start_kpa: float = 0.0
@@ -73,10 +74,10 @@ class InletValveMonitor:
 
 @dataclass(slots=True)
 class VentValveMonitor:
-    """Monitor of the pressure since the vent was opened: detects an empty rig and a vent that stays shut."""
+    """Monitor of the pressure while the vent is open: detects an empty balloon, or a vent that stays shut."""
 
-    verified: bool = False  #: the pressure has confirmed that the rig is empty
-    no_fall_s: float = 0.0  #: time since the last fall by 0.2 kPa; 0 if the rig is empty
+    verified: bool = False  #: the measured pressure shows that the balloon is empty
+    no_fall_s: float = 0.0  #: time since the last fall by 0.2 kPa; 0 if the balloon is empty
     _low_kpa: float = math.inf
     _high_kpa: float = -math.inf
     _steady_s: float = 0.0
@@ -95,7 +96,7 @@ class VentValveMonitor:
             self.no_fall_s += dt_s
 
     def _update_steady_time(self, reading: PressureReading, dt_s: float) -> None:
-        """Count the time at low pressure. Without a zero, the pressure must also be steady."""
+        """Count the time at low pressure. While the zero is unknown, the pressure must also be steady."""
         now = reading.filtered_kpa
         low, high = min(self._low_kpa, now), max(self._high_kpa, now)
         if now <= vented_kpa(reading) and (reading.zeroed or high - low <= STEADY_KPA):
@@ -138,7 +139,7 @@ class EmptyingMonitor:
 
 
 def vented_kpa(reading: PressureReading) -> float:
-    """Return the pressure below which the rig counts as empty [kPa]."""
+    """Return the pressure below which the balloon counts as empty [kPa]."""
     return VENTED_KPA if reading.zeroed else VENTED_NOMINAL_KPA
 
 
@@ -146,15 +147,15 @@ def vented_kpa(reading: PressureReading) -> float:
 class TopUpMonitor:
     """Monitor of the held pressure: detects when a top-up is due, and counts the top-ups."""
 
-    low_s: float = 0.0  #: time below the band without contact
+    low_s: float = 0.0  #: time for which the pressure has been more than 0.1 kPa below the setpoint
     now_s: float = 0.0
     _top_ups_s: deque[float] = field(default_factory=deque)  # times of the last top-ups
 
     def step(self, observed: bool, reading: PressureReading, setpoint_kpa: float, dt_s: float) -> None:
         """Add one sample.
 
-        The pressure is evaluated only if `observed` is True: the balloon is held, without contact, and the
-        host is active.
+        The pressure is evaluated only if `observed` is True: the balloon is held without contact, the host is
+        active, and the sensor is valid.
         """
         self.now_s += dt_s
         if observed:

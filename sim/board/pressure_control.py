@@ -31,7 +31,7 @@ class PressureController:
     changes: list[StateChange] = field(default_factory=list)  #: changes that the host has not yet received
     _requested_kpa: float = 0.0  # 0: no setpoint is requested
     # A command with mode VENT arms the board. These events disarm the board: boot, trip, Identify, a Vent
-    # message, and a silent host while the rig is empty.
+    # message, and a silent host while the balloon is empty.
     _armed: bool = False
     _last_clear: int | None = None  # last `clear` value; the first value after Identify is the reference
     _violations: list[int] = field(default_factory=lambda: [0] * len(LIMITS))
@@ -41,7 +41,7 @@ class PressureController:
         self._trip(Fault.WATCHDOG)
 
     def host_identified(self) -> None:
-        """Reset arming, clear value and zero, because the host may be a new host.
+        """Disarm the board, and delete the last `clear` value and the zero: the host may be a new host.
 
         An unfinished inflation is vented. A held balloon stays locked and keeps its zero.
         """
@@ -123,7 +123,7 @@ class PressureController:
             self.changes.append(StateChange(self.status.state, self.status.state, fault))
 
     def _apply_trigger(self, trigger: Trigger, fault: Fault = Fault.NONE) -> bool:
-        """Change the state by the transition table. Return False if the present state ignores the trigger."""
+        """Change the state as defined in `TRANSITIONS`. Return False if the state ignores the trigger."""
         previous_state = self.status.state
         state = TRANSITIONS[previous_state].get(trigger)
         if state is None:
@@ -190,7 +190,7 @@ class PressureController:
         self.status.top_ups.low_s = 0.0
 
 
-#: Limits of each state: index in `LIMITS`, limit, and its condition.
+#: Limits that apply in each state: index in `LIMITS`, the limit, and its condition.
 _LIMITS_BY_STATE: Mapping[BoardState, tuple[tuple[int, Limit, Condition], ...]] = {
     state: tuple((n, limit, limit.condition) for n, limit in enumerate(LIMITS) if state in limit.states)
     for state in BoardState

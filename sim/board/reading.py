@@ -17,10 +17,10 @@ HISTORY_S = 0.1
 
 @dataclass(slots=True)
 class PressureReading:
-    """Pressure as the board measures it. While the sensor is invalid, the last valid values remain."""
+    """Pressure that the board measures. While the sensor is invalid, the last valid values remain."""
 
     sensor_ok: bool = False  #: the sensor is neither open nor shorted
-    pressure_kpa: float = 0.0  #: last sample minus the zero
+    pressure_kpa: float = 0.0  #: pressure of the last sample, minus the zero
     filtered_kpa: float = 0.0
     rate_kpa_per_s: float = 0.0
     unchanged_s: float = 0.0  #: time for which the ADC sum has been the same
@@ -55,7 +55,7 @@ class PressureReading:
     def set_zero(self, zero_kpa: float, zeroed: bool) -> None:
         """Apply the zero of the host.
 
-        A zero outside the span of the data sheet is invalid and counts as missing.
+        A zero that exceeds the zero error of the data sheet is invalid and counts as missing.
         """
         zeroed = zeroed and -ZERO_SPAN_KPA <= zero_kpa <= ZERO_SPAN_KPA
         zero_kpa = zero_kpa if zeroed else 0.0

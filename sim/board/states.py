@@ -13,8 +13,8 @@ class Trigger(Enum):
 
     VENT_REQUESTED = auto()
     HOLD_REQUESTED = auto()  #: the host requests HOLD after it has armed the board by VENT
-    VENT_VERIFIED = auto()  #: the pressure has confirmed that the rig is empty
-    NEAR_SETPOINT = auto()  #: the inlet was closed early, because the measured pressure lags behind
+    VENT_VERIFIED = auto()  #: the measured pressure shows that the balloon is empty
+    NEAR_SETPOINT = auto()  #: the predicted pressure has reached the setpoint, and the inlet was closed
     FAR_BELOW_SETPOINT = auto()  #: the pressure is too far below the setpoint for short pulses
     SETTLED = auto()  #: the pressure has stayed in the band around the setpoint
     RETARGETED = auto()  #: the setpoint has changed, or a top-up is due

@@ -1,4 +1,4 @@
-"""Kinds of contact as tables of a scenario file: keys, defaults, ranges, and the contacts of each table."""
+"""Tables for the kinds of contact in a scenario file: keys, defaults, ranges, and the resulting contacts."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class _ContactTable(ScenarioTable, ABC):
 
 
 class _PlateauTable(_ContactTable):
-    """Plateau of force, or of travel against tissue. Without tissue, the balloon meets a rigid wall."""
+    """Contacts with a constant force, or with a constant travel against tissue (by default a rigid wall)."""
 
     force_n: Forces | None = None
     travel_mm: Travels | None = None
@@ -113,7 +113,7 @@ class TapTable(_PlateauTable):
 
 
 class FastTable(_ContactTable):
-    """Overlapping presses: each press starts when the previous force has fallen to the fraction `eased`."""
+    """Overlapping presses: each starts when the force has fallen to the fraction `eased` of the last peak."""
 
     kind: Literal["fast"]
     force_n: Forces
@@ -133,7 +133,7 @@ class FastTable(_ContactTable):
 
 
 class _OscillationTable(_ContactTable):
-    """Force that oscillates around its mean and never pulls."""
+    """Contacts with a force that oscillates around its mean and never becomes negative."""
 
     force_n: Forces
     amplitude_n: Force
@@ -151,7 +151,7 @@ class _OscillationTable(_ContactTable):
 
     @abstractmethod
     def _band_hz(self) -> tuple[float, float]:
-        """Return the frequencies at the start and at the end."""
+        """Return the frequencies at the start and at the end of the oscillation [Hz]."""
 
     def trajectories(self) -> Iterator[tuple[Segment, ...]]:
         for mean_n in self.force_n:
@@ -196,7 +196,7 @@ class ChirpTable(_OscillationTable):
 
 
 class RampTable(_ContactTable):
-    """Rise and fall at a constant rate."""
+    """Force that rises and falls at a constant rate."""
 
     kind: Literal["ramp"]
     force_n: Forces
@@ -221,13 +221,16 @@ def _read(name: object, info: ValidationInfo) -> Polyline:
 
 
 class ProfileTable(_ContactTable):
-    """Recorded force: a CSV file with t_s and force_n in the folder of the scenario file."""
+    """Recorded force, read from a CSV file with the columns t_s and force_n.
+
+    The name of the file is relative to the folder of the scenario file.
+    """
 
     kind: Literal["profile"]
     file: Annotated[InstanceOf[Polyline], BeforeValidator(_read), WithJsonSchema({"type": "string"})]
 
     def trajectories(self) -> Iterator[tuple[Segment, ...]]:
-        """Yield one contact: from 0 N to the first force, all forces, from the last force to 0 N."""
+        """Yield one contact: a rise from 0 N to the first force, all recorded forces, and a fall to 0 N."""
         first_n, last_n = self.file.values[0], self.file.values[-1]
         yield smooth_change(0.0, first_n), self.file, smooth_change(last_n, 0.0)
 
@@ -244,7 +247,7 @@ ContactTable = Annotated[
     | ProfileTable,
     Field(discriminator="kind"),
 ]
-#: Table of each kind, by the name in a scenario file.
+#: Table of each kind of contact, by the name of the kind in a scenario file.
 CONTACT_TABLES: dict[str, type[Any]] = {
     "press": PressTable,
     "hold": HoldTable,

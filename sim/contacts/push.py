@@ -31,7 +31,7 @@ class Push(Protocol):
 
 
 class ForcePush(NamedTuple):
-    """Given force, independent of the balloon. Only its axial part F·cos θ presses (no friction)."""
+    """Given force, independent of the balloon. Without friction, only the axial part F·cos θ presses."""
 
     applied_n: float
     cosine: float = 1.0
@@ -50,7 +50,7 @@ class ForcePush(NamedTuple):
 class TravelPush:
     """Given travel along the axis, shared by the balloon and the tissue behind the balloon.
 
-    The last force is the start value of the next computation.
+    The computed force is the start value of the next computation.
     """
 
     tissue: Tissue

@@ -1,4 +1,4 @@
-"""Base class, number lists and error locations of the tables in a scenario file."""
+"""Base class of the tables in a scenario file, parser of number lists, and text of error locations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MAX_VALUES = 1000
 
 
 class ScenarioTable(Section):
-    """Table of a scenario file. Unknown keys, wrong types and NaN are rejected; nothing is converted."""
+    """Table of a scenario file. Unknown keys, wrong types and NaN are rejected. No type is converted."""
 
 
 def is_number(value: object) -> bool:

@@ -85,7 +85,7 @@ def force_at_travel(
 
 
 def _stiffness_n_per_mm(force_n: float, excess_mm: float, before: tuple[float, float] | None) -> float:
-    """Return the slope of the secant through this point and the point before."""
+    """Return the slope of the secant through the present point and the point before it [N/mm]."""
     if before is None or excess_mm == before[1]:
         return TYPICAL_N_PER_MM
     return (force_n - before[0]) / (excess_mm - before[1])

@@ -1,4 +1,4 @@
-"""Table of the fault catalogue in docs/simulator.md: `python -m pneuforce.sim.faults.document` updates it."""
+"""Fault table in docs/simulator.md. `python -m pneuforce.sim.faults.document` updates this table."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def markdown() -> str:
 
 
 def updated(text: str) -> str:
-    """Return the document with a new table between the marks."""
+    """Return the text of the document with a new table between the two `MARKS`."""
     before, _, rest = text.partition(MARKS[0])
     _, _, after = rest.partition(MARKS[1])
     return before + MARKS[0] + "\n" + markdown() + "\n" + MARKS[1] + after

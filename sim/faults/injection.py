@@ -36,7 +36,7 @@ class FaultInjector:
         return self._active
 
     def inject(self, name: str, arguments: Mapping[str, Any] | None = None) -> None:
-        """Inject a fault. An active fault of the same attribute or call is removed first.
+        """Inject a fault. First, remove any active fault that uses the same attribute or call.
 
         Raises SimulatorRequestError, before anything is changed, if the name or an argument is invalid.
         """

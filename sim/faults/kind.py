@@ -10,7 +10,7 @@ from pneuforce.protocol.frames import Fault
 
 
 class FaultArgument(NamedTuple):
-    """Argument that sets the size of a fault. The name of the argument ends with its unit."""
+    """Argument that sets the size of a fault. If it has a physical unit, its name ends with this unit."""
 
     name: str
     unit: str
@@ -43,7 +43,8 @@ class FaultKind:
     undo_call: str = ""
     arguments: tuple[FaultArgument, ...] = ()
     board_fault: Fault | None = None  #: fault that the board must latch, None if the board cannot detect it
-    #: Response if the board latches no fault: a status bit of the instrument, "drift", "losses" or "".
+    #: Response if the board latches no fault: the name of a status bit of the instrument, "drift" (drift
+    #: without a contact), "losses" (lost frames are counted) or "" (no response).
     effect: str = ""
     phase: str = "holding"  #: phase in which the fault has an effect: vented, inflating, holding or venting
 

@@ -18,8 +18,8 @@ class ScheduledFault(NamedTuple):
     arguments: Mapping[str, float]
 
 
-#: Order of the actions at one time. A fault that ends is removed before another fault is injected, and no
-#: fault is removed before it was injected.
+#: Order of actions that are due at the same time. Faults that end are removed before new faults are injected.
+#: A fault of zero duration is removed after its injection.
 _REMOVE, _INJECT, _REMOVE_AT_ONCE = range(3)
 
 
@@ -49,5 +49,5 @@ class FaultSchedule:
 
 
 def _removal(fault: ScheduledFault) -> int:
-    """Return the kind of removal. A fault with a duration that rounds to zero is removed at once."""
+    """Return the action that removes a fault. A duration that rounds to zero needs `_REMOVE_AT_ONCE`."""
     return _REMOVE if fault.start_s + fault.duration_s > fault.start_s else _REMOVE_AT_ONCE

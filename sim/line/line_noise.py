@@ -1,6 +1,6 @@
 """Simulation of a bad line: disturbed, lost, additional and delayed bytes.
 
-The module uses a seeded random generator and no clock: time is an argument.
+The module uses a seeded random generator. It reads no clock: the caller passes the time.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ BURST_BITS = 16  #: length of the longest burst that the CRC of the frames alway
 
 @dataclass(slots=True, kw_only=True)
 class LineNoise:
-    """Disturbances of a line. They may be changed during a transmission. By default, there are none."""
+    """Disturbances of a line, all absent by default. They may be changed during a transmission."""
 
     flipped_bits: float = 0.0  #: fraction of bits that arrive inverted
     bursts: float = 0.0  #: fraction of bytes at which a burst of up to 16 disturbed bits starts
     dropped: float = 0.0  #: fraction of bytes that are lost
     doubled: float = 0.0  #: fraction of bytes that arrive twice
     inserted: float = 0.0  #: fraction of bytes that are followed by a random byte
-    delay_s: float = 0.0  #: transmission time of a byte
+    delay_s: float = 0.0  #: delay between sending and arrival
     max_chunk_bytes: int = 0  #: largest number of bytes that arrive together, 0 for no limit
     stalled: bool = False  #: bytes arrive only after the end of the stall
     cut: bool = False  #: bytes that are sent or in transit are lost
@@ -39,7 +39,7 @@ class NoisyLine:
     noise: LineNoise
     seed: int = 1
     _in_transit: deque[tuple[float, bytes]] = field(default_factory=deque)  # (time of arrival [s], bytes)
-    _burst: int = 0  # disturbed bits of the next three bytes
+    _burst: int = 0  # mask of the disturbed bits in the next three bytes
     _random: random.Random = field(init=False)
 
     def __post_init__(self) -> None:
@@ -67,7 +67,7 @@ class NoisyLine:
 
     @property
     def in_transit(self) -> bool:
-        """Return True if bytes are still to arrive."""
+        """Return True if some of the sent bytes have not arrived yet."""
         return bool(self._in_transit)
 
     def _arrives(self, now_s: float) -> bool:
@@ -96,6 +96,6 @@ class NoisyLine:
         return copies + self._random.randbytes(random_share() < noise.inserted)
 
     def _burst_mask(self) -> int:
-        """Return a 24-bit mask with 16 random bits. The first of them is set, and is in the first byte."""
+        """Return a 24-bit mask with a burst of 16 random bits. A burst starts with a 1 in the first byte."""
         bits = 1 << BURST_BITS - 1 | self._random.getrandbits(BURST_BITS - 1)
         return bits << self._random.randint(1, 8)

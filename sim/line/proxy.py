@@ -96,7 +96,7 @@ class ProxyConnection:
 
 
 class _Proxy:
-    """Base class with the thread that transfers the bytes."""
+    """Base class of the proxies, with the thread that transfers the bytes."""
 
     def __init__(self, noise: LineNoise | None, seed: int) -> None:
         self.noise = noise or LineNoise()

@@ -1,4 +1,4 @@
-"""Serial line between board and port in both directions: noise, unplugged cable, other device at the port."""
+"""Serial line between board and host, with its faults: noise, unplugged cable, other device at the port."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
 #: NMEA sentence of a satellite receiver, the device that most often takes the name of the port.
 OTHER_DEVICE = b"$GPGGA,120000,,,,,0,00,,,M,,M,,*66\r\n"
 OTHER_DEVICE_INTERVAL_S = 0.2
-#: Output of a boot loader, followed by the second half of a frame.
+#: Output of a boot loader, followed by the first 15 bytes of a frame.
 BANNER = b"\r\nboot 4.4 ok\r\n" + bytes.fromhex("a55a33014200 00ff80138802040000")
 
 
@@ -29,7 +29,7 @@ class SerialLine:
         self._to_host, self._to_board = NoisyLine(self.noise, 1), NoisyLine(self.noise, 2)
 
     def print_banner(self) -> None:
-        """Insert the banner of a boot loader and half a frame before the next bytes of the board."""
+        """Insert the banner of a boot loader and an incomplete frame before the next bytes of the board."""
         self._banner += BANNER
 
     def to_host(self, sent: bytes, now_s: float) -> bytes:

@@ -47,6 +47,6 @@ class Plant(Protocol):
 def amount_kpa_mm3(
     plant: Plant, pressure_kpa: float, tubes_mm3: float = TUBES_MM3, outside_kpa: float = AMBIENT_KPA
 ) -> float:
-    """Return the gas [kPa·mm³] in tubes and free balloon at a pressure relative to the surroundings [kPa]."""
+    """Return the amount of gas [kPa·mm³] in tubes and free balloon at a gauge pressure [kPa]."""
     volume_mm3 = 4 / 3 * math.pi * plant.radius_mm(pressure_kpa) ** 3
     return (outside_kpa + pressure_kpa) * (tubes_mm3 + volume_mm3)

@@ -1,8 +1,8 @@
 """The `published` plant: a balloon that follows the energetic law of Gaudeni & Prattichizzo exactly.
 
 The free balloon has the radius of Fig. 4 of the paper. A pressed balloon has the pressure at which the
-energetic law gives the force. Below a rise of 0.5 kPa, force and rise are proportional, or joined smoothly.
-The law is tabulated once over baseline pressure ΔP_i and rise.
+energetic law gives the force. Below a rise of 0.5 kPa, the force falls to zero on a line or a smooth curve.
+Force and indentation are tabulated once as functions of the baseline pressure ΔP_i and the rise.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ MAX_RISE_KPA = 16.0
 RISES_KPA: list[float] = np.concatenate(
     [
         MIN_RISE_KPA
-        * np.linspace(0, 1, 16)[:-1] ** 2,  # dense because the smooth join starts as a square root
+        * np.linspace(0, 1, 16)[:-1] ** 2,  # dense near 0, because the smooth curve starts as √rise
         np.linspace(MIN_RISE_KPA, MAX_RISE_KPA, 156),
     ]
 ).tolist()
 
 
 class _LawTable:
-    """Force and indentation by ΔP_i and rise, on one side of the switch between the stretching energies."""
+    """Table of force and indentation by ΔP_i and rise, for one of the two stretching energies."""
 
     def __init__(
         self, low_kpa: float, high_kpa: float, balloon: Balloon, circuit: Circuit, law: ForceLaw
@@ -55,7 +55,7 @@ class _LawTable:
         self.indentations_mm = solved.indentation_mm.tolist()
 
     def press(self, baseline_kpa: float, force_n: float) -> tuple[float, float, float]:
-        """Return the rise [kPa], the indentation [mm], and the force [N] limited to the table."""
+        """Return rise [kPa], indentation [mm] and force [N]. The table limits the force."""
         row, w = self._row_at(baseline_kpa)
         low, high = self.forces_n[row], self.forces_n[row + 1]
 
@@ -83,9 +83,9 @@ class _LawTable:
 
 
 def _column(low: list[float], high: list[float], force_n: float, force: Callable[[int], float]) -> int:
-    """Return the first column, except column 0, at which the force between two rows reaches `force_n`.
+    """Return the first column from column 1 on whose force, interpolated between two rows, reaches `force_n`.
 
-    The column lies between the columns at which the two rows reach that force. Therefore, only two or
+    This column lies between the columns at which the two rows reach that force. Therefore, only two or
     three columns are searched.
     """
     last = min(len(low), len(high)) - 1
@@ -103,7 +103,7 @@ def _finite_part(forces_n: np.ndarray) -> list[float]:
 
 @cache
 def _law_tables(balloon: Balloon, circuit: Circuit, law: ForceLaw) -> tuple[_LawTable, _LawTable]:
-    """Return the tables below and above the switch. They never change, so equal balloons share them."""
+    """Return the tables below and above the switch pressure. Equal balloons share them."""
     switch_kpa = balloon.switch_kpa
     above_kpa = math.nextafter(switch_kpa, math.inf)
     return (
@@ -113,7 +113,7 @@ def _law_tables(balloon: Balloon, circuit: Circuit, law: ForceLaw) -> tuple[_Law
 
 
 class PublishedPlant:
-    """Balloon of the paper. The first construction takes about 0.1 s, each step some microseconds.
+    """Balloon of the paper. The first construction takes about 0.1 s, and each step some microseconds.
 
     The law is tabulated for the volume and ambient pressure of `circuit`. For any other gas, the table is
     read at the pressure that this gas has without contact.
@@ -122,7 +122,7 @@ class PublishedPlant:
     def __init__(
         self, balloon: Balloon | None = None, circuit: Circuit | None = None, low: Low = "line"
     ) -> None:
-        """Tabulate the law. `low` selects its form below a rise of 0.5 kPa: see `ForceLaw`."""
+        """Tabulate the law. `low` selects the form of the law below a rise of 0.5 kPa (see `ForceLaw`)."""
         law = ForceLaw(low=low)
         self.balloon = balloon or Balloon()
         self.circuit = circuit or Circuit()
@@ -181,7 +181,8 @@ class PublishedPlant:
     def _press(self, baseline_kpa: float, force_n: float) -> tuple[float, float, float]:
         """Return the rise [kPa], the indentation [mm] and the force [N] that the balloon can carry.
 
-        Below the table, the rise decreases to zero with ΔP_i, because an empty balloon carries no force.
+        If ΔP_i is below the range of the table, the rise is proportional to ΔP_i, because a contact does not
+        raise the pressure of an empty balloon.
         """
         table = self._above_switch if baseline_kpa > self.balloon.switch_kpa else self._below_switch
         rise_kpa, indentation_mm, carried_n = table.press(baseline_kpa, force_n)
@@ -191,7 +192,7 @@ class PublishedPlant:
 
 
 def _contact_radius(force_n: float, pressure_kpa: float, radius_mm: float) -> float:
-    """Return the contact radius a [mm] from F = ΔP_f π a², eq. (1), at most that of a flat balloon."""
+    """Return the contact radius a [mm] from F = ΔP_f π a², eq. (1), at most the radius of a flat balloon."""
     flat_mm = math.pi / 2 * radius_mm
     if not pressure_kpa > 0:
         return flat_mm

@@ -1,4 +1,4 @@
-"""Ambient pressure with drift and swing."""
+"""Ambient pressure with a linear drift and a periodic swing."""
 
 from __future__ import annotations
 

@@ -15,10 +15,11 @@ from pneuforce.sim.pneumatics.supply import Supply
 from pneuforce.sim.pneumatics.temperature import CompressionHeat, GasTemperature
 from pneuforce.sim.pneumatics.valve import SolenoidValve
 
-#: Gas [kPa·mm³] that raises the pressure in the paper's free balloon and tubes by 1 kPa at 8 kPa.
+#: Gas that raises the pressure in the tubes and the free balloon of the paper by 1 kPa at 8 kPa [kPa·mm³].
 CAPACITY_MM3 = 28_000.0
 LEAK_REFERENCE_KPA = 8.0
-#: Hole of a burst balloon, 20 times the vent. The flow is turbulent at all relevant pressures.
+#: Hole of a burst balloon, with 20 times the conductance of the vent. The flow is turbulent at all relevant
+#: pressures.
 HOLE = Orifice(880.0, 0.5, laminar_ratio=0.99)
 
 _INLET_OPEN, _VENT_CLOSED = int(Valve.INLET_OPEN), int(Valve.VENT_CLOSED)
@@ -26,13 +27,16 @@ _INLET_OPEN, _VENT_CLOSED = int(Valve.INLET_OPEN), int(Valve.VENT_CLOSED)
 
 @dataclass(slots=True)
 class Pneumatics:
-    """Gas in the circuit, converted to 20 °C. Faults write public attributes of the circuit and its parts."""
+    """Pneumatic circuit. Amounts of gas are converted to 20 °C.
+
+    Faults write public attributes of the circuit and of its parts.
+    """
 
     settings: PneumaticSettings
     gas_kpa_mm3: float  #: p·V of tubes and balloon; of the tubes alone while the balloon is occluded
     sensor_kpa: float = 0.0  #: pressure at the sensor, relative to the room
     powered_valves: int = Valve.NONE  #: `Valve` mask of the valves that are energized at the start
-    leak_kpa_per_s: float = field(init=False)  #: fall of the locked pressure at 8 kPa
+    leak_kpa_per_s: float = field(init=False)  #: fall of the pressure at 8 kPa with locked valves
     reference_kpa: float = field(init=False)  #: pressure around the balloon, relative to the room
     burst: bool = False  #: if True, the balloon has a wide hole
     occluded: bool = False  #: if True, no gas passes between balloon and tubes
@@ -79,8 +83,8 @@ class Pneumatics:
     def gas(self) -> Gas:
         """Return the gas at the temperature of the balloon, for the equilibrium of the plant.
 
-        With creep, the balloon is 1 + growth times as large as the plant. Therefore gas and tube volume are
-        divided by this factor, and the volume from the plant is multiplied by the factor.
+        By creep, the volume of the balloon is 1 + growth times the volume that the plant computes. Therefore,
+        gas and tube volume are divided by this factor, and the computed volume is multiplied by the factor.
         """
         balloon = self.balloon_temperature.ratio / (1 + self.creep.growth)
         heat = self.compression.ratio
@@ -90,7 +94,7 @@ class Pneumatics:
         return Gas(self.gas_kpa_mm3 * balloon * heat, tubes_mm3, self.outside_kpa)
 
     def step(self, balloon: BalloonState, powered_valves: int, dt_s: float) -> None:
-        """Advance the time by `dt_s`, with this state of the balloon and these energized valves."""
+        """Advance the time by `dt_s` with the given state of the balloon and the given powered valves."""
         self.inlet.step(bool(powered_valves & _INLET_OPEN), dt_s)
         self.vent.step(not powered_valves & _VENT_CLOSED, dt_s)
         balloon_kpa = balloon.pressure_kpa + self.outside_kpa
@@ -124,7 +128,7 @@ class Pneumatics:
             self._occluded_kpa_mm3 = None
 
     def _flow(self, tubes_kpa: float, balloon_kpa: float, dt_s: float) -> None:
-        """Move gas through inlet, vent, leak and hole."""
+        """Add the gas that flows in through the inlet. Subtract the outflow through vent, leak and hole."""
         room_kpa = self.ambient.kpa
         inflow = self._inflow(tubes_kpa, room_kpa)
         self.supply.step(inflow, dt_s)

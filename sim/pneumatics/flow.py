@@ -1,14 +1,14 @@
-"""Gas flow through an orifice by ISO 6358-1: choked, subsonic, and laminar at small pressure drops."""
+"""Gas flow through an orifice (ISO 6358-1): choked, subsonic, or laminar at a small pressure drop."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-#: Reference pressure of ISO 6358 (ISO 8778) [kPa]. Gas is converted to 20 °C, its reference temperature.
+#: Reference pressure of ISO 6358 (ISO 8778) [kPa]. Flows are converted to the reference temperature, 20 °C.
 REFERENCE_KPA = 100.0
-#: Above this pressure ratio, the flow is laminar (ISO 6358-1: 0.999). A square root would make the flow
-#: oscillate around equal pressures.
+#: Pressure ratio above which the flow is laminar (ISO 6358-1: 0.999): proportional to the pressure drop. With
+#: the ellipse instead, the simulated flow would oscillate when the pressures are nearly equal.
 LAMINAR_RATIO = 0.999
 
 
@@ -22,7 +22,7 @@ class Orifice:
     _laminar_share: float = field(init=False)
 
     def __post_init__(self) -> None:
-        """Compute the flow at the laminar ratio, where the ellipse meets the straight line."""
+        """Compute the flow at the laminar ratio. At this ratio, the laminar line meets the ellipse."""
         object.__setattr__(self, "_laminar_share", self._ellipse(self.laminar_ratio))
 
     def flow(self, upstream_kpa: float, downstream_kpa: float) -> float:

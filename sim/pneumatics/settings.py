@@ -22,10 +22,10 @@ class PneumaticSettings:
     tank_high_kpa: float = 600.0  #: the compressor stops at this pressure
     compressor_kpa_mm3_per_s: float = 1.7e7  #: 10 L/min of free air
     tank_leak_kpa_per_s: float = 0.02
-    #: Outlet pressure without flow, if the tank pressure is halfway between its limits.
+    #: Outlet pressure of the regulator without flow, if the tank pressure is halfway between its limits.
     regulator_kpa: float = 50.0
-    droop_kpa_s_per_kpa_mm3: float = 1e-5  #: decrease of the regulated pressure per flow
-    supply_effect: float = 0.005  #: decrease of the regulated pressure per increase of the tank pressure
+    droop_kpa_s_per_kpa_mm3: float = 1e-5  #: decrease of the outlet pressure per flow
+    supply_effect: float = 0.005  #: decrease of the outlet pressure per increase of the tank pressure
     # valves
     inlet_mm3_per_s_kpa: float = 10.5
     vent_mm3_per_s_kpa: float = 44.0
@@ -35,15 +35,15 @@ class PneumaticSettings:
     closing_s: float = 0.007
     # tubes
     tubes_mm3: float = TUBES_MM3
-    tube_time_constant_s: float = 0.06  #: first-order lag from balloon to sensor
-    leak_kpa_per_s: float = 0.0003  #: fall of the locked pressure at 8 kPa
+    tube_time_constant_s: float = 0.06  #: time constant of the lag from balloon to sensor
+    leak_kpa_per_s: float = 0.0003  #: fall of the pressure at 8 kPa with locked valves
     # gas
-    polytropic: float = 1.0  #: 1 is isothermal, 1.4 adiabatic
+    polytropic: float = 1.0  #: polytropic exponent: 1 for isothermal, 1.4 for adiabatic changes
     relaxation_s: float = 0.3  #: time constant with which the walls absorb the heat of compression
     balloon_warming_s: float = 20.0  #: time constant of the temperature in the balloon
     circuit_warming_s: float = 600.0  #: time constant of the temperature in the tubes
     # latex
-    creep: float = 0.0  #: final growth of the volume at 8 kPa, as a fraction
+    creep: float = 0.0  #: final growth at 8 kPa, as a fraction of the volume
     creep_s: float = 60.0  #: time constant of the creep
     # surroundings
     ambient_kpa: float = AMBIENT_KPA

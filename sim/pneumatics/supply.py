@@ -1,4 +1,4 @@
-"""Gas supply: compressor, tank and regulator in front of the inlet valve."""
+"""Gas supply: compressor, tank and regulator upstream of the inlet valve."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Supply:
     compressor_works: bool = True
     tank_kpa: float = field(init=False)
     _compressing: bool = False
-    _flow: float = 0.0  # [kPa·mm³/s] into the circuit during the last step
+    _flow: float = 0.0  # flow into the circuit during the last step [kPa·mm³/s]
 
     def __post_init__(self) -> None:
         """Start with a full tank."""
@@ -26,7 +26,7 @@ class Supply:
 
     @property
     def outlet_kpa(self) -> float:
-        """Return the pressure after the regulator. It falls when the flow or the tank pressure rises."""
+        """Return the outlet pressure of the regulator. It falls when the flow or the tank pressure rises."""
         settings = self.settings
         swing_kpa = self.tank_kpa - 0.5 * (settings.tank_low_kpa + settings.tank_high_kpa)
         regulated_kpa = (

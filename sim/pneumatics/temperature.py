@@ -30,11 +30,11 @@ class GasTemperature:
 
 @dataclass(slots=True)
 class CompressionHeat:
-    """Heat of a fast polytropic change, which the walls absorb again."""
+    """Heating of the gas by a fast polytropic change. The walls absorb the heat."""
 
     polytropic: float
     relaxation_s: float
-    heat: float = 0.0  #: logarithm of the temperature ratio
+    heat: float = 0.0  #: natural logarithm of `ratio`
     _before_kpa: float | None = None
 
     @property
@@ -43,7 +43,7 @@ class CompressionHeat:
         return math.exp(self.heat)
 
     def step(self, absolute_kpa: float, dt_s: float) -> None:
-        """Update the heat after a change to `absolute_kpa`: T ~ p^((n−1)/n), decaying with `relaxation_s`."""
+        """Apply the heating T ~ p^((n−1)/n) by a change to `absolute_kpa`, and the decay during `dt_s`."""
         if self.polytropic == 1 and not self.heat:
             return
         before_kpa = self._before_kpa or absolute_kpa

@@ -18,9 +18,9 @@ class SolenoidValve:
     opening_s: float  #: delay from the command to the open valve, including the relay
     closing_s: float  #: delay from the command to the shut valve, including the relay
     commanded_open: bool
-    stuck: bool | None = None  #: None: works; True: stuck open; False: stuck shut
+    stuck: bool | None = None  #: None: the valve works; True: stuck open; False: stuck shut
     _open: bool = field(init=False)
-    _pending: deque[tuple[float, bool]] = field(default_factory=deque)  # (time left [s], open)
+    _pending: deque[tuple[float, bool]] = field(default_factory=deque)  # (remaining delay [s], True to open)
 
     def __post_init__(self) -> None:
         """Start in the commanded position."""
@@ -32,7 +32,7 @@ class SolenoidValve:
         return self._open if self.stuck is None else self.stuck
 
     def step(self, commanded_open: bool, dt_s: float) -> None:
-        """Advance the time by `dt_s` with a command. Short pulses are delayed, not shortened."""
+        """Advance the time by `dt_s` under a command. Short pulses are delayed, not shortened."""
         if commanded_open != self.commanded_open:
             self.commanded_open = commanded_open
             self._pending.append((self.opening_s if commanded_open else self.closing_s, commanded_open))

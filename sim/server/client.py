@@ -14,7 +14,7 @@ ANSWER_TIMEOUT_S = 5.0
 
 
 class SimulatorNotResponding(ConnectionError):
-    """Missing or invalid answer on a control port."""
+    """Missing or invalid answer of a simulator on its control port."""
 
     def __init__(self, port: int) -> None:
         super().__init__(
@@ -37,7 +37,7 @@ class SimulatorClient:
     def request(self, **request: Any) -> None:
         """Send one request of `pneuforce.sim.server.control_requests`, for example `press=2.0`.
 
-        Raises SimulatorRequestError if the simulator rejects the request, SimulatorNotResponding if no
+        Raises SimulatorRequestError if the simulator rejects the request, and SimulatorNotResponding if no
         simulator answers.
         """
         # Most requests have no answer. The answer to the second request confirms that the first was executed.

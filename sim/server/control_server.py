@@ -1,4 +1,4 @@
-"""Control server: JSON lines over TCP, for true states and requests. A real rig has no control server."""
+"""Control server for true states and requests, as JSON lines over TCP. A real rig has no such server."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ControlServer:
         self.port: int = self._listener.getsockname()[1]
         self._clients: dict[int, ControlConnection] = {}
         self._last_sample = 0
-        # Computing time left for requests. A slow request makes it negative, which delays the next requests.
+        # Remaining computing time for requests. A slow request makes it negative and delays the next request.
         self._time_left_s = 0.0
 
     def filenos(self) -> list[int]:
@@ -73,7 +73,7 @@ class ControlServer:
         ]
 
     def serve(self, readable: list[int]) -> None:
-        """Read from these descriptors, and execute requests within the time limit."""
+        """Read from the readable descriptors, and execute requests within the time limit."""
         for fileno in readable:
             if fileno == self._listener.fileno():
                 self._accept()
@@ -124,7 +124,7 @@ class ControlServer:
             self._disconnect(client)
 
     def _answer_in_turn(self) -> None:
-        """Answer one line of each client in turn, until the time is used up.
+        """Answer one line of each client in turn, until the computing time is used up.
 
         Clients that received no answer are first at the next sample.
         """

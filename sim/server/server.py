@@ -23,7 +23,7 @@ from pneuforce.sim.server.client import control_port_file
 from pneuforce.sim.server.control_server import ControlServer
 from pneuforce.sim.world import World
 
-#: Longest delay that the simulation makes up by additional steps [s].
+#: Longest delay that the simulation makes up by additional steps [s]. The rest of a longer delay is ignored.
 MAX_LAG_S = 0.1
 
 
@@ -34,16 +34,16 @@ class SimulatorOptions:
     link: str = ""  #: path of the symlink to the serial port; empty: no symlink
     control_port: int = 0  #: TCP port of the control server; 0 selects a free port
     scenario: str = "demo"  #: name of a scenario of the library, or path of a TOML file
-    seed: int | None = None  #: replaces the seed of the scenario
+    seed: int | None = None  #: seed that replaces the seed of the scenario
     hand: bool = True  #: if False, the simulated hand presses on request only
     board: str = "python"  #: a key of `pneuforce.sim.factory.BOARDS`
 
 
 def serve(options: SimulatorOptions) -> None:
-    """Run until SIGTERM or SIGINT. Print one JSON line with the keys port, link and control.
+    """Run the simulator until SIGTERM or SIGINT. Print one JSON line with the keys port, link and control.
 
     The control port is also written to a file next to the link. Raises OSError if the link, the control port
-    or the board is unavailable, ScenarioError if the scenario is invalid.
+    or the board is unavailable, and ScenarioError if the scenario is invalid.
     """
     stop_requested = _catch_signals()
     scenario = load(options.scenario)
@@ -81,7 +81,7 @@ def _port_file(link: Path | None, port: int) -> Iterator[None]:
 
 
 def _lock_port_file(link: Path) -> TextIO:
-    """Open and lock the file next to the link."""
+    """Open and lock the file of the control port, which is next to the link."""
     while True:
         file = control_port_file(link).open("a+")
         try:
@@ -118,7 +118,7 @@ def _catch_signals() -> Callable[[], bool]:
 
 
 def _run(world: World, cable: PtyLink, control: ControlServer, stop_requested: Callable[[], bool]) -> None:
-    """Step every 2 ms of the monotonic clock. Received bytes and requests are processed at the next step."""
+    """Advance the simulation every 2 ms. Received bytes and requests are processed at the next step."""
     due_s = time.monotonic() + STEP_S
     while not stop_requested():
         wait_s = due_s - time.monotonic()
@@ -135,7 +135,7 @@ def _run(world: World, cable: PtyLink, control: ControlServer, stop_requested: C
 
 
 def _plug_or_unplug(cable: PtyLink, unplugged: bool) -> None:
-    """Plug or unplug the cable as the faults of the line require."""
+    """Unplug the cable if a fault requires that, and plug the cable in after the fault."""
     if unplugged and cable.plugged:
         cable.unplug()
     elif not (unplugged or cable.plugged):

@@ -43,7 +43,7 @@ def _ms_to_vent(adc_sum, phase):
 
 
 def _ms_to_shut():
-    """Return the time [ms] from the last command during an inflation to a low pin of the inlet valve."""
+    """Return the time [ms] from the last command during an inflation until the inlet pin is low."""
     bench = Bench(AvrBoard()).inflating(12_000)
     bench.until(lambda: bench.last().command == bench._sequence & 0xFF, 0.1)
     sent_us = next(s for s in bench.all(Sample) if s.command == bench.last().command).board_time_us
@@ -67,7 +67,7 @@ def bench_reactions(phases):
 
 
 def _settle(new_board, setpoint_pa):
-    """Return the time [s] from the command to HOLDING, the valve actions, and the pressure 2 s later."""
+    """Return the time to HOLDING [s], the number of valve actions, and the pressure 2 s later [kPa]."""
     rig, decoder = Rig(PublishedPlant(), Hand(False), new_board=new_board), FrameDecoder.for_board_frames()
     state, valves, actions, held_s = BoardState.BOOT, 0, 0, None
     for n in range(round(12 / STEP_S)):
@@ -86,7 +86,7 @@ def _settle(new_board, setpoint_pa):
 
 
 def bench_settling(setpoints_pa):
-    """Print duration, valve actions and pressure of the inflation to three setpoints on the simulated rig."""
+    """Print duration, number of valve actions and final pressure of an inflation to each setpoint."""
     for setpoint_pa in setpoints_pa:
         for new_board in (AvrBoard, SimulatedBoard):
             held_s, actions, balloon_kpa = _settle(new_board, setpoint_pa)
@@ -98,7 +98,7 @@ def bench_settling(setpoints_pa):
 
 
 def bench_speed(seconds):
-    """Print the speed of the emulated board while holding, and the longest work on a sample on the chip."""
+    """Print the speed of the emulated board during a hold, and the maximum number of cycles per sample."""
     bench = Bench(AvrBoard()).holding()
     begun_s = time.process_time()
     bench.run(seconds)
@@ -112,14 +112,14 @@ def bench_speed(seconds):
 
 
 def bench_flood(beginnings):
-    """Print the longest work on a sample on the chip while a host floods the line with incomplete frames."""
+    """Print the maximum number of cycles per sample while a host floods the line with incomplete frames."""
     for beginning in beginnings:
         longest = flooded(beginning).board.chip.longest_cycles
         print(f"longest work on one sample, flood of frame starts {beginning}: {longest} of 32000 cycles")
 
 
 def bench_size():
-    """Print the sizes of flash and RAM that the firmware uses."""
+    """Print how many bytes of flash and RAM the firmware uses."""
     said = subprocess.run(["avr-size", program()], check=True, capture_output=True, text=True).stdout
     text, data, bss = map(int, said.splitlines()[1].split()[:3])
     print(f"firmware: {text + data} bytes of flash (limit 30720), {data + bss} of RAM (limit 1600)")

@@ -1,9 +1,9 @@
-"""Delay and loss of Force frames at 500 Hz in another process: `python -m tests.bench.can [SECONDS]`.
+"""Delay and loss of CAN Force frames at 500 Hz: `python -m tests.bench.can [SECONDS]`.
 
 The complete instrument runs on the simulated rig while 32 Modbus clients poll. A relay on the serial cable
-records when the last byte of each sample goes to the instrument. A listener on the hub records when each
-frame arrives. At the end, the relay stops. The last sample and the last frame with a value then form a pair.
-All earlier pairs are found by counting back from this pair.
+records when the last byte of each sample goes to the instrument. A listener process on the hub records when
+each frame arrives. At the end, the relay stops. The last sample and the last frame with a value then form a
+pair. All earlier pairs are found by counting back from this pair.
 """
 
 import json
@@ -60,7 +60,7 @@ def relay(link):
                 host.write(data)
             if host in readable:
                 board.write(host.read())
-        time.sleep(0.5)  # no sample reaches the host now, so that it can send the frames of all samples
+        time.sleep(0.5)  # the relay has stopped; the host sends its last frames
         print(json.dumps(samples_s), flush=True)
 
 

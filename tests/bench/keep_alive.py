@@ -50,13 +50,13 @@ class Browser(Thread):
 
 
 class Relay:
-    """Relay between two ends of a cable that records the commands."""
+    """Relay between board and host that records the times of the commands."""
 
     def __init__(self, board, host):
         self._board, self._host = board, host
         self._decoder = FrameDecoder.for_host_frames()
         self.heard_s = []
-        self.looked_s = []  # times at which the relay ran: at least every 10 ms, if it gets the processor
+        self.looked_s = []  # times at which the relay ran: every 10 ms or more often, if a processor is free
 
     def carry(self, until):
         """Relay until `until()` is true."""

@@ -35,7 +35,7 @@ def bench_latency(brief=False):
             f'[rig]\nport = "{link}"\n[modbus]\nport = {modbus}\n[can]\nenabled = true\n'
             f'interface = "socketcand"\nport = {hub_port}\nforce_rate_hz = {FORCE_HZ}\n'
         )
-        # The module tests.bench.probe is not installed.
+        # tests.bench.probe is not installed. The host process finds it only in this folder.
         os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])
         host = stack.enter_context(ChildProcess("host", ["tests.bench.probe", str(file)]))
         host.ready()

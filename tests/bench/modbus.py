@@ -95,7 +95,7 @@ def instrument(folder):
 
 
 def bench_modbus(brief=False, seconds=SECONDS):
-    """Print request rates and round trips of fast clients, and of slow clients without and with a flood."""
+    """Print rates and round-trip times of fast clients, of slow clients, and of one client during a flood."""
     seconds = 1 if brief else seconds
     with TemporaryDirectory() as folder, instrument(folder) as stack, rivals(folder) as others:
         program = built(folder, "load")
@@ -131,14 +131,14 @@ def _bench_calm(program, stack, seconds):
 
 
 def _bench_endurance(program, stack, requests, connections):
-    """Print the growth of memory and descriptors of the instrument by requests and connections."""
+    """Print the growth of memory and open descriptors during many requests and connections."""
     load(program, stack.modbus_port, 32, 2)
     before, begun_s, asked = occupied(stack.host.pid), time.monotonic(), 0
     while asked < requests:
         asked += load(program, stack.modbus_port, 32, 5)["trips"]
     for n in range(connections):
         with socket.create_connection(("127.0.0.1", stack.modbus_port)) as client:
-            client.sendall(READ[: n % len(READ)])  # most connections end within a request
+            client.sendall(READ[: n % len(READ)])  # most connections close in the middle of a request
     time.sleep(1.0)
     memory_kb, descriptors = (b - a for a, b in zip(before, occupied(stack.host.pid), strict=True))
     print(

@@ -1,4 +1,4 @@
-"""Benchmarks of the force model: arrays compared with solvers of scipy, and one sample in the chain."""
+"""Benchmarks of the force model with arrays of contacts, and of the measuring chain with single samples."""
 
 import statistics
 import time
@@ -16,7 +16,7 @@ from pneuforce.protocol.frames import BoardState, Sample
 from tests.instrument.instrument_harness import adc_sum_of
 
 BALLOON, CIRCUIT = Balloon(), Circuit()
-ONE_BY_ONE = 100  #: number of contacts for the solvers of scipy, which take the same time for each
+ONE_BY_ONE = 100  #: number of contacts for the solvers of scipy, which solve one contact after another
 
 
 def pairs(count):
@@ -27,7 +27,7 @@ def pairs(count):
 
 
 def bracketed(baseline_kpa, final_kpa):
-    """Return the energetic balance of one contact as a function of d, and the limits of its root."""
+    """Return the energy balance of a contact as a function of d, and limits [mm] that enclose its root."""
     weight = PAPER_LAW.small_strain_weight(baseline_kpa, BALLOON)
     pressed = ContactGeometry.between(baseline_kpa, final_kpa, weight, BALLOON, CIRCUIT)
     method = METHODS["energetic"]

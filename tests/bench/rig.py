@@ -35,7 +35,10 @@ def _held(plant, pneumatics=None, sensor=None):
 
 
 def bench_rig(brief=False):
-    """Print the speed of the simulated rig in virtual time: each balloon, without and with all effects."""
+    """Print the speed of the simulated rig in virtual time for each balloon model.
+
+    Each model runs without and with all optional effects: warming, creep, and errors of the sensor.
+    """
     effects = (
         PneumaticSettings(polytropic=1.2, creep=0.01, ambient_swing_kpa=0.05, reference_kpa=0.2),
         SensorSettings(gain_error=0.005, bow_kpa=0.2, ripple_mv=20.0),

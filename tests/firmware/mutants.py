@@ -78,12 +78,13 @@ def scaled(factor: int) -> Changes:
     return {r"(?<= )\d+(\.\d+)?[uf]$": lambda found: [f"({found} / {factor})", f"({found} * {factor})"]}
 
 
-#: Changes by section of numbers.h. The other sections define the wire format.
+#: Changes for each section of numbers.h. All other sections define the wire format and are not changed.
 IN_NUMBERS: dict[str, Changes] = {
     r"pneuforce\.(protocol\.limits|sim\.board\.(limits|pressure_control|board_status|monitors)) \*": scaled(
         2
     ),
-    r"pneuforce\.sim\.board\.(reading|filling|supply) \*": scaled(10),  # these numbers have a wide margin
+    # These numbers have wide margins. A test need not detect a factor of 2.
+    r"pneuforce\.sim\.board\.(reading|filling|supply) \*": scaled(10),
     r"pneuforce\.sim\.board\.(states|limits): |Condition under which": IN_TABLES,
 }
 
@@ -134,7 +135,7 @@ def without_comment(line: str, in_comment: bool) -> tuple[str, bool]:
 
 
 class Tree:
-    """Copy of this tree for one mutant at a time."""
+    """Copy of this source tree for one mutant at a time."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -149,7 +150,7 @@ class Tree:
         header = self._folder / HEADERS / mutant.header
         original = header.read_text(encoding="utf-8")
         lines = original.splitlines()
-        assert lines[mutant.number] == mutant.line  # the pragma is the first line
+        assert lines[mutant.number] == mutant.line  # lines[0] is the pragma
         lines[mutant.number] = mutant.changed
         header.write_text("\n".join(lines) + "\n", encoding="utf-8")
         try:
@@ -171,7 +172,10 @@ class Tree:
 
 
 def run_mutants(mutants: list[Mutant], folder: Path) -> Iterator[tuple[Mutant, bool | None]]:
-    """Yield each mutant and True if it was detected, None if it was not tested. Use all cores."""
+    """Yield each mutant with True if the tests detected this mutant, and False if not. Use all cores.
+
+    None means that the mutant does not compile, or that the time limit had passed.
+    """
     cores, until_s = os.cpu_count() or 1, monotonic() + MAX_RUN_S
     trees: SimpleQueue[Tree] = SimpleQueue()
     for n in range(cores):

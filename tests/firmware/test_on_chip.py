@@ -76,8 +76,8 @@ def test_a_pass_of_the_main_loop_that_takes_nearly_a_sample_period_is_not_late(t
     assert (board.chip.resets, bench.state) == (0, BoardState.VENTED)
 
 
-#: Input with the highest processing time: the decoder checks a frame at each start of a frame, and rejects
-#: the frame.
+#: Starts of frames. A line full of them takes the most processing time, because the decoder checks and
+#: rejects a frame at each start.
 BEGINNINGS = {"of any kind": SYNC, "of identify": SYNC + b"\x99", "of commands": SYNC + b"\xaa\x01"}
 
 

@@ -59,9 +59,9 @@ def a_frame(draw):
 
 
 def damaged(draw, stream):
-    """Return the stream with random damage. Most streams get no damage or one damage.
+    """Return the stream with random errors. Most streams get no error or one error.
 
-    A damage is a flipped bit, a lost byte, a doubled byte or a false start.
+    An error is a flipped bit, a lost byte, a doubled byte or a false start of a frame.
     """
     stream = bytearray(stream)
     for _ in range(min(draw.choice([0, 0, 1, 1, 2, 10]), len(stream))):

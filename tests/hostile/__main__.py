@@ -1,4 +1,4 @@
-"""Play the hostile cases to a Modbus TCP server and print the results.
+"""Command that runs the hostile cases against a Modbus TCP server and prints the results.
 
 Any Modbus TCP server can be tested. A server that contains the test pattern of a pneuforce instrument is also
 tested with the cases for its register map. These cases vent the instrument, and none of them inflates it. On

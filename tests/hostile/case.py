@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from tests.hostile.connection import ServerUnderTest
 
 CLOSE = "close"  #: a legal answer that means: the server closes the connection
-#: Optional functions. A server may answer exception 01 to all requests with one of them.
+#: Optional Modbus functions. A server may answer each request with such a function by exception 01.
 OPTIONAL = frozenset((1, 2, 4, 5, 6, 8, 15, 16, 22, 23, 43))
 
 
 class CaseFailure(Exception):
-    """Behaviour of a server that is not legal. The message describes it."""
+    """Illegal behaviour of a server. The message describes this behaviour."""
 
 
 class NotSupported(Exception):
-    """The server or the machine does not support the subject of the case."""
+    """Error for a case that needs a feature which the server or the machine lacks."""
 
 
 class ExpectedEnd(Enum):

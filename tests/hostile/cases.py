@@ -31,7 +31,7 @@ QUANTITIES, WRITES, FUNCTIONS, HEADERS, STREAMS, CONNECTIONS = (
 )
 VALUES, MAP, VENTS, LEASES = "values", "map", "vents", "leases"
 
-#: One request on a new connection, which must stay usable: group, name, request, legal answers.
+#: Cases with one request on a new connection, which must stay open: group, name, request, legal answers.
 GENERIC_SINGLE = [
     (QUANTITIES, "FC03, no register", "03 0000 0000", "83 03"),
     (QUANTITIES, "FC04, no register", "04 0000 0000", "84 03"),
@@ -110,7 +110,7 @@ INVALID_HEADERS = [
     ("a megabyte of FFh", b"\xff" * 1_000_000),
 ]
 
-#: Cases for the map of this instrument. It is vented before the first case, and no case inflates it.
+#: Cases for the map of this instrument. The instrument is vented before the first case and never inflated.
 PNEUFORCE_SINGLE = [
     (QUANTITIES, "a read across the end of a block", "03 007f 0002", "83 02"),
     (QUANTITIES, "a read between the blocks", "03 0080 0001", "83 02"),
@@ -135,7 +135,7 @@ PNEUFORCE_SINGLE = [
     (FUNCTIONS, "FC43/14, serial number", "2b 0e 04 80", "2b 0e 04 83 00 00 01 80.*"),
 ]  # fmt: skip
 
-#: Values that are rejected: the old values must be unchanged afterwards.
+#: Valid writes before each case of REJECTED_VALUES. The rejected write must not change these values.
 _WRITE_OLD_VALUES = (
     ModbusRequest("06 0220 1388", ("06 0220 1388",)),
     ModbusRequest("06 0221 1388", ("06 0221 1388",)),

@@ -60,7 +60,7 @@ class RawConnection:
         self.socket.close()
 
     def reset(self) -> None:
-        """Close with RST instead of FIN."""
+        """Close the connection with RST instead of FIN."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
         self.socket.close()
 
@@ -133,7 +133,7 @@ class RawConnection:
     def wait_closed(self, within_s: float) -> str:
         """Wait until the server closes the connection, and return a description.
 
-        Raises CaseFailure if an answer comes instead, or if nothing happens.
+        Raises CaseFailure if the server answers instead, or NoAnswer if the connection stays open.
         """
         start_s = time.monotonic()
         try:
@@ -144,11 +144,11 @@ class RawConnection:
 
 
 class ConnectionClosed(CaseFailure):
-    """The server has closed the connection."""
+    """Error for a connection that the server has closed."""
 
 
 class NoAnswer(CaseFailure):
-    """The server neither answers nor closes the connection."""
+    """Error for a server that neither answers nor closes the connection."""
 
 
 def check_answers(server: ServerUnderTest, connection: RawConnection | None = None) -> None:

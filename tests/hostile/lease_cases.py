@@ -14,7 +14,10 @@ _TRIPPED, _LEASE_EXPIRED, _DONE = 6, 1 << 14, 2
 
 
 def two_writers(server: ServerUnderTest) -> str:
-    """Write as lease holder and as another peer. The other peer is rejected with a reason, but can vent."""
+    """Write as lease holder and as another peer.
+
+    The writes of the other peer must be rejected with a reason, except a vent.
+    """
     if not server.host.startswith("127."):
         raise NotSupported("needs an instrument on this machine")
     with RawConnection(server) as holder, RawConnection(server, _OTHER_ADDRESS) as other:

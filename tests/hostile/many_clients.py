@@ -13,7 +13,7 @@ from tests.hostile.connection import RawConnection, ServerUnderTest, check_answe
 
 _LONG_READ = bytes.fromhex("03 0000 007d")
 _LONG_REQUEST = build_frame(1, 1, bytes.fromhex("10 0000 0064 c8") + bytes(200))
-_MAX_REQUEST_BYTES = 4_000_000  #: limit of a flood; the answers to these requests have 80 MB
+_MAX_REQUEST_BYTES = 4_000_000  #: limit of a flood; the answers to so many requests have 80 MB
 _MAX_FLOOD_S = 10.0
 
 
@@ -33,7 +33,7 @@ def slow_loris(server: ServerUnderTest) -> str:
 
 
 def resets(server: ServerUnderTest) -> str:
-    """Reset 50 connections within a frame. Requests on another connection must always be answered."""
+    """Reset 50 connections in the middle of a frame. Requests on another connection must be answered."""
     with RawConnection(server) as permanent:
         for at in range(50):
             connection = RawConnection(server)
@@ -116,7 +116,7 @@ def over_the_limit(server: ServerUnderTest) -> str:
 
 
 def idle(server: ServerUnderTest) -> str:
-    """Open a connection that sends nothing. The server must close it after its idle time-out."""
+    """Open a connection that sends nothing. The server must close this connection in time."""
     with RawConnection(server) as connection:
         return connection.wait_closed(server.idle_timeout_s + max(2.0, server.answer_timeout_s))
 

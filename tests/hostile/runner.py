@@ -1,4 +1,4 @@
-"""Runner that plays one case to a server and determines the verdict."""
+"""Runner that runs one case against a server and determines the verdict."""
 
 from __future__ import annotations
 

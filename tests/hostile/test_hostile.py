@@ -1,4 +1,7 @@
-"""Tests of the hostile cases: the instrument passes all of them, and defective servers fail all of them."""
+"""Tests of the hostile cases.
+
+The instrument passes all cases. Defective servers fail all cases that consist of steps.
+"""
 
 import os
 import re
@@ -38,7 +41,7 @@ def test_the_instrument_passes_every_case_without_leaking_files_or_memory(pneufo
 
 
 def owner_of(port):
-    """Return the id of the process that listens on a port of the loopback."""
+    """Return the id of the process that listens on a port of the loopback interface."""
     hex_port = f"0100007F:{port:04X} 00000000:0000 0A"
     with open("/proc/net/tcp") as table:
         inode = next(line.split()[9] for line in table if hex_port in line)
@@ -50,7 +53,7 @@ def owner_of(port):
 def open_files(pid):
     try:
         return [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in os.listdir(f"/proc/{pid}/fd")]
-    except OSError:  # a process of another user, or ended
+    except OSError:  # a process of another user, or a process that has ended
         return []
 
 

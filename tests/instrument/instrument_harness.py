@@ -1,4 +1,4 @@
-"""Test harness that runs an instrument in virtual time, with a simple board or with samples of the test."""
+"""Test harness that runs an instrument in virtual time, with a simple board or with samples from the test."""
 
 import itertools
 import math
@@ -50,7 +50,7 @@ class InstrumentHarness:
     push_kpa: float = 0.0  #: pressure that a hand adds to the locked pressure
     hand: Tube = field(default_factory=Tube)
     offset_kpa: float = 0.3  #: reading of the sensor at a gauge pressure of zero
-    adc_sum: int | None = None  #: overrides the reading of the sensor
+    adc_sum: int | None = None  #: replaces the reading of the sensor, unless None
     supply_mv: int = 5000
     causes: set = field(default_factory=set)  #: faults whose cause persists
     latched: set = field(default_factory=set)
@@ -128,7 +128,7 @@ class InstrumentHarness:
         return adc_sum_of(self.pressure_kpa + pushed_kpa + self.offset_kpa)
 
     def sample(self, **changes):
-        """Return the present sample of the board, with some fields changed."""
+        """Return the current sample of the board, with some fields changed."""
         values = {
             "board_time_us": self.board_time_us,
             "adc_sum": self.adc_reading,

@@ -14,7 +14,7 @@ from tests.system.waiting import wait_for
 
 @dataclass(frozen=True)
 class Instrument:
-    """TCP port and serial port of the running instrument. Every test leaves it vented."""
+    """TCP port and serial port of the running instrument. Every test leaves the instrument vented."""
 
     port: int
     line: str

@@ -19,7 +19,7 @@ BASIC = [["0", "pneuforce"], ["1", "PF-1"], ["2", version("pneuforce")]]
 REGULAR = [*BASIC, ["3", ""], ["4", "Pneumatic force sensor"], ["5", "PF-1 field instrument"], ["6", ""]]
 EXTENDED = [*REGULAR, ["128", "0"], ["129", ""]]
 
-#: A write, a read of the written registers, and the expected values. All values differ.
+#: A write, a read of the written registers, and the values read. No value occurs twice.
 WRITES = [
     ("word_write 544 6500", "float 512 {order}", [6.5]),
     ("words_write 544 8000 3500", "words 3 544 2", [8000, 3500]),
@@ -40,7 +40,7 @@ FURTHER_REQUESTS = [
     ("server_id", ["exception", 1]),
 ]
 
-#: Rejected requests, and their exception codes.
+#: Requests that the instrument rejects, and the exception codes of the answers.
 REJECTED = [
     ("words 3 128 1", 2),
     ("words 4 127 2", 2),

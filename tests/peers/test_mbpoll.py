@@ -1,4 +1,4 @@
-"""Tests of the TCP server with mbpoll of Debian."""
+"""Tests of the TCP server with the program mbpoll from Debian."""
 
 import subprocess
 

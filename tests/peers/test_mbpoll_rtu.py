@@ -1,4 +1,4 @@
-"""Tests of the RTU server with mbpoll of Debian (libmodbus) as master; socat connects the ptys."""
+"""Tests of the RTU server with the program mbpoll from Debian as master. socat connects the two ptys."""
 
 import subprocess
 

@@ -29,7 +29,7 @@ def port():
 
 
 def hub_at(port, bus=""):
-    """Return the options with which these programs connect to the hub."""
+    """Return the command-line options with which a program of python-can connects to the hub."""
     options = {
         "interface": ["socketcand"],
         "channel": ["can0"],

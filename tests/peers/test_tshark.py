@@ -1,4 +1,4 @@
-"""Tests with the Modbus dissector of Wireshark. It decodes all answers as intended, without an error."""
+"""Tests with the Modbus dissector of Wireshark: all answers are decoded as intended, without an error."""
 
 import struct
 import subprocess
@@ -17,7 +17,7 @@ from tests.tools import needs
 
 pytestmark = needs("tshark")
 
-#: Cases in which each request is answered.
+#: Hostile cases in which each request is answered.
 ANSWERED = [
     case
     for case in CASES
@@ -25,7 +25,7 @@ ANSWERED = [
     and case.end is ExpectedEnd.OPEN
     and all(isinstance(step, ModbusRequest | Pipelined) for step in case.steps)
 ]
-#: Requests that no hostile case contains.
+#: Further requests, which none of the hostile cases contains.
 MORE = [
     ModbusRequest("02 0000 0020", ("02 04 .{8}",)),
     ModbusRequest("03 0000 007d", ("03 fa .{500}",)),
@@ -38,7 +38,7 @@ MORE = [
 BUSY = ModbusRequest("06 0220 1388", ("86 06",))
 MIN_ANSWER_BYTES = 5  #: shortest answer on a serial line: an exception
 RTU_GROUPS = {"quantities and addresses", "functions", "map", "values"}
-#: Each RTU frame is put into a datagram, because capture files have no type for silences on a line.
+#: Options for RTU frames in UDP datagrams. A capture file cannot store the silences between RTU frames.
 AS_RTU = ("-d", "udp.port==502,mbrtu", "-o", "mbrtu.udp.port:502", "-o", "mbrtu.crc_verification:TRUE")
 FIELDS = (
     "modbus.func_code",
@@ -52,7 +52,7 @@ FIELDS = (
 
 @pytest.fixture(scope="module")
 def tcp_transfers(instrument):
-    """Return all requests and answers over TCP."""
+    """Send the requests of all cases over TCP. Return all requests and answers."""
     with recorded_port(instrument.port) as (port, transfers):
         server = ServerUnderTest(port=port, answer_timeout_s=10.0, is_pneuforce_server=True)
         cases = [*ANSWERED, HostileCase(group="", name="more", steps=tuple(MORE))]
@@ -73,7 +73,7 @@ def dissected(folder, capture, *options):
 
 
 def expected_fields(pdu):
-    """Return the expected output: function, exception, byte count, words, no error, no warning."""
+    """Return the expected values of FIELDS for an answer. The last two are empty: no error and no warning."""
     function = pdu[0] & 0x7F
     if pdu[0] & 0x80:
         return [str(function), str(pdu[1]), "", "", "", ""]
@@ -119,7 +119,7 @@ def with_wrong_count(transfer):
 
 
 def exchange(line, number, pdu):
-    """Return a request and its answer. The answer is complete when its CRC is correct."""
+    """Send a request and return the request and its answer. A correct CRC marks the end of the answer."""
     line.write(encode_frame(1, pdu))
     answer = b""
     while len(answer) < MIN_ANSWER_BYTES or encode_frame(answer[0], answer[1:-2]) != answer:
@@ -131,7 +131,7 @@ def exchange(line, number, pdu):
 
 @pytest.fixture(scope="module")
 def rtu_transfers(instrument):
-    """Return valid requests on the serial line and their answers, frame by frame."""
+    """Send valid requests on the serial line. Return requests and answers as one frame each."""
     requests = [
         step for case in ANSWERED if case.group in RTU_GROUPS for step in case.steps if step.unit is None
     ]

@@ -27,7 +27,7 @@ class Transfer:
 
 @contextmanager
 def recorded_port(port):
-    """Yield a port that forwards to `port`, and the list of all transfers."""
+    """Yield a port whose connections are forwarded to `port`, and the list to which transfers are added."""
     transfers = []
     with socket.create_server(("127.0.0.1", 0), backlog=128) as listener:
         threading.Thread(target=_accept, args=(listener, port, transfers), daemon=True).start()
@@ -67,7 +67,7 @@ def _forward(connection, client, server, transfers):
 
 
 def split_answers(transfers):
-    """Yield the transfers with one answer each, split by the length in the header."""
+    """Yield the requests unchanged, and one transfer per answer. The header gives the length of an answer."""
     rest = {}
     for transfer in transfers:
         if not transfer.answer:

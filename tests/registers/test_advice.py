@@ -1,4 +1,4 @@
-"""Tests of the advice texts: every code has a text, and the numbers agree with the code."""
+"""Tests of the advice texts: no text is missing, and the numbers in the texts are those of the program."""
 
 import re
 

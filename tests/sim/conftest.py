@@ -35,7 +35,7 @@ ZERO_PA = 250
 
 
 def sum_at(pressure_kpa):
-    """Return the ADC sum of a pressure, by the data sheet. Each of 16 conversions truncates half a count."""
+    """Return the mean ADC sum of a pressure (data sheet). Each of 16 conversions truncates half a count."""
     return 16384 * (0.018 * (pressure_kpa + ZERO_PA / 1e3) + 0.04) - 8
 
 
@@ -70,18 +70,18 @@ class Bench:
         self.frames = []
         self.valve_actions = 0
         self._sensed_kpa = 0.0
-        self._valve_delay = deque([Valve.NONE] * 6)  # 12 ms
+        self._valve_delay = deque([Valve.NONE] * 6)  # a valve moves after 12 ms
         self._decoder = FrameDecoder.for_board_frames()
         self._random = random.Random(1)
         self._sequence = 0
         self._since_command_s = 1.0
 
     def switched_on_at(self, pressure_kpa):
-        """Start with gas in the balloon."""
+        """Set the balloon pressure [kPa] at which the board is switched on."""
         self.gas_kpa = self._sensed_kpa = pressure_kpa
         return self
 
-    # what the host receives
+    # messages that the host receives
 
     def last(self, kind=Sample):
         return next(f.message for f in reversed(self.frames) if isinstance(f.message, kind))
@@ -97,7 +97,7 @@ class Bench:
     def pressure_kpa(self):
         return self.gas_kpa + self.contact_kpa
 
-    # time
+    # simulated time
 
     def run(self, seconds):
         for _ in range(round(seconds * SAMPLES_PER_S)):
@@ -154,7 +154,7 @@ class Bench:
         self._sequence += 1
         return encode(message, self._sequence, **header)
 
-    # what the host sends
+    # messages that the host sends
 
     def keep_sending(self, command):
         """Send this command now and every 50 ms."""
@@ -188,7 +188,7 @@ class Bench:
         return self
 
     def tripped(self):
-        """Trip the board by a low supply, then restore the supply."""
+        """Trip the board by a low supply voltage, then restore the voltage."""
         self.holding()
         self.supply_mv = 4000
         self.until_state(BoardState.TRIPPED, 0.1)
@@ -197,7 +197,7 @@ class Bench:
         return self
 
     def idle(self, seconds):
-        """Run with a constant pressure. Received frames are not decoded, which is ten times as fast."""
+        """Run with a constant pressure and without decoding frames, which is ten times as fast as `run`."""
         frame, adc_sum = self.frame(self.command), self.last().adc_sum
         for n in range(round(seconds * SAMPLES_PER_S)):
             self.now_us += 2000

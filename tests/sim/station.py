@@ -15,7 +15,7 @@ TICK_STEPS = 5
 
 
 class Station:
-    """Replacement for the process of `pneuforce run`. It has no port, and each step simulates 2 ms."""
+    """Replacement for the process of `pneuforce run`, without a port. Each step simulates 2 ms."""
 
     def __init__(self, plant, schedule=None, new_board=SimulatedBoard, **settings):
         self.world = World(Rig(plant, Hand(False), new_board=new_board), schedule)
@@ -68,7 +68,7 @@ class Station:
             self.step()
         return until()
 
-    # requests and results
+    # requests to the instrument, and results
 
     def write(self, **request):
         assert self.instrument.write(PLC, request, self.now_s) == "none"

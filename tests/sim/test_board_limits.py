@@ -11,7 +11,7 @@ S = BoardState
 
 
 def seconds_to_trip(bench, fault, within_s):
-    """Run until the board trips, check the fault and the SAFE valves, and return the elapsed seconds."""
+    """Run until the board trips. Check the fault and the unpowered valves. Return the elapsed seconds."""
     elapsed_s = bench.until(lambda: bench.state is S.TRIPPED, within_s)
     assert Fault(bench.last().fault) is fault
     assert bench.last().faults == 1 << fault
@@ -20,7 +20,7 @@ def seconds_to_trip(bench, fault, within_s):
     return elapsed_s
 
 
-# the host
+# faults of the host
 
 
 @brief
@@ -62,7 +62,7 @@ def test_host_silent_is_cleared_only_after_a_command_and_a_clear(bench):
     bench.keep_sending(hold(clear=1)).until_state(S.VENTED, 2)
 
 
-# the sensor
+# faults of the sensor and its supply
 
 
 @pytest.mark.parametrize("adc_sum", [0, 163, 16041, 16368])
@@ -154,7 +154,7 @@ def test_the_reported_supply_is_a_mean_that_resolves_a_sixteenth_of_a_bandgap_co
     assert bench.last().supply_mv == pytest.approx(5000, abs=bench.supply_step_mv)
 
 
-# the pressure
+# faults detected from the pressure
 
 
 def test_500_pa_above_the_setpoint_while_inflating_vents(bench):

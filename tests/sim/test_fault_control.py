@@ -46,7 +46,7 @@ def active_faults(control):
     return control.read()["faults"]
 
 
-# the control port
+# faults injected through the control port
 
 
 def test_a_fault_is_injected_listed_detected_by_the_board_and_removed(rig, control):
@@ -131,7 +131,7 @@ def test_another_device_on_the_port_is_reported_as_another_device(rig, control, 
         asyncio.run(host.connect(asyncio.Event()))
 
 
-# the command
+# faults injected with the command
 
 
 @pytest.fixture(scope="module")
@@ -233,7 +233,7 @@ def test_the_list_has_every_fault():
     assert all(name in table for name in CATALOGUE)
 
 
-# the document
+# faults in the document
 
 
 def test_the_catalogue_in_the_document_is_the_generated_table():

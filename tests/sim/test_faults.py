@@ -102,7 +102,7 @@ def test_a_resonator_within_its_tolerance_sets_no_bit_and_ages_are_true(rate):
 
 @pytest.fixture(scope="module")
 def healthy_kpa():
-    """Return the balloon pressure of a rig without a fault after the same time."""
+    """Return the balloon pressure of a rig that has held for 20 s without a fault."""
     station = Station(PLANT).holding()
     station.run(20.0)
     return station.world.rig.truth.balloon_kpa
@@ -155,7 +155,7 @@ def test_the_board_does_not_inflate_for_a_host_that_rejected_its_version():
     assert station.used_samples == 0
 
 
-# injection and removal
+# injection and removal of faults
 
 
 def state_of(world):
@@ -231,7 +231,7 @@ def test_removal_of_an_inactive_fault_changes_nothing(world):
     assert world.rig.sensor.stuck_at == 0
 
 
-# on a schedule
+# faults on a schedule
 
 
 def test_faults_start_and_end_at_their_times():

@@ -26,7 +26,7 @@ PLANT = PublishedPlant()
 
 
 def drive(rig, seconds, setpoint_pa=8000):
-    """Identify, zero, inflate and hold. Return the frames, the sent bytes, and the truth by sample count."""
+    """Identify, zero, inflate and hold. Return frames, sent bytes, and the true state of each sample."""
     decoder, frames, sent, truths = FrameDecoder.for_board_frames(), [], [], {}
     for n in range(round(seconds / STEP_S)):
         received = encode(Identify(), 0) if n == 0 else b""

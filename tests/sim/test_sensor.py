@@ -22,7 +22,7 @@ def sums(pressure_kpa, count=500, **settings):
 
 
 def read_kpa(sums):
-    """Return the pressure of sums. Each of the 16 conversions truncates half a count on average."""
+    """Return the pressure of a mean ADC sum. Each of 16 conversions truncates half a count on average."""
     return ((sum(sums) / len(sums) + 8) / ADC_FULL_SCALE - 0.04) / 0.018
 
 

@@ -107,7 +107,7 @@ def test_received_bytes_make_the_port_readable_and_are_read(far, port):
 def test_reading_nothing_does_not_wait(far, port):
     start_s = time.monotonic()
     assert {port.read() for _ in range(100)} == {b""}
-    assert time.monotonic() - start_s < 1.0  # less than 10 ms per call, with a margin for a loaded machine
+    assert time.monotonic() - start_s < 1.0  # 100 calls, each much shorter than 10 ms
 
 
 def test_written_bytes_arrive_unchanged(far, port):

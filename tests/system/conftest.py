@@ -70,7 +70,7 @@ def stack(tmp_path):
 
 @pytest.fixture(scope="module")
 def shared_stack(tmp_path_factory):
-    """Share one stack in a module. Each test must leave the rig vented and untripped."""
+    """Start a stack that the tests of a module share. Each test must leave the rig vented and untripped."""
     with running(tmp_path_factory.mktemp("stack") / "rig") as started:
         yield started
 

@@ -14,7 +14,7 @@ SAMPLES_PER_INTERVAL = 5
 
 
 class StreamFeeder:
-    """Server that sends 500 samples per second to each recorder, each with the time at which it is sent."""
+    """Server that sends 500 samples per second to each recorder, with the time at which they are sent."""
 
     def __init__(self, path: Path):
         self.path, self.received = path, []

@@ -1,4 +1,4 @@
-"""Tests that docs/accuracy.md is the output of `pneuforce accuracy`. The figures are not compared."""
+"""Tests that docs/accuracy.md is the output of `pneuforce accuracy`. Its numbers are not compared."""
 
 import re
 from pathlib import Path

@@ -159,7 +159,7 @@ def test_every_object_of_the_eds_can_be_read_in_its_data_type(node):
             assert isinstance(variable.raw, str if entry.type.name == "TEXT" else int | float), entry
 
 
-#: Registers that do not change between two reads, without the command block, which differs between buses.
+#: Registers that do not change between two reads. Each bus has its own command block.
 CONSTANT_REGISTERS = [r for r in REGISTERS if r.constant is not None or r.writable or 768 <= r.address < 800]
 CONSTANT_REGISTERS = [r for r in CONSTANT_REGISTERS if not r.name.startswith("command_")]
 
@@ -210,7 +210,7 @@ def inflate_by_sdo(node, rig, setpoint_kpa=8.0):
 
 
 def monitor_master(node):
-    """Configure the node to monitor this master, starting with its first heartbeat."""
+    """Configure the node to monitor this master from the first heartbeat of the master on."""
     node.sdo[0x1016][1].raw = MASTER_ID << 16 | MONITORING_MS
 
 

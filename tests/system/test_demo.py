@@ -134,7 +134,7 @@ def test_a_port_in_use_is_reported_with_its_option_and_its_user_is_not_disturbed
         refused = pneuforce("demo", *options)
         assert refused.returncode == 2
         assert refused.stderr == (
-            f"pneuforce: --{name}-port {port} is in use by another program: choose another\n"
+            f"pneuforce: --{name}-port {port} is in use by another program: choose another port\n"
         )
     with stack.plc() as plc:
         assert math.isnan(plc.read()["setpoint_requested"])

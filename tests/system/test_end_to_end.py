@@ -1,4 +1,4 @@
-"""Tests of the main function with real serial bytes, real sockets and third-party clients."""
+"""Tests of the force measurement over real serial bytes, real sockets and third-party clients."""
 
 import math
 import signal
@@ -66,7 +66,7 @@ def test_both_buses_report_the_true_force_of_a_pressed_balloon(stack_to_vent):
             )  # the simulated balloon follows the force law
             assert on_can_n == pytest.approx(on_modbus_n, abs=0.004)
             values = plc.read()
-            assert "force_valid" not in values["status"]  # a bit of the condensed status only
+            assert "force_valid" not in values["status"]  # only the condensed status has this bit
             assert "force_valid" in values["condensed_status"]
         stack.request(release=True)
         released = wait_for(plc.read, lambda v: "in_contact" not in v["status"])

@@ -204,7 +204,7 @@ def test_follow_prints_added_records(tmp_path):
 
 
 def test_the_shutdown_does_not_log_a_trip(tmp_path):
-    """The shutdown waits for the web process and the recorder. The rig is already released then."""
+    """The host closes the port of the rig before it waits for the web process and the recorder to end."""
     with ExitStack() as children:
         link, config = str(tmp_path / "rig"), tmp_path / "i.toml"
         children.enter_context(ChildProcess("simulator", ["pneuforce", "sim", "run", "--link", link])).ready()

@@ -56,7 +56,7 @@ class Client:
         self.link.sendall(encode(entry))
 
     def receive(self, seconds=0.0, until=None):
-        """Return all entries received so far, after some seconds or after an entry of the kind `until`."""
+        """Receive for a time, or until an entry of the kind `until`. Return all entries received so far."""
         until_s = time.monotonic() + (seconds or 5.0)
         while time.monotonic() < until_s:
             data = self.link.recv(65536)

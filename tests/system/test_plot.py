@@ -27,7 +27,7 @@ PLACED = "{http://www.w3.org/1999/xlink}href"
 
 
 def record_story(path, story):
-    """Record an instrument with a zeroed sensor while `story` runs."""
+    """Record an instrument with a zeroed sensor while the function `story` operates the instrument."""
     harness, file = InstrumentHarness.zeroed(), RecordingWriter(path)
     file.add_entry(json_entry(EntryKind.HEADER, harness.now_s, {"version": "0.1.0", "simulated": True}))
     process = harness.instrument.process
@@ -60,7 +60,7 @@ def press(harness, _=None):
 
 
 def lose_the_lease(harness, file):
-    """Write a trip by the host process. The board only vents, so only the event log contains the reason."""
+    """Record a trip by the host process. The samples show only a vent. The event contains the reason."""
     hold(harness)
     now_s = harness.now_s
     facts = {"at": "2027-01-31T08:00:00Z", "mono_s": now_s, "kind": "faults", "was": []}
@@ -107,7 +107,7 @@ def texts(figure):
 
 
 def stars(figure, name):
-    """Return the positions of the stars of this name. The y axis points downwards."""
+    """Return the positions of the stars in the group with this name. The y axis points downwards."""
     [group] = [group for group in figure.iter(f"{SVG}g") if group.get("id") == name]
     return [(float(use.get("x")), float(use.get("y"))) for use in group.iter(f"{SVG}use")]
 

@@ -40,7 +40,7 @@ REFUSED = "refused"
 UNTIL = re.compile(r"\[(\d+)\] is (\d+)")
 READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
 FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N\n")
-#: Three kinds of commands: they run until they are stopped, run for some seconds, or need a recording.
+#: Commands that run until they are stopped, that run for some seconds, and that read a recording.
 ENDLESS = re.compile(r"pneuforce (run|sim run)\b")
 LASTING = re.compile(r"pneuforce (watch|record)\b")
 ON_RECORDING = re.compile(r"pneuforce (replay|plot|export)\b")
@@ -50,7 +50,7 @@ SERIAL_LINE = "/tmp/line-plc"
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory):
-    """Return a demo in its own temporary folder, so that only `pneuforce record` of these tests finds it."""
+    """Return a demo in its own temporary folder, where only these tests find the demo."""
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("TMPDIR", str(tmp_path_factory.mktemp("demo")))
         started_demo = Demo("--seconds", "300")
@@ -116,7 +116,7 @@ def test_every_pneuforce_command_runs(demo, tmp_path, name):
     lines = [line for line in lines if not ENDLESS.search(line)]
     lasting = [line for line in lines if LASTING.search(line)]
     on_recording = [line for line in lines if ON_RECORDING.search(line)]
-    running = [(line, begin(line, demo, tmp_path)) for line in lasting]  # started first
+    running = [(line, begin(line, demo, tmp_path)) for line in lasting]  # these run in parallel to the others
     for line in lines:
         if line not in lasting + on_recording:
             check_success(line, begin(line, demo, tmp_path))

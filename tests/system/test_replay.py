@@ -1,4 +1,4 @@
-"""Tests of the verification and replay of recordings. One recorded instrument had a disturbed line."""
+"""Tests of the verification and replay of recordings, also of a recording made with a disturbed line."""
 
 import json
 import shutil
@@ -35,7 +35,7 @@ def recording(tmp_path_factory):
 
 @pytest.fixture
 def copy(recording, tmp_path):
-    """Return a copy that a test may damage."""
+    """Return a copy of the recording, which a test may damage."""
     return shutil.copy(recording, tmp_path / "copy.recording")
 
 
@@ -309,7 +309,7 @@ def _about(port):
 
 
 def _first_message(port, event, key="t_s"):
-    """Return the first message of a kind to a browser in which `key` has a value."""
+    """Return the first message of the type `event` to a browser in which `key` has a value."""
     with urlopen(f"http://127.0.0.1:{port}/api/live", timeout=10.0) as stream:
         kind = ""
         for line in stream:

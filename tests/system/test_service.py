@@ -1,4 +1,4 @@
-"""Tests of the instrument as a service: notifications to systemd, unit, udev rule, configurations."""
+"""Tests of the instrument as a service: notifications to systemd, unit file, udev rule and configurations."""
 
 import os
 import re
@@ -73,7 +73,7 @@ def test_systemd_receives_ready_watchdog_and_stopping(manager, tmp_path):
 
 
 def started(children, rig, modbus_port):
-    """Start an instrument and return its process without waiting until it serves."""
+    """Start an instrument and return its process at once, before the buses are served."""
     host = children.enter_context(ChildProcess("instrument", ["pneuforce", "run", "--config", "/dev/stdin"]))
     tables = {"rig": {"port": str(rig)}, "modbus": {"port": modbus_port}}
     host.write_stdin(toml({**tables, "events": {"file": ""}, "local": {"socket": ""}}))
@@ -108,7 +108,7 @@ def test_modbus_is_served_when_ready_and_an_abort_prints_a_traceback(manager, tm
 
 
 def installed_unit(folder):
-    """Return the unit with a program that exists on this machine."""
+    """Write the unit file with a program that exists on this machine, and return its path."""
     file = folder / "pneuforce.service"
     file.write_text(re.sub("^ExecStart=[^ ]*", "ExecStart=/bin/true", UNIT, flags=re.M))
     return file

@@ -50,7 +50,7 @@ def build(source):
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
-    """Return a copy of the tree without generated files; setuptools writes beside the sources."""
+    """Return a copy of the source tree, because setuptools writes files into the tree."""
     source = tmp_path_factory.mktemp("source")
     for name in ("pneuforce", *PARTS):
         generated = shutil.ignore_patterns("__pycache__")

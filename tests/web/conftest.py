@@ -46,7 +46,7 @@ class LiveInstrument:
             self.rig.wait_for(lambda now: not now["first_out_fault"])
 
     def kill(self):
-        """Kill the instrument, like a power failure."""
+        """Kill the instrument, which has the same effect as a power failure."""
         self.stack.host.send(SIGKILL)
 
     def restart(self):

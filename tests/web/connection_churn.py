@@ -9,7 +9,7 @@ import sys
 
 
 async def connect(port, stays):
-    """Open a connection again and again. Close it at once, or, if `stays`, when the server has closed it."""
+    """Open connections one after the other. Close each at once or, if `stays`, after the server closes it."""
     while True:
         try:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)

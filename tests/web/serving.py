@@ -18,7 +18,7 @@ TOKEN = "correct-horse-battery"
 
 
 class FakeInstrument:
-    """Instrument side of the local socket. It sends given entries, and records and answers requests."""
+    """Instrument side of the local socket, which sends given entries, and records and answers requests."""
 
     def __init__(self, path):
         self.path, self.requests, self.seen_s = path, [], []

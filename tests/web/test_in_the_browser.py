@@ -132,7 +132,7 @@ def test_a_force_above_its_limit_is_shown_and_announced(page, live):
 def test_a_fault_is_shown_with_its_action_and_can_be_cleared(page, live):
     live.rig.write("lease", 0.2)
     page.wait_for_visible("#faults [data-fault=lease_expired]")
-    assert "→" not in page.text("#faults .action")  # the arrow is in the style sheet, for screen readers
+    assert "→" not in page.text("#faults .action")  # the arrow is in the style sheet only
     assert page.text("#faults .action")
     page.wait_for_text("#alarm-announcements", "lease expired")
     assert page.data("#hold-reason", "code") == "tripped"
@@ -147,7 +147,7 @@ def test_after_a_trip_a_new_vent_is_required(page, live):
     page.wait_for_visible(VENT_VERIFIED)
     live.rig.write("lease", 0.2)
     page.wait_for_visible("#faults [data-fault=lease_expired]")
-    page("click", on="#vent-button")  # a vent during a trip does not arm
+    page("click", on="#vent-button")  # a vent during a trip is not a step of the arming
     page("click", on="#clear-button")
     page.wait_for_visible("#result[data-code=command_done]")
     page.wait_for_visible("#hold-reason[data-code=vent_due]")

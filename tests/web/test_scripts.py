@@ -97,7 +97,7 @@ def test_only_the_last_minute_of_samples_is_kept(page):
         })""",
     )
     assert longest <= 2 * keep_s * 4 + 10
-    assert (count, last_force) == (42, 7199.5)  # 10 s, one sample before them, and the last sample
+    assert (count, last_force) == (42, 7199.5)  # 41 values in the last 10 s, and one value before
 
 
 def test_the_health_cards_use_counters_that_exist(page, live):

@@ -1,4 +1,4 @@
-"""Family of all pressed shapes of one balloon: pressure and height by contact fraction and amount of gas.
+"""All pressed shapes of a balloon: pressure and height as functions of contact fraction and amount of gas.
 
 The amount of gas refers to the reference circuit: the tubes of the paper at standard atmospheric pressure.
 The amount of gas identifies a shape. The pressure does not, because two shapes have the same pressure beyond
@@ -19,7 +19,7 @@ from pneuforce.sim.plants.plant import AMBIENT_KPA, TUBES_MM3
 #: Contact fractions: the part of the half meridian that lies on the plate.
 CONTACT_FRACTIONS = np.concatenate([[0.005, 0.01], np.linspace(0.02, 0.96, 48), [0.97, 0.98]])
 FRACTIONS_AT_ONCE = 13
-#: Stretch of the pole minus the stretch at which the tension at the edge of the plate is zero.
+#: Stretch at the pole, minus the pole stretch at which the tension at the edge of the plate is zero.
 EXCESS_STRETCHES = np.geomspace(5e-5, 1.0, 50)
 NEARLY_SLACK = 0.01
 #: Number of shapes in a column after interpolation.
@@ -31,7 +31,7 @@ ProgressCallback = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class ShapeColumn:
-    """Shapes with one contact fraction, by increasing amount of gas."""
+    """Shapes with the same contact fraction, in the order of increasing amount of gas."""
 
     gas_kpa_mm3: Array
     pressure_kpa: Array
@@ -44,7 +44,10 @@ class ShapeColumn:
         return float(1e-3 * np.pi * self.pressure_kpa[-1] * self.contact_radius_mm[-1] ** 2)
 
     def at(self, gas_kpa_mm3: Array) -> Array:
-        """Return pressure, half height and contact radius, shape (3, gases); NaN outside the column."""
+        """Return an array with the rows pressure, half height and contact radius.
+
+        Each amount of gas has a column. Amounts outside the range of the shapes give NaN.
+        """
         values = (self.pressure_kpa, self.half_height_mm, self.contact_radius_mm)
         return np.stack([np.interp(gas_kpa_mm3, self.gas_kpa_mm3, v, np.nan, np.nan) for v in values])
 
@@ -71,7 +74,7 @@ def _columns(rubber: Rubber, shapes: Shapes, grid: tuple[int, int], sides: int) 
 def _column(rubber: Rubber, values: Array, sides: int) -> ShapeColumn:
     """Return the part of a column in which all shapes exist and the amount of gas increases.
 
-    The column is interpolated before the free half is added, because the size of the free half changes fast
+    The values are interpolated before the volume of the free half is added, because that volume changes fast
     near a limit point.
     """
     from scipy.interpolate import CubicSpline
@@ -90,7 +93,7 @@ def _column(rubber: Rubber, values: Array, sides: int) -> ShapeColumn:
 
 
 def _free_half_mm3(rubber: Rubber, pressure_kpa: Array, pressed_mm3: Array) -> Array:
-    """Return the volume of the half in the holder [mm³]: a free half sphere at the same pressure.
+    """Return the volume of the balloon half in the holder [mm³]: a free half sphere at the same pressure.
 
     Beyond the limit point, the pressure does not determine the size of a sphere. The free half then grows in
     proportion to the pressed half.
@@ -104,10 +107,10 @@ def _free_half_mm3(rubber: Rubber, pressure_kpa: Array, pressed_mm3: Array) -> A
 
 
 def reference_gas(pressure_kpa: Array, volume_mm3: Array) -> Array:
-    """Return the gas [kPa·mm³] of balloon and tubes in the reference circuit."""
+    """Return the amount of gas in balloon and tubes in the reference circuit [kPa·mm³]."""
     return (pressure_kpa + AMBIENT_KPA) * (volume_mm3 + TUBES_MM3)
 
 
 def reference_volume(pressure_kpa: Array, gas_kpa_mm3: Array) -> Array:
-    """Return the volume [mm³] of the balloon with this gas and pressure in the reference circuit."""
+    """Return the volume [mm³] of a balloon with this amount of gas and pressure in the reference circuit."""
     return gas_kpa_mm3 / (pressure_kpa + AMBIENT_KPA) - TUBES_MM3

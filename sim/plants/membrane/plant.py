@@ -12,12 +12,12 @@ from pneuforce.sim.plants.plant import AMBIENT_KPA, TUBES_MM3, BalloonState, Gas
 
 START_KPA = 8.0
 MAX_ITERATIONS = 50
-#: Amount of gas over which the table is linear [kPa·mm³]. It changes the pressure by 0.035 kPa. A Newton step
-#: that is smaller is the last step.
+#: Amount of gas within which the table is nearly linear [kPa·mm³]; it changes the pressure by 0.035 kPa. A
+#: Newton step that is smaller is accurate, and is the last step.
 LINEAR_GAS = 1000.0
-#: Volume of a completely flat balloon [mm³]. Without tubes, the gas law needs a volume above zero.
+#: Volume of a completely flat balloon [mm³]. In a circuit without tubes, the gas law divides by this volume.
 MIN_VOLUME_MM3 = 1.0
-#: Last row and last column that have a neighbour for the interpolation.
+#: Last row that has a next row, and last column that has a next column, for the interpolation.
 LAST_ROW, LAST_COLUMN = ROWS - 2, COLUMNS - 2
 
 
@@ -86,7 +86,7 @@ class MembranePlant:
         return below + (at - row) * (self._free_mm[row + 1] - below)
 
     def _free_reference_gas(self, amount: float, tubes_mm3: float, outside_kpa: float) -> float:
-        """Return the gas of a free balloon with the same size and pressure in the reference circuit."""
+        """Return the amount of gas that gives a free balloon the same size in the reference circuit."""
         min_gas, max_gas, per_gas, pressures = (
             self._min_gas,
             self._max_gas,
@@ -110,7 +110,7 @@ class MembranePlant:
     def _pressed_reference_gas(
         self, amount: float, tubes_mm3: float, outside_kpa: float, force_n: float, start: float
     ) -> float:
-        """Return the gas of a pressed balloon with the same shape and pressure in the reference circuit."""
+        """Return the amount of gas that gives a pressed balloon the same shape in the reference circuit."""
         min_gas, max_gas, more = self._min_gas, self._max_gas, tubes_mm3 - TUBES_MM3
         low, high, gas = min_gas - 1.0, max_gas + 1.0, start
         for _ in range(MAX_ITERATIONS):
@@ -128,10 +128,10 @@ class MembranePlant:
         return min(max(gas, min_gas), max_gas)
 
     def _position(self, gas: float, force_n: float) -> tuple[int, float, int, float, float, float]:
-        """Return row, weight of the next row, column, weight of the next column, and carried force [N].
+        """Return row, weight of the next row, column, weight of the next column, force [N] and shift.
 
-        The last value is the shift in columns for each row at constant force. The shift exists because the
-        width of the columns depends on the highest force of the row.
+        The force is limited to the highest force of the row. The shift is the change of the column from row
+        to row at a constant force: the column depends on the highest force of the row.
         """
         at = (gas - self._min_gas) * self._rows_per_gas
         row = int(at) if at < LAST_ROW else LAST_ROW
@@ -150,7 +150,7 @@ class MembranePlant:
 def _interpolate(
     table: list[list[float]], row: int, row_weight: float, column: int, column_weight: float
 ) -> float:
-    """Return the bilinear interpolation. The weights belong to the next row and column."""
+    """Return a value between four cells of a table. The weights are those of the next row and column."""
     lower, upper = table[row], table[row + 1]
     below = lower[column] + column_weight * (lower[column + 1] - lower[column])
     return below + row_weight * (upper[column] + column_weight * (upper[column + 1] - upper[column]) - below)
@@ -166,9 +166,9 @@ def _newton_step(
     more_tubes_mm3: float,
     outside_kpa: float,
 ) -> tuple[float, float, float]:
-    """Return the next iterate of a bracketed Newton method, and the bracket.
+    """Return the next iterate of a bracketed Newton method, and both ends of the bracket.
 
-    After the last step, both ends of the bracket are equal.
+    After the last step, both ends are equal.
     """
     reference, actual = pressure_kpa + AMBIENT_KPA, pressure_kpa + outside_kpa
     volume = more_tubes_mm3 + gas / reference

@@ -21,14 +21,14 @@ Array = npt.NDArray[np.float64]
 
 FLAT_STEPS, FREE_STEPS = 24, 80
 EQUATOR = np.pi / 2
-#: A shot with a larger slope [rad] cannot become vertical at the equator. Its integration stops, because its
-#: radius would become negative.
+#: Largest slope θ [rad] up to which a meridian is integrated. With a larger slope, the skin cannot be
+#: vertical at the equator, and the radius would become negative.
 MAX_SLOPE = 2.2
 SLOPE_TOLERANCE, MAX_SHOTS = 1e-9, 30
 
 
 class _Point(NamedTuple):
-    """One point on each meridian: r [mm], λ1, θ."""
+    """Point on the meridian of each shape: radius r [mm], stretch λ1, slope θ."""
 
     r_mm: Any
     along: Any
@@ -40,25 +40,25 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Shapes:
-    """Pressed half balloons in equilibrium, one for each column. Nodes run from the pole to the equator."""
+    """Pressed half balloons in equilibrium, one per column. Rows are nodes from the pole to the equator."""
 
     material: Material
     pressure_kpa: Array
-    contact_radius_mm: Array  #: a, radius of the edge of the contact
-    angle: Array  #: φ
+    contact_radius_mm: Array  #: radius a of the edge of the contact
+    angle: Array  #: angle φ of the nodes
     r_mm: Array
-    along: Array  #: λ1
-    slope: Array  #: θ, zero on the plate
+    along: Array  #: stretch λ1 along the meridian
+    slope: Array  #: slope θ, zero on the plate
 
     @property
     def force_n(self) -> Array:
-        """Return F = ΔP π a² [N]. The slope at the edge is zero, so the plate carries the pressure only."""
+        """Return F = ΔP π a² [N]. The skin leaves the plate with zero slope, so its tension adds no force."""
         force: Array = 1e-3 * np.pi * self.pressure_kpa * self.contact_radius_mm**2
         return force
 
     @property
     def around(self) -> Array:
-        """Return λ2 at the nodes. At the pole, λ2 = λ1."""
+        """Return the stretch λ2 around the axis at the nodes. At the pole, λ2 = λ1."""
         sine = self.material.radius_mm * np.sin(self.angle)
         return np.divide(self.r_mm, sine, out=self.along.copy(), where=sine > 0)
 
@@ -148,9 +148,9 @@ def _solve_pressure(material: Material, angles: Array, edge: _Point) -> Array:
 
 
 def _integrate(material: Material, angles: Array, point: _Point, pressure_kpa: Array | None) -> list[_Point]:
-    """Return the points at all angles by the classical Runge–Kutta method.
+    """Return the points at all angles, integrated by the classical Runge–Kutta method.
 
-    If `pressure_kpa` is None, the points are on the plate.
+    If `pressure_kpa` is None, the points lie on the plate.
     """
     points = [point]
     for start, end in pairwise(angles):

@@ -1,4 +1,4 @@
-"""Table of the membrane plant: pressure and height by gas and force, in the reference circuit.
+"""Table of the membrane plant: pressure and height by amount of gas and force, in the reference circuit.
 
 The rows are equidistant in the amount of gas. The columns are equidistant in √(force / highest force of the
 row), because the contact radius is proportional to √force at small forces.
@@ -35,7 +35,7 @@ class MembraneTable:
 
 @dataclass(frozen=True, slots=True)
 class _Paths:
-    """Shapes from free to flat, as arrays (rows, nodes). Values outside the shape family are NaN."""
+    """Shapes of each row, from the free to the flat balloon: arrays (rows, nodes). Missing shapes are NaN."""
 
     pressure_kpa: Array
     half_height_mm: Array
@@ -68,9 +68,9 @@ def compute_table(
 
 
 def _flat(rubber: Rubber, sides: int, gas: Array) -> Array:
-    """Return pressure, half height and contact radius, shape (3, rows), of the completely flat side.
+    """Return pressure, half height and contact radius of completely flat sides, as an array (3, rows).
 
-    The tension at its rim is zero, so its radius does not depend on the pressure.
+    The tension at the rim of a flat side is zero. Therefore, its radius does not depend on the pressure.
     """
     pressure = np.linspace(-1.0, 400.0, FINE_POINTS)
     held = 2 / 3 * np.pi * (rubber.radius_mm * rubber.free_stretch(pressure)) ** 3 * (2 - sides)
@@ -80,7 +80,7 @@ def _flat(rubber: Rubber, sides: int, gas: Array) -> Array:
 
 
 def _extended(paths: _Paths, gas: Array, first: int) -> _Paths:
-    """Return the paths, completed by the rows below `first`.
+    """Return the paths with shapes for the rows below `first`, which the family does not contain.
 
     In these rows, the skin wrinkles and hardly stretches. The shapes are those of row `first`, scaled to the
     free radius of each row. The gas law gives the pressure.
@@ -100,7 +100,7 @@ def _extended(paths: _Paths, gas: Array, first: int) -> _Paths:
 
 
 def _resampled(gas: Array, paths: _Paths) -> MembraneTable:
-    """Return the paths at equidistant √force.
+    """Return the table of the paths, interpolated at equidistant √force.
 
     A path ends when the force stops increasing, because a flat disc is smaller than a nearly flat balloon.
     """

@@ -1,4 +1,4 @@
-"""Run the hostile cases against the instrument and other Modbus servers, and print docs/hostile.md."""
+"""Command that runs the hostile cases against several Modbus servers and prints docs/hostile.md."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _tables(rows: list[Row]) -> list[str]:
         lines += ["", f"### {group.capitalize()}", ""]
         passed_by_all = len(cases) - len(failed)
         lines.append(
-            f"{len(cases)} cases. {passed_by_all} of them were passed by all servers and are not listed."
+            f"{len(cases)} cases. All servers passed {passed_by_all} of these cases, which the table omits."
         )
         if failed:
             names = " | ".join(name for name, *_ in _SERVERS)

@@ -73,7 +73,7 @@ def test_a_changed_record_with_a_new_digest_is_detected_at_the_next_record(numbe
         with pytest.raises(BrokenChainError, match=f"^record {number + 1} "):
             verify_chain(rows)
     else:
-        # Only the comparison with a noted head detects this change.
+        # A forged last record is detected only by comparison with a head that was noted before.
         assert verify_chain(rows).records == COUNT
 
 

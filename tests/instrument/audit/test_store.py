@@ -34,7 +34,7 @@ def test_a_log_is_continued_after_it_was_closed(tmp_path):
 
 
 def test_each_commit_is_synced_to_the_disk(tmp_path):
-    """Only a power cut could show the effect. The test therefore checks the setting: 2 means FULL."""
+    """Only a power cut could show an unsynced commit. Therefore the setting is checked: 2 means FULL."""
     log = EventLogFile(tmp_path / "log")
     assert log._db.execute("PRAGMA synchronous").fetchone() == (2,)
     assert log._db.execute("PRAGMA journal_mode").fetchone() == ("wal",)

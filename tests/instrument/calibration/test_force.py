@@ -20,7 +20,7 @@ WIDE = {"rise_span_kpa": (0.01, 20.0), "baseline_span_kpa": (2.0, 12.0)}
 
 
 def simulated_contacts(seed, count=24, noise=0.02, reference_n=0.0, settings=SETTINGS, **terms):
-    """Return contacts and their exact forces, which are the forces of the law times a known correction.
+    """Return contacts and their exact forces: the forces by the force law, times a known correction.
 
     `noise` is the relative noise of the measured force. `reference_n` is the noise of the force sensor [N].
     """

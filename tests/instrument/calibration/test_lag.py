@@ -19,8 +19,8 @@ DT_S = 0.002
 def recorded(tube_time_constant_s=0.06, seed=1, after_kpa=5.0, filter_time_constant_s=0.0, seconds=1.0):
     """Return the recorded pressure of a balloon that is released after 0.2 s.
 
-    The recording contains the effects of tube, sensor and filter. If `filter_time_constant_s` is 0, there is
-    no filter.
+    The recording contains the effects of tube and sensor. If `filter_time_constant_s` is not 0, it also
+    contains the effect of the filter.
     """
     circuit = Pneumatics(
         PneumaticSettings(tube_time_constant_s=tube_time_constant_s),

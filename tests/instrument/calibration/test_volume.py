@@ -35,7 +35,7 @@ def test_the_volume_lies_within_its_stated_uncertainty():
         read = gain * RISES_KPA * syringe + generator.normal(0, 0.05, len(RISES_KPA))
         fits.append(volume(syringe_ml=DISPLACED_ML, pressure_kpa=read))
     errors, stds = [fit.volume_mm3 - TRUTH_MM3 for fit in fits], [fit.std_mm3 for fit in fits]
-    # The error of the syringe has a rectangular distribution: 58 % lie within one standard uncertainty.
+    # Of rectangular errors (syringe, sensor gain), 58 % lie within one standard uncertainty.
     assert 0.52 <= share_within(errors, stds) <= 0.79
     assert share_within(errors, stds, 2) >= 0.95
 

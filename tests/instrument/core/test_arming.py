@@ -174,7 +174,7 @@ def test_a_vent_right_after_hold_is_sent_even_if_no_sample_shows_the_hold_yet():
     harness.write_ok(HOLD_8)
     harness.write_ok(VENT)
     harness.write_ok(HOLD_8)
-    for _ in range(24):  # for 48 ms the board may not have received the vent
+    for _ in range(24):  # for 48 ms the board may not have received the vent command
         assert not harness.commands_hold
         harness.feed()
     harness.run(0.2)
@@ -250,7 +250,7 @@ def test_an_unknown_fault_of_a_newer_board_trips(mask):
 def test_a_board_that_received_no_command_does_not_cause_a_disagreement():
     harness = InstrumentHarness.holding()
     harness.run_without_samples(1.5)
-    harness.feed()  # still locked: the board has not received the vent
+    harness.feed()  # still locked: the board has not received the vent command
     harness.run(0.5)
     assert list(harness.instrument.faults) == [HostFault.LINK_LOST]
 
@@ -261,7 +261,7 @@ class AnyTraffic(RuleBasedStateMachine):
     def __init__(self):
         super().__init__()
         self.harness = InstrumentHarness.zeroed()
-        self.vent_seen = False  # a peer has vented, without a latched fault, since the start or the last trip
+        self.vent_seen = False  # a peer has vented, with no fault latched, since the start or the last trip
         self.last_mode = {}
         self.asked = False  # "hold" was accepted since the last vent
 

@@ -1,4 +1,4 @@
-"""Tests of the snapshot, which contains all quantities of one sample, at one instant, for one peer."""
+"""Tests of the snapshot: all its quantities belong to one sample, one time and one peer."""
 
 import math
 

@@ -229,7 +229,7 @@ def test_outside_the_validated_range_there_is_no_force_but_a_quality_flag(baseli
 
 
 class TestUncertainty:
-    """Tests of the live uncertainty. It equals the budget at rest, and is larger while the pressure moves."""
+    """Tests of the live uncertainty: equal to the uncertainty budget at rest, larger in motion."""
 
     @pytest.mark.parametrize("rise_kpa", [0.3, 1.5])
     def test_at_rest_the_uncertainty_is_that_of_the_budget(self, rise_kpa):

@@ -1,4 +1,4 @@
-"""Tests of contact tracking: start and end of a contact, and the pressure before it."""
+"""Tests of contact tracking: start and end of a contact, and the baseline pressure before the contact."""
 
 import math
 import random

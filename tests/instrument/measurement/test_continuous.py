@@ -1,6 +1,7 @@
-"""Tests of a changing force on the simulated rig. Each force is computed from past samples only.
+"""Tests of measuring a changing force on the simulated rig. Each force is computed from past samples only.
 
-The paper aligns the peaks afterwards, which removes a delay of 0.12 s. The RMSE of the paper is then 0.578 N.
+The paper aligns the peaks of measured and true force afterwards, which removes a delay of 0.12 s. The RMSE of
+the paper is then 0.578 N.
 """
 
 import math
@@ -54,7 +55,7 @@ def _rmse(forces_n, truths_n):
 
 @cache
 def courses(kind, setpoint_kpa, polytropic):
-    """Run one rig. Return the forces that are measured with each of several tube time constants."""
+    """Simulate one rig. Return its forces for each tube time constant that the instrument assumes."""
     contacts = {"slow": SLOW, "fast": FAST, "overlapping": OVERLAPPING}[kind]
     scenario = Scenario(
         doc="continuous",

@@ -35,7 +35,7 @@ def compensated(is_lost, seconds=6.0):
 
 @pytest.mark.parametrize("every", range(1, 2 * MAX_BRIDGED_SAMPLES))
 def test_the_compensation_is_stable_at_each_spacing_of_the_samples(every):
-    """A filter that always uses the gain for 2 ms would be unstable at a spacing of 14 ms or more."""
+    """A filter that always uses the gain for a spacing of 2 ms would be unstable from 14 ms on."""
     for t_s, truth_kpa, shown_kpa in compensated(lambda n: n % every):
         # With few samples the measured value lags while the pressure changes.
         max_error_kpa = 0.35 if t_s > 1.6 else 1.6

@@ -78,6 +78,6 @@ def holding_sample(adc_sum):
 
 
 def adc_sums(pressures_kpa):
-    """Return the ADC sums of an array of pressures. In contrast to `adc_sum_of`, they are not rounded."""
+    """Return the ADC sums of an array of pressures. In contrast to `adc_sum_of`, the sums are not rounded."""
     low, high = adc_sum_of(0.0), adc_sum_of(50.0)
     return low + (high - low) * pressures_kpa / 50.0

@@ -38,9 +38,9 @@ def test_a_new_setpoint_restarts_the_monitor():
 
 
 def test_a_contact_discards_only_its_segment():
-    """The balloon is free for 15 s of each 20 s, which is long enough for one segment of 10 s.
+    """The balloon is free for 15 s of each 20 s, so that each 20 s contain one complete segment of 10 s.
 
-    One minute of creep without contact takes 80 s. Six segments take six times 20 s.
+    The latex creeps during the first 60 s without contact, which take 80 s. The next six segments take 120 s.
     """
     with_contacts_s = detected_after_s(LeakMonitor(), 0.002, 400.0, pressed=lambda t_s: t_s % 20 > 15)
     assert with_contacts_s == pytest.approx(80.0 + 6 * 20.0, abs=20.0)

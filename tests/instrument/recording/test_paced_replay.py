@@ -1,4 +1,4 @@
-"""Tests of the paced replay: it follows a clock, and no value is older than its age says."""
+"""Tests of the paced replay: it follows a clock, and shows no old value even if it is too slow."""
 
 import pytest
 

@@ -44,7 +44,7 @@ class VirtualHost:
     to_board: bytes = b""
     command_sequence: int = 0
     damaged_bytes: int = 0
-    snapshots: dict = field(default_factory=dict)  #: snapshot for the web page as text, for each time
+    snapshots: dict = field(default_factory=dict)  #: snapshots for the web page as text, by time [s]
     forces: list = field(default_factory=list)
     entries: list = field(default_factory=list)
     subscriber: Subscriber | None = None
@@ -217,7 +217,7 @@ def make_replay(**options):
 
 
 def advance(replay, duration_s, begin_s=50.0, step_s=0.005):
-    """Advance the clock and the replay in steps. Return each sample with its time by the clock."""
+    """Advance the clock and the replay in steps. Return each sample with the clock time of its replay."""
     replayed, now_s = [], begin_s
     while now_s < begin_s + duration_s:
         replayed += [(now_s, sample) for sample in replay.advance(now_s)]

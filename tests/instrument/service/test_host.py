@@ -188,7 +188,7 @@ def test_an_internal_error_vents(cable):
         await host.connect(asyncio.Event())
         task = asyncio.create_task(host.run(asyncio.Event()))
         await inflate(host)
-        host.instrument.tick = None  # an internal error in the loop
+        host.instrument.tick = None  # causes an internal error in the loop
         with pytest.raises(TypeError):
             await asyncio.wait_for(task, TIMEOUT_S)
         assert board.state is BoardState.VENTED

@@ -1,4 +1,4 @@
-"""Tests of the local socket's name: open replaces only a stale name, close removes only its own name."""
+"""Tests of the local socket's name: `open` replaces only a stale name, `close` removes only its own."""
 
 import asyncio
 import socket

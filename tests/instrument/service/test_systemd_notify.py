@@ -129,8 +129,7 @@ def test_a_fault_is_sent_with_its_name(manager):
     notifier = notifier_of(harness, manager)
     notifier.ready()
     harness.run(1.0)
-    harness.now_s += 1.0  # without samples
-    harness.instrument.tick(harness.now_s)
+    harness.run_without_samples(1.0)
     notifier.tick(harness.now_s)
     assert manager.heard()[-1].endswith(": link lost")
 

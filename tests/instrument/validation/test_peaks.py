@@ -26,7 +26,7 @@ def contact(baseline_kpa, rise_kpa, force_n=1.0):
 
 
 def peaks(baseline_kpa, force_n, energetic_n):
-    """Return contacts with these estimates of the energetic method. The other methods have no solution."""
+    """Return contacts with these energetic estimates. The other methods have no solution for them."""
     unsolved = np.full(len(force_n), np.nan)
     estimates = {"energetic": np.array(energetic_n), "lulevich": unsolved, "shanahan": unsolved}
     baseline = np.array(baseline_kpa)
@@ -73,7 +73,7 @@ def test_the_published_errors_belong_to_four_groups():
 
 
 def test_the_volume_change_is_that_of_all_gas_as_a_share_of_the_sphere():
-    # Calculated by hand for 8 → 10 kPa: R_i = 8.2423 mm, V_si = 2345.4 mm³, V_i = 15025.4 mm³.
+    # Values calculated by hand, 8 → 10 kPa: R_i = 8.2423 mm, V_si = 2345.4 mm³, V_i = 15025.4 mm³.
     change = volume_change(np.array([8.0]), np.array([10.0]), Balloon(), Circuit())
     assert change[0] == pytest.approx((1 - 109.325 / 111.325) * 15025.4 / 2345.4, rel=1e-4)
 

@@ -1,4 +1,4 @@
-"""Tests of a reference force that is added to recorded pressures: interpolation, gaps and phases."""
+"""Tests of recorded pressures combined with the force of a reference sensor: interpolation, gaps, phases."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Modbus clients of other projects as processes: one request per input line, one line of JSON per answer."""
+"""Modbus clients of other projects, run as processes that read requests and print answers line by line."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ CLIENTS = (
         (NODE, str(HERE / "modbus_serial.js")),
         COMMON_REQUESTS | FURTHER_REQUESTS | {"identity", "together"},
         (NEEDS_NODE,),
-        frozenset(("mask", "exchange", "identity")),  # identity fails if an object has no text
+        frozenset(("mask", "exchange", "identity")),  # identity: fails if an object has an empty text
     ),
     ModbusClientProgram(
         "jsmodbus",
@@ -77,7 +77,7 @@ CLIENTS = (
         frozenset(("identity",)),
     ),
 )
-#: Word order of 32-bit values by transport. The instrument in these tests uses both.
+#: Word order of 32-bit values on each transport. The instrument in these tests is configured in this way.
 ORDERS = {"tcp": "ABCD", "rtu": "CDAB"}
 
 
@@ -116,7 +116,7 @@ class RunningClient:
         self._process.stdout.close()
 
     def __call__(self, request):
-        """Return the answer to `request`. In `request`, {order} is replaced by the word order."""
+        """Send `request`, with {order} replaced by the word order, and return the answer."""
         self._process.stdin.write(request.format(order=self.order) + "\n")
         self._process.stdin.flush()
         if not select.select([self._process.stdout], [], [], ANSWER_TIMEOUT_S)[0]:

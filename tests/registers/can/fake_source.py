@@ -25,7 +25,7 @@ SNAPSHOT = Snapshot(
 
 
 class FakeSource:
-    """Source for a CAN node in a test, which needs no instrument."""
+    """Source for a CAN node in a test without an instrument."""
 
     def __init__(self, **values):
         self.now = SNAPSHOT._replace(**values)

@@ -88,7 +88,7 @@ def test_frames_of_other_clients_are_received_and_own_frames_are_not(address):
 
 
 def test_a_remote_frame_is_marked_as_remote_or_not_forwarded(address):
-    """For a remote frame, python-can's socketcand client sends no data, so every server rejects it."""
+    """python-can's socketcand client sends a remote frame without data. Every server rejects such a frame."""
     got = []
     with opened_connection(address, got.append), python_can_client(address) as peer:
         peer.send(can.Message(arbitration_id=0x205, is_remote_frame=True, dlc=8, is_extended_id=False))
@@ -166,7 +166,7 @@ def test_close_returns_soon_and_sends_the_frames_in_the_queue(address):
             for number in range(50):
                 bus.send(numbered_frame(number))
             started_s = time.monotonic()
-        assert time.monotonic() - started_s < 3  # 0.3 s on a machine that is not overloaded
+        assert time.monotonic() - started_s < 3  # takes 0.3 s on an idle machine
         wait_for(lambda: bus.counters.sent + bus.dropped == 50)
         messages = received_messages(peer, bus.counters.sent)
         assert [int.from_bytes(m.data, "little") for m in messages] == list(range(bus.counters.sent))
@@ -246,4 +246,4 @@ def test_a_missing_interface_raises_an_error_at_once(address, message_part):
     started_s = time.monotonic()
     with pytest.raises(OSError, match=message_part):
         CanConnection(address, print).open()
-    assert time.monotonic() - started_s < 5  # python-can alone retries for 10 s
+    assert time.monotonic() - started_s < 5  # python-can itself retries for 10 s

@@ -23,7 +23,7 @@ def raw(data, kind=FrameKind.DATA, can_id=0x205):
 
 
 def answers(node, *frames, now_s=0.0):
-    """Send all frames. Return sequence and result of each Answer to the last frame."""
+    """Send all frames. Return the sequence number and the result of each Answer to the last frame."""
     replies = [node.receive(frame, now_s) for frame in frames][-1]
     assert all(reply.id == 0x485 for reply in replies)
     return [(v["sequence"], v["result"]) for v in (decode(ANSWER, reply.data) for reply in replies)]

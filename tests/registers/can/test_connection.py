@@ -47,7 +47,7 @@ def test_the_bus_is_reopened_and_its_first_frame_is_new():
 def test_error_frames_are_counted_and_not_delivered():
     at, got = CanAddress(interface="virtual", channel="reports"), []
     with opened_connection(at, got.append) as bus, python_can_client(at) as peer:
-        for error_class in (0x001, 0x004, 0x080, 0x100):  # timeout, controller, bus error, restarted
+        for error_class in (0x001, 0x004, 0x080, 0x100):  # TX timeout, controller problem, bus error, restart
             peer.send(message(0, arbitration_id=error_class, is_error_frame=True))
         peer.send(message(7))
         wait_for(lambda: got)
@@ -217,7 +217,7 @@ def test_a_suspended_hub_is_detected_soon_and_frames_sent_meanwhile_do_not_arriv
             wait_for(done)
 
         with opened_connection(at) as bus, python_can_client(at) as peer:
-            until_s = time.monotonic() + 0.5  # time for answers of the hub to echo requests
+            until_s = time.monotonic() + 0.5  # the hub needs time to answer echo requests
             send(1, until=lambda: time.monotonic() > until_s)
             hub.send_signal(signal.SIGSTOP)
             started_s = time.monotonic()
@@ -228,7 +228,7 @@ def test_a_suspended_hub_is_detected_soon_and_frames_sent_meanwhile_do_not_arriv
             wait_for(lambda: bus.is_up)
             send(4, until=lambda: 4 in arrived)
     assert 3 not in arrived
-    assert detected_s < 3  # 0.45 s on a machine that is not busy
+    assert detected_s < 3  # takes 0.45 s on an idle machine
 
 
 def test_garbage_from_a_server_does_not_disturb_the_bus():

@@ -13,7 +13,7 @@ from pneuforce.registers.can.wire import FrameKind
 
 @contextlib.contextmanager
 def server_that_sends(*pieces):
-    """Yield the port of a server that sends these pieces to each client and ignores its answers."""
+    """Yield the port of a server that sends these pieces to each client and ignores what the client sends."""
     with socket.create_server(("127.0.0.1", 0)) as listener, contextlib.ExitStack() as stack:
 
         def serve():
@@ -53,7 +53,7 @@ def test_an_invalid_server_raises_an_error_soon(_name, pieces, message_part, mon
         started_s = time.monotonic()
         with pytest.raises(OSError, match=f"127.0.0.1:{port} .*{message_part}"):
             CanBus(CanAddress(interface="socketcand", port=port))
-    assert time.monotonic() - started_s < 8  # python-can alone waits forever
+    assert time.monotonic() - started_s < 8  # python-can itself waits forever
 
 
 def test_a_handshake_in_pieces_and_a_frame_right_after_it_are_accepted():

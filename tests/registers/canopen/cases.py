@@ -3,7 +3,7 @@
 A case is a name, the NMT state at its start, and a list of steps. A step is a pair of texts: the frame sent,
 and the expected frames, separated by "|". A frame is its identifier and its data, in hex.
 
-- A request to 605h is filled with zeros to 8 bytes, unless it ends with "!".
+- A frame with the identifier 605h is filled with zeros to 8 bytes, unless it ends with "!".
 - The given bytes of a response must match. All further bytes must be 0, or can have any value after "…".
 - "" means that no frame is expected.
 - "+0.5 705" waits for half a second and looks only at frames with the identifier 705h.
@@ -12,8 +12,8 @@ and the expected frames, separated by "|". A frame is its identifier and its dat
 
 PRE, OPERATIONAL, STOPPED = "pre", "operational", "stopped"
 
-_SEGMENTED_UPLOAD = ("605 40 08 10 00", "585 41 08 10 00 16")  # a text of 22 characters needs segments
-_MONITOR_MASTER = ("605 23 16 10 01 F4 01 7F 00", "585 60 16 10 01")  # node 127, 500 ms
+_SEGMENTED_UPLOAD = ("605 40 08 10 00", "585 41 08 10 00 16")  # a text of 22 characters is read in segments
+_MONITOR_MASTER = ("605 23 16 10 01 F4 01 7F 00", "585 60 16 10 01")  # heartbeat deadline of node 127: 500 ms
 
 #: Cases whose responses do not depend on the rig. They are also tested with a running instrument.
 STATIC_CASES = [
@@ -110,7 +110,7 @@ STATIC_CASES = [
     ("inhibit time of an enabled TPDO", PRE, [
         ("605 2B 00 18 03 64 00", "585 80 00 18 03 30 00 09 06"),
         ("605 40 00 18 03", "585 4B 00 18 03"),
-        ("605 2B 02 18 03 64 00", "585 60 02 18 03"),  # the same value again
+        ("605 2B 02 18 03 64 00", "585 60 02 18 03"),  # a write of the present value is accepted
     ]),
     ("inhibit time of a disabled TPDO", PRE, [
         ("605 23 00 18 01 85 01 00 C0", "585 60 00 18 01"),
@@ -336,7 +336,7 @@ DYNAMIC_CASES = [
         ("faults 3", ""), ("+0.1 085", ""), ("000 80 05", ""), ("+0.02 085", "085 03 FF 81 …"),
     ]),
     ("emergencies with an inhibit time", PRE, [
-        ("605 2B 15 10 00 E8 03", "585 60 15 10 00"),  # 100 ms
+        ("605 2B 15 10 00 E8 03", "585 60 15 10 00"),  # inhibit time 100 ms
         ("faults 3 4", ""), ("+0.05 085", "085 03 FF …"), ("+0.1 085", "085 04 FF …"),
     ]),
     ("a fault is sent again after a reset", PRE, [

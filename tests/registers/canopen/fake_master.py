@@ -42,7 +42,7 @@ def format_frames(frames):
 
 
 class FakeMaster:
-    """Master of one node. It controls the time of the node."""
+    """Master of one node. The master controls the time of the node."""
 
     def __init__(self, state="pre", source=None, **options):
         self.source = source or FakeSource(
@@ -66,7 +66,7 @@ class FakeMaster:
         return self.node.receive(parse_frame(step), self.now_s)
 
     def wait(self, seconds, samples=False):
-        """Let time pass and return (time, frame) of all frames that the node sends."""
+        """Let simulated time pass. Return (time, frame) of each frame that the node sends."""
         frames = []
         for _ in range(round(seconds / TICK_S)):
             for _ in range(5):

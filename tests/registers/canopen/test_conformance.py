@@ -1,4 +1,4 @@
-"""Tests that play all cases to a CANopen node without I/O."""
+"""Tests that send the requests of all cases to a CANopen node without I/O, and check the responses."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Tests of emergency messages: number, time, and values. The values are those at the time of the error."""
+"""Tests of emergency messages: number, time, and contents. A message contains the values at its error."""
 
 import struct
 
@@ -9,11 +9,11 @@ from tests.registers.can.fake_source import FakeSource
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
 from tests.registers.canopen.fake_master import FakeMaster
 
-MONITOR_MASTER = "605 23 16 10 01 F4 01 7F 00"  # node 127, 500 ms
+MONITOR_MASTER = "605 23 16 10 01 F4 01 7F 00"  # heartbeat deadline of node 127: 500 ms
 
 
 def emergencies(frames):
-    """Return error code, error register and number of active faults of each emergency."""
+    """Return error code, error register and number of active faults of each emergency message."""
     return [struct.unpack_from("<HBB", frame.data) for frame in frames if frame.id == 0x085]
 
 
@@ -48,7 +48,7 @@ def test_of_more_than_32_pending_emergencies_the_newest_are_sent():
 
 
 class TrippingSource(FakeSource):
-    """Source that trips when its master is lost, as an instrument does."""
+    """Source that trips when the CANopen master is lost, as an instrument does."""
 
     def master_lost(self, now_s):
         self.set(status=frozenset({"vented"}), faults=(41,), active_fault_count=1)

@@ -1,4 +1,4 @@
-"""Tests of the limit of 60 % for the bus load that a master configures."""
+"""Tests of the bus load limit: a master cannot configure a bus load above 60 %."""
 
 import pytest
 

@@ -10,7 +10,8 @@ from pneuforce.registers.canopen.node import CanopenNode
 from tests.instrument.instrument_harness import HOLD_8, PLC, ROBOT, VENT, InstrumentHarness
 from tests.registers.canopen.fake_master import IDENTITY, parse_frame
 
-MONITOR_MASTER, END_MONITORING = "605 23 16 10 01 F4 01 7F 00", "605 23 16 10 01"  # node 127, 500 ms
+#: SDO writes that set the heartbeat deadline of node 127 to 500 ms, or end the monitoring.
+MONITOR_MASTER, END_MONITORING = "605 23 16 10 01 F4 01 7F 00", "605 23 16 10 01"
 HEARTBEAT, BOOT_UP = "77F 05", "77F 00"
 
 
@@ -69,7 +70,7 @@ def test_after_the_cause_is_gone_the_fault_can_be_cleared_and_nothing_inflates_b
     setup.send(back)
     setup.run(0.1)
     assert (setup.harness.snapshot().state, setup.harness.commands_hold) == ("tripped", False)
-    setup.send(back)  # the heartbeat deadline is running again
+    setup.send(back)  # restarts the heartbeat deadline
     assert setup.try_to_inflate(ROBOT) == ("done", "none")
     assert setup.harness.commands_hold
 

@@ -1,4 +1,4 @@
-"""Tests of the times of TPDOs: with default settings as in raw mode, and with settings of a master."""
+"""Tests of the times at which TPDOs are sent: as in raw mode by default, or as a master configures them."""
 
 import itertools
 import math
@@ -28,7 +28,7 @@ EVENTS = [
 
 
 def record_tpdos(node, source, seconds=1.5, start=lambda node: None):
-    """Return the TPDOs of a node with their times. No samples are sent while the status is stale."""
+    """Return the TPDOs of a node with their times. The node receives no samples while the status is stale."""
     events, sent = list(EVENTS), []
     node.tick(0.0)
     start(node)
@@ -64,7 +64,7 @@ def test_a_change_is_sent_with_its_first_sample():
     status = [now_s for now_s, frame in sent if frame.id == 0x385]
     force = [(now_s, frame.data) for now_s, frame in sent if frame.id == 0x185]
     assert 0.342 in status
-    assert 0.21 in status  # 0.204 s is within the inhibit time
+    assert 0.21 in status  # at 0.204 s, the inhibit time has not passed
     assert any(now_s == pytest.approx(0.618) and data[6] & 0x10 for now_s, data in force)
 
 
@@ -74,7 +74,7 @@ def times(master, seconds, can_id, **how):
 
 def test_the_event_timer_sends_a_tpdo_without_events():
     master = FakeMaster()
-    master.send("605 2B 01 18 05 32")  # 50 ms
+    master.send("605 2B 01 18 05 32")  # event timer 50 ms
     master.send("000 01 05")
     assert len(times(master, 1.0, 0x285)) == pytest.approx(20, abs=1)
 
@@ -98,7 +98,7 @@ def inhibit_force(master, inhibit):
 def test_the_inhibit_time_is_the_shortest_time_between_force_frames():
     master = FakeMaster(OPERATIONAL, force_rate_hz=500)
     assert len(times(master, 1.0, 0x185, samples=True)) == pytest.approx(500, abs=2)
-    inhibit_force(master, "F4 01")  # 50 ms
+    inhibit_force(master, "F4 01")  # inhibit time 50 ms
     sent = times(master, 1.0, 0x185, samples=True)
     assert len(sent) == pytest.approx(20, abs=1)
     assert min(b - a for a, b in itertools.pairwise(sent)) >= 0.0499
@@ -136,7 +136,7 @@ def test_a_tpdo_can_be_disabled_and_enabled():
 def test_a_master_cannot_configure_more_than_60_percent_bus_load():
     master = FakeMaster(bit_rate=125_000)
     rejected = (0x0609_0030).to_bytes(4, "little")
-    (answer,) = master.send("605 2B 00 18 05 02")  # 2 ms: 500 additional frames per second
+    (answer,) = master.send("605 2B 00 18 05 02")  # an event timer of 2 ms adds 500 frames per second
     assert answer.data[4:] == rejected
     assert master.send("605 40 00 18 05")[0].data[4:6] == b"\0\0"
     (answer,) = master.send("605 2B 17 10 00 01")  # a heartbeat each millisecond
@@ -153,7 +153,7 @@ def test_by_default_the_bus_load_is_that_of_raw_mode(rate_hz):
 
 def test_an_inhibit_time_allows_a_faster_event_timer():
     master = FakeMaster(bit_rate=125_000)
-    inhibit_force(master, "64")  # 10 ms
+    inhibit_force(master, "64")  # inhibit time 10 ms
     (answer,) = master.send("605 2B 00 18 05 02")
     assert answer.data[0] == 0x60
 

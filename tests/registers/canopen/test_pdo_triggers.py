@@ -1,4 +1,4 @@
-"""Tests of the events that trigger TPDOs. A TPDO is sent with the sample of its event, as in raw mode."""
+"""Tests of the events that trigger TPDOs. The TPDO is sent with the sample that contains the event."""
 
 import pytest
 
@@ -15,7 +15,7 @@ IDS = {"State": 0x285, "Status": 0x385}
 
 @pytest.fixture
 def master():
-    """Return a master of a started node, at a time between two cycles."""
+    """Return the master of an operational node, at a time between two cyclic TPDOs."""
     master = FakeMaster(OPERATIONAL)
     master.wait(0.33, samples=True)
     return master

@@ -82,9 +82,9 @@ OTHER_FRAMES = [
     "205 00 00 01 01 00 00 00 00",
     "205 00 00 00 01 00 00 00",
     "605 2B 04 22 00 01",
-    "605 23 04 22 00",  # too long
+    "605 23 04 22 00",  # 4 bytes for a register of 2 bytes
     "605 2B 04 22 01",  # no such sub-index
-    "605 21 04 22 00 02",  # in segments
+    "605 21 04 22 00 02",  # segmented download
     "605 40 04 22 00",
     "605 2B 05 22 00",
     "605 2F 10 28 03",

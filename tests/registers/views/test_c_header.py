@@ -31,7 +31,7 @@ word = st.integers(0, 0xFFFF) | st.sampled_from([0, 0x7FFF, 0x8000, 0xFFFF, 0x7F
 
 
 def wrappers():
-    """Yield the lines of a C file with a wrapper for each function. All wrappers have one signature."""
+    """Yield the lines of a C file with a wrapper for each function. All wrappers have the same signature."""
     yield '#include "pneuforce_registers.h"\n'
     for address, name, _, order, type_ in FUNCTIONS:
         swapped = "swapped, " if order else ""

@@ -1,4 +1,4 @@
-"""Tests of the electronic data sheet: keys of CiA 306, and reading with python-canopen and Lely."""
+"""Tests of the electronic data sheet: it has the keys of CiA 306, and python-canopen and Lely read it."""
 
 import configparser
 import io

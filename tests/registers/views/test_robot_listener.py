@@ -1,4 +1,4 @@
-"""Tests of the listeners in the robot guide: decoding in C++, and old frames in C++ and Python."""
+"""Tests of the C++ and Python listeners in the robot guide: decoding, and forces too old to be used."""
 
 import importlib.util
 import math
@@ -39,7 +39,7 @@ def candump(t_s, can_id, data):
 
 
 def random_frames(count):
-    """Yield random frames. Half of the words are codes at which a decoder may fail."""
+    """Yield random frames. Half of their words are edge values, at which a decoder is most likely to fail."""
     draw = random.Random(1)
     for _ in range(count):
         can_id = draw.choice(list(SENT))

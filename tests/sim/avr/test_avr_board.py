@@ -38,7 +38,7 @@ def rig(seed=1, works=False):
 
 
 def drive(rig, seconds):
-    """Send Identify, vent for a second, then request 8 kPa. Return the bytes of the board."""
+    """Send Identify, vent for a second, then request 8 kPa. Return the bytes that the board sends."""
     sent = b""
     for n in range(round(seconds * 500)):
         mode = Mode.VENT if n < 500 else Mode.HOLD

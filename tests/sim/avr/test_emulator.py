@@ -22,7 +22,7 @@ class Probe(Emulator):
         self.set_inputs(8000, 5000)
 
     def after(self, milliseconds):
-        """Run for a time and return the bytes sent."""
+        """Run the chip for a time and return the bytes that it sends."""
         self.run(self.cycle + round(milliseconds * MS))
         return self.sent()
 
@@ -31,7 +31,7 @@ class Probe(Emulator):
         return self
 
     def sums_and_bandgaps(self, milliseconds):
-        """Run for a time. Return the sums and the bandgap conversions.
+        """Run the chip for a time. Return the ADC sums and the bandgap conversions.
 
         The chip started the first sum with the previous inputs.
         """
@@ -125,7 +125,7 @@ def test_a_program_that_hangs_is_reset_by_its_watchdog_and_runs_again():
 
 
 def test_the_processing_time_of_a_sum_is_measured():
-    """The program sends four bytes of 20 µs each, minus the bytes that the UART buffers."""
+    """After each sum, the program sends four bytes. Each byte that the UART cannot buffer takes 20 µs."""
     probe = Probe().booted()
     assert 20 * CYCLES_PER_US < probe.longest_cycles < 300 * CYCLES_PER_US
 

@@ -17,7 +17,7 @@ DT_S = 1e-4
 
 
 def max_slope(segment):
-    """Return the largest slope [1/s]."""
+    """Return the largest slope of a segment [1/s]."""
     times_s = [n * DT_S for n in range(round(segment.duration_s / DT_S))]
     return max(abs(segment.at(t + DT_S) - segment.at(t)) / DT_S for t in times_s)
 

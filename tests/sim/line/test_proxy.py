@@ -109,7 +109,7 @@ def test_a_proxy_without_a_server_closes_the_connection():
         assert client.recv(1) == b""
 
 
-# the serial line
+# proxy of the serial line
 
 
 @contextlib.asynccontextmanager

@@ -28,7 +28,7 @@ def test_the_free_balloon_has_the_pressure_and_radius_of_its_gas():
 
 
 def test_the_energetic_law_gives_the_force_from_the_pressures_of_the_pressed_balloon():
-    """The force agrees within 0.5 %, over the complete table and below a rise of 0.5 kPa."""
+    """The force agrees within 0.5 % over the complete table, also for a rise below 0.5 kPa."""
     for baseline_kpa, rise_kpa in itertools.product(BASELINES_KPA, RISES_KPA):
         start, end = float(baseline_kpa), float(baseline_kpa + rise_kpa)
         law = estimate(start, end, PLANT.balloon, PLANT.circuit)

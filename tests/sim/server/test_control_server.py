@@ -141,11 +141,11 @@ def test_clients_that_send_continuously_do_not_take_all_of_the_computing_time(tm
             for thread in threads:
                 thread.join()
             host.port.close()
-    assert used_s / board_time_s < 1.0, (used_s, board_time_s)  # of a core
+    assert used_s / board_time_s < 1.0, (used_s, board_time_s)  # the simulator uses less than one core
 
 
 def board_s_of(ports):
-    """Return the time of the board from the true state."""
+    """Return the time of the board [s], as reported by the control port."""
     with closing(ControlClient(ports["control"])) as client:
         client.send({"truth": 1})
         return client.read()["t_s"]

@@ -1,4 +1,4 @@
-"""Server of modbus_tk with 200 registers, coils and inputs each: `python stock_modbus_tk.py PORT`."""
+"""Server of modbus_tk with 200 registers or bits of each kind: `python stock_modbus_tk.py PORT`."""
 
 import signal
 import sys

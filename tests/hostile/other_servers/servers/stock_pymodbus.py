@@ -1,4 +1,4 @@
-"""Server of pymodbus with 200 registers, coils and inputs each: `python stock_pymodbus.py PORT`."""
+"""Server of pymodbus with 200 registers or bits of each kind: `python stock_pymodbus.py PORT`."""
 
 import asyncio
 import sys

@@ -1,4 +1,4 @@
-"""Server of pyModbusTCP with 200 registers, coils and inputs each: `python stock_pymodbustcp.py PORT`."""
+"""Server of pyModbusTCP with 200 registers or bits of each kind: `python stock_pymodbustcp.py PORT`."""
 
 import sys
 

@@ -1,4 +1,7 @@
-"""Server of uModbus, one thread per client, 200 words and bits each: `python stock_umodbus.py PORT`."""
+"""Server of uModbus with one thread per client: `python stock_umodbus.py PORT`.
+
+Registers, coils and inputs share 200 values.
+"""
 
 import sys
 from socketserver import ThreadingTCPServer

@@ -70,7 +70,7 @@ def members_of(block):
 
 @cache
 def variables():
-    """Return the C expression of each numeric variable. The keys are (block, variable name)."""
+    """Return a dictionary from (block, variable name) to the C expression of each numeric variable."""
     found = {}
     for block in BLOCKS:
         for name, type_ in members_of(block):
@@ -92,7 +92,7 @@ def arrays():
 
 @cache
 def library():
-    """Return the compiled library. It is built once per test run."""
+    """Return the compiled library, which is built once per test run."""
     numbered = list(enumerate(variables().values()))
     cases = {
         "blocks": "\n".join(f"static {block.upper()} {block}_;" for block in BLOCKS),
@@ -120,7 +120,7 @@ def library():
 
 
 class Block:
-    """Instance of a function block or program, with its variables by name. Each has only one instance."""
+    """Only instance of a function block or of the program. Its keys are the names of the variables."""
 
     def __init__(self, name):
         self._c = library()

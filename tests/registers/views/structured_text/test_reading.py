@@ -1,4 +1,4 @@
-"""Tests of the reading blocks: random words decode as with RegisterBank."""
+"""Tests of the function blocks that decode registers. They decode random words as RegisterBank does."""
 
 import math
 import struct
@@ -20,7 +20,7 @@ READ = [register for register in REGISTERS if register.address in MEASURED_BLOCK
 PATTERN = [register for register in REGISTERS if register.address in TEST_BLOCK]
 FORCES = ("force", "force_uncompensated")
 word = st.integers(0, 0xFFFF)
-#: Words of special floats: zero, subnormal, infinite, NaN and the largest number.
+#: High and low words of special floats: zero, subnormal numbers, infinity, NaN and the largest number.
 edge = st.sampled_from(
     [0x0000, 0x8000, 0x0001, 0x7F80, 0xFF80, 0x7FC0, 0x7F7F, 0xFFFF, 0x0080, 0x007F, 0x807F]
 )

@@ -1,4 +1,4 @@
-"""Rubber identified from the radius that the paper measured, and the strain energy of this rubber."""
+"""Rubber parameters identified from the radius measured in the paper, and the strain energy of a rubber."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ MEASURED_KPA = np.linspace(4.95, 11.45, 27)
 
 
 def measured_radius_mm(pressure_kpa):
-    """Return R_i [mm] from the quadratic of Fig. 4 in the paper.
+    """Return R_i [mm] from the quadratic polynomial in Fig. 4 of the paper.
 
     No other property of the real skin is known.
     """
@@ -30,7 +30,7 @@ def identify(fit_alpha):
 
 
 def energy_kpa_mm(rubber, along, around):
-    """Return the energy per area at rest, W·h₀ [kPa·mm], at two stretches: meridian and circumference."""
+    """Return the energy per area at rest, W·h₀ [kPa·mm]: stretches along the meridian and around the axis."""
     a, b = along * along, around * around
     first = a + b + 1 / (a * b) - 3
     second = 1 / a + 1 / b + a * b - 3

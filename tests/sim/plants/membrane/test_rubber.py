@@ -1,4 +1,4 @@
-"""Tests of the free inflation against closed forms and the radius that the paper measured."""
+"""Tests of the free inflation against closed-form solutions and the radius measured in the paper."""
 
 import numpy as np
 import pytest

@@ -79,7 +79,7 @@ def unknown_compression(content):
 
 
 def unterminated(content):
-    """Return one array with an unterminated header."""
+    """Return the first array of a file, with a header that is not terminated."""
     start = content.index(b"\x93NUMPY")
     return content[start:].replace(b"}", b" ", 1)
 
