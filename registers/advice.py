@@ -21,38 +21,40 @@ _INFLATED = "Do not pull the balloon out: it may be inflated. Press the stop swi
 FAULT_ADVICE: Mapping[int, Advice] = {
     0: Advice("No fault is latched.", ""),
     1: Advice(
-        "The pressure sensor is open or short: it reads below 1 % or above 98 % of its supply. Pressure and "
-        "force are unknown.",
+        "The pressure sensor is open or shorted: its signal is below 1 % or above 98 % of its supply "
+        "voltage. Pressure and force are unknown.",
         "Check the sensor, its cable, its 5 V supply and the 100 kΩ resistor from A0 to ground. Then clear.",
     ),
     2: Advice(
-        "The sensor's reading did not change for 0.2 s although an open valve must change the pressure.",
-        "Check the sensor and its cable. Check for a pinched tube before the sensor. Then clear.",
+        "The signal of the pressure sensor did not change for 0.2 s, although an open valve must change "
+        "the pressure.",
+        "Check the sensor and its cable. Check whether the tube of the sensor is pinched. Then clear.",
     ),
     3: Advice(
         "The 5 V supply of board and sensor was outside 4.75–5.25 V.",
         "Use another USB port or cable. Give the relay coils a separate supply. Then clear.",
     ),
     4: Advice(
-        "A pressure limit was exceeded: 0.5 kPa above the setpoint or 12.5 kPa while filling, "
-        "contact_limit_kpa while holding, 25 kPa always.",
-        "Back off. If the balloon was pushed: push less, or raise contact_limit_kpa. If not: check the "
-        "regulator, and check that the inlet valve closes. Then clear.",
+        "The pressure exceeded a limit. The limits are 0.5 kPa above the setpoint and 12.5 kPa while "
+        "filling, contact_limit_kpa while holding, and 25 kPa always.",
+        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. If it was not "
+        "pressed, check the regulator, and check that the inlet valve closes. Then clear.",
     ),
     5: Advice(
-        "The balloon lost half its pressure within 0.1 s: it has burst, or its joint or a valve has opened.",
-        "Check the balloon. If it has burst, fit a new one (command 5 with its number). If not, check its "
-        "joint and the vent valve. A balloon that is pressed while it is filled can cause the same reading. "
-        "Then clear.",
+        "The balloon lost half its pressure within 0.1 s: the balloon has burst, or its joint or a valve "
+        "has opened.",
+        "Check the balloon. If the balloon has burst, fit a new balloon and send command 5 with its "
+        "number. Otherwise check the joint and the vent valve. A contact during inflation can cause the "
+        "same fault. Then clear.",
     ),
     6: Advice(
-        "The pressure fell while gas flowed in. The balloon is past its limit point, where it grows without "
-        "more pressure, or it leaks badly.",
-        "Check the balloon. If it is damaged, fit a new one (command 5 with its number). Clear, and use a "
-        "lower setpoint.",
+        "The pressure fell while gas flowed in. The balloon leaks badly, or is past its limit point, at "
+        "which a balloon grows although its pressure falls.",
+        "Check the balloon. If the balloon is damaged, fit a new balloon and send command 5 with its "
+        "number. Then clear, and use a lower setpoint.",
     ),
     7: Advice(
-        "The inlet was open and the pressure did not rise: no gas flows in.",
+        "The inlet valve was open, but the pressure did not rise: no gas flows in.",
         "Check the gas supply and its regulator, the orifice, the inlet valve and its relay. Then clear.",
     ),
     8: Advice(
@@ -60,77 +62,79 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "Shut off the gas. Check the inlet valve and its relay. Clear when the rig is vented.",
     ),
     9: Advice(
-        "The vent was opened and the pressure did not fall for 3 s: the vent valve is stuck.",
+        "The vent valve was opened, but the pressure did not fall for 3 s: the vent valve is stuck.",
         _INFLATED + "Check the vent valve and its relay. Clear when the rig is vented.",
     ),
     10: Advice(
-        "The pressure changed in less than 60 % of the time that tubes and balloon need: the tube is "
-        "blocked. The balloon may be inflated although the pressure reads zero.",
-        _INFLATED + "Check for a kinked tube. A regulator pressure that is far too high has the same effect. "
-        "Then clear.",
+        "The pressure changed too fast, in less than 60 % of the time that tubes and balloon need: the "
+        "tube is blocked. The balloon may be inflated although the measured pressure is zero.",
+        _INFLATED + "Check whether the tube is kinked. Also check the regulator: a supply pressure that is "
+        "far too high can cause the same fault. Then clear.",
     ),
     11: Advice(
-        "The held pressure leaked away again after three top-ups in ten minutes.",
-        "Check the balloon, and check its joints with soap water. Then clear.",
+        "The pressure fell again after three top-ups within ten minutes: the balloon or a joint leaks.",
+        "Check the balloon, and check the joints with soapy water. Then clear.",
     ),
     12: Advice(
-        "The setpoint was not reached in 15 s or 20 actions of the valves.",
+        "The setpoint was not reached within 15 s or 20 actions of the valves.",
         "Check for a hole, for a valve that leaks, and for an orifice that is too small. Then clear.",
     ),
     13: Advice(
-        "The board received nothing from the host process for its time limit (2 s by default) and vented.",
-        "Check whether the host process was stopped, the computer was overloaded or the cable was unplugged. "
-        "Then clear.",
+        "The board received nothing from the host process within the time limit (2 s by default), and "
+        "vented.",
+        "Check whether the host process was stopped, whether the computer was overloaded, and whether the "
+        "cable was unplugged. Then clear.",
     ),
     14: Advice(
-        "The board restarted without a command: because of its watchdog, or because its supply was too low.",
-        "Check the supply of the board. Give the relay coils a separate supply. Then clear. If it happens "
-        "again, install the board's program again: pneuforce flash.",
+        "The board restarted without a command. The cause is its watchdog, or a supply voltage that was "
+        "too low.",
+        "Check the supply of the board. Give the relay coils a separate supply. Then clear. If the fault "
+        "occurs again, install the firmware again (pneuforce flash).",
     ),
     32: Advice(
-        "The holder of the lease did not renew it in time.",
-        "Find out why that program was late, stopped or disconnected. Then clear.",
+        "The client that holds the lease did not renew the lease in time.",
+        "Find out why this client was late, stopped or disconnected. Then clear.",
     ),
     33: Advice(
         "The board restarted, or another board was plugged in.",
-        "Check the supply and the RESET line of the board. Check whether another program opens its port. "
-        "Then clear.",
+        "Check the supply and the RESET pin of the board. Check whether another program opens the serial "
+        "port of the board. Then clear.",
     ),
     34: Advice(
-        "No sample came from the rig for more than 0.25 s, or its port disappeared.",
+        "No sample arrived from the rig for more than 0.25 s, or the serial port of the rig disappeared.",
         "Check the cable, the power of the board and the load of this computer. Clear when samples arrive "
         "again.",
     ),
     35: Advice(
         "The host process measured a pressure above contact_limit_kpa or 25 kPa, or below −5 kPa.",
-        "Back off. If the balloon was pushed: push less, or raise contact_limit_kpa. If not: check the inlet "
-        "valve and the regulator. Then clear.",
+        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. If it was not "
+        "pressed, check the inlet valve and the regulator. Then clear.",
     ),
     36: Advice(
-        "The host process measured a sensor or supply voltage outside its limits.",
+        "The host process measured a sensor voltage or a supply voltage outside its limits.",
         "Check the sensor, its cable, its 5 V supply and the 100 kΩ resistor from A0 to ground. Then clear.",
     ),
     37: Advice(
-        "The clock of the board has stopped: the program of the board hangs.",
-        "Unplug the board, which vents the rig, and plug it in again. Then clear. If it happens again, "
-        "install the board's program again: pneuforce flash.",
+        "The clock of the board has stopped: the firmware of the board hangs.",
+        "Unplug the board, which vents the rig. Plug the board in again. Then clear. If the fault occurs "
+        "again, install the firmware again (pneuforce flash).",
     ),
     38: Advice(
-        "The board did not follow a hold command for 1 s. Most likely it has restarted.",
-        "Check the supply and the RESET line of the board. Check whether another program opens its port. "
-        "Then clear.",
+        "The board did not follow a hold command for 1 s. Most likely the board has restarted.",
+        "Check the supply and the RESET pin of the board. Check whether another program opens the serial "
+        "port of the board. Then clear.",
     ),
     39: Advice(
         "The board did not follow a vent command for 1 s.",
-        _INFLATED + "Check the cable and the board's program (pneuforce flash). Then clear.",
+        _INFLATED + "Check the cable. Install the firmware again (pneuforce flash). Then clear.",
     ),
     40: Advice(
-        "The force exceeded the force limit, and vent_on_force_limit is configured.",
-        "Back off. Check that the force limit (register 514) has the value that you want. Then clear.",
+        "The force exceeded the force limit, and vent_on_force_limit is true in the configuration.",
+        "Back off. Check whether the force limit (register 514) is correct. Then clear.",
     ),
     41: Advice(
         "The monitored heartbeat of the CANopen master did not arrive in time.",
-        "Check the master and the bus. Clear when the heartbeat is back.",
+        "Check the master and the bus. Clear when the heartbeat arrives again.",
     ),
 }
 
@@ -138,39 +142,43 @@ _NO_FORCE = "No force is available: assume the highest force, and stop moving. "
 
 #: Action that each status bit requires while it is set. The meaning of each bit is in codes.py.
 _STATUS_ACTIONS: Mapping[str, str] = {
-    "in_contact": "Do not write a new setpoint now: it takes effect only when the contact ends.",
-    "inflating": "Wait, and touch nothing: no force is measured in a contact that starts now.",
+    "in_contact": "Do not write a new setpoint now: a new setpoint takes effect only after the contact.",
+    "inflating": "Wait, and do not press the balloon: no force is measured in a contact that starts now.",
     "holding": "",
     "vented": "",
-    "interpolated": "Below the force in register 28, use the force as a sign of contact, not as a number.",
-    "out_of_range": "Assume the highest force. Choose a setpoint that gives a ΔP_i of 4.95–11.45 kPa.",
+    "interpolated": "A force below the value of register 28 shows only that there is a contact. Do not use "
+    "its value.",
+    "out_of_range": "Assume the highest force. Choose a setpoint for which ΔP_i is within 4.95–11.45 kPa.",
     "force_high_alarm": "Stop pushing, and back off.",
-    "setpoint_not_reached": "Check the supply, and check for leaks. Clear, and try again.",
+    "setpoint_not_reached": "Check the gas supply, and check the rig for leaks. Then clear, and inflate "
+    "again.",
     "stale": _NO_FORCE + "Check the link to the rig and the load of this computer.",
-    "link_lost": _NO_FORCE + "The rig trips. Check the cable and the power. Then clear.",
+    "link_lost": _NO_FORCE + "The rig trips. Check the cable and the power supply of the rig. Then clear.",
     "sensor_fault": "The rig has vented. Check the sensor and its cable. Then clear.",
-    "overpressure": "The rig has vented. Back off. Check whether the push was harder than contact_limit_kpa. "
-    "Then clear.",
+    "overpressure": "The rig has vented. Back off. Check whether a contact raised the pressure above "
+    "contact_limit_kpa. Then clear.",
     "leak": "The rig has vented. Check the balloon and its joints. Then clear.",
     "burst": "The rig has vented. Check the balloon. The fault (register 778) gives details. Then clear.",
-    "lease_expired": "Find out why the program that held the lease was late. Then clear.",
-    "simulated": "A machine must not start with these values.",
+    "lease_expired": "Find out why the client that held the lease was late. Then clear.",
+    "simulated": "Do not let a machine start with these values.",
     "not_zeroed": "Vent and wait: the zero is taken automatically when the pressure is steady. Command 1 "
-    "takes it, too.",
-    "write_protect": "Measuring continues. To write, enable writing in the configuration.",
+    "also takes the zero.",
+    "write_protect": "The measurement continues. To write values, enable writing in the configuration.",
     "board_watchdog": "Check the supply of the board. Then clear.",
-    "can_down": "Check the bus and its adapter. The other buses continue to work.",
+    "can_down": "Check the CAN bus and its adapter. The other buses continue to work.",
     "inlet_fault": "Check the gas supply and the inlet valve. Then clear.",
     "vent_fault": _INFLATED + "Check the vent valve and the tube.",
     "board_reset": "Find out why the board restarted. Then clear.",
-    "baseline_old": "End the contact for a moment, so that the baseline is measured again.",
-    "maintenance_required": "The cause is a slow leak, CAN, the board's clock, or the disk of the event log "
-    "or recording. The log of the host process names the cause.",
-    "out_of_specification": "See out_of_range.",
-    "function_check": "The balloon is vented or not yet held. No force is available until it is held: wait.",
-    "failure": "Stop. Follow the advice for the fault (register 778).",
+    "baseline_old": "Interrupt the contact for a moment, so that the baseline pressure is measured again.",
+    "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
+    "board, or a failed event log or recording. The log of the host process names the cause.",
+    "out_of_specification": "See bit 5 (out_of_range).",
+    "function_check": "No force is available now. Inflate the balloon, or wait until the setpoint is "
+    "reached.",
+    "failure": "Stop moving. Follow the advice for the fault (register 778).",
     "calibrated": "",
-    "any_failure": "See failure. This bit is for programs that test one bit only.",
+    "any_failure": "See bit 27 (failure). This bit is for programs that can test only the sign of the "
+    "status.",
 }
 
 STATUS_ADVICE: Mapping[str, Advice] = {
@@ -181,26 +189,27 @@ _AFTER_A_FAULT = "A fault has vented the rig: remove its cause, clear, vent (mod
 
 REJECT_REASON_ADVICE: Mapping[str, str] = {
     "none": "Accepted.",
-    "state": "Not allowed in this state or order, or a command is still running. Vent (mode 0), write a "
-    "setpoint, then hold (mode 1); or wait.",
+    "state": "The request is not allowed in this state or in this order, or a command is still running. If a "
+    "command is running, wait. Otherwise vent (mode 0), write a setpoint, then hold (mode 1).",
     "fault_latched": _AFTER_A_FAULT,
-    "lease": "Another peer holds the lease, or the configuration requires a lease. Wait until the lease is "
-    "free, or take a lease.",
-    "write_protect": "The configuration disables writing: enable it there. A vent is always accepted.",
+    "lease": "Another peer holds the lease: wait until the lease is free. Or the configuration requires a "
+    "lease: take a lease.",
+    "write_protect": "The configuration disables writing: enable writing in the configuration. A vent is "
+    "always accepted.",
     "cause_persists": "The cause of the fault is still present: see the advice for the fault (register 778).",
-    "link_lost": "No samples come from the rig: check its cable and its power.",
+    "link_lost": "No samples arrive from the rig: check the cable and the power supply of the rig.",
     "not_zeroed": "The sensor has no zero adjustment: vent and wait. The zero is taken when the rig is "
     "vented and the pressure is steady within ±1.3 kPa.",
-    "in_contact": "Not allowed during contact, or while a vent waits for the end of the contact: end the "
-    "contact, and wait.",
+    "in_contact": "The request is not allowed during a contact, or while the instrument waits for the end "
+    "of a contact and then vents. End the contact, and wait.",
 }
 
 STATE_DESCRIPTIONS: Mapping[str, str] = {
     "boot": "The board is starting, or no board has answered yet.",
     "vented": "The balloon is empty: the pressure was below 0.3 kPa for 0.5 s.",
-    "inflating": "Gas flows in until the pressure is near the setpoint.",
+    "inflating": "Gas flows into the balloon until the pressure is near the setpoint.",
     "settling": "The board brings the pressure to within 0.1 kPa of the setpoint.",
-    "holding": "Both valves are closed after the setpoint was reached: the force is measured.",
-    "venting": "The balloon empties. It is not yet verified to be empty.",
+    "holding": "The setpoint was reached, and both valves are closed: the force is measured.",
+    "venting": "Gas flows out of the balloon. The balloon is not yet verified to be empty.",
     "tripped": _AFTER_A_FAULT,
 }

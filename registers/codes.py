@@ -8,9 +8,9 @@ STATUS = BitField(
     (
         StatusBit(0, "in_contact", "An object presses on the balloon."),
         StatusBit(1, "inflating", "The balloon is being inflated, or the pressure is settling."),
-        StatusBit(2, "holding", "Both valves are closed after the setpoint was reached."),
+        StatusBit(2, "holding", "The setpoint was reached, and both valves are closed."),
         StatusBit(3, "vented", "The balloon is empty: the pressure was below 0.3 kPa for 0.5 s."),
-        StatusBit(4, "interpolated", "The rise is below 0.5 kPa: the force is interpolated towards zero."),
+        StatusBit(4, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
         StatusBit(
             5,
             "out_of_range",
@@ -19,14 +19,19 @@ STATUS = BitField(
         StatusBit(6, "force_high_alarm", "The force is above the force limit (register 514)."),
         StatusBit(7, "setpoint_not_reached", "The setpoint was not reached in time.", latches=True),
         StatusBit(8, "stale", "The last sample is older than 100 ms: measured values are not available."),
-        StatusBit(9, "link_lost", "No frame has come from the rig for more than 250 ms."),
-        StatusBit(10, "sensor_fault", "The pressure sensor is open, shorted or frozen.", latches=True),
-        StatusBit(11, "overpressure", "A pressure limit was exceeded.", latches=True),
-        StatusBit(12, "leak", "The held pressure falls steadily without contact.", latches=True),
+        StatusBit(9, "link_lost", "No frame has arrived from the rig for more than 250 ms."),
+        StatusBit(
+            10,
+            "sensor_fault",
+            "The pressure sensor is open or shorted, or its signal is frozen.",
+            latches=True,
+        ),
+        StatusBit(11, "overpressure", "The pressure exceeded a limit.", latches=True),
+        StatusBit(12, "leak", "The pressure falls steadily without contact.", latches=True),
         StatusBit(13, "burst", "The balloon has burst, or is past its limit point.", latches=True),
         StatusBit(14, "lease_expired", "A lease expired.", latches=True),
         StatusBit(15, "simulated", "The values come from a simulation or a replay, not from a real rig."),
-        StatusBit(16, "not_zeroed", "The pressure sensor has no zero adjustment yet: inflation is rejected."),
+        StatusBit(16, "not_zeroed", "The pressure sensor has no zero adjustment: an inflation is rejected."),
         StatusBit(17, "write_protect", "The configuration disables writing."),
         StatusBit(18, "board_watchdog", "The watchdog or a brown-out restarted the board.", latches=True),
         StatusBit(19, "can_down", "The CAN interface does not work."),
@@ -38,7 +43,7 @@ STATUS = BitField(
             latches=True,
         ),
         StatusBit(22, "board_reset", "The board restarted.", latches=True),
-        StatusBit(23, "baseline_old", "The baseline is older than 60 s or drifts."),
+        StatusBit(23, "baseline_old", "The baseline pressure is older than 60 s, or it drifts."),
         StatusBit(
             24, "maintenance_required", "Maintenance required (NAMUR NE 107): check the instrument soon."
         ),
@@ -54,7 +59,7 @@ STATUS = BitField(
         ),
         StatusBit(27, "failure", "Failure (NAMUR NE 107): a fault is latched, or the last sample is stale."),
         StatusBit(28, "calibrated", "The force is corrected by a force calibration."),
-        StatusBit(31, "any_failure", "A copy of bit 27, for masters that test the sign bit."),
+        StatusBit(31, "any_failure", "Copy of bit 27, for masters that test the sign of the status."),
     )
 )
 
@@ -66,8 +71,8 @@ STATUS_HIGH = BitField(
 CONDENSED = BitField(
     (
         StatusBit(0, "in_contact", "An object presses on the balloon."),
-        StatusBit(1, "holding", "Both valves are closed after the setpoint was reached."),
-        StatusBit(2, "interpolated", "The rise is below 0.5 kPa: the force is interpolated towards zero."),
+        StatusBit(1, "holding", "The setpoint was reached, and both valves are closed."),
+        StatusBit(2, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
         StatusBit(
             3,
             "out_of_range",

@@ -93,34 +93,34 @@
 #define PNEUFORCE_MAX_FORCE_LIMIT_MN 20000 /* mN */
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
-#define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* Both valves are closed after the setpoint was reached. */
+#define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
 #define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The balloon is empty: the pressure was below 0.3 kPa for 0.5 s. */
-#define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The rise is below 0.5 kPa: the force is interpolated towards zero. */
+#define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa: the force is interpolated. */
 #define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, or the model has no solution: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514). */
 #define PNEUFORCE_STATUS_SETPOINT_NOT_REACHED UINT32_C(0x00000080) /* The setpoint was not reached in time. */
 #define PNEUFORCE_STATUS_STALE UINT32_C(0x00000100) /* The last sample is older than 100 ms: measured values are not available. */
-#define PNEUFORCE_STATUS_LINK_LOST UINT32_C(0x00000200) /* No frame has come from the rig for more than 250 ms. */
-#define PNEUFORCE_STATUS_SENSOR_FAULT UINT32_C(0x00000400) /* The pressure sensor is open, shorted or frozen. */
-#define PNEUFORCE_STATUS_OVERPRESSURE UINT32_C(0x00000800) /* A pressure limit was exceeded. */
-#define PNEUFORCE_STATUS_LEAK UINT32_C(0x00001000) /* The held pressure falls steadily without contact. */
+#define PNEUFORCE_STATUS_LINK_LOST UINT32_C(0x00000200) /* No frame has arrived from the rig for more than 250 ms. */
+#define PNEUFORCE_STATUS_SENSOR_FAULT UINT32_C(0x00000400) /* The pressure sensor is open or shorted, or its signal is frozen. */
+#define PNEUFORCE_STATUS_OVERPRESSURE UINT32_C(0x00000800) /* The pressure exceeded a limit. */
+#define PNEUFORCE_STATUS_LEAK UINT32_C(0x00001000) /* The pressure falls steadily without contact. */
 #define PNEUFORCE_STATUS_BURST UINT32_C(0x00002000) /* The balloon has burst, or is past its limit point. */
 #define PNEUFORCE_STATUS_LEASE_EXPIRED UINT32_C(0x00004000) /* A lease expired. */
 #define PNEUFORCE_STATUS_SIMULATED UINT32_C(0x00008000) /* The values come from a simulation or a replay, not from a real rig. */
-#define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero adjustment yet: inflation is rejected. */
+#define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero adjustment: an inflation is rejected. */
 #define PNEUFORCE_STATUS_WRITE_PROTECT UINT32_C(0x00020000) /* The configuration disables writing. */
 #define PNEUFORCE_STATUS_BOARD_WATCHDOG UINT32_C(0x00040000) /* The watchdog or a brown-out restarted the board. */
 #define PNEUFORCE_STATUS_CAN_DOWN UINT32_C(0x00080000) /* The CAN interface does not work. */
 #define PNEUFORCE_STATUS_INLET_FAULT UINT32_C(0x00100000) /* The inlet valve is stuck, or there is no gas supply. */
 #define PNEUFORCE_STATUS_VENT_FAULT UINT32_C(0x00200000) /* The vent valve is stuck, or the tube is blocked: the balloon may be inflated. */
 #define PNEUFORCE_STATUS_BOARD_RESET UINT32_C(0x00400000) /* The board restarted. */
-#define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline is older than 60 s or drifts. */
+#define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline pressure is older than 60 s, or it drifts. */
 #define PNEUFORCE_STATUS_MAINTENANCE_REQUIRED UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): check the instrument soon. */
 #define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107): the same condition as out_of_range. */
 #define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): no pressure is held, and no failure is present. */
 #define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
-#define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* A copy of bit 27, for masters that test the sign bit. */
+#define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Copy of bit 27, for masters that test the sign of the status. */
 
 enum pneuforce_state {
     PNEUFORCE_STATE_BOOT = 0,
@@ -266,13 +266,13 @@ static inline bool pneuforce_radius_mm(const uint16_t *from_0, bool low_word_fir
     return pneuforce_float(from_0 + 6, low_word_first, value);
 }
 
-/* 8: Setpoint in effect. Not available while vented or tripped. [kPa] */
+/* 8: Setpoint in effect; not available while the rig is vented or tripped. [kPa] */
 static inline bool pneuforce_setpoint_kpa(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 8, low_word_first, value);
 }
 
-/* 10: Baseline pressure DP_i: the value when the contact started, otherwise the running value. [kPa] */
+/* 10: Baseline pressure DP_i. During a contact: the value at the start of the contact. [kPa] */
 static inline bool pneuforce_baseline_pressure_kpa(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 10, low_word_first, value);
@@ -309,7 +309,7 @@ static inline bool pneuforce_status(const uint16_t *from_0, bool low_word_first,
     return true;
 }
 
-/* 22: Number of samples used. Wraps to 0. */
+/* 22: Number of evaluated samples. Wraps to 0. */
 static inline bool pneuforce_sample_counter(const uint16_t *from_0, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_0 + 22, low_word_first);
@@ -350,7 +350,7 @@ static inline bool pneuforce_force_lower_range_limit_n(const uint16_t *from_0, b
     return pneuforce_float(from_0 + 28, low_word_first, value);
 }
 
-/* 30: Force without delay compensation. [N] */
+/* 30: Force without compensation of the delay. [N] */
 static inline bool pneuforce_force_uncompensated_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 30, low_word_first, value);
@@ -362,7 +362,7 @@ static inline bool pneuforce_baseline_drift_kpa_per_s(const uint16_t *from_0, bo
     return pneuforce_float(from_0 + 32, low_word_first, value);
 }
 
-/* 34: Delay of the force that remains after compensation. [ms] */
+/* 34: Remaining delay of the force after the compensation. [ms] */
 static inline bool pneuforce_delay_ms(const uint16_t *from_0, uint16_t *value)
 {
     return pneuforce_uint16(from_0[34], value);
@@ -417,7 +417,7 @@ static inline bool pneuforce_peak_force_mn(const uint16_t *from_0, int16_t *valu
     return pneuforce_int16(from_0[70], value);
 }
 
-/* 71: Condensed status. */
+/* 71: Condensed status bits. */
 static inline bool pneuforce_condensed_status(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 71, sizeof *value);
@@ -450,14 +450,14 @@ static inline bool pneuforce_force_limit_n(const uint16_t *from_512, bool low_wo
     return pneuforce_float(from_512 + 2, low_word_first, value);
 }
 
-/* 516: 0 vents and is always accepted. 1 inflates to the setpoint, then closes both valves. */
+/* 516: 0: vent, always accepted. 1: inflate to the setpoint, then close both valves. */
 static inline bool pneuforce_mode(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 4, sizeof *value);
     return true;
 }
 
-/* 517: Lease time. 0: no lease. Otherwise the writer must write again within this time. [ms] */
+/* 517: Lease time; 0: no lease. The holder must write again within this time. [ms] */
 static inline bool pneuforce_lease_ms(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 5, sizeof *value);
@@ -526,20 +526,20 @@ static inline bool pneuforce_lease_left_ms(const uint16_t *from_512, uint16_t *v
     return true;
 }
 
-/* 529: Channel of the lease holder. */
+/* 529: Bus of the lease holder. */
 static inline bool pneuforce_lease_holder(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 17, sizeof *value);
     return true;
 }
 
-/* 544: Requested setpoint, for masters that write single registers only. [Pa] */
+/* 544: Requested setpoint, for masters that can write only single registers. [Pa] */
 static inline bool pneuforce_setpoint_requested_pa(const uint16_t *from_512, uint16_t *value)
 {
     return pneuforce_uint16(from_512[32], value);
 }
 
-/* 545: Force alarm limit, for masters that write single registers only. [mN] */
+/* 545: Force alarm limit, for masters that can write only single registers. [mN] */
 static inline bool pneuforce_force_limit_mn(const uint16_t *from_512, uint16_t *value)
 {
     return pneuforce_uint16(from_512[33], value);
@@ -552,7 +552,7 @@ static inline bool pneuforce_map_version(const uint16_t *from_768, uint16_t *val
     return true;
 }
 
-/* 769: Force model; 256 is added if a force calibration is applied. */
+/* 769: Code of the force model, plus 256 if a force calibration is applied. */
 static inline bool pneuforce_method(const uint16_t *from_768, uint16_t *value)
 {
     memcpy(value, from_768 + 1, sizeof *value);
@@ -601,7 +601,7 @@ static inline bool pneuforce_active_fault_count(const uint16_t *from_768, uint16
     return true;
 }
 
-/* 780: Number of the balloon: from the configuration, or from the last command 5. */
+/* 780: Number of the balloon, from the configuration or from the last command 5. */
 static inline bool pneuforce_balloon_id(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 12, low_word_first);

@@ -46,7 +46,7 @@ CALIBRATED = {
 
 
 class _CalibratedEstimator(NamedTuple):
-    """Settings after a calibration. If the calibration was rejected, the settings are uncalibrated."""
+    """Settings after a calibration, or without calibration if the calibration was rejected."""
 
     settings: ChainSettings
     rejected: bool

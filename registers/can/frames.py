@@ -112,8 +112,8 @@ def _node_field(name: str, doc: str, values: Enumeration | None = None, wire: Wi
 FORCE = FrameDefinition(
     name="Force",
     base_id=0x180,
-    doc="TPDO1: sent for new samples at the configured rate (default 100 Hz), and at once for the sample "
-    "that raises the force alarm. When samples stop: sent at once and then at 10 Hz, without a valid force.",
+    doc="TPDO1: sent at the configured rate (100 Hz by default), and at once when the force alarm begins. If "
+    "the samples stop, the frame is sent at once and then at 10 Hz, without a valid force.",
     period_s=0.01,
     max_rate_hz=500,
     fields=(
@@ -121,13 +121,13 @@ FORCE = FrameDefinition(
         BY_NAME["pressure_pa"].with_wire_type(I16, "Pa", "pressure"),
         BY_NAME["force_uncertainty_mn"].with_wire_type(U16, "mN", "force_uncertainty"),
         BY_NAME["condensed_status"].with_wire_type(U8),
-        _node_field("counter", "Increases by 1 with each Force frame; wraps around."),
+        _node_field("counter", "Increases by 1 with each Force frame. Wraps to 0."),
     ),
 )
 STATE = FrameDefinition(
     name="State",
     base_id=0x280,
-    doc="TPDO2: sent at 10 Hz, at a new setpoint, and at the end of a contact.",
+    doc="TPDO2: sent at 10 Hz, and also when the setpoint changes and when a contact ends.",
     period_s=0.1,
     max_rate_hz=20,
     fields=(
@@ -140,7 +140,8 @@ STATE = FrameDefinition(
 STATUS_FRAME = FrameDefinition(
     name="Status",
     base_id=0x380,
-    doc="TPDO3: sent at 10 Hz, and at a change of status, state or reject reason, at most every 10 ms.",
+    doc="TPDO3: sent at 10 Hz, and also when the status, the state or the reject reason changes, but at most "
+    "every 10 ms.",
     period_s=0.1,
     max_rate_hz=100,
     fields=(
@@ -157,7 +158,7 @@ ANSWER = FrameDefinition(
     doc="TPDO4: sent after each Command.",
     max_rate_hz=20,
     fields=(
-        _node_field("sequence", "Sequence of the Command; 0 if the Command was too short to contain one."),
+        _node_field("sequence", "Sequence number of the Command; 0 if the Command was too short."),
         _node_field("result", "Result of the Command.", RESULTS),
         BY_NAME["setpoint_pa"].with_wire_type(I16, "Pa", "setpoint"),
     ),
@@ -165,8 +166,8 @@ ANSWER = FrameDefinition(
 COMMAND = FrameDefinition(
     name="Command",
     base_id=0x200,
-    doc="RPDO1, received: command to the rig. Mode vent is always accepted; in the other modes every field "
-    "must be within its range.",
+    doc="RPDO1: received by the instrument. Mode vent is always accepted. In any other mode, each field must "
+    "be within its range.",
     received=True,
     max_rate_hz=20,
     fields=(
@@ -174,18 +175,23 @@ COMMAND = FrameDefinition(
             BY_NAME["setpoint_requested"].with_wire_type(U16, "Pa", "setpoint"),
             also_allowed=(0,),
             always_available=True,
-            doc="Requested inflation pressure; 0 if the mode is not hold.",
+            doc="Requested setpoint; 0 if the mode is not hold.",
         ),
-        _node_field("mode", "vent, hold (inflate, then close both valves), or a command.", COMMAND_MODES),
-        _node_field("sequence", "Different in each new Command. A repeated Command only renews its lease."),
+        _node_field(
+            "mode", "Mode: vent, hold (inflate, then close both valves), or a command.", COMMAND_MODES
+        ),
+        _node_field(
+            "sequence",
+            "Different sequence number in each new Command. A repeated Command only renews its lease.",
+        ),
         BY_NAME["lease"],
-        Field(name="reserved", wire=U16, low=0, high=0, doc="Reserved: 0."),
+        Field(name="reserved", wire=U16, low=0, high=0, doc="Reserved, must be 0."),
     ),
 )
 EMERGENCY = FrameDefinition(
     name="Emergency",
     base_id=0x080,
-    doc="Sent when a fault occurs and when a fault is gone (CiA 301).",
+    doc="Sent when a fault occurs and when a fault has gone (CiA 301).",
     max_rate_hz=10,
     fields=(
         Field(
@@ -196,7 +202,7 @@ EMERGENCY = FrameDefinition(
         ),
         _node_field(
             "error_register",
-            "CiA 301 object 1001h: bits 0 and 7 while any fault is active, 0 and 4 while the master is lost.",
+            "Object 1001h (CiA 301): bits 0 and 7 during any fault, bits 0 and 4 while the master is lost.",
         ),
         BY_NAME["active_fault_count"].with_wire_type(U8),
         BY_NAME["status"],
@@ -205,7 +211,7 @@ EMERGENCY = FrameDefinition(
 HEARTBEAT = FrameDefinition(
     name="Heartbeat",
     base_id=0x700,
-    doc="Sent at 1 Hz; boot_up once at the start (CiA 301).",
+    doc="Sent at 1 Hz. At the start, the state boot_up is sent once (CiA 301).",
     period_s=1.0,
     max_rate_hz=1,
     fields=(_node_field("node_state", "State of the node.", NODE_STATES),),

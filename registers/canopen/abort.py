@@ -19,9 +19,9 @@ class AbortCode(Enum):
     INVALID_VALUE = (0x0609_0030, "value not allowed")
     TOO_HIGH = (0x0609_0031, "value too high")
     TOO_LOW = (0x0609_0032, "value too low")
-    NOT_STORED = (0x0800_0020, "cannot be stored by SDO")
+    NOT_STORED = (0x0800_0020, "value cannot be written by SDO")
     LOCAL_CONTROL = (0x0800_0021, "rejected: another client holds the lease, or writes are disabled")
-    DEVICE_STATE = (0x0800_0022, "rejected in the present state of the instrument")
+    DEVICE_STATE = (0x0800_0022, "rejected in this state of the instrument")
     NO_DATA = (0x0800_0024, "no data available")
 
     def __init__(self, code: int, meaning: str) -> None:

@@ -106,13 +106,14 @@ def _tpdo(number: int, frame: FrameDefinition, inhibit: int, timer: int) -> Dict
         _cob_id(index, frame.base_id | NO_RTR),
         ObjectEntry(index=index, subindex=2, name="Transmission type", type=DataType.U8, access="rw",
                     default=255, allowed=lambda code, _: code in SYNCHRONOUS or code in EVENT_DRIVEN,
-                    doc="0: at the SYNC after an event; n: at each n-th SYNC, to 240; 254, 255: at events."),
+                    doc="0: at the next SYNC after an event; n = 1 to 240: at each n-th SYNC; "
+                    "254, 255: at events."),
         ObjectEntry(index=index, subindex=3, name="Inhibit time", type=DataType.U16, access="rw",
                     default=inhibit, doc="Shortest time between two PDOs, for types 254 and 255; writable "
-                    "while the PDO is disabled [100 µs]."),
+                    "only while the PDO is disabled [100 µs]."),
         ObjectEntry(index=index, subindex=5, name="Event timer", type=DataType.U16, access="rw",
-                    default=timer, doc="Time after which the PDO is sent without an event, for types 254 "
-                    "and 255; 0: disabled [ms]."),
+                    default=timer, doc="Longest time between two PDOs, for types 254 and 255; 0: "
+                    "disabled [ms]."),
     )  # fmt: skip
     return compound(index, f"TPDO{number + 1} communication parameter ({frame.name})", entries)
 
@@ -132,14 +133,15 @@ _RPDO = (
     _cob_id(RPDO_COB_ID[0], COMMAND.base_id),
     ObjectEntry(index=0x1400, subindex=2, name="Transmission type", type=DataType.U8, access="rw",
                 default=255, allowed=lambda code, _: code in EVENT_DRIVEN,
-                doc="A Command is carried out at once: 254 or 255."),
+                doc="254 or 255: each Command is executed at once."),
 )  # fmt: skip
 
 _ERRORS = (
     ObjectEntry(index=0x1003, name="Number of errors", type=DataType.U8, access="rw",
-                allowed=lambda code, _: code == 0, doc="Writing 0 clears the list."),
+                allowed=lambda code, _: code == 0,
+                doc="Number of errors in the list. Writing 0 clears the list."),
     *(ObjectEntry(index=0x1003, subindex=subindex, name=f"Standard error field {subindex}",
-                  type=DataType.U32, doc="Emergency error code, the newest first.")
+                  type=DataType.U32, doc="Emergency error code; field 1 has the newest code.")
       for subindex in range(1, ERROR_HISTORY_LENGTH + 1)),
 )  # fmt: skip
 
@@ -149,7 +151,7 @@ _IDENTITY = (
     ObjectEntry(index=0x1018, subindex=2, name="Product code", type=DataType.U32, access="const",
                 default=PRODUCT_CODE),
     ObjectEntry(index=0x1018, subindex=3, name="Revision number", type=DataType.U32, access="const",
-                default=REVISION, doc="High word: version of the register map."),
+                default=REVISION, doc="The high word is the version of the register map."),
     ObjectEntry(index=0x1018, subindex=4, name="Serial number", type=DataType.U32,
                 field=BY_NAME["serial_number"]),
 )  # fmt: skip
@@ -163,7 +165,7 @@ _SDO_SERVER = (
 
 COMMUNICATION: tuple[DictionaryObject, ...] = (
     single_value(0x1000, "Device type", DataType.U32, "const", default=DEVICE_TYPE,
-                 doc="CiA 404, analogue input."),
+                 doc="Measuring device with analogue inputs (CiA 404)."),
     single_value(0x1001, "Error register", DataType.U8,
                  doc="Bit 0: any error; bit 4: heartbeat of the master lost; bit 7: fault of the rig."),
     DictionaryObject(index=0x1003, name="Pre-defined error field", object_code=ObjectCode.ARRAY,
@@ -178,7 +180,7 @@ COMMUNICATION: tuple[DictionaryObject, ...] = (
         ObjectEntry(index=0x1016, subindex=1, name="Master", type=DataType.U32, access="rw", default=0,
                     allowed=_is_other_node,
                     doc="Node id (bits 16 to 23) and heartbeat time [ms] of the monitored master; "
-                    "0: disabled. Unchanged by a reset."),
+                    "0: disabled. A reset does not change this value."),
     ), ObjectCode.ARRAY),
     single_value(0x1017, "Producer heartbeat time", DataType.U16, "rw", default=1000,
                  doc="[ms]; 0: disabled."),
@@ -186,7 +188,7 @@ COMMUNICATION: tuple[DictionaryObject, ...] = (
     compound(0x1029, "Error behaviour", (
         ObjectEntry(index=0x1029, subindex=1, name="Communication error", type=DataType.U8, access="rw",
                     default=0, high=2,
-                    doc="When the master is lost: 0 to pre-operational, 1 no change, 2 to stopped."),
+                    doc="State after a loss of the master: 0 pre-operational, 1 unchanged, 2 stopped."),
     ), ObjectCode.ARRAY),
     compound(0x1200, "SDO server parameter", _SDO_SERVER),
     compound(RPDO_COB_ID[0], f"RPDO1 communication parameter ({COMMAND.name})", _RPDO),

@@ -28,56 +28,61 @@ from pneuforce.registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS, Re
 _INTRODUCTION = f"""\
 # Registers and frames
 
-Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770). This page is generated from the
-declaration that the instrument itself uses: `pneuforce map --format md`.
+This page describes version {MAP_VERSION} of the register map, with the hash {MAP_HASH:08X}h. Registers 768
+and 770 contain these two numbers. The command `pneuforce map --format md` generates this page from the
+register map in the program of the instrument.
 
 ## Modbus registers
 
-- **Addresses** start at 0, as on the wire. Many programs count registers from 1: see the column *number*.
-  Some programs also add {INPUT_REGISTERS} to the number of an input register (function 04), and
-  {HOLDING_REGISTERS} to the number of a holding register (function 03). Then force is
-  {INPUT_REGISTERS + 1} or {HOLDING_REGISTERS + 1}.
+- **Addresses** start at 0, as in the Modbus frames. Many programs count registers from 1. For these programs,
+  the table has the column *number*. Some programs also add {INPUT_REGISTERS} to the number of an input
+  register (function 04), and {HOLDING_REGISTERS} to the number of a holding register (function 03). In these
+  programs, the register `force` has the number {INPUT_REGISTERS + 1} or {HOLDING_REGISTERS + 1}.
 - **Functions**: Functions 03 and 04 read the same registers. Functions 06, 16, 22 and 23 write the registers
   with access RW. Function 02 reads the status bits as discrete inputs 0–31. Function 43/14 reads the
-  identification: objects 0–6, serial number (80h) and calibration date (81h).
-- **Word order**: 32-bit values have their high word first (ABCD). The configuration can change this to CDAB.
-- **Blocks**: a read must lie within one of the blocks {", ".join(f"{a}–{b}" for a, b in BLOCKS)}.
-  Addresses in a block that are not listed here read 0.
-- **n/a** is the code for "not available". The status bits show the reason.
-- **TCP**: port 5020 and unit id 1 by default. Unit ids 0 and 255 also address this instrument. Other unit
-  ids are answered with exception 0Bh.
-- **Serial line** (Modbus RTU): disabled by default; 19200 Bd, even parity and unit id 1 by default. Requests
-  to other units are not answered. A broadcast can only vent.
+  identification: objects 0–6, the serial number (object 80h) and the calibration date (object 81h).
+- **Word order**: 32-bit values have their high word first (ABCD). To change the word order to CDAB, use the
+  configuration.
+- **Blocks**: A read must lie within one of the blocks {", ".join(f"{a}–{b}" for a, b in BLOCKS)}.
+  If an address in a block is not listed here, its value is 0.
+- **n/a**: This column of the tables contains the code for "not available". The status bits show the
+  reason.
+- **TCP**: The defaults are port 5020 and unit id 1. The instrument also accepts requests to the unit ids 0
+  and 255. The answer to a request with any other unit id is exception 0Bh.
+- **Serial line** (Modbus RTU): The serial line is disabled by default. Its default settings are 19200 Bd,
+  even parity and unit id 1. The instrument does not answer requests to other units. A broadcast can only
+  vent.
 
 | exception | meaning |
 | --- | --- |
-| 01 | an unsupported function, or a write in read-only mode |
-| 02 | an address outside the blocks, a read across two blocks, or a write to a register that is not RW |
-| 03 | a wrong quantity, a value out of range, NaN, or only half of a 32-bit value written |
-| 06 | rejected in the present state; register 27 shows the reason |
+| 01 | The function is not supported, or the request is a write and `read_only` is configured. |
+| 02 | An address is outside the blocks, a read extends over two blocks, or a written register is not RW. |
+| 03 | The number of registers is wrong, a value is out of range or NaN, or a 32-bit value is incomplete. |
+| 06 | The write is rejected in the present state. Register 27 shows the reason. |
 
-Libraries call exception 06 *busy*. Disable automatic repetition of the request.
+Many libraries call exception 06 *busy*. Disable the automatic repetition of such requests in the library.
 
-A request that is answered with an exception changes nothing, but a vent (516 := 0) in such a request is still
-carried out.
+If the instrument answers a request with an exception, the request changes nothing. However, a vent
+(516 := 0) in such a request is still executed.
 """
 _STATUS = """\
 ## Status bits
 
-Register 20 (uint32), the Status frame, and the discrete inputs 0–31. A bit that *latches* stays set until a
-command clears it, even if its cause is gone. Any other bit is set only while its cause is present. The page
-[faults.md](faults.md) describes the action for each bit, fault and reject reason.
+Register 20 (uint32), the Status frame and the discrete inputs 0–31 contain these bits. A bit that *latches*
+stays set until a command clears it, even if the cause of the bit is gone. Any other bit is set only while its
+cause is present. The page [faults.md](faults.md) lists the remedy for each bit, fault and reject reason.
 """
 _FRAMES = """\
 ## CAN frames
 
-Classic CAN with 11-bit identifiers, little-endian, node id N (default {node_id}). The command
-`pneuforce map --format dbc` prints the frames as a DBC file.
+The bus is Classic CAN with 11-bit identifiers. All values are little-endian. N is the node id, which is
+{node_id} by default. The command `pneuforce map --format dbc` prints the frames as a DBC file.
 """
 _COMMAND = """\
-The length, the ranges and the sequence of a Command are checked in this order. A Command with the same
-sequence and the same content renews the lease and is not carried out again. A Command with the same sequence
-and other content is rejected. A vent of full length is always carried out, even if other fields are invalid.
+The instrument checks the length of a Command, then the ranges, and then the sequence number. A Command with
+the same sequence number and the same content renews the lease and is not executed again. A Command with the
+same sequence number but different content is rejected. A vent of full length is always executed, even if
+other fields are invalid.
 """
 
 
@@ -91,7 +96,7 @@ def render() -> str:
         table(register_columns, map(_register_row, REGISTERS)),
         _STATUS,
         _bits(STATUS),
-        "## Condensed status bits\n\nRegister 71 and the Force frame.\n",
+        "## Condensed status bits\n\nRegister 71 and the Force frame contain these bits.\n",
         _bits(CONDENSED),
         "## Enumerations\n",
         *(_enumeration(name, values) for name, values in ENUMERATIONS.items()),

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pneuforce.protocol.frames import Fault
 from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 
-DRIFT = "A slow change of the pressure is drift, not contact."
+DRIFT = "The instrument treats a slow change of the pressure as drift."
 
 BALLOON = (
     FaultKind(
         "leak",
         "The balloon or a joint leaks.",
-        "The board trips when it needs a fourth top-up within 10 minutes.",
+        "The board trips if a fourth top-up is necessary within 10 minutes.",
         {"rig.pneumatics.leak_kpa_per_s": FromArgument("kpa_per_s")},
         arguments=(FaultArgument("kpa_per_s", "kPa/s at 8 kPa", 0.05, 0.0, 5.0),),
         board_fault=Fault.LEAK,
@@ -36,7 +36,7 @@ BALLOON = (
         "The latex creeps: the balloon grows at constant pressure.",
         DRIFT,
         {"rig.pneumatics.creep.amplitude": FromArgument("share")},
-        arguments=(FaultArgument("share", "of the volume, final value", 0.05, 0.0, 1.0),),
+        arguments=(FaultArgument("share", "of the volume, after a long time", 0.05, 0.0, 1.0),),
         effect="drift",
     ),
     FaultKind(
@@ -50,7 +50,8 @@ BALLOON = (
     FaultKind(
         "insufflation",
         "The body cavity is insufflated while the balloon is held.",
-        "The change looks like a contact. Insufflate while the balloon is vented, and write register 518.",
+        "The change of the pressure looks like a contact. Therefore, insufflate while the balloon is vented, "
+        "and write the pressure in the cavity to register 518.",
         {"rig.pneumatics.reference_kpa": FromArgument("kpa")},
         arguments=(FaultArgument("kpa", "kPa", 1.5, 0.0, 5.0),),
     ),

@@ -8,7 +8,7 @@ from pneuforce.sim.faults.kind import FaultArgument, FaultKind, FromArgument
 BOARD = (
     FaultKind(
         "board_reset",
-        "The board restarts: its uptime starts at zero, and its valves are SAFE.",
+        "The board restarts: its uptime starts at zero, the inlet is closed, and the vent is open.",
         "The host detects the restart from the uptime. The setpoint is not restored.",
         call="rig.reset_board",
         effect="board_reset",
@@ -16,16 +16,17 @@ BOARD = (
     FaultKind(
         "board_frozen",
         "The clock of the board has stopped: all samples have the same time.",
-        "Ten samples with the same time trip the rig. The emulated chip sends no samples: its watchdog "
-        "vents, and the link is lost.",
+        "The rig trips after ten samples with the same time. The emulated chip sends no samples: its "
+        "watchdog vents the balloon, and the host reports the loss of the link.",
         {"rig.frozen_board": True},
         effect="sensor_fault",
     ),
     FaultKind(
         "clock_off",
         "The crystal of the board has a wrong frequency: the board clock is too slow or too fast.",
-        "Nothing trips: the link estimates the rate of the board clock, so the ages of samples are correct. "
-        "An error above 1 % sets maintenance_required. A resonator may deviate by up to 0.5 %.",
+        "The rig does not trip: the link estimates the rate of the board clock, so the ages of the samples "
+        "are correct. An error of the rate above 1 % sets maintenance_required. A normal resonator may "
+        "deviate by up to 0.5 %.",
         {"rig.clock_rate": FromArgument("rate")},
         arguments=(FaultArgument("rate", "of the true rate", 1.015, 0.98, 1.02),),
         effect="maintenance_required",

@@ -19,8 +19,8 @@ GAS = (
     FaultKind(
         "regulator_high",
         "The outlet pressure of the regulator is too high: the balloon fills much too fast.",
-        "The board trips if the pressure rises much faster than at commissioning. It also trips 0.5 kPa "
-        "above the setpoint.",
+        "The board trips if the pressure rises much faster than at commissioning. The board "
+        "also trips if the pressure exceeds the setpoint by 0.5 kPa.",
         {"rig.pneumatics.supply.regulator_kpa": FromArgument("kpa")},
         arguments=(FaultArgument("kpa", "kPa", 400.0, 0.0, 1000.0),),
         board_fault=Fault.OCCLUSION,
@@ -29,7 +29,8 @@ GAS = (
     FaultKind(
         "inlet_open",
         "The inlet valve is stuck open: gas flows in continuously.",
-        "The rise looks like a contact. The board trips when the pressure exceeds the contact limit.",
+        "The rise of the pressure looks like a contact. The board trips when the pressure exceeds the "
+        "contact limit.",
         {"rig.pneumatics.inlet.stuck": True},
         board_fault=Fault.OVERPRESSURE,
     ),
@@ -44,7 +45,7 @@ GAS = (
     FaultKind(
         "vent_shut",
         "The vent valve is stuck shut: the balloon cannot be emptied.",
-        "The board trips if the pressure does not fall although the vent is open.",
+        "The board trips if the pressure does not fall after the board has opened the vent.",
         {"rig.pneumatics.vent.stuck": False},
         board_fault=Fault.VENT_SHUT,
         phase="venting",
@@ -52,14 +53,16 @@ GAS = (
     FaultKind(
         "vent_open",
         "The vent valve is stuck open: the balloon empties.",
-        "The board trips if the held pressure falls by half within 100 ms. It reports a burst.",
+        "The board trips and reports a burst if the held pressure falls by half within 100 ms.",
         {"rig.pneumatics.vent.stuck": True},
         board_fault=Fault.BURST,
     ),
     FaultKind(
         "occluded",
-        "The tube to the balloon is kinked: the balloon keeps its gas, the sensor measures the tubes only.",
-        "The board trips if the pressure falls much faster than at commissioning. The balloon may be full.",
+        "The tube to the balloon is kinked: the balloon keeps its gas, and the sensor measures only the "
+        "pressure in the tubes.",
+        "The board trips if the pressure falls much faster than at commissioning. The balloon may still be "
+        "inflated.",
         {"rig.pneumatics.occluded": True},
         board_fault=Fault.OCCLUSION,
         phase="venting",
@@ -67,7 +70,7 @@ GAS = (
     FaultKind(
         "circuit_warming",
         "The gas in the circuit warms up.",
-        "A slow rise of the pressure is drift, not contact.",
+        "The instrument treats a slow rise of the pressure as drift.",
         {"rig.pneumatics.circuit_temperature.target_k": FromArgument("k")},
         arguments=(FaultArgument("k", "K", 2.0, -20.0, 20.0),),
         effect="drift",

@@ -11,7 +11,7 @@ SUPPLY = "The board trips if the supply is outside 4.75 to 5.25 V."
 SENSOR = (
     FaultKind(
         "sensor_open",
-        "The wire of the sensor is broken: the ADC reads full scale.",
+        "A wire of the sensor is broken: the ADC reads full scale.",
         OUT_OF_RANGE,
         {"rig.sensor.stuck_at": MAX_ADC_SUM},
         board_fault=Fault.SENSOR,
@@ -34,8 +34,8 @@ SENSOR = (
     FaultKind(
         "sensor_drift",
         "The zero of the sensor has drifted.",
-        "While the balloon is held, the drift looks like a pressure. After a vent, command 1 takes a new "
-        "zero.",
+        "While the balloon is held, the drift looks like a change of the pressure. After a vent, command 1 "
+        "repeats the zero adjustment.",
         {"rig.sensor.drift_kpa": FromArgument("kpa")},
         arguments=(FaultArgument("kpa", "kPa", 0.1, -5.0, 5.0),),
     ),
