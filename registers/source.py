@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 
@@ -21,6 +21,20 @@ class Source(Protocol):
 
         The snapshot is immutable. It has one attribute for each quantity of the register map.
         """
+        ...
+
+    @property
+    def discrete_state(self) -> Hashable:
+        """Return a value that changes if a sample changes the state, the status or the faults.
+
+        A server can skip the snapshot of a sample while this value does not change. This value need not show
+        changes that depend on the time alone. The server finds them with a snapshot at each tick.
+        """
+        ...
+
+    @property
+    def force_limit_exceeded(self) -> bool:
+        """Return True if the latest sample raises the force alarm."""
         ...
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import Any, Protocol
 
 from pneuforce.instrument.audit.changes import ObservedState, changes
@@ -67,6 +67,7 @@ class AuditLogger:
         self._ended = False
         # Commands without an answer, by the name of the peer.
         self._pending_commands: dict[str, CommandBlock] = {}
+        self._discrete_state: Hashable = None
 
     # ---- as a source
 
@@ -82,6 +83,16 @@ class AuditLogger:
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         """Return the values at one instant, as `peer` sees them."""
         return self._instrument.snapshot(peer, now_s)
+
+    @property
+    def discrete_state(self) -> Hashable:
+        """Return a value that changes if a sample changes the state, the status or the faults."""
+        return self._instrument.discrete_state
+
+    @property
+    def force_limit_exceeded(self) -> bool:
+        """Return True if the latest sample raises the force alarm."""
+        return self._instrument.force_limit_exceeded
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:
         """Execute one write request and log it. Return the reject reason."""
@@ -134,7 +145,9 @@ class AuditLogger:
 
     def on_sample(self, now_s: float) -> None:
         """Log changes of the instrument's state."""
-        self._log_changes(now_s)
+        before, self._discrete_state = self._discrete_state, self._instrument.discrete_state
+        if self._discrete_state != before or self._pending_commands:
+            self._log_changes(now_s)
 
     def tick(self, now_s: float) -> None:
         """Log changes and due reports. Set the instrument's flag if the event log cannot be written."""
@@ -151,7 +164,7 @@ class AuditLogger:
         self._append([AuditRecord(self._timestamp(now_s), {"kind": "start", **identity})])
 
     def end(self, why: str, now_s: float) -> None:
-        """Log the events that were only counted, then the end of the instrument. Later calls do nothing."""
+        """Log the events that were only counted, and that the instrument ends. Later calls do nothing."""
         if self._ended:
             return
         self._ended = True

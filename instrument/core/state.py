@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from pneuforce.instrument.core.arming import STEPS, Arming, Step
@@ -121,6 +122,25 @@ class InstrumentState:
         return (
             m.force_uncompensated_n > self.requested.force_limit_n
             or m.unfiltered_kpa - m.baseline_kpa > ALARM_RISE_KPA
+        )
+
+    @property
+    def discrete_state(self) -> Hashable:
+        """Return a value that changes if a sample changes a state, a fault or a flag.
+
+        Conditions that depend on the time or on a slow drift are not included. They are checked at each tick.
+        """
+        m, sample = self.measurement, self.sample
+        return (
+            self.arming,
+            len(self.faults),
+            sample and (sample.state, sample.setpoint_pa),
+            (m.in_contact, m.quality, math.isfinite(m.force_n + m.force_std_n)),
+            self.force_limit_exceeded,
+            self.vent_monitor.vented,
+            self.chain.tracker.contact_count,
+            self.chain.zero.taken,
+            self.can_down,
         )
 
     def age_s(self, now_s: float) -> float:

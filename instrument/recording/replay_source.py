@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 from pneuforce.instrument.core.lease import Peer
@@ -37,6 +37,16 @@ class ReplaySource:
         status = REPLAY_STATUS | {"can_down", "maintenance_required"} if self.can_down else REPLAY_STATUS
         reject_reason = self._peers.reject_reason_of(peer)
         return snapshot._replace(status=snapshot.status | status, reject_reason=reject_reason)
+
+    @property
+    def discrete_state(self) -> Hashable:
+        """Return a value that changes if a sample changes the state, the status or the faults."""
+        return self._replay.session.instrument.discrete_state
+
+    @property
+    def force_limit_exceeded(self) -> bool:
+        """Return True if the latest sample raises the force alarm."""
+        return self._replay.session.instrument.force_limit_exceeded
 
     def write(self, peer: Peer, values: Mapping[str, Any], now_s: float) -> RejectReason:  # noqa: ARG002
         """Reject the write, unless it is a vent."""

@@ -89,13 +89,17 @@ class CanNode:
         self._heartbeat_timer = TransmitTimer(HEARTBEAT.period_s)
         self._booted = False
         self._faults: tuple[int, ...] = ()
+        self._discrete_state: Hashable = None
 
     # ---- sending
 
     def on_sample(self, now_s: float) -> list[CanFrame]:
         """Return the frames due at a new sample: Force at its rate or with an alarm, and changed frames."""
+        selected = self._decimator.selects(alarm=self._source.force_limit_exceeded)
+        before, self._discrete_state = self._discrete_state, self._source.discrete_state
+        if not selected and self._discrete_state == before:
+            return []
         snapshot = self._source.snapshot(CAN_PEER, now_s)
-        selected = self._decimator.selects(alarm="force_high_alarm" in snapshot.status)
         return ([self._force(snapshot)] if selected else []) + self._changes(snapshot, now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:

@@ -33,6 +33,11 @@ class EmergencyProducer:
         """Return the error register (1001h)."""
         return (GENERIC_ERROR if self._faults else 0) | (_COMMUNICATION_ERROR if self._master_lost else 0)
 
+    @property
+    def pending(self) -> bool:
+        """Return True if a message waits, for example because of the inhibit time."""
+        return bool(self._pending)
+
     def update(self, snapshot: Any, *, master_lost: bool) -> None:
         """Queue messages if the faults or the state of the master have changed since the last call."""
         faults = snapshot.faults

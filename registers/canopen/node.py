@@ -5,7 +5,7 @@ Received frames and the time are arguments of the methods. The methods return th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import Any
 
 from pneuforce.registers.can.command import (
@@ -88,6 +88,7 @@ class CanopenNode:
         }
         self._sdo_server = SdoServer(self._store)
         self._state = "boot_up"
+        self._discrete_state: Hashable = None
         self._handlers: Mapping[int, Callable[[bytes, float], list[CanFrame] | None]] = {
             nmt.NMT_ID: self._on_nmt,
             SYNC_ID: self._on_sync,
@@ -99,9 +100,14 @@ class CanopenNode:
 
     def on_sample(self, now_s: float) -> list[CanFrame]:
         """Return the frames due at a new sample."""
-        snapshot = self._source.snapshot(CAN_PEER, now_s)
-        self._trigger(self._triggers.at_sample(snapshot))
-        return self._emergency_frames(snapshot, now_s) + self._due_tpdos(snapshot, now_s)
+        force_due = self._triggers.force_due(alarm=self._source.force_limit_exceeded)
+        before, self._discrete_state = self._discrete_state, self._source.discrete_state
+        frames = []
+        if force_due or self._discrete_state != before or self._emergencies.pending:
+            snapshot = self._source.snapshot(CAN_PEER, now_s)
+            self._trigger(self._triggers.at_sample(snapshot, force_due=force_due))
+            frames = self._emergency_frames(snapshot, now_s)
+        return frames + self._due_tpdos(now_s)
 
     def tick(self, now_s: float) -> list[CanFrame]:
         """Return the frames that are due at this time. Call this method every 10 ms, even without samples."""
@@ -117,7 +123,7 @@ class CanopenNode:
         abort = self._sdo_server.tick(now_s)
         if abort and self._allows(CommunicationObject.SDO):
             frames.append(self._sdo_frame(abort))
-        return frames + self._emergency_frames(snapshot, now_s) + self._due_tpdos(snapshot, now_s)
+        return frames + self._emergency_frames(snapshot, now_s) + self._due_tpdos(now_s)
 
     def _boot(self, now_s: float) -> list[CanFrame]:
         self._state = nmt.PRE_OPERATIONAL
@@ -134,10 +140,14 @@ class CanopenNode:
         for name in frame_names:
             self._tpdos[name].trigger()
 
-    def _due_tpdos(self, snapshot: Any, now_s: float) -> list[CanFrame]:
+    def _due_tpdos(self, now_s: float) -> list[CanFrame]:
         if not self._allows(CommunicationObject.PDO):
             return []
-        return [self._tpdo_frame(tpdo.frame, snapshot) for tpdo in self._tpdos.values() if tpdo.due(now_s)]
+        due = [tpdo.frame for tpdo in self._tpdos.values() if tpdo.due(now_s)]
+        if not due:
+            return []
+        snapshot = self._source.snapshot(CAN_PEER, now_s)
+        return [self._tpdo_frame(frame, snapshot) for frame in due]
 
     def _tpdo_frame(self, frame: FrameDefinition, snapshot: Any) -> CanFrame:
         if frame is FORCE:
@@ -264,7 +274,7 @@ class CanopenNode:
         if result and result.result in MALFORMED:
             self._source.log_rejected_write(CAN_PEER, data, result.result, now_s)
         self._answer(result)
-        return self._due_tpdos(self._source.snapshot(CAN_PEER, now_s), now_s)
+        return self._due_tpdos(now_s)
 
     def _answer(self, result: CommandResult | None) -> None:
         if result is not None:

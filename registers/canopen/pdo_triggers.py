@@ -18,10 +18,13 @@ class PdoTriggers:
         self._stale_force_timer = TransmitTimer(STALE_FORCE_PERIOD_S)
         self._last_content: dict[str, Hashable] = {}
 
-    def at_sample(self, snapshot: Any) -> set[str]:
-        """Return the events at a new sample: Force at its rate or with an alarm, and changed frames."""
-        selected = self._decimator.selects(alarm="force_high_alarm" in snapshot.status)
-        return self._changed(snapshot) | ({FORCE.name} if selected else set())
+    def force_due(self, *, alarm: bool) -> bool:
+        """Return True if Force must be triggered at this sample, by its rate or by an alarm. Call it once."""
+        return self._decimator.selects(alarm=alarm)
+
+    def at_sample(self, snapshot: Any, *, force_due: bool) -> set[str]:
+        """Return the events at a new sample: changed frames, and Force if it is due."""
+        return self._changed(snapshot) | ({FORCE.name} if force_due else set())
 
     def at_tick(self, snapshot: Any, now_s: float) -> set[str]:
         """Return the events that need no new sample: changed frames, and Force if the samples have stopped.

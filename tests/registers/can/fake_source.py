@@ -42,6 +42,14 @@ class FakeSource:
     def snapshot(self, peer, now_s):
         return self.now
 
+    @property
+    def discrete_state(self):
+        return self.now
+
+    @property
+    def force_limit_exceeded(self):
+        return "force_high_alarm" in self.now.status
+
     def write(self, peer, values, now_s):
         assert peer.channel == "can"
         self.written.append(dict(values))
