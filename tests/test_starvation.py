@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from tests import conftest
 from tests.source_tree import ROOT
 from tests.starvation import StarvationMonitor
 
@@ -44,7 +45,7 @@ def test_a_process_that_sleeps_is_not_starved():
 CONFTEST = """
 from pathlib import Path
 from tests.conftest import *
-REAL_TIME.append(Path.cwd())
+real_time_paths.append(Path.cwd())
 """
 STARVED_OR_NOT = """
 import pytest
@@ -70,3 +71,7 @@ def test_only_a_starved_test_is_repeated(pytester, monkeypatch, starve, outcome)
     result = pytester.runpytest_subprocess("--rootdir", str(pytester.path))
     assert result.parseoutcomes() == outcome
     assert ("repeated once" in result.stdout.str()) == starve
+
+
+def test_the_list_of_tests_in_real_time_names_existing_files():
+    assert [path for path in conftest.real_time_paths if not path.exists()] == []

@@ -46,20 +46,12 @@ class Demo:
             wait_for(plc.read, lambda v: v["state"] == "holding")
 
 
-@pytest.fixture(scope="module")
-def demos():
-    """Start several demos at once, because the start of a demo consists mostly of waiting."""
-    started = [Demo() for _ in range(3)]
-    yield started
-    for demo in started:
-        demo.process.kill()
-        demo.process.communicate()
-
-
 @pytest.fixture
-def demo(demos):
-    """Return a demo that is still running."""
-    return next(demo for demo in demos if demo.process.poll() is None)
+def demo():
+    started = Demo()
+    yield started
+    started.process.kill()
+    started.process.communicate()
 
 
 def running(pid):
