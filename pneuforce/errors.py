@@ -70,7 +70,7 @@ class ProtocolMismatch(RigError, ValueError):
 
 
 class TimeoutMismatch(RigError, ValueError):
-    """Board that shuts the inlet or vents after another time without a command than this program requires."""
+    """Time limit of the board for a silent host that differs from the limit that this program requires."""
 
     def __init__(self, action: str, board_ms: int, host_ms: int) -> None:
         super().__init__(

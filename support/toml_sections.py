@@ -44,9 +44,9 @@ def read_text(path: Path, remedy: str) -> str:
 
 
 def parse_tables(text: str, name: str) -> dict[str, Any]:
-    """Return the tables of a TOML text.
+    """Return the tables of a TOML document.
 
-    Raises ConfigurationError if the text is not TOML. `name` is the name of the file in the error message.
+    Raises ConfigurationError if `text` is not valid TOML. `name` is the file name in the error message.
     """
     try:
         return tomllib.loads(text)

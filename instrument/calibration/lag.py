@@ -79,7 +79,7 @@ def _curve(
     after_kpa: float,
     filter_time_constant_s: float,
 ) -> Numbers:
-    """Return the pressure at each time after a step has passed through the tube and the filter."""
+    """Return the pressure at each time of a step that passes through the tube and the filter."""
     elapsed_s = np.maximum(t_s - start_s, 0.0)
     remaining = np.exp(-elapsed_s / tube_time_constant_s)
     if filter_time_constant_s > 0:

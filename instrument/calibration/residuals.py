@@ -17,7 +17,7 @@ RELATIVE_ERROR_MAX_N = 3.5  #: highest force in the paper
 
 
 class ForceResidual(NamedTuple):
-    """Agreement of forces with the reference sensor. A value without contacts is NaN."""
+    """Difference between forces and the reference sensor. Without contacts, each value is NaN."""
 
     rmse_n: float  #: root mean square error of the forces below 1 N
     mean_error_percent: float  #: mean absolute error of the forces from 1 to 3.5 N

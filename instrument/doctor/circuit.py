@@ -61,7 +61,7 @@ def circuit_checks(examination: Examination) -> list[Check]:
 
 
 def _failed_filling(finding: str, advice: str) -> list[Check]:
-    """Return the failed check of the filling, and the other checks as not reached."""
+    """Return the check of the filling as failed, and mark all later checks as not reached."""
     failed = Check(FILLING, CheckResult.FAIL, finding, advice)
     return [failed, *(unchecked(name, "not reached") for name in NAMES[1:])]
 

@@ -1,4 +1,4 @@
-"""Solution of one contact: from two pressures to force and indentation by the force law."""
+"""Solution of the force law for one contact: force and indentation, computed from two pressures."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class ContactHistory:
 
     @property
     def rows(self) -> list[ContactRow]:
-        """Return the latest contacts in order of time. An open contact is last, with its present values."""
+        """Return the latest contacts, the oldest first. A contact that has not ended is last."""
         still_open = [self._open.row(still_open=True)] if self._open else []
         return [*self._ended, *still_open][-self._capacity :]
 

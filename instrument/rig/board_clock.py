@@ -64,7 +64,7 @@ class BoardClock:
         return 1 / (1 + self._slope) - 1 if self._span_s >= MIN_RATE_SPAN_S else math.nan
 
     def host_time_s(self, board_time_us: int, received_s: float, latest_s: float = math.inf) -> float:
-        """Return the host time [s] of a board time [µs, wraps at 2³²].
+        """Return the host time [s] that corresponds to a board time [µs, wraps at 2³²].
 
         The result never decreases, and is never later than `received_s` or `latest_s`, except to prevent a
         decrease. `latest_s` is an upper limit from another source.

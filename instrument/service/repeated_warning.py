@@ -8,10 +8,10 @@ FIRST_INTERVAL_S, MAX_INTERVAL_S = 10.0, 3600.0
 
 
 class RepeatedWarning:
-    """Logger for one lasting condition.
+    """Logger for a condition that lasts, for example a rig that does not answer.
 
-    A new reason is logged at once. The same reason is logged again at intervals that double up to one hour.
-    The log of a night without a rig therefore stays short.
+    A new reason for the condition is logged at once. The same reason is logged again after intervals that
+    double up to one hour. The log therefore stays short, even if the rig does not answer for a whole night.
     """
 
     def __init__(self, logger: logging.Logger, condition: str) -> None:

@@ -65,7 +65,7 @@ class Pipelined:
 
 @dataclass(frozen=True, slots=True)
 class RawBytes:
-    """Bytes that are not a request, or only a part of one."""
+    """Bytes that are not a complete request."""
 
     data: bytes
 

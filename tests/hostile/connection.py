@@ -131,7 +131,7 @@ class RawConnection:
         return bool(select.select([self.socket], [], [], within_s)[0])
 
     def wait_closed(self, within_s: float) -> str:
-        """Wait until the server closes the connection, and return a description.
+        """Wait until the server closes the connection. Return how the connection was closed.
 
         Raises CaseFailure if the server answers instead, or NoAnswer if the connection stays open.
         """

@@ -41,7 +41,7 @@ def blocking():
 
 
 async def stopping_while(working, blocking):
-    """Run `working(stop)`, set `stop` when the call blocks, and return the result."""
+    """Run `working(stop)`, set `stop` when its call of `blocking` has begun, and return its result."""
     stop = asyncio.Event()
     task = asyncio.ensure_future(working(stop))
     while not blocking.begun.is_set():

@@ -1,4 +1,4 @@
-"""Tests of the listeners of the robot guide with a running instrument: inflate, follow the force, vent."""
+"""Tests of the example programs of docs/robot.md: each inflates the balloon, follows the force and vents."""
 
 import re
 import signal

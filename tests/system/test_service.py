@@ -140,7 +140,7 @@ udevadm test /sys/class/net/lo
 
 
 def udev_messages_of(rules):
-    """Return the messages of udev about a file of rules, in a name space with an empty /run."""
+    """Let udev read a file of rules, in a namespace with an empty /run. Return its messages."""
     shell = ["unshare", "--map-root-user", "--mount", "sh", "-c", IN_A_NAME_SPACE, "sh", rules]
     done = subprocess.run(shell, capture_output=True, text=True, check=False)
     output = done.stdout + done.stderr

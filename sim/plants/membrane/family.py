@@ -40,7 +40,7 @@ class ShapeColumn:
 
     @property
     def highest_n(self) -> float:
-        """Return the force of the shape with the most gas [N]."""
+        """Return the highest force [N]: the force of the shape that contains the most gas."""
         return float(1e-3 * np.pi * self.pressure_kpa[-1] * self.contact_radius_mm[-1] ** 2)
 
     def at(self, gas_kpa_mm3: Array) -> Array:

@@ -135,7 +135,7 @@ def test_any_bytes_on_one_connection_leave_other_connections_working(server, gar
 
 
 class AgreesWithReferenceServer(RuleBasedStateMachine):
-    """Two peers send any requests. Each answer and all values afterwards agree with the reference server."""
+    """Two peers send random requests. All answers and values agree with the reference server."""
 
     @initialize(word_swap=st.booleans(), read_only=st.sampled_from((False, False, True)))
     def start(self, word_swap, read_only):

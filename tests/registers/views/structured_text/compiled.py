@@ -120,7 +120,7 @@ def library():
 
 
 class Block:
-    """Only instance of a function block or of the program. Its keys are the names of the variables."""
+    """The single instance of a function block or of the program: a mapping from names to values."""
 
     def __init__(self, name):
         self._c = library()
