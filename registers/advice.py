@@ -120,7 +120,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "again, install the firmware again (pneuforce flash).",
     ),
     38: Advice(
-        "The board did not follow a hold command for 1 s. Most likely the board has restarted.",
+        "For 1 s, the board did not follow a hold command. The board has most likely restarted.",
         "Check the supply and the RESET pin of the board. Check whether another program opens the serial "
         "port of the board. Then clear.",
     ),

@@ -16,6 +16,10 @@ from pneuforce.errors import ServerError
 from pneuforce.sim.line.proxy import SerialProxy
 from pneuforce.teststand.child_process import ChildProcess
 
+PORT_ERRORS: Mapping[int | None, str] = {
+    errno.EADDRINUSE: "is in use by another program",
+    errno.EACCES: "needs privileges that you do not have",
+}
 Tables = Mapping[str, Mapping[str, Any]]
 
 
@@ -95,8 +99,7 @@ def check_ports_free(ports: Mapping[str, int]) -> None:
         try:
             socket.create_server(("127.0.0.1", port)).close()
         except OSError as error:
-            in_use = error.errno == errno.EADDRINUSE
-            why = "is in use by another program" if in_use else "needs privileges that you do not have"
+            why = PORT_ERRORS.get(error.errno, f"cannot be used ({error.strerror})")
             raise ServerError(f"--{option} {port} {why}: choose another port") from None
 
 

@@ -64,7 +64,7 @@ class RadiusPart(CalibrationPart):
 
 
 class VolumePart(CalibrationPart):
-    """Volume V_c of all pipes."""
+    """Volume V_c of all tubes."""
 
     volume_mm3: Annotated[float, Field(ge=100, le=1e6), Rounded]
     volume_std_mm3: Std

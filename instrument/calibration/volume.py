@@ -1,4 +1,4 @@
-"""Volume V_c of the pipes by Boyle's law: a syringe of known volume is emptied into the plugged circuit.
+"""Volume V_c of the tubes by Boyle's law: a syringe of known volume is emptied into the plugged circuit.
 
 With the gauge pressures before and after a stroke, and the displaced volume of the syringe:
 (P_0 + before)(V_c + displaced) = (P_0 + after) V_c, so that the rise is (P_0 + before) · displaced / V_c.

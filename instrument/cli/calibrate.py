@@ -38,7 +38,7 @@ def radius(data: Path, target: CalibrationTarget, as_json: bool) -> str:
 def volume(
     data: Path | None, strokes: Sequence[list[float]], target: CalibrationTarget, as_json: bool
 ) -> str:
-    """Calibrate the volume of the pipes. Return the volume and the residual as text."""
+    """Calibrate the volume of the tubes. Return the volume and the residual as text."""
     step = calibrate_volume(data, strokes, target)
     ambient_kpa = step.part.ambient_kpa
     lines = [

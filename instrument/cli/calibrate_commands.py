@@ -59,7 +59,7 @@ def volume(
     config: Config = None,
     as_json: Json = False,
 ) -> None:
-    """Fit the volume of the pipes, measured with a syringe that is emptied into the pipes.
+    """Fit the volume of the tubes, measured with a syringe that is emptied into the tubes.
 
     The CSV has the columns syringe_ml (or volume_mm3) and pressure_kpa.
 

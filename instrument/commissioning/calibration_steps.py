@@ -93,7 +93,7 @@ def calibrate_radius(data: Path, target: CalibrationTarget) -> CalibrationStep[R
 def calibrate_volume(
     data: Path | None, strokes_as_options: Sequence[list[float]], target: CalibrationTarget
 ) -> CalibrationStep[VolumePart, VolumeFit]:
-    """Fit the volume V_c of the pipes, and save it. Raises ConfigurationError."""
+    """Fit the volume V_c of the tubes, and save it. Raises ConfigurationError."""
     if (data is None) is not any(strokes_as_options):
         raise ConfigurationError(
             "give either a CSV file, or all of --displaced-ml, --before-kpa and --after-kpa"

@@ -151,9 +151,9 @@ def load(path: Path) -> Configuration:
     Raises ConfigurationError with file, key and allowed values.
     """
     configuration = read(path)
-    if not configuration.measurement.calibration:
+    file = resolve_path(path, configuration.measurement.calibration)
+    if file is None:
         return configuration
-    file = path.parent / configuration.measurement.calibration
     try:
         return configuration.with_calibration(load_calibration(file))
     except ConfigurationError as error:

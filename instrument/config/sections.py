@@ -96,10 +96,10 @@ class BalloonSection(Section):
 
 
 class CircuitSection(Section):
-    """The gas in pipes and balloon."""
+    """The gas in tubes and balloon."""
 
     volume_mm3: float = Field(
-        _CIRCUIT.volume_mm3, ge=100, le=1e6, description="volume V_c of all pipes [mm³]"
+        _CIRCUIT.volume_mm3, ge=100, le=1e6, description="volume V_c of all tubes [mm³]"
     )
     ambient_kpa: float = Field(
         _CIRCUIT.ambient_kpa, ge=60, le=110, description="ambient pressure P_0 [kPa absolute]"

@@ -24,7 +24,7 @@ CAUSES: Mapping[int, str] = {
     Fault.INLET_OPEN: "the inlet valve, which does not close",
     Fault.VENT_SHUT: INFLATED + "the vent valve and its relay",
     Fault.OCCLUSION: INFLATED + "a kinked tube, or a regulator that is far too high",
-    Fault.LEAK: "the joints: use soap water",
+    Fault.LEAK: "the joints: use soapy water",
     Fault.SETPOINT_TIMEOUT: "a hole, a valve that leaks, or an orifice that is too small",
     Fault.HOST_SILENT: LINE,
     Fault.WATCHDOG: "the board restarted by itself: its supply, or a firmware that hangs",

@@ -24,7 +24,7 @@ SETTLE_S, BAND_KPA, MAX_VALVE_ACTIONS = 8.0, 0.1, 20
 CHANGE_KPA = (0.1, 0.5)
 CHANGE_TIME_S = 20.0
 FALLING_ADVICE = (
-    "check the joints with soap water; a new balloon creeps in its first minute: let it rest inflated"
+    "check the joints with soapy water; a new balloon creeps in its first minute: let it rest inflated"
 )
 RISING_ADVICE = "an inlet valve that does not close, or the balloon was touched"
 #: Faults after which the balloon may still be inflated.

@@ -44,7 +44,7 @@ class Balloon:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Circuit:
-    """Gas circuit of the balloon: volume V_c of all pipes, and the pressure P_0 outside the balloon."""
+    """Gas circuit of the balloon: volume V_c of all tubes, and the pressure P_0 outside the balloon."""
 
     volume_mm3: float = 12.68e3
     ambient_kpa: float = 101.325

@@ -28,7 +28,7 @@ class InputUncertainties:
     #: MPXV5050DP is at most ±1 % of the reading; a rectangular distribution is assumed.
     gain: float = 0.01 / math.sqrt(3)
     radius_mm: float = 0.03  #: radius R_i: residual of the quadratic of Fig. 4, and error of the caliper
-    volume_mm3: float = 100.0  #: volume V_c of the pipes
+    volume_mm3: float = 100.0  #: volume V_c of the tubes
     ambient_kpa: float = 1.0  #: ambient pressure P_0: changes due to the weather
     young_kpa: float = 100.0  #: Young's modulus E: differences between lots of natural latex
     rest_thickness_mm: float = 0.005  #: thickness h_0

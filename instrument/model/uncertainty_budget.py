@@ -26,7 +26,7 @@ PARAMETER_LABELS = {
     "young_kpa": ("Young's modulus E", "kPa"),
     "rest_thickness_mm": ("thickness h_0", "mm"),
     "poisson": ("Poisson's ratio ν", ""),
-    "volume_mm3": ("volume of the pipes V_c", "mm³"),
+    "volume_mm3": ("volume of the tubes V_c", "mm³"),
     "ambient_kpa": ("ambient pressure P_0", "kPa"),
     "polytropic": ("gas exponent n, 1 to 1.2", ""),
 }

@@ -45,7 +45,7 @@ CLOSING = """\
   simulated balloon has the sudden step of the paper instead.
 - On the rubber balloon, the error of the uncalibrated law exceeds the stated uncertainty. The reason is that
   the stated uncertainty was determined for the balloon of the paper. After a calibration on the rubber
-  balloon, the true force is within ±2u of the measured force in more than 95 % of the contacts.
+  balloon, the true force is within ±2u of the measured force in 95 % of the contacts or more.
 - Your balloon differs from both simulated balloons. To determine the accuracy on your balloon, use a force
   sensor with `pneuforce validate --data` and `pneuforce calibrate force`."""
 

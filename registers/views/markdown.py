@@ -60,7 +60,7 @@ register map in the program of the instrument.
 | 03 | The number of registers is wrong, a value is out of range or NaN, or a 32-bit value is incomplete. |
 | 06 | The write is rejected in the present state. Register 27 shows the reason. |
 
-Many libraries call exception 06 *busy*. Disable the automatic repetition of such requests in the library.
+Many libraries call exception 06 *busy*. Disable automatic retries of such requests in your Modbus library.
 
 If the instrument answers a request with an exception, the request changes nothing. However, a vent
 (516 := 0) in such a request is still executed.

@@ -47,7 +47,7 @@ PASCAL = 1e-3
         f"| Young's modulus E | {ERRORS.young_kpa:g} kPa |",
         f"| thickness h_0 | {ERRORS.rest_thickness_mm:g} mm |",
         f"| Poisson's ratio ν | {ERRORS.poisson:g} |",
-        f"| volume of the pipes V_c | {ERRORS.volume_mm3:g} mm³ |",
+        f"| volume of the tubes V_c | {ERRORS.volume_mm3:g} mm³ |",
         f"| ambient pressure P_0 | {ERRORS.ambient_kpa:g} kPa |",
         f"| gas exponent n, 1 to 1.2 | {ERRORS.polytropic:.3f} |",
         f"| force law | {100 * LAW.relative_std_below:.1f} % of the force up to {BALLOON.switch_kpa:g} kPa, "

@@ -35,7 +35,7 @@ def pneuforce_lines(text):
 
 
 #: A comment that begins with this word marks a line that the instrument must reject.
-REFUSED = "refused"
+REJECTED = "rejected"
 #: A comment such as "until [25] is 6": the line is repeated until mbpoll prints this value.
 UNTIL = re.compile(r"\[(\d+)\] is (\d+)")
 READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
@@ -190,7 +190,7 @@ def test_every_mbpoll_line_does_what_its_comment_says(demo, tmp_path, name):
             lambda command=command: subprocess.run(command, capture_output=True, text=True, timeout=30),
             lambda done, comment=comment: set(UNTIL.findall(comment)) <= set(READ.findall(done.stdout)),
         )
-        assert (done.returncode == 0) == (not comment.startswith(REFUSED)), (line, done.stderr)
+        assert (done.returncode == 0) == (not comment.startswith(REJECTED)), (line, done.stderr)
 
 
 @needs("mbpoll")

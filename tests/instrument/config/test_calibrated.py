@@ -1,6 +1,8 @@
 """Tests of a calibrated instrument: force, uncertainty, registers, and calibrations that are rejected."""
 
 import math
+import subprocess
+import sys
 from dataclasses import replace
 from datetime import date
 
@@ -165,3 +167,15 @@ def test_the_older_methods_can_be_calibrated_too(method):
     harness = InstrumentHarness.ready(chain=apply_calibration(settings, calibration))
     harness.write_ok(VENT)
     assert harness.snapshot().method == f"{method}_calibrated"
+
+
+def test_a_configuration_from_stdin_names_a_calibration_in_the_current_folder(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "pneuforce", "run", "--config", "/dev/stdin"],
+        input='[measurement]\ncalibration = "absent.toml"\n',
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "measurement.calibration: absent.toml: no such file" in done.stderr
