@@ -39,7 +39,26 @@ REAL_TIME = [
     "tests/teststand",
     "tests/web",
 ]
+#: Tests in these folders that use virtual time.
+VIRTUAL_TIME = [
+    "tests/sim/line/test_line_noise.py",
+    "tests/system/test_accuracy.py",
+    "tests/system/test_accuracy_document.py",
+    "tests/system/test_calibrate.py",
+    "tests/system/test_links.py",
+    "tests/system/test_model_document.py",
+    "tests/system/test_plot.py",
+    "tests/system/test_shell_blocks.py",
+    "tests/system/test_validate.py",
+    "tests/system/test_validated_recording.py",
+    "tests/teststand/test_observer.py",
+    "tests/web/test_browser_feed.py",
+    "tests/web/test_decimation.py",
+    "tests/web/test_http_requests.py",
+    "tests/web/test_request_guard.py",
+]
 real_time_paths = [ROOT / name for name in REAL_TIME]
+virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]
 monitor = StarvationMonitor()
 
 
@@ -56,7 +75,8 @@ def pytest_unconfigure():
 def pytest_collection_modifyitems(items):
     """Mark the tests in real time, and allow one repetition of each if starvation explains a failure."""
     for item in items:
-        if any(item.path.is_relative_to(path) for path in real_time_paths):
+        in_real_time = any(item.path.is_relative_to(path) for path in real_time_paths)
+        if in_real_time and item.path not in virtual_time_paths:
             item.add_marker(pytest.mark.real_time)
             item.add_marker(pytest.mark.flaky(reruns=1, condition=lambda: monitor.starved))
 

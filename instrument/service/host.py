@@ -100,8 +100,7 @@ class Host:
         try:
             while not stop.is_set():
                 self._tick()
-                with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(stop.wait(), TICK_S)
+                await asyncio.sleep(TICK_S)
         finally:
             await self._vent_and_close()
         log.info("vented; ended")

@@ -34,6 +34,14 @@ class Stack:
         self.request(truth=50)
         return map(json.loads, self.control.makefile())
 
+    def unplug(self):
+        """End the simulated rig as if its cable was pulled.
+
+        A killed simulator leaves its link, which would later point to the pseudo-terminal of another test.
+        """
+        self.sim.stop()
+        self.link.unlink(missing_ok=True)
+
     def plug_in_again(self):
         """Start a new simulated rig on the same link."""
         self.sim = self.plug_in(self.link)

@@ -185,7 +185,7 @@ def test_a_host_process_that_is_suspended_for_longer_than_its_time_limit_trips(s
 def test_after_the_cable_is_unplugged_and_plugged_in_the_rig_is_tripped(stack):
     with stack.plc() as plc:
         inflate(plc, 6.0)
-        stack.sim.stop()
+        stack.unplug()
         lost = wait_for(plc.read, lambda v: "link_lost" in v["status"])
         assert math.isnan(lost["force"])
         assert math.isnan(lost["pressure"])
