@@ -9,7 +9,6 @@ from pneuforce.errors import ConfigurationError, PortBusy, RigError
 from pneuforce.instrument.cli import flash
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
 from pneuforce.support.serial_port import SerialPort
-from tests.instrument.fake_board import FakeCable
 
 AVRDUDE = """#!/bin/sh
 echo "$@" >> {log}
@@ -18,14 +17,6 @@ case "$*" in
 *) {writes} ;;
 esac
 """
-
-
-@pytest.fixture
-def cable(tmp_path):
-    cable = FakeCable(tmp_path / "rig")
-    yield cable
-    for board in cable.boards:
-        board.end()
 
 
 @pytest.fixture

@@ -27,18 +27,10 @@ from pneuforce.protocol.frames import (
     encode,
 )
 from pneuforce.support.serial_port import SerialPort
-from tests.instrument.fake_board import FakeBoard, FakeCable
+from tests.instrument.fake_board import FakeBoard
 from tests.instrument.instrument_harness import HOLD_8, PLC, VENT
 
 TIMEOUT_S = 5.0
-
-
-@pytest.fixture
-def cable(tmp_path):
-    cable = FakeCable(tmp_path / "rig")
-    yield cable
-    for board in cable.boards:
-        board.end()
 
 
 @contextlib.asynccontextmanager
