@@ -4,6 +4,7 @@ import signal
 from pathlib import Path
 
 import pytest
+from _pytest.runner import runtestprotocol
 
 from tests.starvation import StarvationMonitor
 
@@ -71,33 +72,53 @@ def pytest_unconfigure():
     monitor.stop()
 
 
-@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Mark the tests in real time, and allow one repetition of each if starvation explains a failure."""
+    """Mark the tests in real time."""
     for item in items:
         in_real_time = any(item.path.is_relative_to(path) for path in real_time_paths)
         if in_real_time and item.path not in virtual_time_paths:
             item.add_marker(pytest.mark.real_time)
-            item.add_marker(pytest.mark.flaky(reruns=1, condition=lambda: monitor.starved))
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup():
+def pytest_runtest_protocol(item, nextitem):
+    """Run a test in real time. Repeat the test once if a lack of processor time explains its failure.
+
+    The repeated test gets new fixtures of every scope, because the failure can have changed the old ones.
+    """
+    if item.get_closest_marker("real_time") is None:
+        return None
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     monitor.restart()
+    reports = runtestprotocol(item, log=False, nextitem=nextitem)
+    failures = [report for report in reports if report.failed]
+    if failures and monitor.starved:
+        report_repetition(item, failures[0], monitor.longest_s)
+        item.session._setupstate.teardown_exact(None)
+        item._initrequest()
+        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+    for report in reports:
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
 
 
-@pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_makereport():
-    """Write the longest wait for a processor into the report of a failed test."""
-    report = (yield).get_result()
-    if report.failed:
-        report.user_properties.append(("waited_s", round(monitor.longest_s, 2)))
+def report_repetition(item, failure, waited_s):
+    failure.outcome = "repeated"
+    failure.user_properties.append(("waited_s", round(waited_s, 2)))
+    item.ihook.pytest_runtest_logreport(report=failure)
+
+
+def pytest_report_teststatus(report):
+    return ("repeated", "R", "REPEATED") if report.outcome == "repeated" else None
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Print the names of the tests that were repeated."""
-    for report in terminalreporter.stats.get("rerun", []):
+    """Print the names of the tests that were repeated, and the reason."""
+    for report in terminalreporter.stats.get("repeated", []):
         waited_s = dict(report.user_properties)["waited_s"]
+        error = str(report.longrepr).strip().splitlines()[-1]
         terminalreporter.write_line(
-            f"repeated once, because it waited {waited_s} s for a processor: {report.nodeid} ({report.when})"
+            f"repeated once, because it waited {waited_s} s for a processor: {report.nodeid} "
+            f"({report.when}: {error})"
         )

@@ -51,19 +51,28 @@ STARVED_OR_NOT = """
 import pytest
 from tests import conftest
 
+runs = []
+
 @pytest.fixture(scope="module")
-def runs():
+def shared():
     return []
 
-def test_it(runs):
+def test_it(shared):
+    assert not shared
+    shared.append(1)
     runs.append(1)
     if {starve}:
         conftest.monitor.add(0.5)
     assert len(runs) > 1
+
+def test_the_shared_fixture_is_kept_without_a_failure(shared):
+    assert shared
 """
 
 
-@pytest.mark.parametrize(("starve", "outcome"), [(True, {"passed": 1, "rerun": 1}), (False, {"failed": 1})])
+@pytest.mark.parametrize(
+    ("starve", "outcome"), [(True, {"passed": 2, "repeated": 1}), (False, {"failed": 1, "passed": 1})]
+)
 def test_only_a_starved_test_is_repeated(pytester, monkeypatch, starve, outcome):
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     pytester.makeconftest(CONFTEST)
