@@ -101,6 +101,18 @@ def test_the_longest_silent_connection_of_the_address_with_most_connections_is_e
         assert all(map(still_answers, (oldest, busy, new_client)))
 
 
+def test_200_connections_from_the_address_of_a_plc_do_not_evict_the_plc():
+    with serving(MemorySource()) as server, contextlib.ExitStack() as stack:
+        plc = stack.enter_context(connected(server, PLC))
+        for n in range(200):
+            if n % 20 == 0:
+                assert still_answers(plc)
+                time.sleep(0.05)
+            stack.enter_context(connected(server, PLC))
+        assert still_answers(plc)
+        assert server.counters.evicted == 201 - server.options.max_connections
+
+
 def test_the_new_connection_counts_for_its_address_and_is_never_evicted():
     with serving(MemorySource(), max_connections=4) as server, contextlib.ExitStack() as stack:
         plc = [stack.enter_context(connected(server, PLC)) for _ in range(2)]
