@@ -39,9 +39,9 @@ test-board: $(VENV)/test-tools $(VENV)/debian-tools
 # The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
 coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
 	@rm -rf build/coverage && mkdir -p build/coverage
-	@PNEUFORCE_GCOV=$(CURDIR)/build/coverage/firmware $(BIN)/coverage run -m pytest -n 2 --dist loadfile $(ARGS) || \
+	@PNEUFORCE_SOURCE=$(CURDIR) PNEUFORCE_GCOV=$(CURDIR)/build/coverage/firmware $(BIN)/coverage run -m pytest -n 3 --dist loadfile $(ARGS) || \
 		echo "some tests failed; the coverage includes the lines that they ran"
-	@$(BIN)/coverage combine --quiet && $(BIN)/coverage report --format=total | sed 's/.*/Python: & % of lines/'
+	@$(BIN)/coverage combine --quiet; $(BIN)/coverage report --format=total | sed 's/.*/Python: & % of lines/'
 	@$(BIN)/python -m tests.firmware.coverage build/coverage/firmware
 
 bench: $(VENV)/test-tools

@@ -34,7 +34,7 @@ def lines_by_header(folder):
 
 def main():
     """Print the coverage of each header and of all headers together."""
-    found = lines_by_header(Path(sys.argv[1]))
+    found = lines_by_header(Path(sys.argv[1]).resolve())
     for name, (executed, total) in sorted(found.items()):
         print(f"firmware {name}: {executed} of {total} lines")
     executed, total = (sum(column) for column in zip(*found.values(), strict=True))
