@@ -31,7 +31,7 @@ check: $(VENV)/test-tools
 # Exit code 5 means that ARGS selects no test of one kind.
 test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
 	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow and not real_time" $(ARGS) || [ $$? -eq 5 ]
-	@$(BIN)/python -m pytest -n 3 --dist loadfile -m "not slow and real_time" $(ARGS) || [ $$? -eq 5 ]
+	@$(BIN)/python -m pytest -n 4 --dist loadfile -m "not slow and real_time" $(ARGS) || [ $$? -eq 5 ]
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest -m "avr or slow" tests/sim tests/firmware $(ARGS)

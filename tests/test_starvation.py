@@ -62,7 +62,7 @@ def test_it(shared):
     shared.append(1)
     runs.append(1)
     if {starve}:
-        conftest.monitor.add(0.5)
+        conftest.monitor.add(0.5, 0.3)
     assert len(runs) > 1
 
 def test_the_shared_fixture_is_kept_without_a_failure(shared):
