@@ -13,6 +13,7 @@ from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
 from tests.bench.model import bench_arrays, bench_chain
+from tests.bench.quota import bench_quota
 from tests.bench.rig import bench_rig
 
 BENCHMARKS = {
@@ -26,6 +27,7 @@ BENCHMARKS = {
     "can": bench_can,
     "burst": bench_burst,
     "modbus": bench_modbus,
+    "quota": bench_quota,
 }
 
 

@@ -1,0 +1,87 @@
+"""Benchmark of the instrument inside a CPU quota: does it hold the balloon without a trip?
+
+The quota is a control group of Linux, version 1 or 2. To create one, the user needs the necessary rights.
+"""
+
+import os
+import statistics
+import time
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import psutil
+
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.teststand.stack import free_port, start
+from tests.bench.keep_alive import Browser
+from tests.system.waiting import inflate
+
+SHARE, PERIOD_US = 0.25, 100_000
+SECONDS, POLL_HZ = 600, 20
+GROUPS = Path("/sys/fs/cgroup")
+NAME = "pneuforce-bench"
+
+
+@contextmanager
+def quota(pids):
+    """Limit processes to a quarter of one processor together. Yield the folder of the control group."""
+    version_1 = (GROUPS / "cpu").is_dir()
+    group = GROUPS / ("cpu" if version_1 else "") / NAME
+    group.mkdir(exist_ok=True)
+    try:
+        if version_1:
+            (group / "cpu.cfs_period_us").write_text(str(PERIOD_US))
+            (group / "cpu.cfs_quota_us").write_text(str(round(SHARE * PERIOD_US)))
+        else:
+            (group / "cpu.max").write_text(f"{round(SHARE * PERIOD_US)} {PERIOD_US}")
+        for pid in pids:
+            (group / "cgroup.procs").write_text(str(pid))
+        yield group
+    finally:
+        for pid in (group / "cgroup.procs").read_text().split():
+            (group.parent / "cgroup.procs").write_text(pid)
+        group.rmdir()
+
+
+def throttled_periods(group):
+    """Return the number of periods, and the number of periods in which the processes had to wait."""
+    counts = dict(line.split() for line in (group / "cpu.stat").read_text().splitlines())
+    return int(counts["nr_periods"]), int(counts["nr_throttled"])
+
+
+def bench_quota(brief=False):
+    """Print trips, stalls and round trips while the instrument holds the balloon inside the quota."""
+    if not os.access(GROUPS, os.W_OK):
+        print("CPU quota: 0 runs, because this user may not create a control group")
+        return
+    seconds, page = 5 if brief else SECONDS, free_port()
+    tables = {"web": {"enabled": True, "port": page}, "can": {"force_rate_hz": 100}}
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        parts = start(stack, Path(folder) / "rig", ["--scenario", "taps"], tables)
+        with ModbusClient.connect(port=parts.modbus_port) as plc:
+            inflate(plc, 8.0)
+        stack.enter_context(closing(Browser(page)))
+        instrument = psutil.Process(parts.host.pid)
+        group = stack.enter_context(quota([parts.host.pid, *(p.pid for p in instrument.children())]))
+        plc = stack.enter_context(ModbusClient.connect(port=parts.modbus_port, wait_s=10.0))
+        trips_ms, tripped = _poll(plc, seconds)
+        stalls = sum("did not run" in line for line in parts.host.stderr_lines)
+        periods, throttled = throttled_periods(group)
+    print(
+        f"instrument and web page on {SHARE:.0%} of one processor for {seconds} s, {len(trips_ms)} polls: "
+        f"{tripped} polls in state tripped (target 0), {stalls} stalls of more than 0.1 s; poll median "
+        f"{statistics.median(trips_ms):.1f} ms, worst {max(trips_ms):.0f} ms; the quota was used up in "
+        f"{throttled} of {periods} periods"
+    )
+
+
+def _poll(plc, seconds):
+    """Return the round-trip times [ms], and the number of polls that showed a tripped rig."""
+    trips_ms, tripped, until_s = [], 0, time.monotonic() + seconds
+    while time.monotonic() < until_s:
+        begun_s = time.monotonic()
+        tripped += plc.read()["state"] == "tripped"
+        trips_ms.append((time.monotonic() - begun_s) * 1e3)
+        time.sleep(max(0.0, begun_s + 1 / POLL_HZ - time.monotonic()))
+    return trips_ms, tripped
