@@ -1,6 +1,7 @@
 """Headers of the firmware, compiled for this machine and called by ctypes."""
 
 import ctypes
+import fcntl
 import os
 import subprocess
 import tempfile
@@ -20,14 +21,23 @@ COVERAGE_FOLDER = os.environ.get("PNEUFORCE_GCOV", "")
 def library():
     """Compile and load the library once per test run. Its folder is deleted after loading."""
     if COVERAGE_FOLDER:
-        Path(COVERAGE_FOLDER).mkdir(parents=True, exist_ok=True)
-        loaded = load_from(COVERAGE_FOLDER, "--coverage", "-O0")
+        loaded = load_for_coverage(Path(COVERAGE_FOLDER))
     else:
         with tempfile.TemporaryDirectory() as folder:
             loaded = load_from(folder)
     loaded.board_new.restype = ctypes.c_void_p
     loaded.board_is_ok.restype = ctypes.c_bool
     return loaded
+
+
+def load_for_coverage(folder):
+    """Load the library with counters. The first process compiles; gcov adds the counters of all processes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "firmware.so").exists():
+            return load_from(folder, "--coverage", "-O0")
+    return ctypes.CDLL(str(folder / "firmware.so"))
 
 
 def load_from(folder, *options):
