@@ -61,6 +61,8 @@ VIRTUAL_TIME = [
 real_time_paths = [ROOT / name for name in REAL_TIME]
 virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]
 monitor = StarvationMonitor()
+#: Files in which a test was starved. The tests of a file can share an instrument that tripped at that time.
+starved_files = set()
 
 
 def pytest_configure(config):
@@ -84,7 +86,8 @@ def pytest_collection_modifyitems(items):
 def pytest_runtest_protocol(item, nextitem):
     """Run a test in real time. Repeat the test once if a lack of processor time explains its failure.
 
-    The repeated test gets new fixtures of every scope, because the failure can have changed the old ones.
+    Tests of one file can share an instrument, so an earlier starved test of the file counts, too. The
+    repeated test gets new fixtures of every scope, because the failure can have changed the old ones.
     """
     if item.get_closest_marker("real_time") is None:
         return None
@@ -92,7 +95,9 @@ def pytest_runtest_protocol(item, nextitem):
     monitor.restart()
     reports = runtestprotocol(item, log=False, nextitem=nextitem)
     failures = [report for report in reports if report.failed]
-    if failures and monitor.starved:
+    if monitor.starved:
+        starved_files.add(item.path)
+    if failures and item.path in starved_files:
         report_repetition(item, failures[0], monitor.longest_s)
         item.session._setupstate.teardown_exact(None)
         item._initrequest()
