@@ -34,6 +34,7 @@ class DemoSequence:
         #: The last two setpoints of the demo. The observed setpoint can still be the older of the two.
         self._commanded_kpa = (math.nan, math.nan)
         self._tripped = False
+        self._held = False  # mode was "hold" before the trip; otherwise a user has vented the balloon
         self._done = False
 
     def step(self, values: dict[str, Any], wanted_kpa: float) -> None:
@@ -49,6 +50,10 @@ class DemoSequence:
         ):
             return
         self._tripped = values["state"] == "tripped"
+        if not self._tripped:
+            self._held = values["mode"] == "hold"
+        elif not self._held:
+            return
         if wanted_kpa == self._commanded_kpa[0] and not self._tripped:
             return
         requested_kpa = value_or_nan(values, "setpoint_requested")
