@@ -9,6 +9,7 @@ import argparse
 from tests.bench.avr import bench_avr
 from tests.bench.can import bench_burst, bench_can
 from tests.bench.command import bench_estimate
+from tests.bench.endurance import bench_endurance
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
@@ -28,6 +29,7 @@ BENCHMARKS = {
     "burst": bench_burst,
     "modbus": bench_modbus,
     "quota": bench_quota,
+    "endurance": bench_endurance,
 }
 
 
