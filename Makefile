@@ -4,6 +4,7 @@
 # make test-board  all tests of the board, on the emulated chip: six minutes
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
+# make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page and its plots
 # make vendor      fetch uPlot into web/static/vendor
@@ -13,7 +14,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board coverage bench docs wheel vendor firmware clean
+.PHONY: run check test test-board coverage bench attack docs wheel vendor firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed build/web/tried
@@ -46,6 +47,9 @@ coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/we
 
 bench: $(VENV)/test-tools
 	@$(BIN)/python -m tests.bench $(ARGS)
+
+attack: $(VENV)/test-tools $(VENV)/debian-tools
+	@$(BIN)/python -m tests.attack $(ARGS)
 
 docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.registers.views

@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 #: Folders and files with tests that start processes or wait in real time. All others use virtual time.
 REAL_TIME = [
     "docs/examples",
+    "tests/attack/test_attack_in_real_time.py",
     "tests/bench",
     "tests/hostile",
     "tests/instrument/audit/test_damaged_files.py",
@@ -52,6 +53,7 @@ VIRTUAL_TIME = [
     "tests/system/test_shell_blocks.py",
     "tests/system/test_validate.py",
     "tests/system/test_validated_recording.py",
+    "tests/teststand/test_demo_sequence.py",
     "tests/teststand/test_observer.py",
     "tests/web/test_browser_feed.py",
     "tests/web/test_decimation.py",

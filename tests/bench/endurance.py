@@ -42,14 +42,15 @@ SCENARIO = "taps"
 class VirtualInstrument:
     """Instrument with its servers and its rig, without ports. The time advances in steps of 2 ms."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, world=None):
+        """Connect to `world`, which answers bytes of the host with bytes of the board every 2 ms."""
         self.writer = EventLogWriter(Path(folder) / "events.sqlite")
         self.session = Session(Instrument(Settings()), EntryBroadcaster())
         self.source = AuditLogger(self.session, self.writer, lambda: round(self.now_s * 1e6))
         self.node = CanNode(self.source, CanOptions())
         identification = DeviceIdentification({})
         self.modbus = RequestHandler(RegisterBank(), self.source, identification)
-        self.world = build_world(load_scenario(SCENARIO))
+        self.world = world or build_world(load_scenario(SCENARIO))
         self.steps = self.trips = self.frames = 0
         self.session.attach(self.now_s)
 
