@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.file import Calibration, ForceConditions, ForcePart, rounded
+from pneuforce.instrument.calibration.plausibility import check_force
 from pneuforce.instrument.measurement.chain import ChainSettings
 from pneuforce.instrument.model import ForceCorrection
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
@@ -35,10 +36,12 @@ COMPENSATED_INPUTS = ("radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm
 def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
     """Return the settings with the values of the calibration.
 
-    Raises ConfigurationError if the configured values contradict the calibration.
+    Raises ConfigurationError if the configured values contradict the calibration, or if the calibrated force
+    is implausible.
     """
     for apply_part in (_apply_radius, _apply_volume, _apply_lag, _apply_force):
         settings = apply_part(settings, calibration)
+    check_force(settings)
     return settings
 
 

@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
+import math
 import re
 from datetime import date
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration.ranges import (
+    LAG_RELATIVE_STD_RANGE,
+    LAG_RESIDUAL_RANGE,
+    MIN_RADIUS_SPAN_KPA,
+    SLOPE_RANGE_MM_PER_KPA,
+    STD_AT_1_N_RANGE_N,
+    STEP_RANGE_KPA,
+    STRETCH_RANGE,
+    VOLUME_RELATIVE_STD_RANGE,
+    require_range,
+)
+from pneuforce.instrument.measurement.contact import ONSET_KPA
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import Low, MethodName, Switch
 from pneuforce.support import atomic_file
 from pneuforce.support.columns import MAX_ROWS
-from pneuforce.support.toml_sections import Section, format_section, parse_tables, read_text, validate_tables
+from pneuforce.support.toml_sections import (
+    AnySection,
+    Section,
+    format_section,
+    parse_tables,
+    read_text,
+    validate_tables,
+)
 
 DIGITS = 9  #: significant digits of every number in the file
+#: Part of each message about a value that is not plausible.
+REMEDY = "repeat this part of the calibration, and check units and dates"
 _END_MARKER = re.compile(r"^\[end\]\s*^whole\s*=\s*(true|false)", re.MULTILINE)
 
 
@@ -31,7 +54,7 @@ Percent = Annotated[float, Field(ge=0, le=1e4), Rounded]
 Share = Annotated[float, Field(ge=-1, le=1), Rounded]
 #: Correlation matrix, row by row. Correlation and standard uncertainties together give the covariance.
 Correlation = Annotated[list[list[Share]], Field(min_length=1, max_length=5)]
-Date = Annotated[date, Field(ge=date(2000, 1, 1), le=date(2999, 12, 31))]
+Date = Annotated[date, Field(ge=date(2020, 1, 1), le=date(2099, 12, 31))]
 
 
 class CalibrationPart(Section):
@@ -46,30 +69,55 @@ class CalibrationPart(Section):
 class RadiusPart(CalibrationPart):
     """Radius of the free balloon: R_i = rest + linear ΔP + quadratic ΔP²."""
 
-    rest_radius_mm: Annotated[float, Field(ge=1, le=30), Rounded]
-    rest_radius_std_mm: Std
+    # A smaller balloon cannot measure 1 N. In a larger balloon, the force at a rise of 0.5 kPa exceeds 3.5 N.
+    rest_radius_mm: Annotated[float, Field(ge=4.5, le=12), Rounded]
+    rest_radius_std_mm: Annotated[float, Field(ge=0, le=0.2), Rounded]
     radius_linear_mm_per_kpa: Annotated[float, Field(ge=-1, le=1), Rounded]
-    radius_linear_std_mm_per_kpa: Std
+    radius_linear_std_mm_per_kpa: Annotated[float, Field(ge=0, le=0.15), Rounded]
     radius_quadratic_mm_per_kpa2: Annotated[float, Field(ge=-0.1, le=0.1), Rounded]
-    radius_quadratic_std_mm_per_kpa2: Std
+    radius_quadratic_std_mm_per_kpa2: Annotated[float, Field(ge=0, le=0.015), Rounded]
     correlation: Correlation
-    residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
+    residual_mm: Annotated[float, Field(ge=0, le=0.3), Rounded]
     low_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     high_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
     # μ h_0 of a neo-Hookean balloon: shear modulus times wall thickness at rest.
-    shear_kpa_mm: Annotated[float, Field(ge=0, le=1e6), Rounded]
-    limit_kpa: Annotated[float, Field(ge=0, le=1e4), Rounded]  # limit pressure of a neo-Hookean balloon
-    limit_std_kpa: Std
-    rubber_residual_mm: Annotated[float, Field(ge=0, le=10), Rounded]
+    shear_kpa_mm: Annotated[float, Field(ge=5, le=2000), Rounded]
+    limit_kpa: Annotated[float, Field(ge=2, le=200), Rounded]  # limit pressure of a neo-Hookean balloon
+    limit_std_kpa: Annotated[float, Field(ge=0, le=100), Rounded]
+    rubber_residual_mm: Annotated[float, Field(ge=0, le=1), Rounded]
+
+    @model_validator(mode="after")
+    def _check_plausibility(self) -> RadiusPart:
+        rest, linear, quadratic = (
+            self.rest_radius_mm,
+            self.radius_linear_mm_per_kpa,
+            self.radius_quadratic_mm_per_kpa2,
+        )
+        highest_mm = rest + (linear + quadratic * VALID_HIGH_KPA) * VALID_HIGH_KPA
+        require_range("radius at 11.45 kPa / rest_radius_mm", highest_mm / rest, STRETCH_RANGE)
+        for kpa in (VALID_LOW_KPA, VALID_HIGH_KPA):
+            slope = linear + 2 * quadratic * kpa
+            require_range(f"growth of the radius [mm/kPa] at {kpa:g} kPa", slope, SLOPE_RANGE_MM_PER_KPA)
+        require_range("high_kpa - low_kpa", self.high_kpa - self.low_kpa, (MIN_RADIUS_SPAN_KPA, 50.0))
+        return self
 
 
 class VolumePart(CalibrationPart):
     """Volume V_c of all tubes."""
 
-    volume_mm3: Annotated[float, Field(ge=100, le=1e6), Rounded]
+    # A tube with a length of 0.3 m and a bore of 1.5 mm has 530 mm³. With more than 60 000 mm³, the energetic
+    # law has no solution at a rise of 6 kPa.
+    volume_mm3: Annotated[float, Field(ge=500, le=60_000), Rounded]
     volume_std_mm3: Std
-    residual_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
+    residual_kpa: Annotated[float, Field(ge=0, le=10), Rounded]
     ambient_kpa: Annotated[float, Field(ge=60, le=110), Rounded]
+
+    @model_validator(mode="after")
+    def _check_plausibility(self) -> VolumePart:
+        require_range(
+            "volume_std_mm3 / volume_mm3", self.volume_std_mm3 / self.volume_mm3, VOLUME_RELATIVE_STD_RANGE
+        )
+        return self
 
 
 class LagPart(CalibrationPart):
@@ -78,7 +126,15 @@ class LagPart(CalibrationPart):
     tube_time_constant_s: Annotated[float, Field(ge=0.001, le=0.5), Rounded]
     tube_std_s: Std
     step_kpa: Annotated[float, Field(ge=-50, le=50), Rounded]
-    residual_kpa: Annotated[float, Field(ge=0, le=50), Rounded]
+    residual_kpa: Annotated[float, Field(ge=0, le=10), Rounded]
+
+    @model_validator(mode="after")
+    def _check_plausibility(self) -> LagPart:
+        relative_std = self.tube_std_s / self.tube_time_constant_s
+        require_range("tube_std_s / tube_time_constant_s", relative_std, LAG_RELATIVE_STD_RANGE)
+        require_range("the size of step_kpa", abs(self.step_kpa), STEP_RANGE_KPA)
+        require_range("residual_kpa / step_kpa", self.residual_kpa / abs(self.step_kpa), LAG_RESIDUAL_RANGE)
+        return self
 
 
 class ForceConditions(Section):
@@ -132,24 +188,27 @@ class ForcePart(CalibrationPart):
     # Standard uncertainties of the fitted coefficients, in the order of the fields above.
     stds: Annotated[list[Std], Field(min_length=1, max_length=5)]
     correlation: Correlation
-    rise_low_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
-    rise_high_kpa: Annotated[float, Field(ge=0.01, le=50), Rounded]
-    initial_low_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
-    initial_high_kpa: Annotated[float, Field(ge=2, le=25), Rounded]
-    # Standard deviation of the error on held-out contacts: a share of the force, and a floor in newtons.
-    residual_share: Annotated[float, Field(ge=0, le=1), Rounded]
-    residual_floor_n: Annotated[float, Field(ge=0, le=20), Rounded]
+    rise_low_kpa: Annotated[float, Field(ge=ONSET_KPA, le=20), Rounded]
+    rise_high_kpa: Annotated[float, Field(ge=ONSET_KPA, le=20), Rounded]
+    initial_low_kpa: Annotated[float, Field(ge=VALID_LOW_KPA, le=VALID_HIGH_KPA), Rounded]
+    initial_high_kpa: Annotated[float, Field(ge=VALID_LOW_KPA, le=VALID_HIGH_KPA), Rounded]
+    # Standard deviation of the error on held-out contacts: a share of the force, and a floor in newtons. The
+    # highest share is the uncertainty of the least accurate published method.
+    residual_share: Annotated[float, Field(ge=0, le=0.66), Rounded]
+    residual_floor_n: Annotated[float, Field(ge=0, le=1), Rounded]
     made_for: ForceConditions
     before: Agreement
     after_unseen: Agreement  # leave-one-out: a fit without the contact predicts its force
     bin: list[PressureBin] = Field(max_length=10)
 
     @model_validator(mode="after")
-    def _check_spans(self) -> ForcePart:
+    def _check_plausibility(self) -> ForcePart:
         if not self.rise_low_kpa <= self.rise_high_kpa:
             raise ValueError("rise_low_kpa is above rise_high_kpa")
         if not self.initial_low_kpa <= self.initial_high_kpa:
             raise ValueError("initial_low_kpa is above initial_high_kpa")
+        std_n = math.hypot(self.residual_share, self.residual_floor_n)
+        require_range("the standard deviation of a force of 1 N [N]", std_n, STD_AT_1_N_RANGE_N)
         return self
 
 
@@ -194,7 +253,20 @@ def load(path: Path) -> Calibration:
     text = read_text(path, f"pneuforce calibrate force contacts.csv --out {path} creates it")
     if not _END_MARKER.search(text):
         raise ConfigurationError(f"{path}: cut short: its last lines, [end] and whole = true, are missing")
-    return validate_tables(Calibration, parse_tables(text, str(path)), str(path))
+    return validated(Calibration, parse_tables(text, str(path)), str(path))
+
+
+def validated(section: type[AnySection], values: dict[str, Any], name: str) -> AnySection:
+    """Return the values as a section. `name` is the file that the values come from.
+
+    Raises ConfigurationError with one line for each value that is not plausible: file, key, value, allowed
+    values, and remedy.
+    """
+    try:
+        return validate_tables(section, values, name)
+    except ConfigurationError as error:
+        lines = [f"{line}; {REMEDY}" for line in str(error).splitlines()]
+        raise ConfigurationError("\n".join(lines)) from None
 
 
 def to_toml(calibration: Calibration) -> str:

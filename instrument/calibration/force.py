@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.contacts import RELATIVE_ERROR_MIN_N, CalibrationContacts
 from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
+from pneuforce.instrument.calibration.plausibility import check_force
 from pneuforce.instrument.measurement.chain import ChainSettings
-from pneuforce.instrument.model import estimate
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA, ForceCorrection
 from pneuforce.support.columns import Numbers
 
@@ -84,7 +84,7 @@ def fit_force(contacts: CalibrationContacts, settings: ChainSettings) -> ForceCa
     """Return the correction that the contacts support, for the force law of the settings.
 
     Raises ConfigurationError if there are too few contacts, if no candidate is better than the uncalibrated
-    law, or if the corrected force would fall while the pressure rises.
+    law, or if the corrected force is implausible.
     """
     if len(contacts) < MIN_CONTACTS:
         raise ConfigurationError(f"{len(contacts)} contacts, and at least {MIN_CONTACTS} are needed")
@@ -100,7 +100,10 @@ def fit_force(contacts: CalibrationContacts, settings: ChainSettings) -> ForceCa
         )
     fit = _fit(chosen.terms, contacts)
     correction = _correction(chosen.terms, fit.coefficients, contacts, settings)
-    _check_growth(correction, settings)
+    try:
+        check_force(replace(settings, correction=correction))
+    except ConfigurationError as error:
+        raise ConfigurationError(f"no calibration: {error}; nothing was written") from None
     return ForceCalibration(contacts, correction, fit, chosen, candidates)
 
 
@@ -171,25 +174,6 @@ def _correction(
         balloon=settings.balloon,
         **values,
     )
-
-
-def _check_growth(correction: ForceCorrection, settings: ChainSettings) -> None:
-    """Raise ConfigurationError if the corrected force falls while the pressure rises.
-
-    Such a correction would show a smaller force for a harder press.
-    """
-    baseline, rise = np.meshgrid(
-        np.linspace(*correction.baseline_span_kpa, 25), np.linspace(*correction.rise_span_kpa, 60)
-    )
-    law_n = estimate(baseline, baseline + rise, settings.balloon, settings.circuit, settings.law).force_n
-    falls = np.diff(law_n * correction.factor(rise, baseline), axis=0) <= 0
-    if falls.any():
-        row, column = np.argwhere(falls)[0]
-        raise ConfigurationError(
-            f"no calibration: the corrected force would fall as the pressure rises, at ΔP_i = "
-            f"{baseline[row, column]:.2f} kPa and a rise of {rise[row, column]:.2f} kPa; check the reference "
-            "forces"
-        )
 
 
 def _percent(error: float) -> str:

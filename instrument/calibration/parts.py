@@ -14,6 +14,7 @@ from pneuforce.instrument.calibration.file import (
     PressureBin,
     RadiusPart,
     VolumePart,
+    validated,
 )
 from pneuforce.instrument.calibration.force import CANDIDATES, ForceCalibration
 from pneuforce.instrument.calibration.lag import LagFit
@@ -33,49 +34,61 @@ _UNIT_SUFFIXES = {"by_initial": "_per_kpa", "by_both": "_per_kpa"}
 
 
 def radius_part(fit: RadiusFit, points: Points, today: date) -> RadiusPart:
-    """Return the radius part of the calibration file with the results of a radius fit."""
+    """Return the radius part of the calibration file with the results of a radius fit.
+
+    Raises ConfigurationError if a value is not plausible.
+    """
     (rest, linear, square), (rest_std, linear_std, square_std) = (
         values.tolist() for values in (fit.quadratic.coefficients, fit.quadratic.stds)
     )
-    return RadiusPart(
+    values = {
         **_source(points, today),
-        rest_radius_mm=rest,
-        rest_radius_std_mm=rest_std,
-        radius_linear_mm_per_kpa=linear,
-        radius_linear_std_mm_per_kpa=linear_std,
-        radius_quadratic_mm_per_kpa2=square,
-        radius_quadratic_std_mm_per_kpa2=square_std,
-        correlation=fit.quadratic.correlation.clip(-1, 1).tolist(),
-        residual_mm=fit.quadratic.std,
-        low_kpa=float(points["pressure_kpa"].min()),
-        high_kpa=float(points["pressure_kpa"].max()),
-        shear_kpa_mm=fit.rubber.shear_kpa_mm,
-        limit_kpa=fit.rubber.limit_kpa,
-        limit_std_kpa=fit.rubber.limit_std_kpa,
-        rubber_residual_mm=fit.rubber.residual_mm,
-    )
+        "rest_radius_mm": rest,
+        "rest_radius_std_mm": rest_std,
+        "radius_linear_mm_per_kpa": linear,
+        "radius_linear_std_mm_per_kpa": linear_std,
+        "radius_quadratic_mm_per_kpa2": square,
+        "radius_quadratic_std_mm_per_kpa2": square_std,
+        "correlation": fit.quadratic.correlation.clip(-1, 1).tolist(),
+        "residual_mm": fit.quadratic.std,
+        "low_kpa": float(points["pressure_kpa"].min()),
+        "high_kpa": float(points["pressure_kpa"].max()),
+        "shear_kpa_mm": fit.rubber.shear_kpa_mm,
+        "limit_kpa": fit.rubber.limit_kpa,
+        "limit_std_kpa": fit.rubber.limit_std_kpa,
+        "rubber_residual_mm": fit.rubber.residual_mm,
+    }
+    return validated(RadiusPart, values, points.name)
 
 
 def volume_part(fit: VolumeFit, points: Points, ambient_kpa: float, today: date) -> VolumePart:
-    """Return the volume part of the calibration file with the results of a volume fit."""
-    return VolumePart(
+    """Return the volume part of the calibration file with the results of a volume fit.
+
+    Raises ConfigurationError if a value is not plausible.
+    """
+    values = {
         **_source(points, today),
-        volume_mm3=fit.volume_mm3,
-        volume_std_mm3=fit.std_mm3,
-        residual_kpa=fit.residual_kpa,
-        ambient_kpa=ambient_kpa,
-    )
+        "volume_mm3": fit.volume_mm3,
+        "volume_std_mm3": fit.std_mm3,
+        "residual_kpa": fit.residual_kpa,
+        "ambient_kpa": ambient_kpa,
+    }
+    return validated(VolumePart, values, points.name)
 
 
 def lag_part(fit: LagFit, points: Points, today: date) -> LagPart:
-    """Return the lag part of the calibration file with the results of a lag fit."""
-    return LagPart(
+    """Return the lag part of the calibration file with the results of a lag fit.
+
+    Raises ConfigurationError if a value is not plausible.
+    """
+    values = {
         **_source(points, today),
-        tube_time_constant_s=fit.tube_time_constant_s,
-        tube_std_s=fit.std_s,
-        step_kpa=fit.step_kpa,
-        residual_kpa=fit.residual_kpa,
-    )
+        "tube_time_constant_s": fit.tube_time_constant_s,
+        "tube_std_s": fit.std_s,
+        "step_kpa": fit.step_kpa,
+        "residual_kpa": fit.residual_kpa,
+    }
+    return validated(LagPart, values, points.name)
 
 
 def force_part(
@@ -85,7 +98,10 @@ def force_part(
     settings: ChainSettings,
     today: date,
 ) -> ForcePart:
-    """Return the force part of the calibration file. The force calibration was made with `settings`."""
+    """Return the force part of the calibration file. The force calibration was made with `settings`.
+
+    Raises ConfigurationError if a value is not plausible.
+    """
     contacts, correction = calibration.contacts, calibration.correction
     held_out_n = calibration.chosen.held_out_n
     share, floor_n = share_and_floor(held_out_n, contacts)
@@ -93,22 +109,23 @@ def force_part(
     coefficients: dict[str, Any] = {
         f"{term}{_UNIT_SUFFIXES.get(term, '')}": getattr(correction, term) for term in CANDIDATES[-1]
     }
-    return ForcePart(
+    values = {
         **_source(points, today),
         **coefficients,
-        stds=calibration.fit.stds.tolist(),
-        correlation=calibration.fit.correlation.clip(-1, 1).tolist(),
-        rise_low_kpa=rise_low,
-        rise_high_kpa=rise_high,
-        initial_low_kpa=low,
-        initial_high_kpa=high,
-        residual_share=share,
-        residual_floor_n=floor_n,
-        made_for=force_conditions(settings),
-        before=_agreement(force_residual(contacts.law_n, contacts)),
-        after_unseen=_agreement(force_residual(held_out_n, contacts)),
-        bin=[PressureBin(**errors._asdict()) for errors in by_pressure],
-    )
+        "stds": calibration.fit.stds.tolist(),
+        "correlation": calibration.fit.correlation.clip(-1, 1).tolist(),
+        "rise_low_kpa": rise_low,
+        "rise_high_kpa": rise_high,
+        "initial_low_kpa": low,
+        "initial_high_kpa": high,
+        "residual_share": share,
+        "residual_floor_n": floor_n,
+        "made_for": force_conditions(settings),
+        "before": _agreement(force_residual(contacts.law_n, contacts)),
+        "after_unseen": _agreement(force_residual(held_out_n, contacts)),
+        "bin": [PressureBin(**errors._asdict()) for errors in by_pressure],
+    }
+    return validated(ForcePart, values, points.name)
 
 
 def _source(points: Points, today: date) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from pneuforce.instrument.calibration.file import (
 )
 from pneuforce.instrument.calibration.force import ForceCalibration, fit_force
 from pneuforce.instrument.calibration.lag import LagFit
+from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.calibration.radius import RadiusFit
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.calibration.volume import VolumeFit
@@ -155,8 +156,24 @@ def _save(name: str, part: CalibrationPart, instrument: _Instrument, target: Cal
             "the force calibration in this file was made with the old value and was removed: "
             "calibrate the force again"
         )
-    apply_calibration(instrument.configuration.chain, calibration)
+    settings = _applied(instrument.configuration, calibration, part, target)
+    notes += warnings_about(calibration, settings, date.today())
     if target.out is None:
         return [*notes, "nothing was written: use --out calibration.toml to save the result"]
     file.save(calibration, target.out)
     return [*notes, f"written to {target.out}"]
+
+
+def _applied(
+    configuration: Configuration, calibration: Calibration, part: CalibrationPart, target: CalibrationTarget
+) -> ChainSettings:
+    """Return the settings of the measuring chain with a calibration that contains the new part.
+
+    Raises ConfigurationError, which names the file of a value that is wrong.
+    """
+    try:
+        return apply_calibration(configuration.chain, calibration)
+    except ConfigurationError as error:
+        is_new = calibration.force is None or calibration.force is part
+        name = part.source if is_new else target.out
+        raise ConfigurationError(f"{name}: {error}; nothing was written") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.file import load as load_calibration
+from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.config.sections import (
     BalloonSection,
     CanSection,
@@ -63,6 +65,7 @@ class Configuration(Section):
     web: WebSection = WebSection()
     identity: IdentitySection = IdentitySection()
     _calibration: Calibration | None = None
+    _calibration_warnings: tuple[str, ...] = ()
 
     @property
     def hash(self) -> int:
@@ -82,9 +85,8 @@ class Configuration(Section):
     def warning(self) -> str:
         """Return a warning about valid settings that are probably a mistake; empty if there is none."""
         served = self.modbus.enabled or self.modbus_rtu.enabled or self.can.enabled
-        return (
-            "" if served else "no bus is enabled (modbus, modbus_rtu, can): no master can read the instrument"
-        )
+        unserved = "no bus is enabled (modbus, modbus_rtu, can): no master can read the instrument"
+        return "; ".join([*([] if served else [unserved]), *self._calibration_warnings])
 
     @property
     def calibration_date(self) -> int:
@@ -155,9 +157,16 @@ def load(path: Path) -> Configuration:
     if file is None:
         return configuration
     try:
-        return configuration.with_calibration(load_calibration(file))
+        calibration = load_calibration(file)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: measurement.calibration: {error}") from None
+    try:
+        configuration = configuration.with_calibration(calibration)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: measurement.calibration: {file}: {error}") from None
+    warnings = warnings_about(calibration, configuration.chain, date.today())
+    configuration._calibration_warnings = tuple(warnings)
+    return configuration
 
 
 def read(path: Path) -> Configuration:

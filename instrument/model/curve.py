@@ -12,6 +12,7 @@ from pneuforce.instrument.model.derivatives import ContactDerivative, ContactDif
 from pneuforce.instrument.model.force import NO_FORCE, ContactEstimate, solve_contact
 from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
 from pneuforce.instrument.model.low_rise import LowRiseInterpolation, interpolant, interpolant_slope
+from pneuforce.instrument.model.plausibility import ForceSpan, method_span, plausible_span
 from pneuforce.instrument.model.uncertainty import ForceSensitivity, InputUncertainties, parameter_stds_n
 
 #: Ratio of the rises of neighbouring nodes. Cubics between such nodes err by less than 1e-5 N.
@@ -33,6 +34,7 @@ class ForceCurvePoint(NamedTuple):
 
     estimate: ContactEstimate
     sensitivity: ForceSensitivity
+    plausible: bool = True  #: False if the force is NaN because the corrected force would be implausible
 
 
 class _Node(NamedTuple):
@@ -118,6 +120,7 @@ class ContactCurve:
     uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
     _nodes: dict[int, _Node] = field(default_factory=dict)
     _segments: dict[int, _Segment] = field(default_factory=dict)
+    _method_spans: dict[int, ForceSpan] = field(default_factory=dict)  # forces of all methods at each node
     lower_range_limit_n: float = field(init=False)  #: force at a rise of 0.5 kPa
 
     def __post_init__(self) -> None:
@@ -126,23 +129,69 @@ class ContactCurve:
         self.lower_range_limit_n = point.estimate.force_n
 
     def at(self, rise_kpa: float) -> ForceCurvePoint:
-        """Return the contact and its sensitivity at a rise. Both are NaN if the force law has no solution."""
+        """Return the contact and its sensitivity at a rise.
+
+        Both are NaN if the force law has no solution, or if the corrected force would be implausible.
+        """
         return self._correct(self._uncorrected(rise_kpa), rise_kpa)
 
     def force_n(self, rise_kpa: float) -> float:
-        """Return only the force at a rise [N]. This method is faster than `at`."""
-        if not MIN_RISE_KPA <= rise_kpa < math.inf:
-            force: float = self.at(rise_kpa).estimate.force_n
+        """Return only the force at a rise [N], without correction if the corrected force is implausible.
+
+        An alarm can therefore always use this force. This method is faster than `at`.
+        """
+        if MIN_RISE_KPA <= rise_kpa < math.inf:
+            force: float = self._segment(rise_kpa).force_n(rise_kpa)
+        else:
+            force = self._uncorrected(rise_kpa).estimate.force_n
+        if self.correction is None or not math.isfinite(force):
             return force
-        force = self._segment(rise_kpa).force_n(rise_kpa)
-        if self.correction is not None:
-            force *= self.correction.factor(rise_kpa, self.baseline_kpa)
-        return force
+        corrected: float = force * self.correction.factor(rise_kpa, self.baseline_kpa)
+        return corrected if self._is_plausible(corrected, force, rise_kpa) else force
 
     def _correct(self, point: ForceCurvePoint, rise_kpa: float) -> ForceCurvePoint:
-        if self.correction is None:
+        if self.correction is None or not math.isfinite(point.estimate.force_n):
             return point
-        return apply_correction(point, self.correction, self.baseline_kpa, rise_kpa)
+        corrected = apply_correction(point, self.correction, self.baseline_kpa, rise_kpa)
+        if self._is_plausible(corrected.estimate.force_n, point.estimate.force_n, rise_kpa):
+            return corrected
+        return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY, plausible=False)
+
+    def _is_plausible(self, corrected_n: float, law_n: float, rise_kpa: float) -> bool:
+        """Return True if a corrected force lies within the limits of `plausible_span`.
+
+        `law_n` is the force without correction. Below 0.5 kPa, the force at 0.5 kPa must be plausible too,
+        because the interpolation to zero begins there.
+        """
+        if rise_kpa < MIN_RISE_KPA:
+            if not math.isfinite(self.lower_range_limit_n):
+                return False
+            law_n = self._node(0).solved.force_n
+        # The law is one of the methods. Near its force, the other methods need not be solved.
+        if plausible_span(rise_kpa, ForceSpan(law_n, law_n)).contains(corrected_n):
+            return True
+        return bool(plausible_span(rise_kpa, self._methods_at(rise_kpa)).contains(corrected_n))
+
+    def _methods_at(self, rise_kpa: float) -> ForceSpan:
+        """Return the span of the forces of all methods. Below a rise of 0.5 kPa, return the span at 0.5 kPa.
+
+        Between two nodes, the span is interpolated linearly. The error is below 1 %.
+        """
+        if rise_kpa < MIN_RISE_KPA:
+            return self._method_span(0)
+        index = self._index(rise_kpa)
+        share = (rise_kpa / (MIN_RISE_KPA * NODE_RATIO**index) - 1) / (NODE_RATIO - 1)
+        (a, b), (c, d) = self._method_span(index), self._method_span(index + 1)
+        return ForceSpan(a + share * (c - a), b + share * (d - b))
+
+    def _method_span(self, index: int) -> ForceSpan:
+        """Return the span of the forces of the methods at the rise of a node."""
+        span = self._method_spans.get(index)
+        if span is None:
+            rise_kpa = MIN_RISE_KPA * NODE_RATIO**index
+            span = method_span(self.baseline_kpa, rise_kpa, self.balloon, self.circuit, self.law.switch)
+            self._method_spans[index] = span
+        return span
 
     def _uncorrected(self, rise_kpa: float) -> ForceCurvePoint:
         if rise_kpa < MIN_RISE_KPA:
@@ -152,11 +201,16 @@ class ContactCurve:
         return self._segment(rise_kpa).at(rise_kpa, self.baseline_kpa + rise_kpa)
 
     def _segment(self, rise_kpa: float) -> _Segment:
-        index = int(math.log(rise_kpa / MIN_RISE_KPA) / _LOG_RATIO)
+        index = self._index(rise_kpa)
         segment = self._segments.get(index)
         if segment is None:
             segment = self._segments[index] = _Segment.between(self._node(index), self._node(index + 1))
         return segment
+
+    @staticmethod
+    def _index(rise_kpa: float) -> int:
+        """Return the index of the node at or below a rise of at least 0.5 kPa."""
+        return int(math.log(rise_kpa / MIN_RISE_KPA) / _LOG_RATIO)
 
     def _node(self, index: int) -> _Node:
         node = self._nodes.get(index)
@@ -205,7 +259,7 @@ def apply_correction(
 
     The indentation does not change. The contact radius follows from eq. (1).
     """
-    estimate, sensitivity = point
+    estimate, sensitivity, _ = point
     factor = correction.factor(rise_kpa, baseline_kpa)
     force_n = estimate.force_n * factor
     by_baseline, by_final = correction.log_slopes_per_kpa(rise_kpa, baseline_kpa)

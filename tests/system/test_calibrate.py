@@ -145,6 +145,67 @@ def test_a_correction_that_is_no_better_than_the_law_is_not_written(tmp_path):
     assert not out.exists()
 
 
+def scaled(source, columns, factor, target):
+    """Write a CSV file in which the values of some columns are multiplied by a factor."""
+    lines = (EXAMPLES / source).read_text().splitlines()
+    header, *rows = (line.split(",") for line in lines if not line.startswith("#"))
+    wrong = [
+        [
+            str(float(cell) * factor) if name in columns else cell
+            for name, cell in zip(header, row, strict=True)
+        ]
+        for row in rows
+    ]
+    target.write_text("\n".join(",".join(cells) for cells in [header, *wrong]))
+    return target
+
+
+@pytest.mark.parametrize(
+    ("part", "source", "columns", "factor"),
+    [
+        ("radius", "radius.csv", ["diameter_mm"], 2.0),
+        ("radius", "radius.csv", ["diameter_mm"], 0.5),
+        ("radius", "radius.csv", ["pressure_kpa"], 0.145),
+        ("volume", "volume.csv", ["syringe_ml", "volume_mm3"], 10.0),
+        ("volume", "volume.csv", ["syringe_ml", "volume_mm3"], 0.01),
+        ("force", "contacts.csv", ["force_n", "force_std_n"], 1000.0),
+        ("force", "contacts.csv", ["force_n", "force_std_n"], 4.448),
+        ("force", "contacts.csv", ["force_n", "force_std_n"], 0.102),
+    ],
+)
+def test_measurements_that_are_not_plausible_give_no_calibration(tmp_path, part, source, columns, factor):
+    data, out = scaled(source, columns, factor, tmp_path / source), tmp_path / "calibration.toml"
+    with pytest.raises(ConfigurationError) as raised:
+        calibrate(part, data, "--out", out)
+    assert str(raised.value).startswith(str(data))
+    assert not out.exists()
+
+
+def test_an_implausible_force_in_a_file_is_replaced_by_a_new_force_calibration(calibration_path, tmp_path):
+    out = tmp_path / "calibration.toml"
+    text = calibration_path.read_text()
+    out.write_text(re.sub(r"^constant = .*$", "constant = -3.0", text, flags=re.M))
+    with pytest.raises(ConfigurationError) as raised:
+        calibrate("lag", EXAMPLES / "lag.csv", "--out", out)
+    assert str(raised.value).startswith(str(out))
+    calibrate("force", EXAMPLES / "contacts.csv", "--out", out)
+    assert file.load(out).force.constant == file.load(calibration_path).force.constant
+
+
+def test_config_check_refuses_an_implausible_calibration_with_exit_code_2(calibration_path, tmp_path):
+    text = calibration_path.read_text()
+    (tmp_path / "calibration.toml").write_text(
+        re.sub(r"^constant = .*$", "constant = -3.0", text, flags=re.M)
+    )
+    config = tmp_path / "instrument.toml"
+    config.write_text('[measurement]\ncalibration = "calibration.toml"\n')
+    for words in (["config", "--check", str(config)], ["run", "--config", str(config)]):
+        done = pneuforce(*words, cwd=ROOT)
+        assert done.returncode == 2
+        assert str(tmp_path / "calibration.toml") in done.stderr
+        assert len(done.stderr.strip().splitlines()) == 1
+
+
 def test_an_incomplete_calibration_file_is_rejected_and_not_changed(tmp_path):
     out = tmp_path / "calibration.toml"
     out.write_text("version = 1\n")
