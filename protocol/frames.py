@@ -210,7 +210,8 @@ class FrameDecoder:
     protocol version is returned only if it is a Hello or an Identify, because their versions are compared.
     """
 
-    expects: tuple[type[Message], ...]  #: accepted message types
+    #: Accepted message types. They are not a part of the state, because a recording has board frames only.
+    expects: tuple[type[Message], ...] = field(default=BOARD_MESSAGES, metadata={"state": False})
     rejected_frames: int = 0  #: candidates with a wrong CRC, kind or version
     skipped_bytes: int = 0  #: bytes that belong to no frame
     _buffer: bytearray = field(default_factory=bytearray)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 from pneuforce.protocol.frames import Fault
@@ -16,9 +17,11 @@ class HostFault(IntEnum):
     LINK_LOST = 34
     PRESSURE_LIMIT = 35  #: the host measured a pressure outside its limits
     SENSOR_LIMIT = 36  #: the host measured a sensor or supply voltage outside its limits
-    BOARD_UNRESPONSIVE = 37  #: the clock of the board has stopped
-    DISAGREEMENT = 38  #: the board does not hold although it was commanded to
-    NOT_VENTED = 39  #: the board does not vent although it was commanded to
+    BOARD_UNRESPONSIVE = 37  #: the clock of the board has stopped or is wrong
+    #: The board does not hold although it was commanded to, or its state changes too often.
+    DISAGREEMENT = 38
+    #: The board does not vent although it was commanded to, or its state changes too often.
+    NOT_VENTED = 39
     FORCE_LIMIT = 40  #: the force limit was exceeded and vent_on_force_limit is set
     CAN_MASTER_LOST = 41  #: the monitored heartbeat of the CANopen master is missing
 
@@ -52,11 +55,11 @@ STATUS_OF: Mapping[int, str] = {
 _NAMES = {fault.value: fault.name for fault in (*Fault, *HostFault)}
 
 
+@dataclass(slots=True)
 class FaultLatch:
     """Latched faults in the order of their occurrence (ISA-18.2: the first is the first-out fault)."""
 
-    def __init__(self) -> None:
-        self._codes: dict[int, None] = {}
+    _codes: list[int] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self._codes)
@@ -68,7 +71,7 @@ class FaultLatch:
         """Latch a fault; return True if it was not latched before."""
         if code in self._codes:
             return False
-        self._codes[code] = None
+        self._codes.append(code)
         return True
 
     def __iter__(self) -> Iterator[int]:
@@ -76,13 +79,13 @@ class FaultLatch:
 
     def clear(self, codes: Iterable[int]) -> None:
         """Remove the faults with these codes."""
-        for code in list(codes):
-            self._codes.pop(code, None)
+        removed = set(codes)
+        self._codes = [code for code in self._codes if code not in removed]
 
     @property
     def first(self) -> int:
         """Return the code of the first-out fault, 0 if no fault is latched."""
-        return next(iter(self._codes), 0)
+        return self._codes[0] if self._codes else 0
 
     @property
     def status(self) -> frozenset[str]:

@@ -8,6 +8,7 @@ has limits of its own.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from pneuforce.instrument.core.faults import HostFault
@@ -29,7 +30,7 @@ class Interlock(NamedTuple):
 
 
 def _board_alive(raw: RawSample, m: Measurement, limit_kpa: float) -> bool:  # noqa: ARG001
-    return not raw.frozen
+    return not raw.clock_invalid
 
 
 def _sensor_allowed(raw: RawSample, m: Measurement, limit_kpa: float) -> bool:  # noqa: ARG001
@@ -58,11 +59,11 @@ def violated(raw: RawSample, m: Measurement, limit_kpa: float) -> HostFault | No
     return next((i.fault for i in INTERLOCKS if not i.allowed(raw, m, limit_kpa)), None)
 
 
+@dataclass(slots=True)
 class InterlockMonitor:
     """Counter of consecutive violations, so that one disturbed sample does not trip the rig."""
 
-    def __init__(self) -> None:
-        self._violations = [0] * len(INTERLOCKS)
+    _violations: list[int] = field(default_factory=lambda: [0] * len(INTERLOCKS))
 
     def step(self, raw: RawSample, m: Measurement, limit_kpa: float) -> HostFault | None:
         """Return the fault of the first interlock with enough consecutive violations, or None."""

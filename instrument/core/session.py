@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
@@ -51,15 +52,22 @@ class NullSink:
         """Discard the measurement."""
 
 
+@dataclass(eq=False, repr=False)
 class Session:
-    """Instrument with its link: processes the bytes from the board, and returns the bytes for the board."""
+    """Instrument with its link: processes the bytes from the board, and returns the bytes for the board.
 
-    def __init__(self, instrument: Instrument, sink: EntrySink | None = None) -> None:
-        self.instrument = instrument
-        self.link = Link(round(instrument.settings.host_timeout_s * 1e3))
-        self.sink: EntrySink = sink or NullSink()
-        self.heard_s = 0.0  #: time of the latest samples or the latest `attach`, whichever is later
-        self._restarts_seen = 0
+    A checkpoint contains all fields of the session and of the objects in these fields, except the fields with
+    the metadata `{"state": False}` (`instrument/recording/checkpoint.py`).
+    """
+
+    instrument: Instrument
+    sink: EntrySink = field(default_factory=NullSink, metadata={"state": False})
+    link: Link = field(init=False)
+    heard_s: float = 0.0  #: time of the latest samples or the latest `attach`, whichever is later
+    _restarts_seen: int = 0
+
+    def __post_init__(self) -> None:
+        self.link = Link(round(self.instrument.settings.host_timeout_s * 1e3))
 
     def attach(self, now_s: float) -> None:
         """Start the handshake on a port that was opened."""

@@ -22,7 +22,9 @@ from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import Hello, Sample
 from pneuforce.protocol.limits import HOST_SILENCE_S
 
-log = logging.getLogger("pneuforce")
+#: Logger for trips and state changes. The log never drops its lines because of other lines.
+STATE_LOGGER = "pneuforce.state"
+log = logging.getLogger(STATE_LOGGER)
 
 MAX_VENT_DELAY_S = 5.0  #: longest time that a contact delays the vent after the commanding peer is lost
 #: Pressure rise above which the force alarm is active. No force in the measuring range causes this rise.
@@ -55,36 +57,41 @@ class FaultClearing:
         return self.since_s is not None
 
 
+@dataclass(eq=False, repr=False)
 class InstrumentState:
     """Data of the instrument and the transitions between its states. No I/O; time is an argument."""
 
-    def __init__(self, settings: Settings) -> None:
-        self.settings = settings
-        self.chain = Chain(settings.chain)
-        self.measurement = Measurement(t_s=-math.inf)
-        self.raw: RawSample | None = None
-        self.hello: Hello | None = None
-        self.sample_counter = 0
-        self.arming = Arming.CLEARED
-        self.faults = FaultLatch()
-        self.clearing = FaultClearing()
-        self.lease = Lease()
-        self.peers = Peers()
-        self.requested = RequestedValues(force_limit_n=settings.force_limit_n)
-        self.held_setpoint_kpa = math.nan
-        self.command_blocks: dict[str, CommandBlock] = {}
-        self.can_down = False
-        self.master_lost = False  #: the heartbeat of the CANopen master is monitored and missing
-        self.log_down = False  #: the event log cannot be written
-        self.recording_down = False  #: a requested recording has stopped because of an error
-        self.peak_force_n = math.nan
-        self.balloon_id = settings.identity.balloon_id
-        self.inflation_count = 0
-        self.revision = 0  #: grows with each change; snapshots are cached per revision
-        self.vent_due_s: float | None = None
-        self.command_monitor = CommandMonitor()
-        self.vent_monitor = VentMonitor()
-        self.stalls = StallMonitor()
+    settings: Settings
+    chain: Chain = field(init=False)
+    measurement: Measurement = field(default_factory=lambda: Measurement(t_s=-math.inf))
+    raw: RawSample | None = None
+    hello: Hello | None = None
+    sample_counter: int = 0
+    arming: Arming = Arming.CLEARED
+    faults: FaultLatch = field(default_factory=FaultLatch)
+    clearing: FaultClearing = field(default_factory=FaultClearing)
+    lease: Lease = field(default_factory=Lease)
+    peers: Peers = field(default_factory=Peers)
+    requested: RequestedValues = field(init=False)
+    held_setpoint_kpa: float = math.nan
+    command_blocks: dict[str, CommandBlock] = field(default_factory=dict)
+    can_down: bool = False
+    master_lost: bool = False  #: the heartbeat of the CANopen master is monitored and missing
+    log_down: bool = False  #: the event log cannot be written
+    recording_down: bool = False  #: a requested recording has stopped because of an error
+    peak_force_n: float = math.nan
+    balloon_id: int = field(init=False)
+    inflation_count: int = 0
+    revision: int = 0  #: grows with each change; snapshots are cached per revision
+    vent_due_s: float | None = None
+    command_monitor: CommandMonitor = field(default_factory=CommandMonitor)
+    vent_monitor: VentMonitor = field(default_factory=VentMonitor)
+    stalls: StallMonitor = field(default_factory=StallMonitor)
+
+    def __post_init__(self) -> None:
+        self.chain = Chain(self.settings.chain)
+        self.requested = RequestedValues(force_limit_n=self.settings.force_limit_n)
+        self.balloon_id = self.settings.identity.balloon_id
 
     # ---- derived properties
 

@@ -5,7 +5,6 @@ The leak is the rate at which the pressure falls without contact.
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
 
 #: Time after a new setpoint in which the latex creeps and the gas cools. This time is not evaluated.
@@ -26,7 +25,7 @@ class LeakMonitor:
     _free_s: float = 0.0
     _segment_s: float = 0.0
     _segment_start_kpa: float = 0.0
-    _falls_kpa: deque[float] = field(default_factory=lambda: deque(maxlen=SEGMENTS))
+    _falls_kpa: list[float] = field(default_factory=list)  # falls in the latest segments, the oldest first
 
     def step(self, setpoint_pa: int, free: bool, baseline_kpa: float, dt_s: float) -> None:
         """Process one sample. `free` is True if the balloon is locked and without contact."""
@@ -45,7 +44,7 @@ class LeakMonitor:
 
     def _end_segment(self, fall_kpa: float) -> None:
         if self._free_s > CREEP_S:
-            self._falls_kpa.append(fall_kpa)
+            self._falls_kpa = [*self._falls_kpa, fall_kpa][-SEGMENTS:]
         complete = len(self._falls_kpa) == SEGMENTS
         self.detected = complete and sum(self._falls_kpa) > LEAK_LIMIT_KPA_PER_S * SEGMENT_S * SEGMENTS
 

@@ -1,43 +1,31 @@
 """Checkpoint: the complete state of a session, so that a recording can begin at any time.
 
-A checkpoint is a pickle, and users exchange recordings. A checkpoint from a stranger must not execute code.
-The unpickler therefore loads only a few containers and classes of modules that do no input or output.
+A checkpoint is a JSON document with the fields of the session and of all objects in these fields. JSON does
+not define NaN and infinities, so they are written as `NaN`, `Infinity` and `-Infinity`. A number is written
+with as many digits as are necessary to restore each bit.
+
+Users exchange recordings, so a checkpoint can come from a stranger. The declared types of the fields
+determine the restored classes (`state_codec.py`), so a checkpoint cannot execute code.
 """
 
 from __future__ import annotations
 
-import io
-import pickle
-import pickletools
-from importlib import import_module
+import json
 from typing import Any
 
-from pneuforce.instrument.core.session import NullSink, Session
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.recording.state_codec import codec_of
 from pneuforce.instrument.stream.entry import StreamError
 
-#: Packages and modules whose classes may be restored. Their classes compute and do no input or output.
-_ALLOWED_MODULES = (
-    "pneuforce.instrument.core",
-    "pneuforce.instrument.measurement",
-    "pneuforce.instrument.model",
-    "pneuforce.instrument.rig.board_clock",
-    "pneuforce.instrument.rig.command_echo",
-    "pneuforce.instrument.rig.link",
-    "pneuforce.protocol.frames",
-)
-#: Containers and plain values from other modules that may be restored.
-_ALLOWED_CLASSES = {
-    ("builtins", "frozenset"),
-    ("builtins", "set"),
-    ("collections", "deque"),
-    ("pneuforce.registers.source", "Peer"),
-}
-MAX_BYTES = 1_000_000  #: largest accepted checkpoint; a valid checkpoint has about 5 kB
+#: Largest accepted checkpoint. A checkpoint has about 9 kB, and 130 kB with the largest number of peers.
+MAX_BYTES = 500_000
+MAX_DIGITS = 30  #: largest number of characters of a number; `repr` writes at most 24
+_SESSION = codec_of(Session)
 
 
 def save_session(session: Session) -> bytes:
     """Return the state of a session without its entry sink."""
-    return pickle.dumps(vars(session) | {"sink": None}, protocol=5)
+    return json.dumps(_SESSION.encode(session), separators=(",", ":"), check_circular=False).encode()
 
 
 def restore_session(state: bytes) -> Session:
@@ -46,40 +34,35 @@ def restore_session(state: bytes) -> Session:
     Raises StreamError if the state is damaged or contains something that `save_session` does not write.
     """
     try:
-        _check_memory_use(state)
-        attributes = _Restorer(io.BytesIO(state)).load()
-        session = Session(attributes["instrument"])
-        vars(session).update(attributes, sink=NullSink())
-    except StreamError:
-        raise
-    except Exception as error:
+        restored: Session = _SESSION.decode(_parse(state))
+    except (ValueError, RecursionError) as error:
         raise StreamError(f"the checkpoint of the recording cannot be read: {error}") from None
-    return session
+    return restored
 
 
-def _check_memory_use(state: bytes) -> None:
-    """Raise StreamError if the unpickler could reserve gigabytes of memory.
-
-    A few bytes with an explicit memo index (opcode PUT) can cause this. `save_session` never writes explicit
-    memo indices.
-    """
+def _parse(state: bytes) -> Any:
+    """Return the JSON value of a checkpoint. Raises ValueError or RecursionError."""
     if len(state) > MAX_BYTES:
-        raise StreamError(f"the checkpoint of the recording is too large: {len(state)} bytes")
-    for opcode, _, _ in pickletools.genops(state):
-        if "PUT" in opcode.name:
-            raise StreamError(f"the checkpoint of the recording contains the invalid opcode {opcode.name}")
+        raise StreamError(f"it has {len(state)} bytes, and the limit is {MAX_BYTES} bytes")
+    return json.loads(state.decode(), object_pairs_hook=_object, parse_int=_integer, parse_float=_float)
 
 
-class _Restorer(pickle.Unpickler):
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) in _ALLOWED_CLASSES or _is_allowed(module):
-            found = getattr(import_module(module), name, None)
-            if isinstance(found, type) and found.__module__ == module:
-                return found
-        raise StreamError(
-            f"the checkpoint of the recording refers to {module}.{name}, which is not allowed there"
-        )
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    fields = dict(pairs)
+    if len(fields) != len(pairs):
+        raise StreamError("a field occurs twice")
+    return fields
 
 
-def _is_allowed(module: str) -> bool:
-    return any(module == allowed or module.startswith(allowed + ".") for allowed in _ALLOWED_MODULES)
+def _integer(text: str) -> int:
+    return int(_short(text))
+
+
+def _float(text: str) -> float:
+    return float(_short(text))
+
+
+def _short(text: str) -> str:
+    if len(text) > MAX_DIGITS:
+        raise StreamError(f"a number has {len(text)} digits")
+    return text

@@ -8,9 +8,15 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.recording.reader import EMPTY_REASON, Recording
-from pneuforce.instrument.recording.schema import APPLICATION, VERSION
+from pneuforce.instrument.recording.reader import EMPTY_REASON, Recording, short_text
+from pneuforce.instrument.recording.schema import APPLICATION, TABLES, VERSION
 from pneuforce.support.readonly_sqlite import open_readonly, reject_generated_columns
+
+#: Query for a column `number` that is not the key. The time to read a long table would then grow with the
+#: square of its length.
+_OTHER_ROW_NUMBER = """
+    SELECT 1 FROM pragma_table_info(?) WHERE name = 'number' AND NOT (type = 'INTEGER' AND pk = 1)
+"""
 
 
 @contextmanager
@@ -29,7 +35,7 @@ def open_recording(path: Path) -> Iterator[Recording]:
             recording = Recording(path, db)
         except sqlite3.DatabaseError as error:
             raise ConfigurationError(
-                f"{path} is not a recording, or its beginning is destroyed ({error})"
+                f"{path} is not a recording, or its beginning is destroyed ({short_text(error)})"
             ) from None
         yield recording
 
@@ -47,6 +53,10 @@ def _check_file_type(db: sqlite3.Connection, path: Path) -> None:
         raise ConfigurationError(f"{path} is the database of another program, not a recording")
     if version != VERSION:
         raise ConfigurationError(
-            f"{path} is a recording of format version {version}; this program reads version {VERSION} only"
+            f"{path} is a recording of format version {version}, and this program reads version {VERSION} "
+            "only: read the file with the version of pneuforce that made the recording"
         )
     reject_generated_columns(db, path)
+    for table in TABLES:
+        if db.execute(_OTHER_ROW_NUMBER, (table,)).fetchone():
+            raise ConfigurationError(f"{path} is not a recording: the table {table} has no row numbers")

@@ -15,9 +15,26 @@ from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.protocol.limits import HOST_SILENCE_S, PRESSURISED
 
 MAX_CONTACTS = 20_000
+MAX_SPANS = 1000  #: later spans are not drawn; a note in the plot says so
+#: Largest absolute value that is drawn [kPa, mm, N]. No instrument measures a larger value. Sums and products
+#: of smaller values are finite.
+MAX_DRAWN = 1e6
 VENTED, NO_SAMPLES = "vented", "no samples"
 Points = NDArray[np.float64]
 _PRESSURISED = frozenset(state.value for state in PRESSURISED)
+
+
+_FIRST = SampleRecord._fields.index("pressure_kpa")
+_END = SampleRecord._fields.index("force_lower_range_limit_n") + 1
+
+
+def drawable(m: SampleRecord) -> SampleRecord:
+    """Return the sample with NaN for each measured value that is infinite or too large to be drawn."""
+    if not any(abs(value) > MAX_DRAWN for value in m[_FIRST:_END]):
+        return m
+    values = list(m)
+    values[_FIRST:_END] = [math.nan if abs(value) > MAX_DRAWN else value for value in m[_FIRST:_END]]
+    return SampleRecord._make(values)
 
 
 class UnmeasuredSpan(NamedTuple):
@@ -43,7 +60,8 @@ class PlotData:
         self.setpoint = MinMaxDecimator()
         self.force = MinMaxDecimator()
         self._contacts = ContactHistory(capacity=MAX_CONTACTS)
-        self.spans: list[UnmeasuredSpan] = []  #: spans without a force, in order of time
+        self.spans: list[UnmeasuredSpan] = []  #: first spans without a force, in order of time
+        self.has_more_spans = False  #: True if there are more than `MAX_SPANS` spans
         self._latched: tuple[str, ...] = ()
 
     def set_latched_faults(self, faults: tuple[str, ...]) -> None:
@@ -52,10 +70,11 @@ class PlotData:
 
     def add_sample(self, m: SampleRecord) -> None:
         """Add one sample."""
+        m = drawable(m)
         if not self.samples:
             self.first_s = m.t_s
         elif not 0 <= m.t_s - self.end_s <= HOST_SILENCE_S:
-            self.spans.append(UnmeasuredSpan(self.end_s, m.t_s, NO_SAMPLES, trip=False))
+            self._add_span(UnmeasuredSpan(self.end_s, m.t_s, NO_SAMPLES, trip=False))
         self._contacts.add_sample(m)
         self._update_spans(m)
         contact_kpa = m.baseline_kpa + m.rise_kpa if m.in_contact else math.nan
@@ -75,7 +94,13 @@ class PlotData:
         if last is not None and last.end_s == self.end_s and last.name == name:
             self.spans[-1] = last._replace(end_s=m.t_s)
         else:
-            self.spans.append(UnmeasuredSpan(m.t_s, m.t_s, name, trip=bool(names)))
+            self._add_span(UnmeasuredSpan(m.t_s, m.t_s, name, trip=bool(names)))
+
+    def _add_span(self, span: UnmeasuredSpan) -> None:
+        if len(self.spans) < MAX_SPANS:
+            self.spans.append(span)
+        else:
+            self.has_more_spans = True
 
     def points(self, decimator: MinMaxDecimator) -> Points:
         """Return the points of a curve, shape (n, 3): time, value and uncertainty.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pneuforce.instrument.recording.contacts import ContactRow
-from pneuforce.instrument.recording.plot_data import NO_SAMPLES, PlotData, Points, UnmeasuredSpan
+from pneuforce.instrument.recording.plot_data import MAX_SPANS, NO_SAMPLES, PlotData, Points, UnmeasuredSpan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,7 +78,7 @@ def draw_figure(data: PlotData, title: str) -> Figure:
         _draw_frame(axes, data, scale)
     _name_spans(above, data, scale)
     set_title(above, title)
-    below.set_xlabel("\n".join([f"time in the recording [{unit}]", *_decimation_note(data)]))
+    below.set_xlabel("\n".join([f"time in the recording [{unit}]", *_notes(data)]))
     handles, names = (
         [*one, *other]
         for one, other in zip(
@@ -104,13 +104,14 @@ def _unit(data: PlotData) -> tuple[str, float]:
     return next((unit, unit_s) for max_s, unit, unit_s in UNITS if length_s <= max_s)
 
 
-def _decimation_note(data: PlotData) -> list[str]:
-    """Return a line that describes the decimation; no line if all samples are drawn."""
-    if not data.force.decimated or data.samples < 2:
-        return []
-    bucket_s = data.force.points_per_bucket * (data.end_s - data.first_s) / (data.samples - 1)
-    count = f"{data.samples:,}".replace(",", "\u202f")
-    return [f"{count} samples; the minimum and the maximum of each {bucket_s:.2g} s are drawn"]
+def _notes(data: PlotData) -> Iterator[str]:
+    """Yield a line for each kind of data that is not drawn completely."""
+    if data.force.decimated and data.samples > 1:
+        bucket_s = data.force.points_per_bucket * (data.end_s - data.first_s) / (data.samples - 1)
+        count = f"{data.samples:,}".replace(",", "\u202f")
+        yield f"{count} samples; the minimum and the maximum of each {bucket_s:.2g} s are drawn"
+    if data.has_more_spans:
+        yield f"only the first {MAX_SPANS} grey, hatched and dotted areas are drawn"
 
 
 def _draw_frame(axes: Axes, data: PlotData, scale: _Scale) -> None:
@@ -132,7 +133,7 @@ def _draw_pressures(axes: Axes, data: PlotData, scale: _Scale) -> None:
     _draw_curve(axes, data.points(data.contact_pressure), scale, BLUE, "in the balloon, in contact")
     setpoint = data.points(data.setpoint)
     axes.plot(scale(setpoint[:, 0]), setpoint[:, 1], "--", color=BLACK, linewidth=1.0, label="setpoint")
-    rows = data.contacts
+    rows = [row for row in data.contacts if math.isfinite(row.baseline_kpa + row.final_kpa)]
     size = 13 if len(rows) <= MAX_NUMBERED_CONTACTS else 7
     for name, colour, at in (
         ("ΔP_i", YELLOW, [(row.initial_s, row.baseline_kpa) for row in rows]),
@@ -210,4 +211,4 @@ def _name_spans(axes: Axes, data: PlotData, scale: _Scale) -> None:
 def _draw_name(axes: Axes, span: UnmeasuredSpan, at: float) -> None:
     text = f"tripped: {span.name}" if span.trip else span.name
     place: Style = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "bottom"}
-    axes.text(at, 0.04, text, rotation=90, fontsize=10, bbox=PAPER, **place)
+    axes.text(at, 0.04, text, rotation=90, fontsize=10, bbox=PAPER, parse_math=False, **place)

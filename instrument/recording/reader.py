@@ -6,7 +6,6 @@ returns only the rows before the first damaged row.
 
 from __future__ import annotations
 
-import json
 import math
 import sqlite3
 import struct
@@ -26,11 +25,13 @@ from pneuforce.instrument.recording.schema import (
     sample_checksum,
     select_from,
 )
-from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEntry, StreamError
-from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEntry, StreamError, parse_json
+from pneuforce.instrument.stream.sample_record import SampleRecord, is_valid
+from pneuforce.support.printable import printable
 
 ROWS_PER_QUERY = 1000
 MAX_TIME_S = 1e11  #: limit of a valid time: three thousand years after the boot of the computer
+MAX_SHOWN = 300  #: number of characters of a text in the file that are shown
 EMPTY_REASON = "nothing was recorded, or the file was copied without its -wal file"
 _BOOL_COLUMNS = [i for i, kind in enumerate(SAMPLE_TYPES.values()) if kind is bool]
 
@@ -63,9 +64,9 @@ class Recording:
         self._last = self._last_numbers()
         self.metadata: Mapping[str, Any] = {}  #: header of the instrument, and `begin_s`
         try:
-            self.metadata = {key: json.loads(value) for key, value in self._rows("about")}
+            self.metadata = {str(key): parse_json(value) for key, value in self._rows("about")}
             self.begin_s = float(self.metadata["begin_s"])
-        except (KeyError, TypeError, ValueError, RecursionError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             raise ConfigurationError(
                 f"{path} contains no recording ({self.damage or EMPTY_REASON})"
             ) from None
@@ -80,36 +81,39 @@ class Recording:
     def checkpoint(self) -> StreamEntry | None:
         """Return the state of the session at the beginning, or None if the state is damaged."""
         for t_s, state in self._rows("checkpoint"):
-            return StreamEntry(EntryKind.CHECKPOINT, t_s, state)
+            return StreamEntry(EntryKind.CHECKPOINT, t_s, state) if isinstance(state, bytes) else None
         return None
 
     @property
     def ending(self) -> RecordingEnd | None:
         """Return the end of the recording, or None if the recorder was killed or still writes."""
         for row in self._rows("ending"):
-            return RecordingEnd(*row)
+            t_s, how, why, samples = row
+            return RecordingEnd(t_s, short_text(how), short_text(why), samples)
         return None
 
     def entries(self) -> Iterator[StreamEntry]:
         """Yield all inputs in order of time."""
         for _, batch in self._rows("inputs"):
             try:
-                yield from EntryDecoder().feed(batch)
+                entries = EntryDecoder().feed(batch)
             except (StreamError, TypeError) as error:  # the checksum is correct, but the entries are invalid
                 self.damage = str(error)
                 return
+            for entry in entries:
+                if not 0 <= entry.t_s <= MAX_TIME_S:
+                    self.damage = f"an entry of kind {entry.kind.name} has no valid time"
+                    return
+                yield entry
 
     def samples(self, from_s: float = -math.inf, to_s: float = math.inf) -> Iterator[SampleRecord]:
         """Yield the samples from `from_s` to `to_s`, both counted from the beginning of the recording [s]."""
         low_s, high_s = self.begin_s + from_s, self.begin_s + to_s
         first = 1 if from_s == -math.inf else self._first_sample(low_s)
-        for row in self._rows("samples", first, sample_checksum):
-            values = [math.nan if value is None else value for value in row]
-            for i in _BOOL_COLUMNS:
-                values[i] = bool(values[i])
-            sample = SampleRecord._make(values)
-            if not abs(sample.t_s) <= MAX_TIME_S:
-                self.damage = f"sample {sample.sequence} has no valid time"
+        for number, row in enumerate(self._rows("samples", first, sample_checksum), first):
+            sample = _sample_of(row)
+            if sample is None or not abs(sample.t_s) <= MAX_TIME_S:
+                self.damage = f"sample {number} has {'no valid time' if sample else 'invalid values'}"
                 return
             if sample.t_s > high_s:
                 return
@@ -120,9 +124,9 @@ class Recording:
         """Yield the records that the event log received during the recording, in order."""
         for t_s, _, body in self._rows("events"):
             try:
-                yield dict(json.loads(body))
-            except (TypeError, ValueError, RecursionError) as error:  # correct checksum, but invalid JSON
-                self.damage = f"the event at {t_s} s is invalid: {error}"
+                yield dict(parse_json(body))
+            except (TypeError, ValueError) as error:  # correct checksum, but invalid JSON
+                self.damage = f"the event at {short_text(t_s)} s is invalid: {error}"
                 return
 
     @property
@@ -149,7 +153,7 @@ class Recording:
         The sentence is empty if the recording is intact and was stopped by a user.
         """
         if self.damage:
-            return f"{self.path} is damaged: {self.damage}; another copy may contain more"
+            return f"{self.path} is damaged: {short_text(self.damage)}; another copy may contain more"
         ending = self.ending
         if ending is not None and ending.requested:
             return ""
@@ -218,6 +222,23 @@ class Recording:
     def _first_sample(self, low_s: float) -> int:
         """Return the number of the first sample at or after `low_s`."""
         return 1 + bisect_left(range(1, 1 + (self.sample_count or 0)), low_s, key=self._time_of)
+
+
+def short_text(value: object) -> str:
+    """Return a value from a file as a short text without control characters, for a message or a figure."""
+    text = printable(str(value)[: MAX_SHOWN + 1])
+    return f"{text[:MAX_SHOWN]}…" if len(text) > MAX_SHOWN else text
+
+
+def _sample_of(row: tuple[Any, ...]) -> SampleRecord | None:
+    """Return the sample in a row, or None if a value has an invalid type or range."""
+    values = [math.nan if value is None else value for value in row]
+    for i in _BOOL_COLUMNS:
+        if values[i] not in (0, 1):
+            return None
+        values[i] = bool(values[i])
+    sample = SampleRecord._make(values)
+    return sample if is_valid(sample) else None
 
 
 def _is_intact(row: tuple[Any, ...], checksum_of: Callable[[Sequence[Any]], int]) -> bool:

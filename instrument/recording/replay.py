@@ -10,11 +10,27 @@ from pneuforce.errors import RigError
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.recording.broadcaster import set_health_flags
+from pneuforce.instrument.recording.reader import short_text
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.instrument.stream.entry import INPUTS, EntryKind, StreamEntry, StreamError
 from pneuforce.instrument.stream.sample_record import SampleRecord, pack, unpack
 
 log = logging.getLogger("pneuforce")
+
+
+_NUMBER = (int, float)
+#: Types of each quantity that a bus can write.
+WRITABLE_TYPES: Mapping[str, tuple[type, ...]] = {
+    "setpoint_requested_kpa": _NUMBER,
+    "force_limit_n": _NUMBER,
+    "reference_pressure_kpa": _NUMBER,
+    "lease_s": _NUMBER,
+    "mode": (str,),
+    "command_key": _NUMBER,
+    "command_code": (str,),
+    "command_argument": _NUMBER,
+    "command_sequence": _NUMBER,
+}
 
 
 class ReplayDifference(NamedTuple):
@@ -55,13 +71,14 @@ def check_version(header: Mapping[str, Any], version: str, map_hash: str) -> Non
     """
     remedy = "pneuforce export and pneuforce plot can still read the recording"
     if header.get("version") != version:
+        recorded = short_text(header.get("version"))
         raise StreamError(
-            f"the recording was made by pneuforce {header.get('version')}, and this is pneuforce {version}: "
+            f"the recording was made by pneuforce {recorded}, and this is pneuforce {version}: "
             f"only the same version gives the same measurements; {remedy}"
         )
     if header.get("map_hash") != map_hash:
         raise StreamError(
-            f"the recording was made with register map {header.get('map_hash')}, "
+            f"the recording was made with register map {short_text(header.get('map_hash'))}, "
             f"and this program has register map {map_hash}; {remedy}"
         )
 
@@ -88,6 +105,7 @@ def _receive(session: Session, entry: StreamEntry) -> Iterator[ReplayedSample]:
     except RigError as error:
         log.warning("%s", error)  # the host process then closed the port, as the next entry shows
         return
+    session.link.events.clear()  # the host process has logged these events
     for raw in samples:
         yield ReplayedSample(entry.t_s, raw, session.process(raw, entry.t_s))
 
@@ -99,6 +117,11 @@ def _tick(session: Session, entry: StreamEntry) -> None:
 
 def _write(session: Session, entry: StreamEntry) -> None:
     channel, address, values = entry.json_body
+    if not isinstance(channel, str) or not isinstance(address, str):
+        raise StreamError("the peer of a write is not a text")
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, WRITABLE_TYPES.get(name, ())):
+            raise StreamError(f"a write of {short_text(name)} has an invalid value")
     session.write((channel, address), values, entry.t_s)
 
 

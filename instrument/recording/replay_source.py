@@ -65,5 +65,8 @@ class ReplaySource:
     def end(self, why: str, now_s: float) -> None:
         """Do nothing: a replay has no event log."""
 
+    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
+        """Do nothing: a replay has no event log."""
+
     def log_rejected_write(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
         """Do nothing: a replay has no event log."""

@@ -15,7 +15,7 @@ from zlib import crc32
 from pneuforce.instrument.stream.sample_record import SampleRecord
 
 APPLICATION = 0x504E4574  #: application id in the header of the file, which identifies a recording
-VERSION = 1
+VERSION = 2  #: version of the format; the checkpoint of version 1 was a pickle
 
 SAMPLE_COLUMNS = SampleRecord._fields
 #: Columns of each table without the row number and the checksum.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -30,6 +31,7 @@ class _Arrival(NamedTuple):
     offset_s: float  # reception time minus `board_s`
 
 
+@dataclass(slots=True)
 class BoardClock:
     """Mapping of the board's clock to the host's clock.
 
@@ -39,21 +41,26 @@ class BoardClock:
     measured. All returned host times are late by this delay.
     """
 
-    def __init__(self) -> None:
-        self.restart()
+    out_of_tolerance: bool = False  #: the rate error is above 1 %, measured over at least 4 s
+    _last_us: int | None = None
+    _board_s: float = 0.0
+    _block_s: float = 0.0
+    _block_received_s: float = 0.0
+    _arrivals: list[_Arrival] = field(default_factory=list)
+    _slope: float = 0.0
+    _offset_s: float = 0.0
+    _latest_result_s: float = -math.inf
 
     def restart(self) -> None:
         """Discard the fit, because the board was replaced or has restarted.
 
         The latest returned host time is kept, so that returned host times never decrease.
         """
-        self._last_us: int | None = None
+        self._last_us = None
         self._board_s = self._block_s = self._block_received_s = 0.0
-        self._arrivals: list[_Arrival] = []
+        self._arrivals = []
         self._slope = self._offset_s = 0.0
-        self.out_of_tolerance = False  #: the rate error is above 1 %, measured over at least 4 s
-
-    _latest_result_s = -math.inf
+        self.out_of_tolerance = False
 
     @property
     def rate_error(self) -> float:

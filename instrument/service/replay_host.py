@@ -15,9 +15,10 @@ from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Identity
+from pneuforce.instrument.core.state import STATE_LOGGER
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
-from pneuforce.instrument.recording.paced_replay import PacedReplay
-from pneuforce.instrument.recording.reader import Recording
+from pneuforce.instrument.recording.paced_replay import PacedReplay, ReplayStart
+from pneuforce.instrument.recording.reader import MAX_TIME_S, Recording
 from pneuforce.instrument.recording.replay import ReplayedSample
 from pneuforce.instrument.recording.replay_source import ReplaySource
 from pneuforce.instrument.rig.link import Link
@@ -31,7 +32,7 @@ from pneuforce.instrument.stream.sample_record import pack
 from pneuforce.protocol.frames import SAMPLES_PER_S
 from pneuforce.support.call_guard import CallGuard
 
-log = logging.getLogger("pneuforce")
+log = logging.getLogger(STATE_LOGGER)
 
 PAUSE_S = 0.002
 MAX_CATCH_UP_S = 0.02  #: after a delay, missed samples of up to this time are shown at a higher rate
@@ -130,10 +131,15 @@ def serve_replay(
     with open_replayable(file) as recording, log_to_stderr():
         if configuration.warning:
             log.warning("%s", configuration.warning)
-        replay = PacedReplay(lambda: (initial_session(recording), _entries_of(recording)), speed, repeat)
+        replay = PacedReplay(replay_start(recording), speed, repeat)
         identity = replay.session.instrument.settings.identity
         settings = _with_identity(configuration, identity)
         asyncio.run(_serve_replay(replay, recording, settings, ServiceFiles(socket=socket)))
+
+
+def replay_start(recording: Recording) -> ReplayStart:
+    """Return the function that starts a replay of the recording at its beginning."""
+    return lambda: (initial_session(recording), _entries_of(recording))
 
 
 def _entries_of(recording: Recording) -> Iterator[StreamEntry]:
@@ -141,7 +147,7 @@ def _entries_of(recording: Recording) -> Iterator[StreamEntry]:
     events = (
         json_entry(EntryKind.EVENT, facts["mono_s"], facts)
         for facts in recording.events()
-        if isinstance(facts.get("mono_s"), float | int)
+        if isinstance(facts.get("mono_s"), float | int) and 0 <= facts["mono_s"] <= MAX_TIME_S
     )
     return merge(recording.entries(), events, key=attrgetter("t_s"))
 

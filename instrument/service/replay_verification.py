@@ -78,7 +78,10 @@ def initial_session(recording: Recording) -> Session:
         raise StreamError(
             f"{recording.path}: the checkpoint at the start is damaged, so a replay is not possible"
         )
-    return restore_session(checkpoint.body)
+    try:
+        return restore_session(checkpoint.body)
+    except StreamError as error:
+        raise StreamError(f"{recording.path}: {error}") from None
 
 
 def verify_recording(recording: Recording, report: Callable[[float, float | None], None]) -> ReplayResult:

@@ -28,7 +28,12 @@ COMMIT_PERIOD_S = 0.2  #: a killed recorder loses the entries since its last com
 RECEIVE_TIMEOUT_S = 0.02  #: time between two checks of the stop event
 FIRST_ENTRY_TIMEOUT_S = 5.0
 MAX_RECEIVED_BYTES = 1 << 20
-TOO_SLOW = "the instrument is still running: it disconnected this recorder, which read too slowly"
+#: Detail of a connection that ended without an END entry. The recorder cannot find out which cause applies,
+#: because the socket of a killed instrument accepts connections until the system has closed all its files.
+NO_END = (
+    "the connection ended without the final message of the instrument: the instrument was killed, or it "
+    "disconnected this recorder, which read too slowly (then the log of the instrument says so)"
+)
 #: Sockets of running demos: a pattern in the folder for temporary files.
 DEMO_SOCKETS = "pneuforce-*/pneuforce.sock"
 
@@ -72,7 +77,7 @@ def record_socket(path: Path, socket_path: Path, stop: Event, on_commit: OnCommi
         file = RecordingWriter(path)
         stack.callback(file.close)
         try:
-            end = _write_entries(connection, socket_path, file, stop, on_commit)
+            end = _write_entries(connection, file, stop, on_commit)
             if not file.has_header:
                 file.discard()
                 raise ServerError(f"{socket_path}: {end.detail or 'no data was received'}")
@@ -112,7 +117,7 @@ def _connect(socket_path: Path) -> socket.socket:
 
 
 def _write_entries(
-    connection: socket.socket, socket_path: Path, file: RecordingWriter, stop: Event, on_commit: OnCommit
+    connection: socket.socket, file: RecordingWriter, stop: Event, on_commit: OnCommit
 ) -> _End:
     """Write the received entries until the stream ends or `stop` is set. Raises RecordingWriteError."""
     decoder, started_s = EntryDecoder(), time.monotonic()
@@ -126,7 +131,7 @@ def _write_entries(
                     return _End(EndReason.END, _detail_of(entry))
                 file.add_entry(entry)
             if data == b"":
-                return _disconnected(socket_path, file, "the instrument closed the connection")
+                return _End(EndReason.CUT_OFF, NO_END if file.has_header else "the connection was closed")
             now_s = time.monotonic()
             if now_s >= commit_s:
                 commit_s = now_s + COMMIT_PERIOD_S
@@ -139,21 +144,8 @@ def _write_entries(
     except RecordingWriteError:
         raise
     except OSError as error:
-        return _disconnected(socket_path, file, f"the connection was lost: {error.strerror or error}")
+        return _End(EndReason.CUT_OFF, f"the connection was lost: {error.strerror or error}")
     return _End(EndReason.STOPPED)
-
-
-def _disconnected(socket_path: Path, file: RecordingWriter, detail: str) -> _End:
-    """Return the reason of a lost connection.
-
-    If the instrument still runs, it has disconnected this recorder because the recorder read too slowly.
-    Otherwise, `detail` is the reason.
-    """
-    if file.has_header:
-        with suppress(ServerError):
-            _connect(socket_path).close()
-            detail = TOO_SLOW
-    return _End(EndReason.CUT_OFF, detail)
 
 
 def _receive(connection: socket.socket) -> bytes | None:

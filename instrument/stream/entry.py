@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -20,6 +20,9 @@ from pneuforce.errors import PneuforceError
 
 HEAD = struct.Struct("<IBd")
 MAX_BODY_BYTES = 4_000_000
+MAX_JSON_DEPTH = (
+    20  #: a JSON value with more nested levels is rejected, because functions recurse over levels
+)
 
 
 class EntryKind(IntEnum):
@@ -45,9 +48,10 @@ class EntryKind(IntEnum):
     END = 40  #: JSON {"why": sentence}: the instrument ended
     # Messages between the host process and its clients.
     SUBSCRIBE = 64  #: JSON {"want": "record" or "web"}: the first entry that a client sends
-    REQUEST = 65  #: JSON {"id": number, "seen_s": time, "values": {register: value}}
+    REQUEST = 65  #: JSON {"id": number, "address": text, "seen_s": time, "values": {register: value}}
     ANSWER = 66  #: JSON {"id": number, "reject_reason": name, "why": sentence}
     FAILURE = 67  #: text: the reason why a recording stopped
+    FAILED_LOGIN = 68  #: JSON {"address": text, "reason": name, "times": number}: of the web page
 
 
 INPUTS = frozenset(range(EntryKind.ATTACHED, EntryKind.SHUTDOWN + 1))
@@ -69,9 +73,27 @@ class StreamEntry(NamedTuple):
     def json_body(self) -> Any:
         """Return the decoded JSON body. Raises StreamError if the body is not JSON."""
         try:
-            return json.loads(self.body)
-        except ValueError as error:
+            return parse_json(self.body)
+        except StreamError as error:
             raise StreamError(f"an entry of kind {self.kind.name} is not JSON: {error}") from None
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Return the value of a JSON text. Raises StreamError if the text is not JSON or is nested too deeply."""
+    try:
+        value = json.loads(text)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise StreamError(str(error)) from None
+    level = [value]
+    for _ in range(MAX_JSON_DEPTH):
+        level = [part for whole in level if isinstance(whole, dict | list) for part in _parts_of(whole)]
+    if level:
+        raise StreamError(f"more than {MAX_JSON_DEPTH} nested levels")
+    return value
+
+
+def _parts_of(whole: dict[str, Any] | list[Any]) -> Iterable[Any]:
+    return whole.values() if isinstance(whole, dict) else whole
 
 
 def json_entry(kind: EntryKind, t_s: float, value: Mapping[str, Any] | list[Any]) -> StreamEntry:

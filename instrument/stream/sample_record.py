@@ -39,7 +39,7 @@ class SampleRecord(NamedTuple):
     setpoint_pa: int
     # Fields that the link computes.
     elapsed_s: float
-    frozen: bool
+    clock_invalid: bool
     clock_off: bool
     # Fields of the measurement, see instrument/measurement/measurement.py.
     t_s: float
@@ -61,8 +61,17 @@ class SampleRecord(NamedTuple):
 def pack(raw: RawSample, m: Measurement) -> bytes:
     """Return the body of a SAMPLE entry."""
     *numbers, in_contact, quality = m
-    link = raw.elapsed_s, raw.frozen, raw.clock_off
+    link = raw.elapsed_s, raw.clock_invalid, raw.clock_off
     return _LAYOUT.pack(raw.sequence, *_MESSAGE(raw.message), *link, *numbers, in_contact, quality.value)
+
+
+def is_valid(sample: SampleRecord) -> bool:
+    """Return True if each field has a type and a value that a SAMPLE entry can contain."""
+    try:
+        _LAYOUT.pack(*sample)
+    except struct.error:
+        return False
+    return True
 
 
 def unpack(body: bytes) -> SampleRecord:

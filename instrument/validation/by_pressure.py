@@ -15,6 +15,8 @@ from pneuforce.instrument.recording.contacts import ContactRow
 from pneuforce.instrument.validation.peaks import MIN_FORCE_N
 from pneuforce.instrument.validation.trial import Floats
 
+MAX_PERCENT = 1e6  #: a contact with a larger or an unknown relative value is not counted
+
 
 class BinMean(NamedTuple):
     """Mean of a quantity over the contacts in one pressure bin."""
@@ -67,7 +69,8 @@ def _bin_means(rows: Sequence[ContactRow], percent_of: Callable[[ContactRow], fl
     bins = pressure_bin_indices(np.array([row.baseline_kpa for row in rows], float))
     means = []
     for index in range(BIN_COUNT):
-        values = [percent_of(row) for row, bin_index in zip(rows, bins, strict=True) if bin_index == index]
+        percents = [percent_of(row) for row, bin_index in zip(rows, bins, strict=True) if bin_index == index]
+        values = [percent for percent in percents if percent <= MAX_PERCENT]
         name = f"{BIN_EDGES_KPA[index]:.2f}–{BIN_EDGES_KPA[index + 1]:.2f}"
         means.append(BinMean(name, len(values), fmean(values) if values else math.nan))
     return tuple(means)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducible_style, set_title
-from pneuforce.instrument.recording.reader import Recording
+from pneuforce.instrument.recording.reader import Recording, short_text
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation import by_pressure
 from pneuforce.instrument.validation.figures import pressure_bin_bars, require_matplotlib
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 #: Metadata by file format. Date and program are left out, so that equal data gives equal files.
 METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None}}
 DOTS_PER_INCH = 160
+#: Limits for the fault names in an event. The longest name of a fault has 20 characters.
+MAX_NAMES, MAX_NAME_LENGTH = 32, 40
 
 Samples = Iterable[SampleRecord]
 
@@ -90,7 +92,8 @@ def _latched_faults(recording: Recording) -> Iterator[tuple[float, tuple[str, ..
 
 def _names(value: Any) -> tuple[str, ...]:
     """Return the fault names in `value`; () if `value` is not a list, as in a manipulated recording."""
-    return tuple(map(str, value)) if isinstance(value, list) else ()
+    names = value[:MAX_NAMES] if isinstance(value, list) else ()
+    return tuple(short_text(name)[:MAX_NAME_LENGTH] for name in names)
 
 
 def write(data: PlotData, options: PlotOptions, title: str) -> None:

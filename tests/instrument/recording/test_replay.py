@@ -5,12 +5,14 @@ from itertools import pairwise
 import pytest
 
 from pneuforce.instrument.recording.replay import (
+    WRITABLE_TYPES,
     check_version,
     compare_samples,
     first_difference,
     replay_input,
 )
 from pneuforce.instrument.stream.entry import INPUTS, EntryKind, StreamEntry, StreamError
+from pneuforce.registers.map import REGISTERS
 from tests.instrument.recording.virtual_host import PAGE, PLC, ROBOT, eventful, inputs, samples, session
 
 
@@ -107,10 +109,23 @@ def test_only_inputs_are_replayed(kind):
         list(replay_input(session(), StreamEntry(kind, 0.0)))
 
 
-@pytest.mark.parametrize("body", [b"", b"{}", b"[]", b'["can", "", 7]', b"[1, 2, {}, 4]", b"\xff"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        *(b"", b"{}", b"[]", b'["can", "", 7]', b"[1, 2, {}, 4]", b"\xff"),
+        *(b'[[], "", {"mode": "vent"}]', b'["can", 1, {"mode": "vent"}]', b'["can", "", {"mode": 1}]'),
+        *(b'["can", "", {"force_limit_n": []}]', b'["can", "", {"force_limit_n": "1"}]'),
+        *(b'["can", "", {"lease_s": true}]', b'["can", "", {"x": 1}]', b'["can", "", ' + b"[" * 9000),
+    ],
+    ids=lambda body: body[:40],
+)
 def test_an_invalid_write_request_is_reported(body):
     with pytest.raises(StreamError, match=r"WRITE at 1000\.000 s cannot be replayed"):
         list(replay_input(session(), StreamEntry(EntryKind.WRITE, 1000.0, body)))
+
+
+def test_each_writable_quantity_of_the_register_map_can_be_replayed():
+    assert WRITABLE_TYPES.keys() == {register.quantity for register in REGISTERS if register.writable}
 
 
 def test_only_the_same_version_and_register_map_are_replayed():
