@@ -115,17 +115,19 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "Check the sensor, its cable, its 5 V supply and the 100 kΩ resistor from A0 to ground. Then clear.",
     ),
     37: Advice(
-        "The clock of the board has stopped: the firmware of the board hangs.",
+        "The clock of the board has stopped or is wrong: the times of several samples do not match their "
+        "sequence numbers, or are ahead of the host's clock. The firmware hangs, or the board is defective.",
         "Unplug the board, which vents the rig. Plug the board in again. Then clear. If the fault occurs "
         "again, install the firmware again (pneuforce flash).",
     ),
     38: Advice(
-        "For 1 s, the board did not follow a hold command. The board has most likely restarted.",
+        "For 1 s, the board did not follow a hold command, or its state changed too often. The board has "
+        "most likely restarted.",
         "Check the supply and the RESET pin of the board. Check whether another program opens the serial "
         "port of the board. Then clear.",
     ),
     39: Advice(
-        "The board did not follow a vent command for 1 s.",
+        "The board did not follow a vent command for 1 s, or its state changed too often.",
         _INFLATED + "Check the cable. Install the firmware again (pneuforce flash). Then clear.",
     ),
     40: Advice(
@@ -148,7 +150,8 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "vented": "",
     "interpolated": "A force below the value of register 28 shows only that there is a contact. Do not use "
     "its value.",
-    "out_of_range": "Assume the highest force. Choose a setpoint for which ΔP_i is within 4.95–11.45 kPa.",
+    "out_of_range": "Assume the highest force. Choose a setpoint for which ΔP_i is within 4.95–11.45 kPa. "
+    "The force calibration must contain contacts at this setpoint.",
     "force_high_alarm": "Stop pushing, and back off.",
     "setpoint_not_reached": "Check the gas supply, and check the rig for leaks. Then clear, and inflate "
     "again.",

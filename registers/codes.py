@@ -14,7 +14,8 @@ STATUS = BitField(
         StatusBit(
             5,
             "out_of_range",
-            "ΔP_i is outside 4.95–11.45 kPa, or the model has no solution: no force is available.",
+            "ΔP_i is outside 4.95–11.45 kPa, the model has no solution, or the calibrated force is not "
+            "plausible: no force is available.",
         ),
         StatusBit(6, "force_high_alarm", "The force is above the force limit (register 514)."),
         StatusBit(7, "setpoint_not_reached", "The setpoint was not reached in time.", latches=True),
@@ -76,7 +77,8 @@ CONDENSED = BitField(
         StatusBit(
             3,
             "out_of_range",
-            "ΔP_i is outside 4.95–11.45 kPa, or the model has no solution: no force is available.",
+            "ΔP_i is outside 4.95–11.45 kPa, the model has no solution, or the calibrated force is not "
+            "plausible: no force is available.",
         ),
         StatusBit(4, "force_high_alarm", "The force is above the force limit."),
         StatusBit(5, "stale_or_lost", "The last sample is stale, or the link to the rig is lost."),

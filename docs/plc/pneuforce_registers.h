@@ -96,7 +96,7 @@
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
 #define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The balloon is empty: the pressure was below 0.3 kPa for 0.5 s. */
 #define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa: the force is interpolated. */
-#define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, or the model has no solution: no force is available. */
+#define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the model has no solution, or the calibrated force is not plausible: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514). */
 #define PNEUFORCE_STATUS_SETPOINT_NOT_REACHED UINT32_C(0x00000080) /* The setpoint was not reached in time. */
 #define PNEUFORCE_STATUS_STALE UINT32_C(0x00000100) /* The last sample is older than 100 ms: measured values are not available. */

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from pneuforce.instrument.core.authorization import authorize
@@ -14,7 +15,6 @@ from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.operations import finish_clearing
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.requests import execute, log_write, write_context_of
-from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.core.snapshot import Snapshot, snapshot_of
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement
@@ -24,22 +24,20 @@ from pneuforce.protocol.frames import Command, CommandFlag, Hello, Mode, Sample
 log = logging.getLogger("pneuforce")
 
 
+@dataclass(eq=False, repr=False)
 class Instrument(InstrumentState):
     """Measuring instrument without I/O.
 
     Its inputs are samples, requests and the time. Its outputs are board commands and snapshots.
     """
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__(settings)
-        self._interlocks = InterlockMonitor()
-        self._contact_peak_n = math.nan
-        self._finished_contacts = 0
-        self._snapshots: dict[tuple[int, float, str, RejectReason], Snapshot] = {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the state for a checkpoint, without cached snapshots."""
-        return vars(self) | {"_snapshots": {}}
+    _interlocks: InterlockMonitor = field(default_factory=InterlockMonitor)
+    _contact_peak_n: float = math.nan
+    _finished_contacts: int = 0
+    #: Cached snapshots.
+    _snapshots: dict[tuple[int, float, str, RejectReason], Snapshot] = field(
+        default_factory=dict, metadata={"state": False}
+    )
 
     # ---- input from the rig
 
@@ -67,10 +65,12 @@ class Instrument(InstrumentState):
         """Return the measurement of one sample. Trip at a fault of the board or a violated interlock."""
         self.revision += 1
         m = self.chain.step(raw)
+        self._follow_board(raw.message, raw.t_s)
+        if not self.command_monitor.state_credible:
+            m = m.without_force()
         self.raw, self.measurement = raw, m
         self.sample_counter += 1
         self.vent_monitor.step(raw, m.pressure_kpa, self.chain.zero.taken)
-        self._follow_board(raw.message, raw.t_s)
         fault = self._interlocks.step(raw, m, self.settings.contact_limit_kpa)
         if fault is not None:
             self.trip(fault)

@@ -95,14 +95,7 @@ def _available(state: InstrumentState, stale: bool) -> Measurement:
     m = state.measurement
     if stale:
         return Measurement(t_s=m.t_s)
-    if state.tripped:
-        return Measurement(
-            t_s=m.t_s,
-            pressure_kpa=m.pressure_kpa,
-            unfiltered_kpa=m.unfiltered_kpa,
-            quality=m.quality | Quality.NOT_HOLDING,
-        )
-    return m
+    return m.without_force() if state.tripped else m
 
 
 def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) -> dict[str, Any]:

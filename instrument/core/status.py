@@ -12,6 +12,7 @@ from pneuforce.protocol.frames import BoardKind, BoardState
 STALE_S = 0.1
 OLD_BASELINE_S = 60.0
 MAX_DRIFT_KPA_PER_S = 0.02
+_NO_FORCE_AT_PRESSURE = Quality.OUT_OF_RANGE | Quality.NO_SOLUTION
 
 
 def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset[str]:
@@ -53,7 +54,7 @@ def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[t
         ("holding", holding),
         ("vented", state.vented(now_s) and not stale),
         ("interpolated", Quality.INTERPOLATED in m.quality),
-        ("out_of_range", outside or Quality.NO_SOLUTION in m.quality),
+        ("out_of_range", outside or bool(m.quality & _NO_FORCE_AT_PRESSURE)),
         ("force_high_alarm", state.force_limit_exceeded and not stale),
         ("stale", stale),
         ("link_lost", lost),

@@ -42,7 +42,7 @@ class ExaminedSample(NamedTuple):
     supply_mv: int
     state: int
     valves: int
-    frozen: bool
+    clock_invalid: bool
     in_contact: bool  #: the instrument has detected a contact
 
 
@@ -115,7 +115,7 @@ class Examination:
                 sample.supply_mv,
                 sample.state,
                 sample.valves,
-                raw.frozen,
+                raw.clock_invalid,
                 self.instrument.measurement.in_contact,
             )
         )

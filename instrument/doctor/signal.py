@@ -101,9 +101,12 @@ def _supply(samples: list[ExaminedSample]) -> Check:
 
 def _sensor(samples: list[ExaminedSample]) -> list[Check]:
     vented = [sample for sample in samples if sample.state == BoardState.VENTED]
-    invalid = sum(sample.frozen or not math.isfinite(sample.nominal_kpa) for sample in samples)
+    invalid = sum(sample.clock_invalid or not math.isfinite(sample.nominal_kpa) for sample in samples)
     if invalid:
-        finding = f"{invalid} of {len(samples)} samples are invalid: open, short or frozen"
+        finding = (
+            f"{invalid} of {len(samples)} samples are invalid: the sensor is open or short, or the clock of "
+            "the board is wrong"
+        )
         return [Check("sensor", CheckResult.FAIL, finding, SENSOR)]
     if len(vented) < len(samples) / 2:
         return [_zero_of_unvented_rig(samples)]

@@ -61,7 +61,11 @@ class Chain:
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient (insufflation)
     _lag: LagCompensator = field(init=False)
     _filtered_kpa: float = math.nan  # filtered pressure before the zero is subtracted
-    _curve: tuple[ContactCurve, float] | None = None  # force curve, and its force at the contact onset
+    _curve_baseline_kpa: float = math.nan  # ΔP_i of the cached force curve; NaN if no curve is valid
+    _curve_ambient_kpa: float = math.nan  # ambient pressure of the cached force curve
+    #: Cached force curve, and its force at the contact onset. Both follow from the settings and from the two
+    #: pressures above.
+    _curve: tuple[ContactCurve, float] | None = field(default=None, metadata={"state": False})
 
     def __post_init__(self) -> None:
         self._lag = LagCompensator(self.settings.tube_time_constant_s)
@@ -84,7 +88,7 @@ class Chain:
             input_uncertainties=InputUncertainties(),
             model_uncertainty=model_uncertainty,
         )
-        self._curve = None
+        self._curve_baseline_kpa = math.nan
 
     def step(self, sample: RawSample) -> Measurement:
         """Return the measurement of one sample.
@@ -92,7 +96,7 @@ class Chain:
         This method never raises. An invalid reading gives NaN, and `quality` gives the reason.
         """
         message, dt_s = sample.message, sample.elapsed_s
-        if sample.frozen or not adc_sum_is_valid(message.adc_sum):
+        if sample.clock_invalid or not adc_sum_is_valid(message.adc_sum):
             return self._step_invalid(sample)
         nominal_kpa = nominal_pressure_kpa(message.adc_sum)
         self._filter(nominal_kpa, dt_s)
@@ -163,6 +167,7 @@ class Chain:
             force_std_n=onset_n,
             force_uncompensated_n=0.0,
             force_lower_range_limit_n=curve.lower_range_limit_n,
+            quality=Quality.GOOD if math.isfinite(onset_n) else Quality.OUT_OF_RANGE,
         )
 
     def _measure_contact(
@@ -176,7 +181,7 @@ class Chain:
         if not VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA:
             quality = Quality.OUT_OF_RANGE
         elif not math.isfinite(point.estimate.force_n):
-            quality = Quality.NO_SOLUTION
+            quality = Quality.NO_SOLUTION if point.plausible else Quality.OUT_OF_RANGE
         else:
             quality = Quality.INTERPOLATED if rise_kpa < MIN_RISE_KPA else Quality.GOOD
             force_n, std_n = point.estimate.force_n, self._std_n(point, curve.baseline_kpa, rise_kpa)
@@ -221,21 +226,24 @@ class Chain:
 
         The cached curve is returned while ΔP_i differs from its ΔP_i by at most `tolerance_kpa`.
         """
-        settings, cached = self.settings, self._curve
-        ambient_kpa = settings.circuit.ambient_kpa + self.reference_kpa
-        if (
-            cached is None
-            or not abs(cached[0].baseline_kpa - baseline_kpa) <= tolerance_kpa
-            or cached[0].circuit.ambient_kpa != ambient_kpa
-        ):
-            circuit = replace(settings.circuit, ambient_kpa=ambient_kpa)
-            curve = ContactCurve(
-                baseline_kpa,
-                settings.balloon,
-                circuit,
-                settings.law,
-                settings.correction,
-                settings.input_uncertainties,
-            )
-            cached = self._curve = curve, curve.at(ONSET_KPA).estimate.force_n
-        return cached
+        ambient_kpa = self.settings.circuit.ambient_kpa + self.reference_kpa
+        valid = abs(self._curve_baseline_kpa - baseline_kpa) <= tolerance_kpa
+        if not valid or self._curve_ambient_kpa != ambient_kpa:
+            self._curve_baseline_kpa, self._curve_ambient_kpa = baseline_kpa, ambient_kpa
+            self._curve = None
+        if self._curve is None:
+            self._curve = self._compute_curve()
+        return self._curve
+
+    def _compute_curve(self) -> tuple[ContactCurve, float]:
+        settings = self.settings
+        circuit = replace(settings.circuit, ambient_kpa=self._curve_ambient_kpa)
+        curve = ContactCurve(
+            self._curve_baseline_kpa,
+            settings.balloon,
+            circuit,
+            settings.law,
+            settings.correction,
+            settings.input_uncertainties,
+        )
+        return curve, curve.at(ONSET_KPA).estimate.force_n

@@ -12,7 +12,8 @@ class Quality(Flag):
 
     GOOD = 0
     INTERPOLATED = auto()  #: rise below 0.5 kPa: the force is interpolated to zero
-    OUT_OF_RANGE = auto()  #: ΔP_i outside the validated range: no force
+    #: ΔP_i outside the validated range, or calibrated force outside the plausible range: no force
+    OUT_OF_RANGE = auto()
     NO_SOLUTION = auto()  #: the force law has no physical root: no force
     NOT_HOLDING = auto()  #: the balloon is not locked at a setpoint: no force
     SENSOR_FAULT = auto()  #: invalid reading of the pressure sensor: no pressure, no force
@@ -41,3 +42,12 @@ class Measurement(NamedTuple):
     force_lower_range_limit_n: float = math.nan  #: force at a rise of 0.5 kPa
     in_contact: bool = False
     quality: Quality = Quality.GOOD
+
+    def without_force(self) -> Measurement:
+        """Return the pressure alone, for example because the state of the balloon is not certain."""
+        return Measurement(
+            t_s=self.t_s,
+            pressure_kpa=self.pressure_kpa,
+            unfiltered_kpa=self.unfiltered_kpa,
+            quality=self.quality | Quality.NOT_HOLDING,
+        )

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
-from pneuforce.instrument.rig.board_clock import MAX_RATE_ERROR, BoardClock
+from pneuforce.instrument.rig.board_clock import MAX_RATE_ERROR, WRAP_US, BoardClock
+from pneuforce.instrument.rig.clock_check import ClockCheck
 from pneuforce.instrument.rig.command_echo import CommandEcho
 from pneuforce.protocol.frames import (
     MAX_ADC_SUM,
@@ -38,7 +39,6 @@ MAX_STEP_S = 0.5
 #: Longest time since the previous sample for which a sample proves the state of the rig [s]. The events in a
 #: longer gap are unknown.
 MAX_SAMPLE_SPAN_S = 0.02
-FROZEN_FRAMES = 10
 REPEATED_STEP = 0x8000  #: if the sequence number advances by this step or more, the frame is a repetition
 _STATES = frozenset(BoardState)
 
@@ -62,7 +62,7 @@ class RawSample:
     t_s: float  #: time at which the board took the sample, on the host clock
     message: Sample
     elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the previous sample, at most 0.5 s
-    frozen: bool = False  #: the board's clock has not advanced for 10 samples
+    clock_invalid: bool = False  #: the board's clock has stopped, jumps or runs far too fast
     clock_off: bool = False  #: the rate error of the board's clock is above 1 %
 
 
@@ -73,18 +73,18 @@ class Link:
     host_timeout_ms: int = 2_000  #: silence of the host after which the board must vent
     phase: LinkPhase = LinkPhase.GREETING
     clock: BoardClock = field(default_factory=BoardClock)
+    clock_check: ClockCheck = field(default_factory=ClockCheck)
     echo: CommandEcho = field(default_factory=CommandEcho)
     hello: Hello | None = None
     board_restarts: int = 0  #: number of Hello messages that indicate a restart or another board
     lost_frames: int = 0  #: number of missing sequence numbers
     repeated_frames: int = 0
-    implausible_frames: int = 0  #: samples with a value that no board can send
+    implausible_frames: int = 0  #: samples with a value or a time that no board can send
     received_bytes: int = 0
     command_sequence: int = 0  #: sequence number of the last command
     events: list[Event] = field(default_factory=list)  #: events that the host has not processed yet
     decoder: FrameDecoder = field(default_factory=FrameDecoder.for_board_frames)
     _last: tuple[int, Sample] | None = None
-    _still_frames: int = 0
     _hello_s: float = 0.0
     _negotiating_s: float = float("inf")
     _sent_s: float = float("-inf")
@@ -95,7 +95,6 @@ class Link:
         """Start the handshake again, because the port was opened again or the board restarted."""
         self.phase = LinkPhase.GREETING
         self._last = None
-        self._still_frames = 0
         self.clock.restart()
         self.echo = CommandEcho()
         self._sent_s = float("-inf")
@@ -119,9 +118,9 @@ class Link:
         for frame in self.decoder.feed(data):
             message = frame.message
             if isinstance(message, Sample):
-                before_us = self._board_time_us
+                before = self._last
                 if self._is_new(frame, message, now_s):
-                    samples.append(self._raw(frame.sequence, message, before_us, now_s))
+                    samples.append(self._raw(frame.sequence, message, before, now_s))
             elif isinstance(message, Hello):
                 self._receive_hello(message, frame.version, now_s, buffered_s)
             elif isinstance(message, Event) and {message.state, message.previous_state} <= _STATES:
@@ -135,37 +134,42 @@ class Link:
             return False
         if self.hello is None:
             return False
-        last = self._last
-        step = (frame.sequence - last[0]) & 0xFFFF if last else 1
-        if step == 0 or step >= REPEATED_STEP:
-            self.repeated_frames += 1
+        if self._last is None:
+            self.clock_check.start(now_s)
+        elif not self._follows(frame.sequence, message, self._last, now_s):
             return False
         self._last = (frame.sequence, message)
         if self.phase is LinkPhase.GREETING:
             self.phase, self._negotiating_s = LinkPhase.NEGOTIATING, float("inf")
             self._check_host_timeout(self.hello, now_s)
+        return True
+
+    def _follows(self, sequence: int, message: Sample, last: tuple[int, Sample], now_s: float) -> bool:
+        """Return True if sequence number and time of a sample follow those of the last sample."""
+        step = (sequence - last[0]) & 0xFFFF
+        if step == 0 or step >= REPEATED_STEP:
+            self.repeated_frames += 1
+            return False
+        passed_us = (message.board_time_us - last[1].board_time_us) % WRAP_US
+        if not self.clock_check.allows(step, passed_us, now_s, self.host_timeout_ms * 1e-3):
+            self.implausible_frames += 1
+            return False
         self.lost_frames += step - 1
         return True
 
-    @property
-    def _board_time_us(self) -> int | None:
-        """Return the board time of the last sample, None before the first sample."""
-        return self._last[1].board_time_us if self._last else None
-
-    def _raw(self, sequence: int, message: Sample, before_us: int | None, now_s: float) -> RawSample:
-        latest_s = self.echo.latest_s(message.command)
-        if before_us is None:
-            return RawSample(
-                sequence, self.clock.host_time_s(message.board_time_us, now_s, latest_s), message
-            )
-        passed_us = (message.board_time_us - before_us) & 0xFFFF_FFFF
-        self._still_frames = 0 if passed_us else self._still_frames + 1
-        frozen = self._still_frames >= FROZEN_FRAMES
-        if frozen:
+    def _raw(
+        self, sequence: int, message: Sample, before: tuple[int, Sample] | None, now_s: float
+    ) -> RawSample:
+        """Return the sample with its time on the host clock, and the time since the sample `before`."""
+        latest_s, invalid = self.echo.latest_s(message.command), self.clock_check.invalid
+        if invalid:
             self.clock.restart()
         t_s = self.clock.host_time_s(message.board_time_us, now_s, latest_s)
+        if before is None or invalid:
+            return RawSample(sequence, t_s, message, clock_invalid=invalid)
+        passed_us = (message.board_time_us - before[1].board_time_us) % WRAP_US
         elapsed_s = min(passed_us * 1e-6, MAX_STEP_S)
-        return RawSample(sequence, t_s, message, elapsed_s, frozen, self.clock.out_of_tolerance)
+        return RawSample(sequence, t_s, message, elapsed_s, clock_off=self.clock.out_of_tolerance)
 
     def _receive_hello(self, hello: Hello, version: int, now_s: float, buffered_s: float) -> None:
         """Check the identity of a board and detect a restart by its uptime."""

@@ -16,7 +16,7 @@ BOARD = (
     FaultKind(
         "board_frozen",
         "The clock of the board has stopped: all samples have the same time.",
-        "The rig trips after ten samples with the same time. The emulated chip sends no samples: its "
+        "The rig trips after eight samples with the same time. The emulated chip sends no samples: its "
         "watchdog vents the balloon, and the host reports the loss of the link.",
         {"rig.frozen_board": True},
         effect="sensor_fault",

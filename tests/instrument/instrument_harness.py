@@ -55,7 +55,7 @@ class InstrumentHarness:
     causes: set = field(default_factory=set)  #: faults whose cause persists
     latched: set = field(default_factory=set)
     follows_commands: bool = True
-    frozen: bool = False
+    clock_invalid: bool = False
     board_time_us: int = 0
     holding_pa: int = 0
     pressure_kpa: float = 0.0  #: pressure of the balloon without the push of a hand
@@ -150,7 +150,9 @@ class InstrumentHarness:
         self.now_s += DT_S
         self.hand.step(self.push_kpa)
         self.board_time_us = (self.board_time_us + 2000) & 0xFFFF_FFFF
-        return self.instrument.process(RawSample(0, self.now_s, self.sample(**changes), frozen=self.frozen))
+        return self.instrument.process(
+            RawSample(0, self.now_s, self.sample(**changes), clock_invalid=self.clock_invalid)
+        )
 
     def run(self, seconds, until=None):
         """Send samples and ticks for a time, or until a condition is true.

@@ -112,7 +112,7 @@ def low_supply(harness):
 
 
 def frozen_board(harness):
-    harness.frozen = True
+    harness.clock_invalid = True
 
 
 def test_each_bus_counts_its_own_sequence_numbers():

@@ -221,7 +221,7 @@ class TestSilence:
 
     def test_a_frozen_board_trips_and_its_numbers_are_not_shown(self):
         harness = InstrumentHarness.holding()
-        harness.frozen = True
+        harness.clock_invalid = True
         harness.feed()
         seen = harness.snapshot()
         assert not harness.commands_hold
