@@ -43,7 +43,7 @@ BoardOption = Annotated[
 def run(
     link: Annotated[Path, typer.Option(help="Path of the symbolic link to the serial port.")] = DEFAULT_LINK,
     control_port: Annotated[
-        int, typer.Option(help="TCP port of the control server; 0 selects a free port.")
+        int, typer.Option(help="TCP port of the control server; 0 selects a free port.", min=0, max=65535)
     ] = 0,
     scenario: ScenarioName = "demo",
     hand: Annotated[
@@ -83,11 +83,18 @@ def run(
             )
         )
     except OSError as error:
-        in_use = error.errno == errno.EADDRINUSE
-        why = f"--control-port {control_port} is in use by another program" if in_use else error
-        raise RigError(f"the simulator cannot start: {why}") from None
+        raise RigError(f"the simulator cannot start: {_reason(error, control_port)}") from None
     except FirmwareCrashed as error:
         raise RigError(f"the emulated board has stopped: {error}") from None
+
+
+def _reason(error: OSError, control_port: int) -> str:
+    """Return why the simulator cannot start, and the option to change."""
+    if error.errno == errno.EADDRINUSE:
+        return f"--control-port {control_port} is in use by another program"
+    if error.filename:
+        return f"{error.filename2 or error.filename}: {error.strerror}; choose another --link"
+    return str(error)
 
 
 @commands.command()

@@ -12,10 +12,15 @@ from rich.console import Console
 from rich.table import Table
 
 from pneuforce.errors import ConfigurationError, RigError
+from pneuforce.instrument.cli.output import json_text
 from pneuforce.sim.faults import CATALOGUE, SimulatorRequestError
 from pneuforce.sim.faults.document import format_arguments, format_response
 from pneuforce.sim.faults.kind import FaultKind
 from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding, control_port_file
+from pneuforce.support.atomic_file import read_file
+from pneuforce.support.printable import printable
+
+MAX_PORT = 65535
 
 
 def show_catalogue(as_json: bool) -> None:
@@ -53,17 +58,20 @@ def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off
     lines = [_line(**fault) for fault in active] or ["no fault is active"]
     if off and name not in [fault["name"] for fault in before]:
         raise ConfigurationError(f"{name} was not active: {', '.join(lines)}")
-    return json.dumps(active) if as_json else "\n".join(lines)
+    return json_text(active) if as_json else "\n".join(map(printable, lines))
 
 
 def control_port_of(link: Path) -> int:
     """Return the control port of the simulator whose serial port is at `link`. Raises ConfigurationError."""
     try:
-        return int(control_port_file(link).read_text(encoding="ascii"))
-    except (OSError, ValueError):
+        port = int(read_file(control_port_file(link)).decode("ascii"))
+    except ValueError:  # ConfigurationError of `read_file` is a subclass
+        port = 0
+    if not 1 <= port <= MAX_PORT:
         raise ConfigurationError(
             f"no simulator has its port at {link}: start pneuforce sim run, or give --link or --control PORT"
-        ) from None
+        )
+    return port
 
 
 def _facts(kind: FaultKind) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 The hub is a socketcand server. Start it with `python -m pneuforce.registers.can.hub --port 29536`, and
 connect with python-can's `socketcand` interface. The hub supports raw mode and data frames with 11-bit and
-29-bit identifiers. Remote frames are not supported, as in socketcand.
+29-bit identifiers. Remote frames are not supported, as in socketcand. A client that does not begin with the
+handshake is disconnected, because a web page in a browser can connect to the hub as well.
 """
 
 from __future__ import annotations

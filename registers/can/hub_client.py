@@ -34,7 +34,7 @@ class HubCounters:
     frames: int = 0  #: frames forwarded
     garbage: int = 0  #: malformed messages, and messages that are invalid in the client's state
     rejected_clients: int = 0  #: clients rejected because too many were connected
-    disconnected: int = 0  #: clients disconnected because of unread data or a late handshake
+    disconnected: int = 0  #: clients disconnected because of unread data or a late or wrong handshake
     late: int = 0  #: frames dropped because the hub process had been suspended
 
 
@@ -91,8 +91,16 @@ class HubClient(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         """Answer handshake messages, and forward all frames in `data` with one call."""
         garbage_before = self._decoder.garbage
+        messages = self._decoder.feed(data)
+        garbage = self._decoder.garbage - garbage_before
+        self._hub.counters.garbage += garbage
+        if garbage and self not in self._hub.members:
+            self._disconnect()
+            return
         frames = []
-        for words in self._decoder.feed(data):
+        for words in messages:
+            if self._transport.is_closing():
+                break
             if self not in self._hub.members:
                 self._answer_handshake(words)
             elif words == ["echo"]:
@@ -101,12 +109,15 @@ class HubClient(asyncio.Protocol):
                 frames.append(frame)
             else:
                 self._hub.counters.garbage += 1
-        self._hub.counters.garbage += self._decoder.garbage - garbage_before
         if frames:
             self._send_pending()  # a client that sends frames has already read its last "ok"
             self._hub.forward(frames, self)
 
     def _answer_handshake(self, words: list[str]) -> None:
+        """Answer `open` and `rawmode`. Disconnect after any other message.
+
+        A web page in a browser can send text to the hub, but the first bytes are always a request of HTTP.
+        """
         if words == ["open", CHANNEL]:
             self._opened = True
             self._write(OK)
@@ -120,6 +131,7 @@ class HubClient(asyncio.Protocol):
             self._timer = asyncio.get_running_loop().call_later(FIRST_FRAME_DELAY_S, self._send_pending)
         else:
             self._hub.counters.garbage += 1
+            self._disconnect()
 
     def _send_pending(self) -> None:
         """Send the pending frames; from now on, `send_frames` sends at once."""

@@ -32,7 +32,8 @@ class SocketcandDecoder:
             self.garbage += bool(before.strip()) or not mark
             if mark:
                 messages.append(words.split())
-        if len(self._rest) > _MAX_MESSAGE_CHARACTERS:
+        self._rest = self._rest.lstrip()
+        if self._rest and (self._rest[0] != "<" or len(self._rest) > _MAX_MESSAGE_CHARACTERS):
             self.garbage += 1
             self._rest = ""
         return messages

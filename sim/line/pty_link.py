@@ -6,6 +6,7 @@ import os
 import tty
 from contextlib import suppress
 from pathlib import Path
+from secrets import token_hex
 
 READ_BYTES = 4096
 
@@ -19,8 +20,8 @@ class PtyLink:
     def __init__(self, link: Path | None = None) -> None:
         """Open the pair and create the symlink `link` to the host end.
 
-        Raises FileExistsError if `link` exists and is not a symlink, or OSError if the pair or the symlink
-        cannot be created.
+        Raises FileExistsError if `link` exists and is not a symlink to a pseudo-terminal, or OSError if the
+        pair or the symlink cannot be created.
         """
         self._link = link
         self._open()
@@ -79,11 +80,18 @@ class PtyLink:
 
 
 def _point(link: Path, target: str) -> None:
-    """Make `link` a symlink to `target`. An older symlink is replaced atomically."""
-    if link.exists() and not link.is_symlink():
+    """Make `link` a symlink to `target`, a pseudo-terminal.
+
+    A symlink to another pseudo-terminal, which a killed simulator has left, is replaced atomically.
+    """
+    with suppress(FileExistsError):
+        link.symlink_to(target)
+        return
+    if not (link.is_symlink() and os.path.dirname(os.readlink(link)) == os.path.dirname(target)):
         raise FileExistsError(
-            f"{link} exists and is not a symlink: choose another path for the port of the rig"
+            f"{link} exists and is not the link of a simulator: choose another path for the port of the rig "
+            "(--link), or move that file"
         )
-    temporary = link.with_name(f".{link.name}.{os.getpid()}")
+    temporary = link.with_name(f".{link.name}.{token_hex(4)}")
     temporary.symlink_to(target)
     temporary.replace(link)

@@ -1,4 +1,8 @@
-"""Control server for true states and requests, as JSON lines over TCP. A real rig has no such server."""
+"""Control server for true states and requests, as JSON lines over TCP. A real rig has no such server.
+
+A web page in a browser can connect to the server, but the first bytes are always a request of HTTP. A client
+whose first line is not a request of this server is therefore disconnected, and nothing is executed.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +30,7 @@ REQUEST_TIME_S = 0.5e-3
 #: A client with more unsent bytes than this is disconnected.
 MAX_UNSENT_BYTES = 262_144
 MAX_TRUTH_SAMPLES = 100_000
+FIRST_BYTE = b"{"  #: a client that sends another first byte is disconnected at once
 
 
 @dataclass(slots=True)
@@ -36,6 +41,8 @@ class ControlConnection:
     truth_every: int = 0  #: the true state is sent every `truth_every` samples; 0: never
     received: bytearray = field(default_factory=bytearray)
     unsent: bytearray = field(default_factory=bytearray)
+    accepted: bool = False  #: the first line was a request with a known key
+    ending: bool = False  #: the client is disconnected after the last answer
 
     @property
     def has_request(self) -> bool:
@@ -119,8 +126,9 @@ class ControlServer:
             return
         except OSError:
             data = b""
-        client.received += data
-        if not data or (len(client.received) > MAX_LINE_BYTES and not client.has_request):
+        client.received += b"" if client.ending else data
+        foreign = not (client.accepted or client.ending or client.received.startswith(FIRST_BYTE))
+        if not data or foreign or (len(client.received) > MAX_LINE_BYTES and not client.has_request):
             self._disconnect(client)
 
     def _answer_in_turn(self) -> None:
@@ -148,6 +156,9 @@ class ControlServer:
         except Exception as error:
             log.exception("internal error in a control request: %s", line.decode(errors="replace"))
             answer = {"error": f"internal error of the simulator, which continues to run: {error!r}"}
+        if not client.accepted:
+            client.ending = True
+            client.received.clear()
         if answer is not None:
             client.unsent += json.dumps(answer).encode() + b"\n"
 
@@ -160,6 +171,7 @@ class ControlServer:
         if not isinstance(request, dict) or len(request) != 1:
             raise SimulatorRequestError(f"one object with one of the keys {keys} is expected")
         [(key, value)] = request.items()
+        client.accepted = client.accepted or key == "truth" or key in REQUESTS
         if key == "truth":
             client.truth_every = _truth_every(value)
             return None
@@ -176,7 +188,7 @@ class ControlServer:
         except OSError:
             self._disconnect(client)
             return
-        if len(client.unsent) > MAX_UNSENT_BYTES:
+        if len(client.unsent) > MAX_UNSENT_BYTES or (client.ending and not client.unsent):
             self._disconnect(client)
 
     def _disconnect(self, client: ControlConnection) -> None:

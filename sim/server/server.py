@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
 import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 from pneuforce.sim.factory import build_world
 from pneuforce.sim.line.pty_link import PtyLink
 from pneuforce.sim.rig import STEP_S
 from pneuforce.sim.scenario import load
-from pneuforce.sim.server.client import control_port_file
 from pneuforce.sim.server.control_server import ControlServer
+from pneuforce.sim.server.port_file import port_file
 from pneuforce.sim.world import World
 
 #: Longest delay that the simulation makes up by additional steps [s]. The rest of a longer delay is ignored.
@@ -53,56 +50,11 @@ def serve(options: SimulatorOptions) -> None:
     link = Path(options.link) if options.link else None
     with (
         closing(ControlServer(options.control_port, world)) as control,
-        _port_file(link, control.port),
+        port_file(link, control.port),
         closing(PtyLink(link)) as cable,
     ):
         print(json.dumps({"port": cable.port, "link": options.link, "control": control.port}), flush=True)
         _run(world, cable, control, stop_requested)
-
-
-@contextmanager
-def _port_file(link: Path | None, port: int) -> Iterator[None]:
-    """Keep the control port in a file next to the link, for clients that have only the path of the link.
-
-    The file is locked until the process ends. Raises FileExistsError if another simulator uses the link.
-    """
-    if link is None:
-        yield
-        return
-    with _lock_port_file(link) as file:
-        file.truncate(0)
-        file.write(f"{port}\n")
-        file.flush()
-        try:
-            yield
-        finally:
-            if _is_at(file, control_port_file(link)):
-                control_port_file(link).unlink()
-
-
-def _lock_port_file(link: Path) -> TextIO:
-    """Open and lock the file of the control port, which is next to the link."""
-    while True:
-        file = control_port_file(link).open("a+")
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            with file:
-                file.seek(0)
-                raise FileExistsError(
-                    f"{link} is in use by a running simulator (control port {file.read().strip()}): "
-                    "end that simulator, or choose another --link"
-                ) from None
-        if _is_at(file, control_port_file(link)):
-            return file
-        file.close()  # another simulator has ended between open and flock, and has removed the file
-
-
-def _is_at(file: TextIO, path: Path) -> bool:
-    """Return True if an open file is still the file at `path`."""
-    with suppress(OSError):
-        return os.path.samestat(os.fstat(file.fileno()), path.stat())
-    return False
 
 
 def _print_progress(done: int, total: int) -> None:

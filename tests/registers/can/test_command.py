@@ -2,7 +2,8 @@
 
 import pytest
 
-from pneuforce.instrument.core.controller import Instrument, Settings
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.settings import Settings
 from pneuforce.registers.can.frames import ANSWER, COMMAND, decode, encode
 from pneuforce.registers.can.node import CanNode
 from pneuforce.registers.can.options import CanOptions

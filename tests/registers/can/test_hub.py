@@ -97,9 +97,10 @@ def test_a_malformed_send_makes_no_frame(text):
 def test_a_client_without_a_handshake_neither_sends_nor_receives(join, hub_port):
     first = join()
     stranger = RawHubClient(hub_port)
-    stranger.send("< send 185 0 >< rawmode >")
+    assert stranger.ask("< open can0 >") == "< ok >"
     first.send("< send 186 0 >")
     assert stranger.ask("< open vcan7 >") == "< error could not open bus >"
+    stranger.send("< send 185 0 >")
     join().send("< send 187 0 >")
     assert first.frames(1) == ["< frame 187 >"]
     stranger.link.close()

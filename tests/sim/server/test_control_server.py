@@ -112,6 +112,7 @@ def test_a_line_in_pieces_is_one_request_and_a_line_that_is_too_long_ends_the_co
 
 
 def flood(client, ended):
+    client.sendall(b'{"truth": 0}\n')
     while not ended.is_set():
         try:
             client.sendall(b"1\n" * 1000)
