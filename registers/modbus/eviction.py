@@ -14,6 +14,7 @@ MIN_POLLS = 3  #: number of requests from which the interval between two request
 MAX_MISSED_POLLS = 3
 MIN_SILENCE_S = 0.5  #: shorter silences say nothing about a client that polls faster
 SMOOTHING = 0.25  #: weight of the latest interval in the usual interval
+MIN_SHARE = 2  #: connections that an address may have even if there are many addresses
 
 
 class Activity(IntEnum):
@@ -51,6 +52,13 @@ class RequestRhythm:
         polls = self.count >= MIN_POLLS and now_s - self.last_s <= expected_s
         return Activity.POLLING if polls else Activity.IDLE
 
+    def history_s(self, now_s: float) -> float:
+        """Return the time since the first request [s]. For an idle client, the time ends at the last one."""
+        if not self.count:
+            return 0.0
+        polls = self.activity(now_s) is Activity.POLLING
+        return (now_s if polls else self.last_s) - self.first_s
+
 
 class Candidate(Protocol):
     """Connection that can be evicted."""
@@ -71,15 +79,20 @@ def select_evicted(connections: Iterable[C], new_address: str, now_s: float) -> 
     """Return the connection to close for a new connection from `new_address`.
 
     Clients without a request come first, then idle clients, then clients that poll. Among clients of equal
-    activity, the address with the most connections comes first. Of this address, the client that was silent
-    for longest is selected. If all clients of the address poll, the latest client is selected.
+    activity, an address that exceeds its share comes first: of such addresses, the one with the most
+    connections. Then the client with the shortest history comes first, and at last the client that was silent
+    for longest.
+
+    The share divides the connections equally among the addresses. A client with a long history is therefore
+    safe from newcomers, and many clients of one address cannot use their history against other addresses.
     """
     candidates = list(connections)
     per_address = Counter((*(c.address for c in candidates), new_address))
+    share = max(MIN_SHARE, len(candidates) // len(per_address))
 
-    def order(c: C) -> tuple[Activity, int, float]:
-        activity = c.rhythm.activity(now_s)
-        age = -c.rhythm.first_s if activity is Activity.POLLING else c.last_received_s
-        return activity, -per_address[c.address], age
+    def order(c: C) -> tuple[Activity, int, float, float]:
+        count = per_address[c.address]
+        above_share = count if count > share else 0
+        return c.rhythm.activity(now_s), -above_share, c.rhythm.history_s(now_s), c.last_received_s
 
     return min(candidates, key=order)

@@ -44,7 +44,8 @@ class ModbusTcpServer:
 
     Every allowed client is accepted, because the client may request a vent. If the connection limit is
     exceeded, the server closes another connection: first a client without a request, then an idle client,
-    and last a client that polls; see `select_evicted`. The new connection is never closed.
+    and last a client that polls, newcomers before clients with a long history; see `select_evicted`. The new
+    connection is never closed.
     """
 
     def __init__(

@@ -113,6 +113,24 @@ def test_200_connections_from_the_address_of_a_plc_do_not_evict_the_plc():
         assert still_answers(plc)
 
 
+def test_polling_clients_from_70_addresses_do_not_evict_the_two_connections_of_a_plc():
+    with serving(MemorySource()) as server, contextlib.ExitStack() as stack:
+        plc = [stack.enter_context(connected(server, PLC)) for _ in range(2)]
+        crowd = []
+        for n in range(70):
+            assert all(map(still_answers, plc))
+            crowd.append(stack.enter_context(connected(server, f"127.0.1.{n + 1}")))
+            for _ in range(3):
+                crowd = [client for client in crowd if answers_or_is_closed(client)]
+        assert server.counters.evicted == 72 - server.options.max_connections == 70 - len(crowd)
+        assert all(map(still_answers, plc))
+
+
+def answers_or_is_closed(client):
+    with contextlib.suppress(ConnectionError):
+        return still_answers(client)
+
+
 def test_the_new_connection_counts_for_its_address_and_is_never_evicted():
     with serving(MemorySource(), max_connections=4) as server, contextlib.ExitStack() as stack:
         plc = [stack.enter_context(connected(server, PLC)) for _ in range(2)]
