@@ -98,6 +98,11 @@ class EventLogFile:
             self._db.executescript(_SCHEMA)
 
     @property
+    def record_count(self) -> int:
+        """Return the number of records."""
+        return self._last[0]
+
+    @property
     def head(self) -> bytes:
         """Return the digest of the last record."""
         return self._last[1]

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections import deque
 from pathlib import Path
 from threading import Event, Thread
 
+from pneuforce.instrument.audit.anchor import Anchor, format_anchor
 from pneuforce.instrument.audit.event_throttle import EventCounter
-from pneuforce.instrument.audit.record import AuditRecord, Timestamp, record_body
+from pneuforce.instrument.audit.record import AuditRecord, Timestamp, iso_utc, record_body
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
+from pneuforce.instrument.core.state import STATE_LOGGER
 
 log = logging.getLogger("pneuforce")
+#: Logger for the anchors. A peer that causes many other lines cannot displace them.
+state_log = logging.getLogger(STATE_LOGGER)
 
 #: Records that arrive within this time are written in one commit. The thread polls, so that a caller does
 #: not have to wake the thread.
@@ -22,6 +27,7 @@ RETRY_S = 1.0
 MAX_WAITING = 10_000
 BATCH = 1000
 CLOSE_S = 0.5
+ANCHOR_INTERVAL_S = 3600.0  #: interval of the anchors, in addition to those after a start and at the end
 
 
 class EventLogWriter:
@@ -43,6 +49,7 @@ class EventLogWriter:
         self._replaced = ""  # how the file was removed or replaced, until a record of the new file reports it
         # Digest of the last record if a commit failed but nevertheless has written its records.
         self._expected_head: bytes | None = None
+        self._anchor_due_s = -math.inf  # time at which the next anchor is due
         self._end = Event()
         try:
             self._open()
@@ -80,6 +87,7 @@ class EventLogWriter:
         if unwritten:
             log.error("event log %s: %d records could not be written", self.path, unwritten)
         if self._file is not None:
+            self._log_anchor(self._file)
             self._file.close()
 
     def _try(self) -> None:
@@ -103,6 +111,7 @@ class EventLogWriter:
             why = self._replaced or "the path now has another file"
             fields = {"kind": "file_changed", "why": why, "head_before": (self._head or b"").hex()}
             self._batch.insert(0, record_body(AuditRecord(_now(), fields)))
+            self._anchor_due_s = -math.inf
         self._head, self._expected_head, self._replaced = file.head, None, ""
 
     def _write(self) -> None:
@@ -114,6 +123,15 @@ class EventLogWriter:
             self._expected_head = self._file.rows_of(self._batch)[-1][2]
             self._file.append(self._batch)
             self._batch, self._head, self._expected_head = [], self._file.head, None
+        if time.monotonic() >= self._anchor_due_s:
+            self._log_anchor(self._file)
+
+    def _log_anchor(self, file: EventLogFile) -> None:
+        """Log the present head, so that a later cut or replacement of the file can be detected."""
+        if file.record_count:
+            anchor = Anchor(file.record_count, file.head.hex(), iso_utc(_now()))
+            state_log.info("%s", format_anchor(anchor))
+            self._anchor_due_s = time.monotonic() + ANCHOR_INTERVAL_S
 
     def _check_in_place(self, file: EventLogFile) -> None:
         try:

@@ -51,6 +51,8 @@ def _exit_at_once_on_interrupt() -> Iterator[None]:
 def _exit(message: str, code: int) -> None:
     """Print a message on stderr and exit, even if stdout is full or closed."""
     if message:
-        print(message, file=sys.stderr)
+        from pneuforce.support.printable import printable
+
+        print(printable(message, keep="\n"), file=sys.stderr)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     sys.exit(code)

@@ -131,10 +131,11 @@ def run(
     Example: pneuforce run --config instrument.toml
     """
     from pneuforce.errors import ConfigurationError
-    from pneuforce.instrument.config import load, resolve_path
+    from pneuforce.instrument.config import resolve_path
     from pneuforce.instrument.service.serve import ServiceFiles, serve
+    from pneuforce.instrument.service.start_checks import load_checked
 
-    configuration = load(config)
+    configuration = load_checked(config)
     if record and not configuration.local.socket:
         raise ConfigurationError(
             "--record needs the local socket, and local.socket is empty: set it in the configuration"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from pneuforce.instrument.calibration.force import ForceCalibration
 from pneuforce.instrument.calibration.residuals import errors_by_pressure, force_residual
+from pneuforce.instrument.cli.output import json_text
 from pneuforce.instrument.commissioning.calibration_steps import (
     CalibrationStep,
     CalibrationTarget,
@@ -17,6 +17,7 @@ from pneuforce.instrument.commissioning.calibration_steps import (
     calibrate_radius,
     calibrate_volume,
 )
+from pneuforce.support.printable import printable
 
 
 def radius(data: Path, target: CalibrationTarget, as_json: bool) -> str:
@@ -67,9 +68,9 @@ def force(data: Path, target: CalibrationTarget, as_json: bool) -> str:
 def _format_step(step: CalibrationStep[Any, Any], lines: list[str], as_json: bool) -> str:
     """Return the lines and the notes of a step as text, or its part of the calibration file as JSON."""
     if not as_json:
-        return "\n".join(lines + [f"note: {note}" for note in step.notes])
+        return "\n".join(lines + [f"note: {printable(note)}" for note in step.notes])
     facts = step.part.model_dump(mode="json") | {"notes": step.notes}
-    return json.dumps(facts, indent=2, ensure_ascii=False)
+    return json_text(facts, indent=2)
 
 
 def _format_force(found: ForceCalibration) -> list[str]:

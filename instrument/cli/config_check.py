@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from pneuforce.errors import PneuforceError
-from pneuforce.instrument.config import Configuration, load
-from pneuforce.instrument.service.can_server import options_of
-from pneuforce.instrument.service.rtu_server import check_ports
+from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.instrument.service.start_checks import load_checked
 
 
 def check_config(path: Path, as_json: bool) -> int:
@@ -18,20 +16,12 @@ def check_config(path: Path, as_json: bool) -> int:
     as JSON, and the exit code is 2.
     """
     try:
-        warning = _checked(path).warning
+        warning = load_checked(path).warning
     except PneuforceError as error:
         if not as_json:
             raise
-        print(json.dumps({"file": str(path), "good": False, "why": str(error)}))
+        print_text(json_text({"file": str(path), "good": False, "why": str(error)}))
         return 2
     result = {"file": str(path), "good": True, "warning": warning or None}
-    print(json.dumps(result) if as_json else f"{path}: good" + (f", but {warning}" if warning else ""))
+    print_text(json_text(result) if as_json else f"{path}: good" + (f", but {warning}" if warning else ""))
     return 0
-
-
-def _checked(path: Path) -> Configuration:
-    """Return the configuration after the checks that `pneuforce run` makes. Raises PneuforceError."""
-    configuration = load(path)
-    options_of(configuration.can)
-    check_ports(configuration)
-    return configuration

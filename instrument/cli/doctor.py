@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import sys
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.instrument.commissioning.rig_examination import INTERRUPTED, examine_rig
 from pneuforce.instrument.doctor.check import Check, CheckResult, unchecked
 from pneuforce.instrument.doctor.examination import ExaminationStage
 from pneuforce.instrument.doctor.port import port_checks
+from pneuforce.support.printable import printable
 
 COLOURS = {CheckResult.PASS: "green", CheckResult.WARNING: "yellow", CheckResult.FAIL: "bold red"}
 STAGE_TEXTS = {
@@ -38,7 +40,7 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     else:
         checks += asyncio.run(examine_rig(port, inflate_kpa, _print_stage))
     if as_json:
-        print(json.dumps([check._asdict() for check in checks], indent=2, ensure_ascii=False))
+        print_text(json_text([check._asdict() for check in checks], indent=2))
     else:
         _print_table(checks)
         print(_conclusion(checks))
@@ -54,7 +56,7 @@ def _print_table(checks: list[Check]) -> None:
     table.add_column("what to do", overflow="fold")  # paths are not truncated, so that they can be copied
     for name, result, finding, advice in checks:
         cell = f"[{COLOURS.get(result, 'dim')}]{result}[/]"
-        table.add_row(name, cell, _escape_markup(finding), _escape_markup(advice))
+        table.add_row(name, cell, Text(printable(finding)), Text(printable(advice)))
     Console(soft_wrap=not sys.stdout.isatty()).print(table)
 
 
@@ -68,8 +70,3 @@ def _conclusion(checks: list[Check]) -> str:
     if any(check.name == INTERRUPTED for check in checks):
         return "Interrupted: the result is incomplete."
     return f"Fit for use, with warnings: {warnings}." if warnings else "Fit for use, as far as checked."
-
-
-def _escape_markup(text: str) -> str:
-    """Return the text with escaped brackets, so that rich does not interpret them as markup."""
-    return text.replace("[", "\\[")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Iterable, Iterator
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.output import ReportProgress, progress
+from pneuforce.instrument.cli.output import ReportProgress, json_text, print_text, progress
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.reader import Recording
 from pneuforce.instrument.recording.table_export import (
@@ -81,9 +80,9 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
         }
         damaged = bool(recording.damage)
     if remark:
-        print(f"pneuforce: {remark}", file=sys.stderr)
+        print_text(f"pneuforce: {remark}", sys.stderr)
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
-    print(json.dumps(facts) if as_json else f"{options.out}: {counter.rows} samples, {span}")
+    print_text(json_text(facts) if as_json else f"{options.out}: {counter.rows} samples, {span}")
     return 1 if damaged else 0
 
 

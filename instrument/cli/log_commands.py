@@ -67,21 +67,36 @@ def verify(
     head: Annotated[
         str | None, typer.Option("--head", help="A head that you noted earlier: it must still be in the log.")
     ] = None,
+    anchors: Annotated[
+        Path | None,
+        typer.Option(
+            "--anchors",
+            help="Output of journalctl, or - for stdin: the log must contain each head in this output.",
+        ),
+    ] = None,
+    earlier: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--earlier", help="With --anchors: a log that was moved away; repeat for more, the oldest first."
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Recompute all digests to find records that were changed, removed or inserted.
 
-    The exit code is 1 if the chain of digests is broken.
+    The exit code is 1 if the log was changed.
 
-    A person who can write the file can also recompute the whole chain.
-    Therefore note the printed head in a place that others cannot write.
-    With --head, the command checks that all records up to the noted head are unchanged.
+    A person who can write the file can also cut its end or recompute the whole chain.
+    Such a change is found with --anchors, or with --head.
+    The instrument logs its head as an anchor at its start, each hour and at its end.
+    A head that you note yourself must be in a place that others cannot write.
 
-    Example: pneuforce log verify --config instrument.toml
+    Example: journalctl -u pneuforce | pneuforce log verify --config instrument.toml --anchors -
     """
-    from pneuforce.instrument.cli.log_table import verify_events
+    from pneuforce.instrument.cli.log_verification import Verification, verify_events
 
-    raise typer.Exit(verify_events(_log_file(file, config), head, as_json))
+    known = Verification(head, anchors, tuple(earlier or ()))
+    raise typer.Exit(verify_events(_log_file(file, config), known, as_json))
 
 
 def _log_file(file: Path | None, config: Path | None) -> Path:

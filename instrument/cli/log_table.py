@@ -1,17 +1,17 @@
-"""`pneuforce log`: print the records of an event log as a table or as lines of JSON, or verify them."""
+"""`pneuforce log show`: print the records of an event log as a table or as lines of JSON."""
 
 from __future__ import annotations
 
 import json
-import re
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from rich.console import Console
 from rich.table import Table
@@ -19,19 +19,18 @@ from rich.text import Text
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.reading import LOWEST, DamagedLogError, NotAnEventLogError, open_event_log
-from pneuforce.instrument.audit.verification import (
-    BrokenChainError,
-    StoredRecord,
-    record_time,
-    verify_chain,
-)
+from pneuforce.instrument.audit.verification import StoredRecord, record_time
 from pneuforce.instrument.audit.wording import describe_record
+from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.support.printable import printable
 
 FOLLOW_PERIOD_S = 0.5
-HEAD_PATTERN = re.compile(r"[0-9a-f]{64}")
 COLUMN_WIDTHS = {"number": 7, "time (UTC)": 26, "who": 24, "result": 16}
+NESTED_BYTES = 100  #: shown bytes of a record that is nested too deeply
 PIPED_WIDTH = 200  #: width of the table if stdout is not a terminal
 COLOURS = {"accepted": "green", "done": "green"}
+
+Shown = TypeVar("Shown")
 
 
 class EventSelection(NamedTuple):
@@ -50,7 +49,7 @@ def show_events(path: Path, selection: EventSelection, as_json: bool) -> None:
         show(rows)
         while selection.follow:
             time.sleep(FOLLOW_PERIOD_S)
-            first = rows[-1].number + 1 if rows else LOWEST
+            first = rows[-1].number + 1 if rows and isinstance(rows[-1].number, int) else LOWEST
             added = _read(path, EventSelection(), first)
             if added:
                 show(added)
@@ -73,45 +72,25 @@ def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[St
         raise ConfigurationError(f"{error}{hint}") from None
 
 
-def verify_events(path: Path, head: str | None, as_json: bool) -> int:
-    """Verify the chain of digests and print the result. Return the exit code, 1 for a broken chain.
-
-    Raises ConfigurationError if `head` is not a digest.
-    """
-    if head is not None and not HEAD_PATTERN.fullmatch(head.lower()):
-        raise ConfigurationError(
-            f"--head {head} is invalid: a head has 64 hexadecimal digits, as verify prints"
-        )
-    try:
-        with open_event_log(path) as rows:
-            chain = verify_chain(rows, head.lower() if head else None)
-        if not chain.records:
-            raise BrokenChainError(
-                "it contains no record: was the log moved or copied without the file that ends in -wal?"
-            )
-    except (BrokenChainError, DamagedLogError) as error:
-        result = {"file": str(path), "good": False, "why": str(error)}
-        print(json.dumps(result) if as_json else f"{path}: NOT GOOD: {error}")
-        return 1
-    if as_json:
-        print(json.dumps({"file": str(path), "good": True, **chain._asdict()}))
-        return 0
-    head_text = ", including the noted head" if head else ""
-    print(
-        f"{chain.records} records from {chain.first_at} to {chain.last_at}, unbroken{head_text}, "
-        f"head {chain.head}"
-    )
-    return 0
-
-
 # ---- formatting
 
 
 def _print_lines(rows: Iterable[StoredRecord]) -> None:
     for row in rows:
-        fields = _fields_of(row.body)
-        print(json.dumps({"number": row.number, **fields, "digest": _hex(row.digest)}, ensure_ascii=False))
-    sys.stdout.flush()
+        print_text(_shown(row.body, partial(_json_line, row)))
+
+
+def _json_line(row: StoredRecord, fields: Mapping[str, Any]) -> str:
+    number = row.number if isinstance(row.number, int) else repr(row.number)
+    return json_text({"number": number, **fields, "digest": _hex(row.digest)})
+
+
+def _shown(body: Any, format_fields: Callable[[Mapping[str, Any]], Shown]) -> Shown:
+    """Return the formatted fields of a record. A record that is nested too deeply is shown as unreadable."""
+    try:
+        return format_fields(_fields_of(body))
+    except RecursionError:
+        return format_fields({"unreadable": f"{body[:NESTED_BYTES]!r}…"})
 
 
 def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
@@ -125,19 +104,18 @@ def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
             table.add_column(name, width=width, overflow="fold")
         table.add_column("what", overflow="fold", ratio=1)
         for row in rows:
-            table.add_row(str(row.number), *_cells(_fields_of(row.body)))
+            table.add_row(Text(printable(str(row.number))), *_shown(row.body, _cells))
         console.print(table)
 
     return show
 
 
-def _cells(fields: Mapping[str, Any]) -> Iterator[Text]:
+def _cells(fields: Mapping[str, Any]) -> list[Text]:
     result = str(fields.get("result", ""))
     at = str(fields.get("at", "")).replace("T", " ").removesuffix("Z")
-    yield Text(at)
-    yield Text(str(fields.get("who", "")))
-    yield Text(result, style=COLOURS.get(result, "yellow"))
-    yield Text(describe_record(fields))
+    texts = (at, str(fields.get("who", "")), result, describe_record(fields))
+    styles = ("", "", COLOURS.get(result, "yellow"), "")
+    return [Text(printable(text), style) for text, style in zip(texts, styles, strict=True)]
 
 
 def _fields_of(body: Any) -> dict[str, Any]:

@@ -9,10 +9,11 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Timer
-from typing import Any
+from typing import Any, TextIO
 
 from pneuforce.instrument.stream.entry import json_safe
 from pneuforce.registers.field import Field, quantity_unit
+from pneuforce.support.printable import printable, printable_json
 
 #: Callback for the progress of a long run: amount done, and total amount if known.
 ReportProgress = Callable[[float, float | None], None]
@@ -58,6 +59,16 @@ def print_line(line: str) -> None:
     sys.stdout.flush()
 
 
+def print_text(text: str, file: TextIO | None = None) -> None:
+    """Print one or more lines. Escape control characters in the lines, for example from a file name."""
+    print(printable(text, keep="\n"), file=file, flush=True)
+
+
+def json_text(value: Any, indent: int | None = None) -> str:
+    """Return a value as JSON without control characters."""
+    return printable_json(json.dumps(value, indent=indent, ensure_ascii=False))
+
+
 def json_line(values: dict[str, Any]) -> str:
     """Return values as one line of JSON, with null for a value that is not available."""
-    return json.dumps(json_safe(values))
+    return json_text(json_safe(values))

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
-from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.cli.output import print_text, progress
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.reader import Recording
@@ -28,8 +28,8 @@ def plot(options: PlotOptions) -> int:
         remark, damaged = recording.remark(), bool(recording.damage)
     write(data, options, title)
     if remark:
-        print(f"pneuforce: {remark}", file=sys.stderr)
-    print(f"{options.file}: {_summary(data)}")
+        print_text(f"pneuforce: {remark}", sys.stderr)
+    print_text(f"{options.file}: {_summary(data)}")
     return 1 if damaged else 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from rich.live import Live
 from rich.text import Text
 
 from pneuforce.errors import ServerError
-from pneuforce.instrument.cli.output import CONNECTION_HINT, stop_after
+from pneuforce.instrument.cli.output import CONNECTION_HINT, json_text, print_text, stop_after
 from pneuforce.instrument.recording.writer import RecordingWriter
 from pneuforce.instrument.service.socket_recorder import (
     OnCommit,
@@ -87,8 +86,8 @@ def _print_result(result: RecorderResult, as_json: bool) -> None:
     size_mb = result.size_bytes / 1e6
     text = f"{result.path}: {result.duration_s:.1f} s, {result.samples} samples, {size_mb:.1f} MB; {reason}"
     if as_json:
-        print(json.dumps(facts))
+        print_text(json_text(facts))
     if not result.complete:
-        print(f"pneuforce: {text}", file=sys.stderr)
+        print_text(f"pneuforce: {text}", sys.stderr)
     elif not as_json:
-        print(text)
+        print_text(text)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from pathlib import Path
 from typing import Any
 
-import typer
-
-from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.cli.output import json_line, print_text, progress
 from pneuforce.instrument.service.replay_verification import ReplayResult, open_replayable, verify_recording
-from pneuforce.instrument.stream.entry import json_safe
 
 
 def replay(file: Path, as_json: bool) -> int:
@@ -23,7 +19,7 @@ def replay(file: Path, as_json: bool) -> int:
     logging.getLogger("pneuforce").addHandler(logging.NullHandler())
     with open_replayable(file) as recording, progress("replayed") as report:
         result = verify_recording(recording, report)
-    typer.echo(json.dumps(json_safe(_facts(result))) if as_json else _format_result(result))
+    print_text(json_line(_facts(result)) if as_json else _format_result(result))
     return 0 if result.equal and not result.damaged else 1
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.instrument.cli.validation_source import SourceOptions, ValidationSource, load_source
 from pneuforce.instrument.cli.validation_table import render_report
 from pneuforce.instrument.measurement.chain import ChainSettings
@@ -48,7 +48,7 @@ def validate(
 
         draw_figures(figures, options, trials, peaks, settings)
     if as_json:
-        print(json.dumps(report_json(source, law, report), indent=2, ensure_ascii=False))
+        print_text(json_text(report_json(source, law, report), indent=2))
     else:
         Console().print(render_report(report, source.facts, source.note))
 

@@ -16,6 +16,7 @@ from pneuforce.instrument.validation import paper
 from pneuforce.instrument.validation.continuous import ContinuousErrors
 from pneuforce.instrument.validation.peaks import GroupErrors, MethodErrors
 from pneuforce.instrument.validation.report import ValidationReport
+from pneuforce.support.printable import printable
 
 METHOD_TITLES: Mapping[MethodName, str] = {
     "energetic": "energetic",
@@ -27,7 +28,7 @@ METHOD_TITLES: Mapping[MethodName, str] = {
 def render_report(report: ValidationReport, facts: Mapping[str, Any], note: str) -> RenderableType:
     """Return the report, with the facts about its source before the tables and the note after them."""
     return Group(
-        Text(", ".join(f"{name.replace('_', ' ')}: {_format_fact(value)}" for name, value in facts.items())),
+        Text(printable(_format_facts(facts))),
         _peak_table(report.groups),
         Text("\n".join(_contact_lines(report))),
         _continuous_table(report.continuous),
@@ -90,6 +91,10 @@ def _continuous_table(errors: ContinuousErrors) -> Table:
     )
     table.caption_justify = "left"
     return table
+
+
+def _format_facts(facts: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name.replace('_', ' ')}: {_format_fact(value)}" for name, value in facts.items())
 
 
 def _format_fact(value: object) -> str:

@@ -57,6 +57,7 @@ def finished(tmp_path_factory):
         parts.host.send(signal.SIGTERM)
         while parts.host.running:
             time.sleep(0.01)
+    (folder / "journal").write_text("\n".join(parts.host.stderr_lines))
     return logs / "log", while_running, measured
 
 
@@ -95,6 +96,21 @@ def test_an_intact_log_is_verified_against_a_noted_head(finished):
         r"\d+ records from \S+Z to \S+Z, unbroken, including the noted head, head [0-9a-f]{64}\n",
         verified.stdout,
     )
+
+
+def test_the_log_is_verified_against_the_anchors_in_the_journal(finished, tmp_path):
+    file = finished[0]
+    journal = file.parents[1] / "journal"
+    verified = log("verify", "--file", file, "--anchors", journal, "--json")
+    assert verified.returncode == 0, verified.stdout
+    assert json.loads(verified.stdout)["anchors"] >= 2
+    cut = shutil.copy(file, tmp_path / "log")
+    with closing(sqlite3.connect(cut)) as db:
+        db.execute("DROP TRIGGER no_delete")
+        db.execute("DELETE FROM records WHERE number = (SELECT max(number) FROM records)")
+        db.commit()
+    assert log("verify", "--file", cut).returncode == 0
+    assert log("verify", "--file", cut, "--anchors", journal).returncode == 1
 
 
 def test_a_changed_record_is_reported_with_exit_code_1(finished, tmp_path):

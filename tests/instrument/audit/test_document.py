@@ -26,4 +26,4 @@ def test_the_documented_verification_prints_the_head(tmp_path):
 def test_the_table_names_all_kinds_of_records():
     kinds = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", DOCUMENT, re.MULTILINE))))
     assert set(ObservedState._fields) <= kinds
-    assert {"start", "stop", "write", "request", "answer", "repeated", "held_back", "lost"} <= kinds
+    assert {"start", "stop", "write", "request", "login", "answer", "repeated", "held_back", "lost"} <= kinds

@@ -1,0 +1,91 @@
+"""`pneuforce log verify`: verify the digests of an event log, and compare the log with its anchors."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.audit.anchor import Anchor, check_anchors, collect_heads, find_anchors
+from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
+from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain, verify_chain
+from pneuforce.instrument.cli.output import json_text, print_text
+
+HEAD_PATTERN = re.compile(r"[0-9a-f]{64}")
+
+
+class Verification(NamedTuple):
+    """Knowledge about a log that is independent of its file."""
+
+    head: str | None = None  #: noted head
+    anchors: Path | None = None  #: journal with anchors
+    earlier: tuple[Path, ...] = ()  #: logs that were moved away, the oldest first
+
+
+def verify_events(path: Path, known: Verification, as_json: bool) -> int:
+    """Verify a log and print the result. Return the exit code, 1 for a log that was changed.
+
+    Raises ConfigurationError if an option is invalid or the journal contains no anchors.
+    """
+    head = known.head.lower() if known.head else None
+    if head is not None and not HEAD_PATTERN.fullmatch(head):
+        raise ConfigurationError(
+            f"--head {known.head} is invalid: a head has 64 hexadecimal digits, as verify prints"
+        )
+    if known.earlier and known.anchors is None:
+        raise ConfigurationError("--earlier is valid only with --anchors: it names logs for the anchors")
+    # The journal is read before the log, so that the log of a running instrument contains each anchor.
+    anchors = _read_anchors(known.anchors) if known.anchors else []
+    try:
+        heads: list[dict[int, str]] = []
+        for earlier in known.earlier:
+            heads.append({})
+            _verify_file(earlier, None, anchors, heads[-1])
+        heads.append({})
+        chain = _verify_file(path, head, anchors, heads[-1])
+        check_anchors(anchors, heads)
+    except (BrokenChainError, DamagedLogError) as error:
+        result = {"file": str(path), "good": False, "why": str(error)}
+        print_text(json_text(result) if as_json else f"{path}: NOT GOOD: {error}")
+        return 1
+    if as_json:
+        print_text(json_text({"file": str(path), "good": True, **chain._asdict(), "anchors": len(anchors)}))
+    else:
+        print_text(_format(chain, anchors, noted=head is not None))
+    return 0
+
+
+def _verify_file(path: Path, head: str | None, anchors: list[Anchor], heads: dict[int, str]) -> VerifiedChain:
+    """Verify one log and store in `heads` the digests at the numbers of the anchors."""
+    with open_event_log(path) as rows:
+        chain = verify_chain(collect_heads(rows, anchors, heads), head)
+    if not chain.records:
+        raise BrokenChainError(
+            f"{path} contains no record: was the log moved or copied without the file that ends in -wal?"
+        )
+    return chain
+
+
+def _read_anchors(path: Path) -> list[Anchor]:
+    """Return the anchors in a file, or in stdin if the path is `-`. Raises ConfigurationError."""
+    try:
+        with (Path("/dev/stdin") if path == Path("-") else path).open("rb") as journal:
+            anchors = find_anchors(journal)
+    except OSError as error:
+        raise ConfigurationError(f"{path}: the journal cannot be read: {error.strerror or error}") from None
+    if not anchors:
+        raise ConfigurationError(
+            f"{path}: the journal contains no anchor of an event log: name the output of "
+            "journalctl -u pneuforce"
+        )
+    return anchors
+
+
+def _format(chain: VerifiedChain, anchors: list[Anchor], *, noted: bool) -> str:
+    included = [
+        *(["the noted head"] if noted else []),
+        *([f"{len(anchors)} anchors from {anchors[0].at} to {anchors[-1].at}"] if anchors else []),
+    ]
+    extent = f"{chain.records} records from {chain.first_at} to {chain.last_at}, unbroken"
+    return f"{extent}{''.join(f', including {text}' for text in included)}, head {chain.head}"

@@ -1,0 +1,177 @@
+"""Tests of strings from files and from other programs: the commands print no control characters from them."""
+
+import json
+import os
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from pneuforce.instrument.audit.reading import open_event_log
+from pneuforce.instrument.audit.store import EventLogFile
+from pneuforce.instrument.cli import doctor
+from pneuforce.instrument.cli.config_check import check_config
+from pneuforce.instrument.cli.log_table import EventSelection, show_events
+from pneuforce.instrument.cli.log_verification import Verification, verify_events
+from pneuforce.instrument.doctor.check import Check, CheckResult
+from pneuforce.instrument.doctor.port import port_checks
+from tests.command_runner import pneuforce
+
+TOP = Path(__file__).parents[3]
+#: Sets the title of a terminal and clears it; then C1, DEL, a bidirectional override, and line separators.
+EVIL = "x\x1b]0;owned\x07\x1b[2J\x9b31m\x7f\u202e\u2066\u2028\u2029\x85\r\b\ud800y"
+RECORDS = [
+    {"at": "2027-01-31T08:00:00Z", "kind": "write", "who": EVIL, "result": EVIL, "values": {EVIL: [1, EVIL]}},
+    {"at": EVIL, "kind": EVIL, "was": EVIL, "is": [EVIL]},
+    {"at": "2027", "kind": "stop", "why": EVIL},
+    {"at": "2027", "kind": "repeated", "times": EVIL, "since": EVIL, "until": EVIL, "of": {"kind": EVIL}},
+    {EVIL: EVIL},
+    [EVIL],
+]
+
+
+@pytest.fixture
+def evil_log(tmp_path):
+    """Return a log with correct digests whose records contain control characters."""
+    log = EventLogFile(tmp_path / "log")
+    for fields in RECORDS:
+        log.append([json.dumps(fields, ensure_ascii=False).encode(errors="replace")])
+        log.append([json.dumps(fields).encode()])
+    log.close()
+    return tmp_path / "log"
+
+
+def assert_printable(text):
+    assert text
+    assert all(line.isprintable() for line in text.split("\n")), ascii(text)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_record_of_the_event_log_is_shown_without_control_characters(evil_log, capsys, as_json):
+    show_events(evil_log, EventSelection(), as_json)
+    output = capsys.readouterr().out
+    assert_printable(output)
+    assert "x\\" in output
+    assert output.count("\n") >= 2 * len(RECORDS)
+
+
+def test_the_json_of_a_record_means_the_same_as_the_record(evil_log, capsys):
+    show_events(evil_log, EventSelection(), as_json=True)
+    shown = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [{name: fields[name] for name in RECORDS[0]} for fields in shown[1:2]] == RECORDS[:1]
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_verification_prints_no_control_characters(evil_log, capsys, as_json):
+    assert verify_events(evil_log, Verification(), as_json) == 0
+    assert_printable(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize("number", ["'x\x1b[2J'", "x'1b5b324a'", "1.5", "NULL"])
+def test_a_record_whose_number_is_no_integer_is_shown(tmp_path, capsys, as_json, number):
+    file = tmp_path / "log"
+    EventLogFile(file).close()
+    with closing(sqlite3.connect(file)) as db:
+        db.execute("DROP TABLE records")
+        db.execute("CREATE TABLE records (number, body, digest)")
+        db.execute(f"INSERT INTO records VALUES ({number}, '{{}}', 'x\x1b[2J')")
+        db.commit()
+    show_events(file, EventSelection(), as_json)
+    with open_event_log(file) as rows:
+        count = len(list(rows))
+    shown = capsys.readouterr().out
+    assert not count or shown.strip()
+    assert all(line.isprintable() for line in shown.split("\n"))
+
+
+def test_a_nested_record_is_shown(tmp_path, capsys):
+    """Each level of a counted event is described by a recursive call."""
+    log = EventLogFile(tmp_path / "log")
+    for depth in (3, 100, 300, 900):
+        body = '{"kind":"held_back","times":1,"since":"a","until":"b","of":' * depth + "{}" + "}" * depth
+        log.append([body.encode()])
+    log.close()
+    for as_json in (False, True):
+        show_events(tmp_path / "log", EventSelection(), as_json)
+        assert_printable(capsys.readouterr().out)
+
+
+def test_the_doctor_prints_no_control_characters(capsys):
+    doctor._print_table([Check("sensor", CheckResult.FAIL, EVIL, f"[bold]{EVIL}")])
+    assert_printable(capsys.readouterr().out)
+
+
+def test_the_doctor_shows_the_name_of_another_process_without_control_characters(capsys):
+    """Every user can give a process a name with control characters."""
+    master, port = os.openpty()
+    try:
+        name = os.ttyname(port)
+        with open("/proc/self/comm", "r+") as comm:
+            before = comm.read()
+            comm.write("x\x1b[2J")
+        child = os.fork()
+        if child == 0:
+            os.close(master)
+            os.read(port, 1)
+            os._exit(0)
+        with open("/proc/self/comm", "w") as comm:
+            comm.write(before.strip())
+        checks = port_checks(name)
+        os.write(master, b"\n")
+        os.waitpid(child, 0)
+    finally:
+        os.close(master)
+        os.close(port)
+    doctor._print_table(checks)
+    shown = capsys.readouterr().out
+    assert_printable(shown)
+    assert f"x\x1b[2J ({child})" in checks[3].finding
+    assert "x\\x1b[2J" in shown
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_check_of_a_configuration_prints_no_control_characters(tmp_path, as_json):
+    file = tmp_path / "evil\x1b[2J.toml"
+    file.write_text('[modbus]\n"key\\u001b[2J\\u202e" = 1\nhost = "\\u001b[2J\\n\\u009b"\n')
+    done = pneuforce("config", "--check", file, *(["--json"] if as_json else []))
+    assert done.returncode == 2
+    assert_printable((done.stdout if as_json else done.stderr).rstrip("\n"))
+
+
+def test_a_valid_configuration_with_control_characters_in_its_name(tmp_path, capsys):
+    file = tmp_path / "evil\x1b[2J.toml"
+    file.write_text('[rig]\nport = "/dev/x"\n')
+    for as_json in (False, True):
+        check_config(file, as_json)
+        assert_printable(capsys.readouterr().out)
+
+
+def test_an_error_message_contains_no_control_characters(tmp_path):
+    for words in (
+        ["log", "show", "--file", tmp_path / "evil\x1b[2J\u202e"],
+        ["log", "verify", "--file", tmp_path / "evil\x1b[2J\u202e"],
+        ["replay", tmp_path / "evil\x9b.recording"],
+        ["calibrate", "radius", tmp_path / "evil\x1b.csv"],
+    ):
+        done = pneuforce(*words)
+        assert done.returncode == 2
+        assert_printable(done.stderr)
+
+
+def test_a_column_name_of_a_calibration_file_is_shown_without_control_characters(tmp_path):
+    data = tmp_path / "radius.csv"
+    data.write_text("pressure_kpa,evil\x1b[2J\u202e\n1,2\n")
+    done = pneuforce("calibrate", "radius", data)
+    assert done.returncode == 2
+    assert_printable(done.stderr)
+
+
+@pytest.mark.parametrize("json_option", [[], ["--json"]])
+def test_the_result_of_a_calibration_prints_no_control_characters(tmp_path, json_option):
+    out = tmp_path / "evil\x1b[2J.toml"
+    done = pneuforce("calibrate", "radius", TOP / "docs/examples/radius.csv", "--out", out, *json_option)
+    assert done.returncode == 0, done.stderr
+    assert_printable(done.stdout)
+    assert out.exists()
