@@ -11,6 +11,7 @@ import serial
 
 from pneuforce.errors import PortBusy, PortUnavailable
 from pneuforce.protocol.frames import BAUD
+from pneuforce.support.network_name import is_socket_url
 
 MAX_READ_BYTES = 4096
 #: Time after which a board that accepts no bytes counts as disconnected.
@@ -44,6 +45,8 @@ class SerialPort:
     def __init__(self, url: str) -> None:
         """Open `url`. Raises PortBusy or PortUnavailable."""
         self.url = url
+        if not is_port_name(url):
+            raise PortUnavailable(url, "it is neither a device nor socket://host:port")
         try:
             options: dict[str, bool] = {} if "://" in url else {"exclusive": True}
             self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, **options)
@@ -72,6 +75,14 @@ class SerialPort:
     def close(self) -> None:
         """Close the port."""
         self._serial.close()
+
+
+def is_port_name(url: str) -> bool:
+    """Return True if `url` can be a device, or if it is `socket://host:port`.
+
+    The library pyserial knows more URLs. Some of these open other files, or load other modules.
+    """
+    return is_socket_url(url) if "://" in url else "\0" not in url
 
 
 def _port_error(url: str, error: Exception) -> PortBusy | PortUnavailable:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, SecretStr, ValidationError
 
+from pneuforce.support.printable import printable
+
 #: Longest text of a value in an error message, in characters.
 MAX_VALUE_CHARACTERS = 80
+
+_BARE_KEY = re.compile(rf"[A-Za-z0-9_-]{{1,{MAX_VALUE_CHARACTERS}}}")
 
 #: Location of an error as pydantic reports it: keys, list indices and tags of discriminated unions.
 Location = tuple[int | str, ...]
@@ -20,7 +25,12 @@ LocationFormatter = Callable[[Location, object], str]
 
 def dotted_key(location: Location, value: object) -> str:  # noqa: ARG001
     """Return a location as TOML writes a key, for example `modbus.port`."""
-    return ".".join(map(str, location))
+    return ".".join(map(format_key, location))
+
+
+def format_key(part: int | str) -> str:
+    """Return one part of a location. A key that TOML would have to quote is quoted and cut."""
+    return str(part) if _BARE_KEY.fullmatch(str(part)) else format_input(str(part))
 
 
 def format_errors(
@@ -30,7 +40,7 @@ def format_errors(
 
     `table_type` is the validated type: a model class, or a discriminated union of model classes.
     """
-    return [_sentence(table_type, details, format_location) for details in error.errors()]
+    return [printable(_sentence(table_type, details, format_location)) for details in error.errors()]
 
 
 def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -> str:
@@ -68,7 +78,7 @@ def _header(location: Location) -> str:
     Return an empty string for the complete file and for an entry of a list.
     """
     keys = [part for part in location if isinstance(part, str)]
-    return f", [{'.'.join(keys)}]" if keys and len(keys) == len(location) else ""
+    return f", [{'.'.join(map(format_key, keys))}]" if keys and len(keys) == len(location) else ""
 
 
 def _unknown_tag(place: str, error: Any) -> str:

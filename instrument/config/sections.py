@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from datetime import date
-from ipaddress import ip_address, ip_network
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, SecretStr, ValidationInfo
+from pydantic import AfterValidator, Field, SecretStr
 
+from pneuforce.instrument.config.text_checks import (
+    check_allow,
+    check_channel,
+    check_host,
+    check_network,
+    check_rig_port,
+    check_text,
+    check_token,
+)
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.measurement.chain import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit
 from pneuforce.instrument.model.law import Low, MethodName, Switch
 from pneuforce.support.toml_sections import Section
-
-MIN_TOKEN_LENGTH = 12
 
 
 def _check_date(code: int) -> int:
@@ -24,43 +30,12 @@ def _check_date(code: int) -> int:
     return code
 
 
-def _check_network(text: str) -> str:
-    """Return `text`. Raises ValueError if it is not an IP address or network."""
-    ip_network(text)
-    return text
-
-
-def _check_token(token: SecretStr) -> SecretStr:
-    """Return `token`. Raises ValueError if it is too short."""
-    if 0 < len(token.get_secret_value()) < MIN_TOKEN_LENGTH:
-        raise ValueError(
-            f"a token needs at least {MIN_TOKEN_LENGTH} characters: a shorter token is easy to guess"
-        )
-    return token
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
-def _check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
-    """Return `allow`. Raises ValueError if the list is empty and `host` can be reached from the network."""
-    host = section.data.get("host", "localhost")  # an invalid host has its own error message
-    if not allow and not _is_loopback(host):
-        raise ValueError(
-            f"host {host} can be reached from the network: list the clients that may connect, "
-            'allow = ["192.168.1.0/24"] (all: ["0.0.0.0/0", "::/0"])'
-        )
-    return allow
-
-
 _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
 
+Text = Annotated[str, AfterValidator(check_text)]
+Host = Annotated[str, AfterValidator(check_host)]
+Network = Annotated[str, AfterValidator(check_network)]
 Port = Annotated[int, Field(ge=1, le=65535)]
-Network = Annotated[str, AfterValidator(_check_network)]
 Unit = Annotated[int, Field(ge=1, le=247)]
 WordOrder = Literal["ABCD", "CDAB"]
 
@@ -68,7 +43,7 @@ WordOrder = Literal["ABCD", "CDAB"]
 class RigSection(Section):
     """The board at the end of the serial cable."""
 
-    port: str = Field(
+    port: Annotated[str, AfterValidator(check_rig_port)] = Field(
         "/dev/ttyACM0",
         min_length=1,
         description="device (preferably its /dev/serial/by-id name), or socket://host:port",
@@ -128,7 +103,7 @@ class MeasurementSection(Section):
         le=0.5,
         description="time constant of the lag between balloon and sensor, which is compensated [s]",
     )
-    calibration: str = Field(
+    calibration: Text = Field(
         "",
         max_length=500,
         description="file of pneuforce calibrate, relative to this file; empty: no calibration",
@@ -167,12 +142,12 @@ class ListenerSection(Section):
     """Common keys of the sections that listen on the network. These keys come first in each section."""
 
     enabled: bool
-    host: str = Field(
+    host: Host = Field(
         "127.0.0.1",
-        min_length=1,
         description="address to listen on; an address that is not loopback requires allow",
+        json_schema_extra={"allowed_values": "IP address or host name"},
     )
-    allow: Annotated[list[Network], AfterValidator(_check_allow)] = Field(
+    allow: Annotated[list[Network], AfterValidator(check_allow)] = Field(
         [],
         max_length=64,
         validate_default=True,
@@ -209,7 +184,7 @@ class ModbusRtuSection(Section):
     """Modbus RTU on its own serial port, in addition to Modbus TCP or instead of it."""
 
     enabled: bool = Field(False, description="serve Modbus RTU")
-    port: str = Field(
+    port: Text = Field(
         "/dev/ttyUSB0",
         min_length=1,
         description="device; its /dev/serial/by-id name stays the same after the adapter is plugged in again",
@@ -236,8 +211,14 @@ class CanSection(Section):
     interface: Literal["socketcan", "socketcand", "virtual"] = Field(
         "socketcan", description="python-can interface, socketcan for real hardware"
     )
-    channel: str = Field("can0", min_length=1, description="channel of the interface")
-    host: str = Field("127.0.0.1", min_length=1, description="socketcand only: address of the server")
+    channel: Annotated[str, AfterValidator(check_channel)] = Field(
+        "can0", description="channel of the interface"
+    )
+    host: Host = Field(
+        "127.0.0.1",
+        description="socketcand only: address of the server",
+        json_schema_extra={"allowed_values": "IP address or host name"},
+    )
     port: Port = Field(29536, description="socketcand only: TCP port of the server")
     node_id: int = Field(5, ge=1, le=127, description="CANopen node id N: frames 180h+N and so on")
     bit_rate: Literal[125_000, 250_000, 500_000, 1_000_000] = Field(
@@ -251,7 +232,7 @@ class CanSection(Section):
 class EventsSection(Section):
     """Event log: every write with its result, faults, start and stop."""
 
-    file: str = Field(
+    file: Text = Field(
         "events.sqlite",
         max_length=500,
         description="file of the event log, relative to this file; empty: no log",
@@ -261,7 +242,7 @@ class EventsSection(Section):
 class LocalSection(Section):
     """Local socket for programs on this machine: the web process and recorders."""
 
-    socket: str = Field(
+    socket: Text = Field(
         "pneuforce.sock",
         max_length=100,
         description="path of the socket, relative to this file; empty: no socket",
@@ -273,7 +254,7 @@ class WebSection(ListenerSection):
 
     enabled: bool = Field(False, description="serve the web page")
     port: Port = Field(8080, description="TCP port")
-    token: Annotated[SecretStr, AfterValidator(_check_token)] = Field(
+    token: Annotated[SecretStr, AfterValidator(check_token)] = Field(
         SecretStr(""),
         description="password of the operator, at least 12 characters; empty: the page can only vent",
     )
@@ -289,7 +270,7 @@ class IdentitySection(Section):
         le=99_991_231,
         description="yyyymmdd, 0: never calibrated; a calibration file has its own date",
     )
-    url: str = Field("", max_length=128, description="web address of the vendor, read by Modbus function 43")
-    application: str = Field(
+    url: Text = Field("", max_length=128, description="web address of the vendor, read by Modbus function 43")
+    application: Text = Field(
         "", max_length=64, description="user application name, read by Modbus function 43"
     )

@@ -13,6 +13,7 @@ from pneuforce.errors import ProtocolMismatch, RigError, RigNotResponding, Timeo
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.faults import name_of
 from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.core.state import STATE_LOGGER
 from pneuforce.instrument.rig.link import Link, LinkPhase, RawSample
 from pneuforce.instrument.service.host_loop import OutputChannel
 from pneuforce.instrument.service.repeated_warning import RepeatedWarning
@@ -22,7 +23,7 @@ from pneuforce.support.backoff import Backoff
 from pneuforce.support.call_guard import CallGuard
 from pneuforce.support.serial_port import BytePort, SerialPort
 
-log = logging.getLogger("pneuforce")
+log = logging.getLogger(STATE_LOGGER)
 
 TICK_S = 0.01
 HANDSHAKE_S = 5.0  #: longest handshake; an UNO restarts for two seconds after its port was opened

@@ -258,7 +258,7 @@ def test_a_log_without_a_reader_does_not_block_the_program():
         "import logging, os, sys; os.set_blocking(2, True)\n"
         "from pneuforce.instrument.service.stderr_log import log_to_stderr\n"
         "import pneuforce.instrument.service.stderr_log as logs\n"
-        "logs.MAX_PER_S = 10**9\n"
+        "logs.INFORMATION = logs.LogLimit(10**9, 1000)\n"
         "with log_to_stderr():\n"
         "    for n in range(20_000): logging.info('line %d %s', n, 'x' * 80)\n"
         "    print('done', flush=True)\n"

@@ -1,0 +1,77 @@
+"""Checks of the texts in a configuration file. Each check returns its text, or raises ValueError."""
+
+from __future__ import annotations
+
+import re
+from ipaddress import ip_address, ip_network
+
+from pydantic import SecretStr, ValidationInfo
+
+from pneuforce.support.network_name import is_host
+from pneuforce.support.serial_port import is_port_name
+
+MIN_TOKEN_LENGTH = 12
+_CHANNEL = re.compile(r"[^\s/<>]+")
+
+
+def check_text(text: str) -> str:
+    """Return `text`. Raises ValueError if it contains a control character or another invisible character."""
+    for character in text:
+        if not character.isprintable():
+            raise ValueError(f"the text contains the invisible character U+{ord(character):04X}: remove it")
+    return text
+
+
+def check_host(text: str) -> str:
+    """Return `text`. Raises ValueError if it is neither an IP address nor a host name."""
+    if not is_host(check_text(text)):
+        raise ValueError("this is neither an IP address nor a host name")
+    return text
+
+
+def check_rig_port(text: str) -> str:
+    """Return `text`. Raises ValueError if it is neither a device nor `socket://host:port`."""
+    if not is_port_name(check_text(text)):
+        raise ValueError("the only URL that may be used is socket://host:port")
+    return text
+
+
+def check_channel(text: str) -> str:
+    """Return `text`. Raises ValueError if it cannot be the name of a CAN interface."""
+    if not _CHANNEL.fullmatch(check_text(text)):
+        raise ValueError("the name of a CAN interface contains neither spaces nor the characters / < >")
+    return text
+
+
+def check_network(text: str) -> str:
+    """Return `text`. Raises ValueError if it is not an IP address or network."""
+    ip_network(check_text(text))
+    return text
+
+
+def check_token(token: SecretStr) -> SecretStr:
+    """Return `token`. Raises ValueError if it is too short, or contains an invisible character."""
+    check_text(token.get_secret_value())
+    if 0 < len(token.get_secret_value()) < MIN_TOKEN_LENGTH:
+        raise ValueError(
+            f"a token needs at least {MIN_TOKEN_LENGTH} characters: a shorter token is easy to guess"
+        )
+    return token
+
+
+def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
+    """Return `allow`. Raises ValueError if the list is empty and `host` can be reached from the network."""
+    host = section.data.get("host", "localhost")  # an invalid host has its own error message
+    if not allow and not _is_loopback(host):
+        raise ValueError(
+            f"host {host} can be reached from the network: list the clients that may connect, "
+            'allow = ["192.168.1.0/24"] (all: ["0.0.0.0/0", "::/0"])'
+        )
+    return allow
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"

@@ -1,0 +1,41 @@
+"""Checks of a configuration that need no port: whether the servers of the instrument can be created."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from pneuforce.errors import ConfigurationError, PneuforceError
+from pneuforce.instrument.config import Configuration, load, resolve_path
+from pneuforce.instrument.service.can_server import options_of
+from pneuforce.instrument.service.rtu_server import check_ports
+from pneuforce.instrument.service.web_process import web_process_of
+
+MAX_SOCKET_PATH_BYTES = 107  #: longest path of a Unix socket (sun_path in sys/un.h, without the final zero)
+
+
+def load_checked(path: Path) -> Configuration:
+    """Return the configuration of a TOML file after all checks that need no port.
+
+    Raises ConfigurationError with file, key and remedy.
+    """
+    configuration = load(path)
+    try:
+        if configuration.can.enabled:
+            options_of(configuration.can)
+        check_ports(configuration)
+        socket = resolve_path(path, configuration.local.socket)
+        check_socket_path(socket)
+        web_process_of(configuration.web, socket)
+    except PneuforceError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
+    return configuration
+
+
+def check_socket_path(socket: Path | None) -> None:
+    """Raise ConfigurationError if the path of the local socket is too long for the operating system."""
+    if socket is not None and len(os.fsencode(socket)) > MAX_SOCKET_PATH_BYTES:
+        raise ConfigurationError(
+            f"local.socket: the path {socket} is longer than {MAX_SOCKET_PATH_BYTES} bytes: "
+            "choose a shorter path, for example in /run"
+        )

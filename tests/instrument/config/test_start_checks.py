@@ -1,0 +1,90 @@
+"""Tests of `pneuforce config --check`: what would stop the start of the instrument is reported before."""
+
+import contextlib
+import socket
+
+import pytest
+
+from pneuforce.errors import ConfigurationError, PneuforceError
+from pneuforce.instrument.config import load
+from pneuforce.support.network_name import is_host, is_socket_url
+from pneuforce.support.serial_port import SerialPort
+from tests.command_runner import pneuforce
+
+ALLOW = 'allow = ["10.0.0.1"]\n'
+REJECTED = [
+    ("measurement.calibration", '[measurement]\ncalibration = "\\u0000"\n'),
+    ("modbus_rtu.port", '[modbus_rtu]\nenabled = true\nport = "\\u0000"\n'),
+    ("modbus.host", f'[modbus]\nhost = "a..b"\n{ALLOW}'),
+    ("modbus.host", f'[modbus]\nhost = "{"x" * 64}"\n{ALLOW}'),
+    ("modbus.host", f'[modbus]\nhost = "é.example"\n{ALLOW}'),
+    ("web.host", f'[web]\nenabled = true\nhost = "a..b"\n{ALLOW}'),
+    ("can.host", '[can]\nhost = "a..b"\n'),
+    ("can.channel", '[can]\nchannel = "../can0"\n'),
+    ("local.socket", '[local]\nsocket = "\\u0000"\n'),
+    ("local.socket", f'[local]\nsocket = "{"é" * 60}"\n'),
+    ("local.socket", '[local]\nsocket = ""\n[web]\nenabled = true\n'),
+    ("events.file", '[events]\nfile = "\\u0000"\n'),
+    ("identity.url", '[identity]\nurl = "\\u001b[2J"\n'),
+    ("rig.port", '[rig]\nport = "\\u0000"\n'),
+    ("rig.port", '[rig]\nport = "alt:///dev/null?class=os"\n'),
+    ("rig.port", '[rig]\nport = "loop://"\n'),
+    ("rig.port", '[rig]\nport = "SPY:///dev/null"\n'),
+    ("rig.port", '[rig]\nport = "socket://127.0.0.1:70000"\n'),
+    ("rig.port", '[rig]\nport = "socket://127.0.0.1:5000?logging=debug"\n'),
+    ("rig.port", '[rig]\nport = "/dev/ttyUSB0"\n[modbus_rtu]\nenabled = true\n'),
+]
+
+
+@pytest.mark.parametrize("command", [("config", "--check"), ("run", "--config")])
+@pytest.mark.parametrize(("key", "text"), REJECTED, ids=range(len(REJECTED)))
+def test_what_stops_the_start_is_reported_with_file_and_key(tmp_path, command, key, text):
+    file = tmp_path / "instrument.toml"
+    file.write_text(text)
+    done = pneuforce(*command, file)
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+    assert done.stderr.startswith(f"pneuforce: {file}: ")
+    assert key in done.stderr
+    assert done.stderr.strip().isprintable()
+
+
+@pytest.mark.parametrize(
+    "port",
+    ["/dev/ttyACM0", "rig", "socket://127.0.0.1:5000", "socket://[::1]:5000", "socket://rig.example:1"],
+)
+def test_a_device_or_a_tcp_connection_is_accepted_as_port_of_the_rig(tmp_path, port):
+    file = tmp_path / "instrument.toml"
+    file.write_text(f'[rig]\nport = "{port}"\n')
+    assert load(file).rig.port == port
+
+
+@pytest.mark.parametrize("key", ["\\u001b[2J", "\\n", "a b", "x" * 500])
+def test_an_unknown_key_is_quoted_and_cut(tmp_path, key):
+    file = tmp_path / "instrument.toml"
+    file.write_text(f'[rig]\n"{key}" = 1\n')
+    with pytest.raises(ConfigurationError) as caught:
+        load(file)
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < len(str(file)) + 150
+
+
+@pytest.mark.parametrize("url", ["alt:///dev/null?class=os", "loop://", "socket://a..b:1", "socket://h:²"])
+def test_a_port_that_is_no_device_cannot_be_opened(url):
+    with pytest.raises(PneuforceError):
+        SerialPort(url)
+
+
+def test_the_resolver_of_the_operating_system_accepts_every_host_name():
+    for name in ("localhost", "localhost.", "127.0.0.1", "::1", "a_b", "1.2.3.4", "x" * 63, "fe80::1%lo"):
+        assert is_host(name)
+        with contextlib.suppress(OSError):
+            socket.getaddrinfo(name, 1, flags=socket.AI_NUMERICHOST)  # no question to a name server
+
+
+NO_HOSTS = ["", ".", "a..b", ".a", "-a", "a-", "a b", "x" * 64, "a." * 127, "☃", "a\n", "[::1]"]
+
+
+@pytest.mark.parametrize("name", NO_HOSTS)
+def test_a_text_that_is_no_host_name_is_recognised(name):
+    assert not is_host(name)
+    assert not is_socket_url(f"socket://{name}:1") or name == "[::1]"
