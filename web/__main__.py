@@ -29,9 +29,10 @@ from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.connection import connection_class
 from pneuforce.web.connection_limiter import ConnectionLimiter
 from pneuforce.web.event_stream import KEEP_ALIVE, EventBroadcaster
+from pneuforce.web.failed_logins import REPORT_PERIOD_S
 from pneuforce.web.instrument_client import InstrumentClient
 from pneuforce.web.listener import ACCEPTS_PER_ROUND, open_listener
-from pneuforce.web.operator_token import TokenVerifier
+from pneuforce.web.login import Logins
 
 BROADCAST_PERIOD_S = 0.05
 KEEP_ALIVE_PERIOD_S = 10.0
@@ -72,7 +73,7 @@ def create_services(options: WebProcessOptions) -> WebServices:
         instrument=InstrumentClient(Path(options.socket), feed),
         broadcaster=EventBroadcaster(),
         limiter=ConnectionLimiter(options.allow),
-        tokens=TokenVerifier(options.token),
+        logins=Logins(options.token),
     )
 
 
@@ -97,7 +98,8 @@ def create_server(services: WebServices) -> WebServer:
 async def serve(services: WebServices, server: WebServer, listener: socket.socket) -> None:
     """Serve until the server is stopped."""
     async with asyncio.TaskGroup() as group:
-        tasks = [group.create_task(services.instrument.run()), group.create_task(_broadcast(services))]
+        endless = (services.instrument.run(), _broadcast(services), _report_failed_logins(services))
+        tasks = [group.create_task(each) for each in endless]
         await server.serve([listener])
         services.broadcaster.close()
         for task in tasks:
@@ -114,6 +116,13 @@ async def _broadcast(services: WebServices) -> None:
             keep_alive_due_s = now_s + KEEP_ALIVE_PERIOD_S
             services.broadcaster.send_bytes(KEEP_ALIVE, now_s)
         await asyncio.sleep(BROADCAST_PERIOD_S)
+
+
+async def _report_failed_logins(services: WebServices) -> None:
+    """Report failed logins to the instrument once per second."""
+    while True:
+        services.instrument.report(services.logins.failed)
+        await asyncio.sleep(REPORT_PERIOD_S)
 
 
 async def _run(options: WebProcessOptions, listener: socket.socket) -> None:

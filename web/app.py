@@ -21,10 +21,11 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from pneuforce.registers.advice import REJECT_REASON_ADVICE
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.client_network import client_network
 from pneuforce.web.connection_limiter import ClientAddress, ConnectionLimiter
-from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream
+from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
 from pneuforce.web.http_json import (
-    VENT,
+    VENT_PATH,
     HttpRequestError,
     error_response,
     json_response,
@@ -35,8 +36,9 @@ from pneuforce.web.http_json import (
 from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
-from pneuforce.web.operator_token import ATTEMPT_PERIOD_S, TokenResult, TokenVerifier
+from pneuforce.web.login import Logins, address_of
 from pneuforce.web.request_guard import RequestGuard
+from pneuforce.web.request_pacer import RequestPacer
 
 STATIC = Path(__file__).parent / "static"
 VENT_UNCONFIRMED = "It is unknown whether the balloon is vented. Use the stop switch."
@@ -57,7 +59,7 @@ class WebServices:
     instrument: InstrumentClient
     broadcaster: EventBroadcaster
     limiter: ConnectionLimiter
-    tokens: TokenVerifier
+    logins: Logins
 
 
 Handler = Callable[[WebServices, Request], Awaitable[Response]]
@@ -79,7 +81,10 @@ class EventStreamResponse(StreamingResponse):
 
 
 def create_app(services: WebServices) -> ASGIApp:
-    """Return the ASGI application with all routes. `RequestGuard` checks each request first."""
+    """Return the ASGI application with all routes.
+
+    `RequestPacer` and `RequestGuard` handle each request first.
+    """
     routes = [
         Route("/", _index),
         Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
@@ -94,7 +99,8 @@ def create_app(services: WebServices) -> ASGIApp:
         HTTPException: _on_http_exception,
         Exception: _on_internal_error,
     }
-    return RequestGuard(Starlette(routes=routes, exception_handlers=exception_handlers))
+    guarded = RequestGuard(Starlette(routes=routes, exception_handlers=exception_handlers))
+    return RequestPacer(guarded, services.logins.knows)
 
 
 def _bound(services: WebServices, handler: Handler) -> Callable[[Request], Awaitable[Response]]:
@@ -112,19 +118,20 @@ async def _index(_request: Request) -> Response:
 
 
 async def _about(services: WebServices, _request: Request) -> Response:
-    return json_response(instrument_info(services.feed.header, services.tokens.is_configured))
+    return json_response(instrument_info(services.feed.header, services.logins.is_configured))
 
 
 async def _live(services: WebServices, request: Request) -> Response:
     if request.method == "HEAD":
         return Response(media_type="text/event-stream")
-    if services.broadcaster.is_full:
-        return error_response(
-            503, f"{MAX_STREAMS} browsers are already connected. Close one of them. VENT still works."
-        )
     client, feed = _client_address(request), services.feed
+    owner = StreamOwner(client_network(client[0]), services.logins.knows(request))
+    if not services.broadcaster.make_room(owner):
+        text = f"{MAX_STREAMS} browsers are already connected. Close one, or log in. VENT still works."
+        return error_response(503, text)
     services.limiter.start_streaming(client)
     stream = services.broadcaster.open_stream(
+        owner,
         feed.initial_messages(),
         feed.history_messages(),
         lambda: services.limiter.disconnect(client),
@@ -148,10 +155,10 @@ async def _frames(services: WebServices, _request: Request) -> Response:
 # ---- write
 
 
-async def _vent(services: WebServices, _request: Request) -> Response:
+async def _vent(services: WebServices, request: Request) -> Response:
     """Vent. The handler ignores the body and needs no token, so that nothing can prevent a vent."""
     try:
-        answer = await services.instrument.write(VENT)
+        answer = await services.instrument.vent(address_of(request))
     except InstrumentUnavailable as error:
         return error_response(503, f"{error} {VENT_UNCONFIRMED}")
     return _answer_response(answer)
@@ -159,18 +166,18 @@ async def _vent(services: WebServices, _request: Request) -> Response:
 
 async def _write(services: WebServices, request: Request) -> Response:
     body = await read_json_object(request)
-    _check_token(services, body, request)
+    services.logins.check(body, request)
     values, seen_s = parse_values(body), parse_seen_s(body)
     try:
-        answer = await services.instrument.write(values, seen_s)
+        answer = await services.instrument.write(values, address_of(request), seen_s)
     except InstrumentUnavailable as error:
         return error_response(503, f"{error} {WRITE_UNCONFIRMED}")
-    return _answer_response(answer)
+    return services.logins.remember_browser(request, _answer_response(answer))
 
 
 async def _token(services: WebServices, request: Request) -> Response:
-    _check_token(services, await read_json_object(request), request)
-    return json_response({})
+    services.logins.check(await read_json_object(request), request)
+    return services.logins.remember_browser(request, json_response({}))
 
 
 def _answer_response(answer: Mapping[str, Any]) -> Response:
@@ -185,21 +192,6 @@ def _answer_response(answer: Mapping[str, Any]) -> Response:
     return json_response({"reject_reason": reject_reason, "text": text})
 
 
-def _check_token(services: WebServices, body: Mapping[str, Any], request: Request) -> None:
-    """Raise HttpRequestError if no token is configured or the token of the request is invalid."""
-    if not services.tokens.is_configured:
-        raise HttpRequestError(
-            401, "Writing is disabled because no token is configured. Set [web] token in the configuration."
-        )
-    result = services.tokens.verify(body.get("token"), _client_address(request)[0], time.monotonic())
-    if result is TokenResult.INVALID:
-        raise HttpRequestError(401, "The operator's token is wrong.")
-    if result is TokenResult.RATE_LIMITED:
-        raise HttpRequestError(
-            429, f"Too many wrong tokens were sent from your address. Wait {ATTEMPT_PERIOD_S:.0f} s."
-        )
-
-
 def _client_address(request: Request) -> ClientAddress:
     return (request.client.host, request.client.port) if request.client else ("", 0)
 
@@ -210,7 +202,7 @@ _GET_HANDLERS: Mapping[str, Handler] = {
     "/api/registers": _registers,
     "/api/frames": _frames,
 }
-_POST_HANDLERS: Mapping[str, Handler] = {"/api/vent": _vent, "/api/write": _write, "/api/token": _token}
+_POST_HANDLERS: Mapping[str, Handler] = {VENT_PATH: _vent, "/api/write": _write, "/api/token": _token}
 
 # ---- errors
 

@@ -14,6 +14,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.connection_limiter import ConnectionLimiter
+from pneuforce.web.eviction import Protection
+from pneuforce.web.http_json import VENT_PATH
 
 #: A connection is aborted if the client sends no request, or does not read the response, for this time.
 IDLE_TIMEOUT_S = 10.0
@@ -50,11 +52,40 @@ class HttpConnection(H11Protocol):
         except Exception:
             _log.warning(time.monotonic(), "web: connection aborted after an internal error", exc_info=True)
             self.transport.abort()
+        self.limiter.update(self)
+
+    def on_response_complete(self) -> None:
+        """Handle the end of a response. The next request may already wait."""
+        self._is_stream = False
+        super().on_response_complete()
+        self.limiter.update(self)
+
+    def pause_writing(self) -> None:
+        """Stop sending because the client does not read."""
+        super().pause_writing()
+        self.limiter.update(self)
+
+    def resume_writing(self) -> None:
+        """Send again because the client has read."""
+        super().resume_writing()
+        self.limiter.update(self)
 
     @property
-    def busy(self) -> bool:
-        """Return True if a request is in progress, or if request bytes wait in the socket."""
-        return self._is_responding or self._has_unread_bytes
+    def protection(self) -> Protection:
+        """Return the protection of the connection against eviction.
+
+        The handler of a vent ignores the body. A vent therefore needs no complete body to be protected.
+        """
+        if self._is_stream:
+            return Protection.FULL
+        if not self._is_responding:
+            head_expected = self.cycle is None or bool(self.conn.trailing_data[0])
+            return Protection.LATER if head_expected else Protection.NONE
+        if self.flow.write_paused:
+            return Protection.NONE
+        if self.cycle.scope["path"] == VENT_PATH:
+            return Protection.FULL
+        return Protection.NONE if self.cycle.more_body else Protection.LATER
 
     @property
     def _is_responding(self) -> bool:
@@ -66,13 +97,15 @@ class HttpConnection(H11Protocol):
         return connected
 
     @property
-    def _has_unread_bytes(self) -> bool:
+    def has_unread_bytes(self) -> bool:
+        """Return True if bytes of the client wait in the socket."""
         fd = self._socket.fileno()
         return fd >= 0 and ioctl(fd, termios.FIONREAD, _ZERO_BYTES_UNREAD) != _ZERO_BYTES_UNREAD
 
     def start_streaming(self) -> None:
         """Configure the connection for an endless response whose data must not wait in buffers."""
         self._is_stream = True
+        self.limiter.update(self)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, STREAM_SEND_BUFFER_BYTES)
         self.transport.set_write_buffer_limits(0)
 

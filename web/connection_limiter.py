@@ -10,6 +10,8 @@ from typing import Protocol
 
 from pneuforce.support.allow_list import AllowList
 from pneuforce.support.throttle import RateLimitedLogger
+from pneuforce.web.client_network import client_network
+from pneuforce.web.eviction import EvictionQueue, Protection
 
 ClientAddress = tuple[str, int]  #: IP address and port
 
@@ -25,8 +27,12 @@ class LimitedConnection(Protocol):
     transport: asyncio.Transport
 
     @property
-    def busy(self) -> bool:
-        """Return True if a request is in progress, or if request bytes wait in the socket."""
+    def protection(self) -> Protection:
+        """Return the protection of the connection against eviction."""
+
+    @property
+    def has_unread_bytes(self) -> bool:
+        """Return True if bytes of the client wait in the socket."""
 
     def start_streaming(self) -> None:
         """Configure the connection for an endless response."""
@@ -36,7 +42,7 @@ class LimitedConnection(Protocol):
 
 
 class ConnectionLimiter:
-    """Limiter for the number of open connections, in total and per client address."""
+    """Limiter for the number of open connections, in total and per client network."""
 
     def __init__(self, allow: Iterable[str]) -> None:
         """Create a limiter for this machine and the networks in `allow`.
@@ -45,6 +51,7 @@ class ConnectionLimiter:
         """
         self._allowed = AllowList((*LOOPBACK, *allow))
         self._connections: dict[ClientAddress, LimitedConnection] = {}
+        self._queues: dict[str, EvictionQueue[LimitedConnection]] = {}
         self._log = RateLimitedLogger(logging.getLogger("pneuforce"), 60.0)
 
     def __len__(self) -> int:
@@ -53,8 +60,9 @@ class ConnectionLimiter:
     def admit(self, connection: LimitedConnection) -> None:
         """Add a new connection, or abort the connection if its address is not allowed.
 
-        If there are too many connections, abort the oldest connection that has no request in progress. If one
-        address has too many connections, consider only the connections of that address.
+        If one address has too many connections, abort one of its other connections. If there are too many
+        connections in total, abort a connection of the address with the most connections. If all other
+        connections are protected or have sent bytes that were not yet processed, abort no connection.
         """
         client = connection.client
         if client is None or not self._allowed.admits(client[0]):
@@ -66,20 +74,42 @@ class ConnectionLimiter:
             connection.transport.abort()
             return
         self._connections[client] = connection
-        same_address = [c for (address, _), c in self._connections.items() if address == client[0]]
-        if len(same_address) > MAX_CONNECTIONS_PER_ADDRESS:
-            self._evict_one(same_address)
-        elif len(self._connections) > MAX_CONNECTIONS:
-            self._evict_one(list(self._connections.values()))
+        queue = self._queues.setdefault(client_network(client[0]), EvictionQueue())
+        queue.place(connection, connection.protection, time.monotonic())
+        while len(queue) > MAX_CONNECTIONS_PER_ADDRESS and self._evict_one(queue, connection):
+            pass
+        while len(self._connections) > MAX_CONNECTIONS and self._evict_any(connection):
+            pass
 
-    def _evict_one(self, candidates: list[LimitedConnection]) -> None:
-        """Abort the oldest connection without a request in progress, or the newest if all are busy."""
-        self._abort(next((connection for connection in candidates if not connection.busy), candidates[-1]))
+    def _evict_any(self, newcomer: LimitedConnection) -> bool:
+        queues = sorted(self._queues.values(), key=len, reverse=True)
+        return any(self._evict_one(queue, newcomer) for queue in queues)
+
+    def _evict_one(self, queue: EvictionQueue[LimitedConnection], newcomer: LimitedConnection) -> bool:
+        """Abort one connection except the newcomer. Return False if no connection can be aborted."""
+        for candidate in queue.candidates():
+            if candidate is not newcomer and not candidate.has_unread_bytes:
+                self._abort(candidate)
+                return True
+        return False
+
+    def update(self, connection: LimitedConnection) -> None:
+        """Update the protection of a connection after a request or an answer has made progress."""
+        client = connection.client
+        if client is not None and self._connections.get(client) is connection:
+            queue = self._queues[client_network(client[0])]
+            queue.place(connection, connection.protection, time.monotonic())
 
     def remove(self, connection: LimitedConnection) -> None:
         """Remove a connection that is closed."""
-        if connection.client is not None and self._connections.get(connection.client) is connection:
-            del self._connections[connection.client]
+        client = connection.client
+        if client is None or self._connections.get(client) is not connection:
+            return
+        del self._connections[client]
+        network = client_network(client[0])
+        self._queues[network].remove(connection)
+        if not self._queues[network]:
+            del self._queues[network]
 
     def start_streaming(self, client: ClientAddress) -> None:
         """Mark the connection of a client as an event stream."""

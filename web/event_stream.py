@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections import deque
-from collections.abc import AsyncIterator, Callable, Iterable
+from collections import Counter, deque
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from pneuforce.web.http_json import to_json
 
 MAX_STREAMS = 32
+#: A stream is closed for a new client only if its address has at least this number of streams more than the
+#: address of the client. Two addresses therefore never close the streams of each other in turn.
+MIN_DIFFERENCE = 2
 #: Maximum age of the oldest unsent message. An older message shows that the connection is too slow. The
 #: stream is then closed, so that the browser connects again and starts with current data.
 MAX_LAG_S = 2.0
@@ -28,6 +31,13 @@ class SseMessage(NamedTuple):
         return f"event: {self.event}\ndata: {to_json(self.data)}\n\n".encode()
 
 
+class StreamOwner(NamedTuple):
+    """Client that opens an event stream."""
+
+    network: str  #: address of the client, or its network, as in `client_network.py`
+    is_known: bool  #: the browser has logged in with the operator's token
+
+
 class EventStream:
     """Queue of messages for one browser.
 
@@ -36,8 +46,14 @@ class EventStream:
     """
 
     def __init__(
-        self, first: bytes, history: Iterable[SseMessage], disconnect: Callable[[], None], now_s: float
+        self,
+        owner: StreamOwner,
+        first: bytes,
+        history: Iterable[SseMessage],
+        disconnect: Callable[[], None],
+        now_s: float,
     ) -> None:
+        self.owner = owner
         self._queue: deque[tuple[float, bytes]] = deque(((now_s, first),))
         self._history = deque(history)
         self._disconnect = disconnect
@@ -76,22 +92,49 @@ class EventStream:
                     self._queue.popleft()
 
 
+def stream_to_close(owners: Sequence[StreamOwner], newcomer: StreamOwner) -> int | None:
+    """Return the index of the stream to close for a new client; None if the new client is rejected.
+
+    `owners` are the owners of all open streams, oldest first. A browser that has logged in replaces a browser
+    that has not logged in. Otherwise, the address with the most streams gives one to an address with fewer
+    streams. The newest stream of that address is closed, so that older browsers stay connected.
+    """
+    counts = Counter(owner.network for owner in owners)
+    candidates = [owner for owner in owners if newcomer.is_known and not owner.is_known] or [
+        owner
+        for owner in owners
+        if owner.is_known <= newcomer.is_known
+        and counts[owner.network] - counts[newcomer.network] >= MIN_DIFFERENCE
+    ]
+    if not candidates:
+        return None
+    chosen = max(candidates, key=lambda owner: counts[owner.network])
+    return max(index for index, owner in enumerate(owners) if owner == chosen)
+
+
 class EventBroadcaster:
     """Set of open event streams. Each message is sent to all streams."""
 
     def __init__(self) -> None:
-        self._streams: set[EventStream] = set()
+        self._streams: dict[EventStream, None] = {}  # oldest first
 
     def __len__(self) -> int:
         return len(self._streams)
 
-    @property
-    def is_full(self) -> bool:
-        """Return True if no further stream can be opened."""
-        return len(self._streams) >= MAX_STREAMS
+    def make_room(self, newcomer: StreamOwner) -> bool:
+        """Close a stream if all places are used. Return False if no stream can be opened for the newcomer."""
+        if len(self._streams) < MAX_STREAMS:
+            return True
+        streams = list(self._streams)
+        index = stream_to_close([stream.owner for stream in streams], newcomer)
+        if index is None:
+            return False
+        self.close_stream(streams[index])
+        return True
 
     def open_stream(
         self,
+        owner: StreamOwner,
         initial: list[SseMessage],
         history: list[SseMessage],
         disconnect: Callable[[], None],
@@ -99,13 +142,13 @@ class EventBroadcaster:
     ) -> EventStream:
         """Return a new stream that sends `initial` first, and `history` when no new message waits."""
         first = RETRY_FIELD + b"".join(message.encode() for message in initial)
-        stream = EventStream(first, history, disconnect, now_s)
-        self._streams.add(stream)
+        stream = EventStream(owner, first, history, disconnect, now_s)
+        self._streams[stream] = None
         return stream
 
     def close_stream(self, stream: EventStream) -> None:
         """Close one stream and remove the stream from the set."""
-        self._streams.discard(stream)
+        self._streams.pop(stream, None)
         stream.close()
 
     def send(self, messages: list[SseMessage], now_s: float) -> None:

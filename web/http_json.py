@@ -18,6 +18,7 @@ BODY_TIMEOUT_S = 5.0
 MAX_QUOTED_CHARACTERS = 200  #: limit for a validation error, which may quote the request
 MAX_TIME_S = 1e12  #: upper bound of a valid time; infinity and NaN fail the comparison
 VENT = {"mode": "vent"}
+VENT_PATH = "/api/vent"
 
 
 class HttpRequestError(Exception):

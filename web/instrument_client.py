@@ -22,12 +22,17 @@ from pneuforce.instrument.stream.entry import (
 )
 from pneuforce.support.backoff import Backoff
 from pneuforce.web.browser_feed import BrowserFeed
+from pneuforce.web.failed_logins import FailedLogins
+from pneuforce.web.http_json import VENT
 
 RECONNECT_FIRST_S = 0.1
 RECONNECT_MAX_S = 3.0
 ANSWER_TIMEOUT_S = 1.0
 READ_BYTES = 65_536
 MAX_UNSENT_BYTES = 65_536  #: limit for the size of requests that the instrument has not read
+#: Vents that wait for an answer of the instrument at the same time. The instrument disconnects a web process
+#: that sends too many requests at once.
+MAX_PENDING_VENTS = 8
 
 
 class InstrumentUnavailable(PneuforceError, TimeoutError):
@@ -43,6 +48,8 @@ class InstrumentClient:
         self._writer: asyncio.StreamWriter | None = None
         self._request_ids = count(1)
         self._pending: dict[int, asyncio.Future[Mapping[str, Any]]] = {}
+        self._waiting_vents: dict[str, asyncio.Task[Mapping[str, Any]]] = {}
+        self._vent_slots = asyncio.Semaphore(MAX_PENDING_VENTS)
         self._backoff = Backoff(RECONNECT_FIRST_S, RECONNECT_MAX_S, stable_s=math.inf)
 
     async def run(self) -> None:
@@ -93,8 +100,37 @@ class InstrumentClient:
             if not pending.done():
                 pending.set_exception(InstrumentUnavailable(reason))
 
-    async def write(self, values: Mapping[str, Any], seen_s: float | None = None) -> Mapping[str, Any]:
-        """Send a write request and return the answer of the instrument.
+    def report(self, failed_logins: FailedLogins) -> None:
+        """Report failed logins to the instrument. If the instrument is not connected, report them later."""
+        writer = self._writer
+        if writer is None or writer.transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
+            return
+        for failed_login in failed_logins.take():
+            writer.write(encode(json_entry(EntryKind.FAILED_LOGIN, time.monotonic(), failed_login)))
+
+    async def vent(self, address: str) -> Mapping[str, Any]:
+        """Send a vent from a client at `address` and return the answer of the instrument.
+
+        Vents from one address that have not been sent yet are sent as one request. A flood of vents therefore
+        cannot exceed the rate at which the instrument answers. Each vent is sent after its arrival.
+
+        Raises InstrumentUnavailable, as `write` does.
+        """
+        waiting = self._waiting_vents.get(address)
+        if waiting is None:
+            waiting = asyncio.create_task(self._send_vent(address))
+            self._waiting_vents[address] = waiting
+        return await asyncio.shield(waiting)
+
+    async def _send_vent(self, address: str) -> Mapping[str, Any]:
+        async with self._vent_slots:
+            del self._waiting_vents[address]  # a vent that arrives from now on needs a new request
+            return await self.write(VENT, address)
+
+    async def write(
+        self, values: Mapping[str, Any], address: str, seen_s: float | None = None
+    ) -> Mapping[str, Any]:
+        """Send a write request from a client at `address` and return the answer of the instrument.
 
         `values` maps register names to new values. `seen_s` is the time [s] of the state on which the
         operator based the request; None for a vent. The instrument rejects a request whose `seen_s` is too
@@ -110,7 +146,7 @@ class InstrumentClient:
         request_id = next(self._request_ids)
         pending = self._pending[request_id] = asyncio.get_running_loop().create_future()
         try:
-            request = {"id": request_id, "values": values, "seen_s": seen_s}
+            request = {"id": request_id, "address": address, "values": values, "seen_s": seen_s}
             self._writer.write(encode(json_entry(EntryKind.REQUEST, time.monotonic(), request)))
             return await asyncio.wait_for(pending, ANSWER_TIMEOUT_S)
         except TimeoutError:

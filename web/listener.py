@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import socket
 
+from pneuforce.web.http_json import VENT_PATH
+
 MIN_BACKLOG = 1024  #: minimum length of the queue of the kernel
 ACCEPTS_PER_ROUND = 16  #: connections that the event loop accepts before open connections are served again
 MAX_SKIPPED = 64  #: closed connections that one call of accept() skips
+_VENT = f"POST {VENT_PATH} ".encode()
+_TCP_CLOSE_WAIT = 8  # state of the connection in Linux: the client has closed the connection
 
 
 class Listener(socket.socket):
@@ -36,9 +40,11 @@ class Listener(socket.socket):
 
 
 def _is_closed(connection: socket.socket) -> bool:
-    """Return True if the client has closed or reset the connection."""
+    """Return True if the client has closed or reset the connection, unless the client has sent a vent."""
     try:
-        return not connection.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+        if connection.recv(len(_VENT), socket.MSG_PEEK | socket.MSG_DONTWAIT) == _VENT:
+            return False
+        return connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 1)[0] == _TCP_CLOSE_WAIT
     except BlockingIOError:
         return False
     except OSError:

@@ -141,6 +141,12 @@ class AuditLogger:
         event = AuditEvent(fields, subject=request, key=reason, grade="rejected")
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
 
+    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
+        """Log that `peer` has failed to log in on the web page. `times` is the number of failed logins."""
+        fields = {"kind": "login", "who": _name_of(peer), "result": reason}
+        event = AuditEvent(fields, subject=("login", reason), key=reason, grade="rejected", times=times)
+        self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
+
     # ---- as a server of the host process
 
     def on_sample(self, now_s: float) -> None:

@@ -35,6 +35,7 @@ class AuditEvent(NamedTuple):
     key: Hashable
     grade: str  #: vent, accepted or rejected; each grade has its own rate limit
     changed: bool = False  #: the event changed a quantity, so it is never a repetition
+    times: int = 1  #: number of equal events
 
 
 @dataclass(slots=True)
@@ -94,9 +95,12 @@ class _PeerHistory:
         previous = self.repeated.pop(event.subject, None)
         if previous is not None and previous.key == event.key and not event.changed:
             self.repeated[event.subject] = previous
-            previous.add(at)
+            previous.add(at, event.times)
             return []
-        self.repeated[event.subject] = EventCounter("repeated", at, event.fields, event.key, event.grade)
+        counter = EventCounter("repeated", at, event.fields, event.key, event.grade)
+        self.repeated[event.subject] = counter
+        if event.times > 1:
+            counter.add(at, event.times - 1)
         ended = [previous] if previous else []
         if len(self.repeated) > MAX_REMEMBERED_EVENTS:
             ended.append(self.repeated.pop(next(iter(self.repeated))))

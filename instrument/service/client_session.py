@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 from collections import deque
 from typing import Protocol
 
 from pneuforce.instrument.recording.broadcaster import MAX_BACKLOG_BYTES, Subscriber
 from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEntry, StreamError, encode
-
-log = logging.getLogger("pneuforce")
 
 REQUESTS_PER_TICK = 4  #: limited because each request takes about 0.4 ms of the event loop
 MAX_WAITING_REQUESTS = 32
@@ -36,12 +33,20 @@ class SessionHost(Protocol):
         """Handle a recording that stopped by itself."""
         ...
 
+    def failed(self, subscription: str, why: str) -> None:
+        """Log a client that was disconnected because of an error."""
+        ...
+
     def too_slow(self, subscriber: Subscriber, backlog_bytes: int) -> None:
         """Handle a client that was disconnected because it read too slowly."""
         ...
 
     def answer(self, request: StreamEntry) -> StreamEntry:
         """Execute a request of the web page. Raises StreamError if it is malformed."""
+        ...
+
+    def log_failed_login(self, entry: StreamEntry) -> None:
+        """Log failed logins on the web page. Raises StreamError if the entry is malformed."""
         ...
 
     def remove(self, client: ClientSession) -> None:
@@ -78,7 +83,7 @@ class ClientSession(asyncio.Protocol):
             for entry in self._decoder.feed(data):
                 self._handle(entry)
         except Exception as error:
-            log.warning("client of the local socket disconnected: %s", str(error) or type(error).__name__)
+            self._host.failed(self.subscription, str(error) or type(error).__name__)
             self._transport.abort()
 
     def _handle(self, entry: StreamEntry) -> None:
@@ -86,6 +91,8 @@ class ClientSession(asyncio.Protocol):
             self.subscriber = self._host.subscribe(entry.json_body["want"])
         elif entry.kind is EntryKind.REQUEST and self.subscription == "web":
             self._queue(entry)
+        elif entry.kind is EntryKind.FAILED_LOGIN and self.subscription == "web":
+            self._host.log_failed_login(entry)
         elif entry.kind is EntryKind.FAILURE and self.subscription == "record":
             self._host.recording_failed(" ".join(entry.body.decode(errors="replace").split()))
         else:

@@ -8,7 +8,7 @@ from typing import Protocol
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.rig.link import Link
-from pneuforce.registers.source import Source
+from pneuforce.registers.source import Peer, Source
 
 
 class OutputChannel(Protocol):
@@ -55,9 +55,13 @@ class HostLoop(Protocol):
 
 
 class ServedSource(Source, Protocol):
-    """Source that is notified of the state of the CAN bus and of the end of the instrument."""
+    """Source that is notified of failed logins, the state of the CAN bus and the end of the instrument."""
 
     can_down: bool
+
+    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
+        """Log that `peer` has failed to log in on the web page. `times` is the number of failed logins."""
+        ...
 
     def end(self, why: str, now_s: float) -> None:
         """Handle the end of the instrument. `why` is the reason."""

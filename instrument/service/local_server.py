@@ -15,10 +15,12 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster, Subscriber
 from pneuforce.instrument.recording.checkpoint import save_session
 from pneuforce.instrument.service.client_session import ClientSession
+from pneuforce.instrument.service.host_loop import ServedSource
 from pneuforce.instrument.service.local_socket import LocalSocket
 from pneuforce.instrument.service.stream_header import stream_header
+from pneuforce.instrument.service.web_peer import parse_failed_login, web_peer
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError, encode, json_entry
-from pneuforce.registers.source import Peer, Source
+from pneuforce.registers.source import Peer
 from pneuforce.registers.write_request import MalformedWriteRequest, parse_write_request
 from pneuforce.support.throttle import RateLimitedLogger
 
@@ -41,7 +43,7 @@ class LocalServer:
     def __init__(
         self,
         session: Session,
-        source: Source,
+        source: ServedSource,
         broadcaster: EntryBroadcaster,
         configuration: Configuration,
         health: Callable[[float], dict[str, Any]],
@@ -52,12 +54,15 @@ class LocalServer:
         self.clients: set[ClientSession] = set()
         self.recording_error = ""  #: reason why the last recording stopped by itself, or empty
         self.replay = ""  #: name of the replayed recording; empty if there is a rig
+        self._web_peer = WEB  # browser that wrote last; the page shows the reject reason of this peer
         self._configuration = configuration
         self._health = health
         self._socket: LocalSocket | None = None
         self._reopening: asyncio.Task[None] | None = None
         self._snapshot_s = self._health_s = self._check_s = 0.0
         self._warn = RateLimitedLogger(log, LOG_PERIOD_S).warning
+        self._warn_of_login = RateLimitedLogger(log, LOG_PERIOD_S).warning
+        self._warn_of_client = RateLimitedLogger(log).warning
 
     async def open(self, path: Path | None) -> None:
         """Listen at `path`, for this user only. Do nothing if `path` is None. Raises ServerError."""
@@ -79,7 +84,7 @@ class LocalServer:
             return
         if now_s >= self._snapshot_s:
             self._snapshot_s = now_s + SNAPSHOT_S
-            snapshot = self.source.snapshot(WEB, now_s)._asdict()
+            snapshot = self.source.snapshot(self._web_peer, now_s)._asdict()
             self.broadcaster.publish_json(EntryKind.SNAPSHOT, now_s, snapshot)
         if now_s >= self._health_s:
             self._health_s = now_s + HEALTH_S
@@ -168,8 +173,13 @@ class LocalServer:
 
     def recording_failed(self, why: str) -> None:
         """Log the reason why a recording stopped by itself, and set the status bit `maintenance_required`."""
-        log.warning("the recording stopped: %s", why)
+        self._warn_of_client(time.monotonic(), "the recording stopped: %s", why)
         self.recording_error, self.session.instrument.recording_down = why, True
+
+    def failed(self, subscription: str, why: str) -> None:
+        """Log a client that was disconnected because of an error."""
+        client = f"client of the local socket ({subscription or 'without a subscription'})"
+        self._warn_of_client(time.monotonic(), "%s disconnected: %s", client, why)
 
     def too_slow(self, subscriber: Subscriber, backlog_bytes: int) -> None:
         """Handle a client that was disconnected because it read too slowly. Its recording has failed."""
@@ -177,21 +187,32 @@ class LocalServer:
         if subscriber.subscription == "record":
             self.recording_failed(why)
         else:
-            log.warning("client of the local socket (%s) disconnected: %s", subscriber.subscription, why)
+            self.failed(subscriber.subscription, why)
+
+    def log_failed_login(self, entry: StreamEntry) -> None:
+        """Log failed logins that the web process reports. Raises StreamError if the entry is invalid."""
+        peer, reason, times = parse_failed_login(entry)
+        now_s = time.monotonic()
+        self.source.log_failed_logins(peer, reason, times, now_s)
+        message = (
+            "web: login from %s failed %d times: %s; if no operator did this, find out who uses this address"
+        )
+        self._warn_of_login(now_s, message, peer.address, times, reason.replace("_", " "))
 
     def answer(self, request: StreamEntry) -> StreamEntry:
         """Execute a request of the web page like a write from a bus.
 
-        Raises StreamError if the request has no values.
+        Raises StreamError if the request has no values or an invalid address.
         """
         facts, now_s = request.json_body, time.monotonic()
         if not isinstance(facts, dict) or not isinstance(facts.get("values"), dict):
             raise StreamError("a request contains no values")
+        self._web_peer = web_peer(facts)
         try:
             values = parse_write_request(facts["values"])
             if values != {"mode": "vent"}:
                 _check_age(facts.get("seen_s"), now_s)
-            reject_reason, why = self.source.write(WEB, values, now_s), ""
+            reject_reason, why = self.source.write(self._web_peer, values, now_s), ""
         except MalformedWriteRequest as error:
             reject_reason, why = "malformed", str(error)
         answer = {"id": facts.get("id"), "reject_reason": str(reject_reason), "why": why}

@@ -32,6 +32,18 @@ def web_process(**options):
 
 
 @contextlib.contextmanager
+def crowd(port, behaviours, count, addresses):
+    """Run clients in another process; see `crowd.py`."""
+    command = [sys.executable, "-m", "tests.web.crowd", str(port), behaviours, str(count), *addresses]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        try:
+            process.stdout.readline()
+            yield
+        finally:
+            process.kill()
+
+
+@contextlib.contextmanager
 def event_stream(port):
     """Open /api/live. Yield an iterator of (event type, data)."""
     with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:

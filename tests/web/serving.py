@@ -22,7 +22,8 @@ class FakeInstrument:
 
     def __init__(self, path):
         self.path, self.requests, self.seen_s = path, [], []
-        self.reject_reason, self.answers = "none", True
+        self.addresses, self.failed_logins = [], []
+        self.reject_reason, self.answers, self.delay_s = "none", True, 0.0
         self.clients, self.subscriptions = [], []
         self.open()
 
@@ -49,9 +50,13 @@ class FakeInstrument:
     def _process(self, client, entry):
         if entry.kind is EntryKind.SUBSCRIBE:
             self.subscriptions.append(entry.json_body)
+        elif entry.kind is EntryKind.FAILED_LOGIN:
+            self.failed_logins.append(entry.json_body)
         elif self.answers:
+            self.addresses.append(entry.json_body["address"])
             self.requests.append(entry.json_body["values"])
             self.seen_s.append(entry.json_body["seen_s"])
+            time.sleep(self.delay_s)
             answer = {"id": entry.json_body["id"], "reject_reason": self.reject_reason, "why": ""}
             client.sendall(encode(json_entry(EntryKind.ANSWER, time.monotonic(), answer)))
 
@@ -87,8 +92,11 @@ class Site:
         self._thread.join(10)
         assert not self._thread.is_alive()
 
-    def connect(self, timeout_s=10):
-        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout_s)
+    def connect(self, timeout_s=10, address="127.0.0.1"):
+        """Return a connection from an address of this machine."""
+        return http.client.HTTPConnection(
+            "127.0.0.1", self.port, timeout=timeout_s, source_address=(address, 0)
+        )
 
     def request(self, method, path, body=None, **headers):
         """Send a request. Return status, headers, and the body (parsed if it is JSON)."""
@@ -110,10 +118,10 @@ class Site:
         return self.post("/api/write", {"token": token, "values": values, "seen_s": seen_s}, **headers)
 
     @contextlib.contextmanager
-    def event_stream(self):
-        """Open /api/live. Yield an iterator of (event type, data)."""
-        with contextlib.closing(self.connect()) as connection:
-            connection.request("GET", "/api/live")
+    def event_stream(self, address="127.0.0.1", **headers):
+        """Open /api/live from an address of this machine. Yield an iterator of (event type, data)."""
+        with contextlib.closing(self.connect(address=address)) as connection:
+            connection.request("GET", "/api/live", headers=headers)
             response = connection.getresponse()
             assert response.status == 200
             assert response.headers["content-type"].startswith("text/event-stream")

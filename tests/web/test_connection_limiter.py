@@ -5,15 +5,13 @@ import itertools
 import json
 import socket
 import statistics
-import subprocess
-import sys
 import time
 
 from pneuforce.web.connection_limiter import MAX_CONNECTIONS, MAX_CONNECTIONS_PER_ADDRESS
 from pneuforce.web.event_stream import MAX_STREAMS, SseMessage
 from tests.system.waiting import wait_for
 from tests.web.entries import sample, snapshot
-from tests.web.process import request, web_process
+from tests.web.process import crowd, request, web_process
 from tests.web.serving import Site, until
 
 MESSAGE = SseMessage("event", {"text": "still connected"})
@@ -99,14 +97,11 @@ def test_an_incomplete_request_is_aborted_and_an_event_stream_is_not(site, monke
 def test_connection_churn_does_not_delay_a_vent(instrument):
     with web_process(socket=str(instrument.path)) as (_, ready):
         wait_for(lambda: instrument.subscriptions, bool)
-        command = [sys.executable, "-m", "tests.web.connection_churn", str(ready["web"])]
-        with subprocess.Popen(command, stdout=subprocess.PIPE) as churn:
-            churn.stdout.readline()
+        with crowd(ready["web"], "be_silent,close_at_once", 400, ["127.0.0.1"]):
             times_s = [time.monotonic()]
             while len(times_s) <= 20:
                 assert request(ready["web"], "POST", "/api/vent", {})[0] == 200
                 times_s.append(time.monotonic())
-            churn.kill()
     delays_s = [later - earlier for earlier, later in itertools.pairwise(times_s)]
     # The web process and the clients use all processors. A single vent can wait for its turn.
     assert statistics.median(delays_s) < 0.5

@@ -1,5 +1,7 @@
 """Tests of write requests of browsers: a vent without a token, and writes with the operator's token."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from pneuforce.registers.advice import REJECT_REASON_ADVICE
@@ -16,6 +18,24 @@ def test_a_vent_needs_no_token(site, instrument):
 def test_a_vent_ignores_the_body(site, instrument, body):
     assert site.post("/api/vent", body)[0] == 200
     assert instrument.requests == [{"mode": "vent"}]
+
+
+def test_many_vents_at_once_are_sent_as_few_requests_and_all_are_answered(site, instrument):
+    instrument.delay_s = 0.02
+    with ThreadPoolExecutor(100) as clients:
+        statuses = list(clients.map(lambda _: site.post("/api/vent", {})[0], range(200)))
+    assert statuses == [200] * 200
+    assert len(instrument.requests) < 200
+    assert all(request == {"mode": "vent"} for request in instrument.requests)
+
+
+def test_a_vent_that_arrives_during_another_vent_is_sent_too(site, instrument):
+    """Another client could have inflated the balloon after the first vent."""
+    instrument.delay_s = 0.3
+    with ThreadPoolExecutor(10) as clients:
+        for count in range(1, 5):
+            clients.submit(site.post, "/api/vent", {})
+            wait_for(lambda: len(instrument.requests), lambda sent, count=count: sent >= count)
 
 
 def test_a_vent_without_an_answer_is_reported_as_failed(site, instrument):

@@ -149,6 +149,7 @@ export class Controls {
     const seen_s = state?.t_s; // the instrument rejects a request that arrives long after this state
     const { status, answer } = await post("/api/write", { token: token.value, values, seen_s });
     if (status === 401) token.expire();
+    if (status === 429) token.check();
     const isAccepted = status === 200 && answer.reject_reason === "none";
     if (!isAccepted)
       this.#showError("rejected", `Rejected. ${answer.text || rejectText(info, answer.reject_reason)}`);

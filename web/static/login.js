@@ -2,15 +2,17 @@
 
 import { byId, setText, showText } from "./elements.js";
 
+const WAITING = "Too many wrong tokens or requests from your address. The page sends your token again …";
+
 /** Connect the login form with the token. */
 export function startLogin(token) {
   byId("log-in").addEventListener("submit", async (event) => {
     event.preventDefault();
     if (token.value) return token.logOut();
     const field = byId("token");
-    const error = await token.logIn(field.value);
+    const error = await token.logIn(field.value, () => setText(byId("token-message"), WAITING));
     setText(byId("token-message"), error);
-    if (!error) field.value = "";
+    if (token.value) field.value = "";
   });
 }
 

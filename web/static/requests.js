@@ -3,13 +3,13 @@
 const TIMEOUT_MS = 3000;
 
 /** Send a POST request. Return the HTTP status and the JSON answer, or status 0 and an error text. */
-export async function post(path, body) {
+export async function post(path, body, timeout_ms = TIMEOUT_MS) {
   try {
     const response = await fetch(path, {
       method: "POST",
       headers: { "Content-Type": "application/json" },
       body: JSON.stringify(body),
-      signal: AbortSignal.timeout(TIMEOUT_MS),
+      signal: AbortSignal.timeout(timeout_ms),
     });
     return { status: response.status, answer: await response.json().catch(() => ({})) };
   } catch {

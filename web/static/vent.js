@@ -34,7 +34,11 @@ async function vent() {
   }, VERIFY_TIMEOUT_MS);
 }
 
+/** Send the request. Send it again if the connection fails, because the server may close an idle connection. */
 const sendRequest = () =>
+  postVent().catch((error) => (error.name === "TimeoutError" ? Promise.reject(error) : postVent()));
+
+const postVent = () =>
   fetch("/api/vent", {
     method: "POST",
     headers: { "Content-Type": "application/json" },

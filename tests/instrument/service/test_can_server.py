@@ -10,7 +10,8 @@ import can
 import pytest
 
 from pneuforce.instrument.config import Configuration
-from pneuforce.instrument.core.controller import Instrument, Settings
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.service.can_server import CanServer
 from pneuforce.registers.can.frames import ANSWER, COMMAND, decode, encode, transmit_ids
 from pneuforce.registers.can.receive_queue import MAX_FRAMES
