@@ -15,9 +15,11 @@ import sys
 import time
 
 from tests.attack.can import attack_can, attack_canopen
+from tests.attack.configurations import attack_configurations
 from tests.attack.firmware import attack_firmware
 from tests.attack.modbus import attack_modbus, attack_rtu
 from tests.attack.page import attack_page
+from tests.attack.recordings import attack_recordings
 from tests.attack.result import AttackResult
 from tests.attack.rig import attack_board, attack_cable
 from tests.attack.soak import attack_soak
@@ -31,6 +33,8 @@ ATTACKS = {
     "cable": (attack_cable, 200_000, 10_000),
     "board": (attack_board, 200_000, 10_000),
     "firmware": (attack_firmware, 136_000_000, 1_000_000),
+    "configurations": (attack_configurations, 3_500, 60),
+    "recordings": (attack_recordings, 900, 8),
     "page": (attack_page, 20_000, 1_500),
     "soak": (attack_soak, 3_600, 15),
 }

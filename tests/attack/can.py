@@ -11,11 +11,13 @@ from contextlib import suppress
 from pneuforce.registers.can.frames import COMMAND, DEFAULT_NODE_ID, FRAMES
 from pneuforce.registers.can.wire import CanFrame, FrameKind
 from pneuforce.registers.canopen.object_dictionary import ENTRIES
+from pneuforce.registers.modbus.client import ModbusClient
 from tests.attack.result import AttackResult
 from tests.attack.target import attacked
 from tests.registers.canopen.fake_master import FakeMaster
+from tests.system.waiting import wait_for
 
-OPEN, RAW = b"< open vcan0 >", b"< rawmode >"
+OPEN, RAW = b"< open can0 >", b"< rawmode >"
 IDS = (0x000, 0x080, *(frame.base_id + DEFAULT_NODE_ID for frame in FRAMES), 0x605, 0x705, 0x7FF)
 TEXTS = (
     b"< ",
@@ -59,9 +61,16 @@ def any_message(rng: random.Random) -> bytes:
     return f"< send {identifier:03X} {len(data)} {words} >".encode()
 
 
+def wait_until_joined(modbus_port: int) -> None:
+    """Wait until the node has joined the bus. Before that, a frame with the id of the node ends the start."""
+    with ModbusClient.connect(port=modbus_port) as client:
+        wait_for(client.read, lambda values: "can_down" not in values["status"])
+
+
 def attack_can(result: AttackResult, rng: random.Random, amount: int) -> None:
     """Send messages to the hub. The instrument must stay vented, because the PLC holds the lease."""
     with attacked(result) as stack:
+        wait_until_joined(stack.modbus_port)
         while result.sent < amount:
             with socket.create_connection(("127.0.0.1", stack.can_port)) as client, suppress(OSError):
                 result.notes["connections"] += 1

@@ -24,7 +24,7 @@ SETPOINT_KPA = 8.0
 class Plc(threading.Thread):
     """PLC that polls 20 times per second and holds the lease of the vented rig.
 
-    Nobody else may inflate the balloon meanwhile.
+    No other client may inflate the balloon meanwhile.
     """
 
     def __init__(self, port: int, result: AttackResult) -> None:

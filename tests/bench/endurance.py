@@ -89,6 +89,7 @@ class VirtualInstrument:
         elif second % CYCLE_S == 1:
             self.source.write(PLC, {"mode": "vent"}, now_s)
         elif second % CYCLE_S > VENTED_S and instrument.requested.mode == "vent":
+            self.source.write(PLC, {"mode": "vent"}, now_s)
             self.source.write(PLC, {"mode": "hold", "setpoint_requested_kpa": 8.0}, now_s)
 
     def _run_command(self, code, now_s):
