@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import errno
 import json
+import secrets
 import socket
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
@@ -21,6 +22,9 @@ PORT_ERRORS: Mapping[int | None, str] = {
     errno.EACCES: "needs privileges that you do not have",
 }
 Tables = Mapping[str, Mapping[str, Any]]
+#: Ports below those that Linux assigns to clients (32768 to 60999, net.ipv4.ip_local_port_range).
+_SERVER_PORTS = range(10_000, 32_768)
+_ATTEMPTS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +120,13 @@ def reserve_port(reservation: ExitStack) -> int:
 
 
 def free_port() -> int:
-    """Return a TCP port of the loopback interface that is free now."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port: int = listener.getsockname()[1]
-        return port
+    """Return a TCP port of the loopback interface that is free now.
+
+    The system never assigns this port to a client, so a server can still bind it a second later, even if many
+    clients connect meanwhile. Raises OSError if no free port is found.
+    """
+    for _ in range(_ATTEMPTS):
+        port = _SERVER_PORTS[secrets.randbelow(len(_SERVER_PORTS))]
+        with suppress(OSError), socket.create_server(("127.0.0.1", port)):
+            return port
+    raise OSError(f"no free TCP port was found between {_SERVER_PORTS[0]} and {_SERVER_PORTS[-1]}")
