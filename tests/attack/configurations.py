@@ -1,4 +1,4 @@
-"""Random configuration files: `python -m tests.attack.configurations [COUNT] [SEED]`.
+"""Random configuration files.
 
 Each file is the example configuration with a few changes. A file must be rejected with one sentence for each
 error, or the servers of the instrument must be ready to start with it.
@@ -13,7 +13,6 @@ import json
 import os
 import random
 import socket
-import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -34,7 +33,6 @@ from pneuforce.web.__main__ import WebProcessOptions, create_services
 from tests.attack.configuration_files import any_file
 from tests.attack.result import AttackResult
 
-DEFAULT_COUNT, DEFAULT_SEED = 3500, 1
 MAX_SENTENCES = 200
 
 
@@ -104,17 +102,3 @@ def open_missing_ports(configuration: Configuration) -> None:
     if rtu.enabled and not os.path.lexists(rtu.port):
         with contextlib.suppress(OSError):
             open_port(rtu.port, rtu.baud, rtu.parity, rtu.stop_bits).close()
-
-
-def main() -> None:
-    """Check COUNT random files and print the result."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT_COUNT
-    seed = int(sys.argv[2]) if len(sys.argv) > 2 else DEFAULT_SEED
-    result = AttackResult("configurations")
-    attack_configurations(result, random.Random(f"{seed} configurations"), count)
-    print(result.line())
-    sys.exit(1 if result.findings else 0)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Damaged and forged recordings, read by each command: `python -m tests.attack.recordings [COUNT] [SEED]`.
+"""Damaged and forged recordings, read by each command.
 
 Each command must end in bounded time and memory, with its result or with one sentence.
 """
@@ -6,11 +6,9 @@ Each command must end in bounded time and memory, with its result or with one se
 from __future__ import annotations
 
 import io
-import logging
 import random
 import resource
 import signal
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -33,7 +31,6 @@ from tests.attack.result import AttackResult
 from tests.instrument.recording.recording_files import comparable
 from tests.instrument.recording.virtual_host import VirtualHost, write_recording
 
-COUNT, SEED = 900, 1
 MAX_TIME_S = 15.0  #: processor time of one command, on a busy machine
 MAX_GROWTH_KB = 150_000  #: growth of the memory while all files are read
 MAX_SENTENCE = 1500
@@ -171,17 +168,3 @@ def attack_recordings(result: AttackResult, rng: random.Random, amount: int) -> 
         growth_kb = _memory_kb() - before_kb
     result.figures.append(f"longest command {longest_s:.1f} s, memory growth {growth_kb / 1000:.0f} MB")
     result.check(growth_kb <= MAX_GROWTH_KB, f"the memory grew by {growth_kb / 1000:.0f} MB")
-
-
-def main() -> None:
-    """Run the attack and print one line. The exit code is 1 if the attack found a defect."""
-    logging.disable()
-    amount, seed = (*map(int, sys.argv[1:]), *(COUNT, SEED)[len(sys.argv) - 1 :])
-    result = AttackResult("recordings")
-    attack_recordings(result, random.Random(f"{seed} recordings"), amount)
-    print(result.line())
-    sys.exit(1 if result.findings else 0)
-
-
-if __name__ == "__main__":
-    main()
