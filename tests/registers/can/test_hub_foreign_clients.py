@@ -8,6 +8,7 @@ import ssl
 import pytest
 
 from tests.registers.can.raw_client import RawHubClient
+from tests.sockets import is_closed
 
 COMMANDS = "< open can0 >< rawmode >< send 205 8 70 17 02 00 00 00 00 00 >"
 LATER = "< send 7FF 0 >"
@@ -41,19 +42,6 @@ def received_after(member, hub_port):
     with contextlib.closing(RawHubClient(hub_port).join().link) as link:
         link.sendall(LATER.encode())
         return member.frames(1)
-
-
-def is_closed(link):
-    """Return True if the server closes the connection."""
-    link.settimeout(2.0)
-    try:
-        while link.recv(4096):
-            pass
-    except ConnectionError:
-        return True
-    except TimeoutError:
-        return False
-    return True
 
 
 @pytest.mark.parametrize("text", FIRST_BYTES, ids=range(len(FIRST_BYTES)))

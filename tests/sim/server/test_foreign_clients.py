@@ -15,6 +15,7 @@ from pneuforce.sim.rig import Rig
 from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.sim.server.control_server import ControlServer
 from pneuforce.sim.world import World
+from tests.sockets import is_closed
 
 LEAK = '{"fault": {"name": "leak", "kpa_per_s": 1.0}}\n'
 FIRST_BYTES = [
@@ -48,19 +49,6 @@ def control():
         yield server
         ended.set()
         thread.join()
-
-
-def is_closed(link):
-    """Return True if the server closes the connection."""
-    link.settimeout(2.0)
-    try:
-        while link.recv(4096):
-            pass
-    except ConnectionError:
-        return True
-    except TimeoutError:
-        return False
-    return True
 
 
 def faults(control):
