@@ -29,7 +29,9 @@ check: $(VENV)/test-tools
 	@$(BIN)/python -m pytest -n 2 --dist loadfile -k "not linters" $(FAST_TESTS) $(ARGS)
 
 # First the tests of logic, which use both processors fully. Then the tests in real time, which mostly wait.
-# Exit code 5 means that ARGS selects no test of one kind.
+# Exit code 5 means that ARGS selects no test of one kind. The tests start a thousand processes, so Python may keep
+# its bytecode even where the environment forbids it.
+test: export PYTHONDONTWRITEBYTECODE :=
 test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
 	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow and not real_time" $(ARGS) || [ $$? -eq 5 ]
 	@$(BIN)/python -m pytest -n 4 --dist loadfile -m "not slow and real_time" $(ARGS) || [ $$? -eq 5 ]

@@ -76,7 +76,13 @@ starved_files = set()
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "real_time: starts processes or waits in real time; set by folder")
-    monitor.start()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish(session):
+    """Start measuring, if a test in real time is selected."""
+    if any(item.get_closest_marker("real_time") for item in session.items):
+        monitor.start()
 
 
 def pytest_unconfigure():

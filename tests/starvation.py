@@ -6,6 +6,7 @@ reason is not repeated.
 """
 
 import contextlib
+import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from threading import Event, Thread
 
 import psutil
 
-HEARTBEAT_S = 0.02
+HEARTBEAT_S = 0.05
 MAX_LATE_S = 0.1  #: a test is starved if the thread that measures is late by more than this
 WINDOW_S = 0.5  #: time between two readings of the run queues
 #: A test is starved if one of its processes waits for longer than this in one window. On two free processors,
@@ -28,6 +29,8 @@ class StarvationMonitor:
         self.longest_s = 0.0
         self.starved = False
         self._waited_s: dict[int, float] = {}
+        self._family = {os.getpid()}
+        self._running: set[int] = set()
         self._stop = Event()
         self._thread = Thread(target=self._run, daemon=True)
 
@@ -38,7 +41,8 @@ class StarvationMonitor:
     def stop(self) -> None:
         """Stop measuring."""
         self._stop.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
 
     def restart(self) -> None:
         """Discard all measurements, because another test begins."""
@@ -78,9 +82,17 @@ class StarvationMonitor:
         The source is the second field of schedstat (Linux, Documentation/scheduler/sched-stats.rst). Systems
         without schedstat show only the delay of this thread.
         """
-        this = psutil.Process()
-        with contextlib.suppress(psutil.Error):
-            for process in (this, *this.children(recursive=True)):
-                with contextlib.suppress(OSError):
-                    fields = Path(f"/proc/{process.pid}/schedstat").read_text().split()
-                    yield process.pid, int(fields[1]) * 1e-9
+        self._find_new_descendants()
+        for pid in self._family:
+            with contextlib.suppress(OSError):
+                yield pid, int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) * 1e-9
+
+    def _find_new_descendants(self) -> None:
+        """Add new processes whose parent is known. Other processes are looked at only once."""
+        running = set(psutil.pids())
+        self._family &= running
+        for pid in sorted(running - self._running):
+            with contextlib.suppress(psutil.Error):
+                if psutil.Process(pid).ppid() in self._family:
+                    self._family.add(pid)
+        self._running = running
