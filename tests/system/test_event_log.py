@@ -1,6 +1,7 @@
 """Tests of the event log of a running instrument, read with the commands for users."""
 
 import json
+import math
 import os
 import re
 import shutil
@@ -50,7 +51,7 @@ def finished(tmp_path_factory):
         while_running = records(logs / "log")
         shutil.move(logs, folder / "gone")
         rig.wait_for(lambda registers: "maintenance_required" in registers["status"])
-        measured = rig.read()
+        measured = rig.wait_for(lambda registers: not math.isnan(registers["force"]))
         rig.write("force_limit", 2.5)
         shutil.move(folder / "gone", logs)
         rig.wait_for(lambda registers: "maintenance_required" not in registers["status"])

@@ -81,6 +81,11 @@ def connected(path, want=None):
         yield client
 
 
+def accepts_connections(path):
+    with socket.socket(socket.AF_UNIX) as probe:
+        return probe.connect_ex(str(path)) == 0
+
+
 def disconnected(client):
     try:
         while client.link.recv(65536):
@@ -210,7 +215,7 @@ def test_a_silent_client_is_disconnected(path):
 
 def test_a_removed_socket_is_created_again(path):
     path.rename(path.with_name("elsewhere"))
-    wait_for(path.exists, bool)
+    wait_for(lambda: accepts_connections(path), bool)
     with connected(path, "web") as web:
         assert web.request({"mode": "vent"})["reject_reason"] == "none"
 
