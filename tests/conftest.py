@@ -74,8 +74,28 @@ monitor = StarvationMonitor()
 starved_files = set()
 
 
+def is_in_real_time(path):
+    return path not in virtual_time_paths and any(path.is_relative_to(p) for p in real_time_paths)
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--time", choices=("real", "virtual"), help="run only the tests in real or in virtual time"
+    )
+
+
 def pytest_configure(config):
     config.addinivalue_line("markers", "real_time: starts processes or waits in real time; set by folder")
+
+
+def is_selected(path, config):
+    wanted = config.getoption("--time")
+    return wanted is None or is_in_real_time(path) == (wanted == "real")
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Import no file that `--time` does not select."""
+    return True if collection_path.suffix == ".py" and not is_selected(collection_path, config) else None
 
 
 @pytest.hookimpl(trylast=True)
@@ -89,11 +109,11 @@ def pytest_unconfigure():
     monitor.stop()
 
 
-def pytest_collection_modifyitems(items):
-    """Mark the tests in real time."""
+def pytest_collection_modifyitems(items, config):
+    """Mark the tests in real time. pytest asks this file not about all folders, so select here, too."""
+    items[:] = [item for item in items if is_selected(item.path, config)]
     for item in items:
-        in_real_time = any(item.path.is_relative_to(path) for path in real_time_paths)
-        if in_real_time and item.path not in virtual_time_paths:
+        if is_in_real_time(item.path):
             item.add_marker(pytest.mark.real_time)
 
 

@@ -15,7 +15,7 @@ import psutil
 from pneuforce.registers.map import COMMAND_KEY
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
 from pneuforce.teststand.stack import Stack, free_port, start
-from tests.attack.can import OPEN, RAW, any_message
+from tests.attack.can import OPEN, RAW, any_message, wait_until_joined
 from tests.attack.modbus import adu
 from tests.attack.page import REQUESTS
 from tests.attack.result import AttackResult
@@ -33,6 +33,7 @@ def attack_soak(result: AttackResult, rng: random.Random, amount: int) -> None:
     with TemporaryDirectory() as folder, ExitStack() as children:
         tables = {"web": {"enabled": True, "port": page}, "modbus": {"max_connections": 64}}
         stack = start(children, Path(folder) / "rig", ["--scenario", "taps"], tables)
+        wait_until_joined(stack.modbus_port)
         ports = (stack.modbus_port, stack.can_port, page)
         events = Path(folder) / "events.sqlite"
         begun_s, before = time.monotonic(), None
@@ -56,7 +57,7 @@ class _PollingPlc:
     def __init__(self, stack: Stack, result: AttackResult) -> None:
         self._result = result
         self._client = ModbusClient.connect(port=stack.modbus_port, wait_s=5.0)
-        self._port = stack.modbus_port
+        self._stack = stack
         self._mode = ""
 
     def step(self, passed_s: float) -> None:
@@ -74,7 +75,9 @@ class _PollingPlc:
         except ModbusClientError as error:
             self._result.notes["lost polls"] += 1
             self._result.check(False, f"the PLC lost its connection after {passed_s:.0f} s: {error}")
-            self._client = ModbusClient.connect(port=self._port, wait_s=5.0)
+            time.sleep(POLL_S)
+            self._stack.check()
+            self._client = ModbusClient.connect(port=self._stack.modbus_port, wait_s=5.0)
 
     def _write(self, wanted: str) -> None:
         with suppress(ModbusClientError):  # another client may hold the lease or may have vented
