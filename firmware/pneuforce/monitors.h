@@ -131,7 +131,7 @@ struct top_up_monitor {
     uint16_t low_ms; /* time below the band without contact */
     uint32_t now_ms;
     uint32_t top_ups_ms[TOP_UP_HISTORY]; /* times of the last top-ups, a ring buffer */
-    uint8_t count;                       /* top-ups since boot */
+    uint8_t count;                       /* top-ups since boot or `restart_top_ups` */
 };
 
 /* Add one sample. The pressure is evaluated only if `observed` is true: the balloon is held, without contact, and
@@ -161,6 +161,13 @@ static uint8_t recent_top_up_count(const struct top_up_monitor *m)
     for (n = 0; n < stored; n++)
         recent += m->now_ms - m->top_ups_ms[n] <= TOP_UP_WINDOW_MS;
     return recent;
+}
+
+/* Delete the record of top-ups, because the balloon or a joint may have been repaired. */
+static void restart_top_ups(struct top_up_monitor *m)
+{
+    m->count = 0;
+    m->low_ms = 0;
 }
 
 /* Record a top-up at the present time. */

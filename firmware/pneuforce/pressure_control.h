@@ -95,8 +95,9 @@ static void vent(struct pressure_controller *p)
     apply_trigger(p, TRIGGER_VENT_REQUESTED, FAULT_NONE);
 }
 
-/* If the `clear` value has changed, clear the faults whose cause is gone. No valve moves, because the valves are SAFE
- * in TRIPPED and in VENTING. */
+/* If the `clear` value has changed, clear the faults whose cause is gone. A new value also deletes the record of
+ * top-ups, but not while the balloon is inflated. No valve moves, because the valves are SAFE in TRIPPED and in
+ * VENTING. */
 static void clear_faults(struct pressure_controller *p, uint8_t clear)
 {
     struct board_status *status = &p->status;
@@ -106,6 +107,8 @@ static void clear_faults(struct pressure_controller *p, uint8_t clear)
     p->last_clear = clear;
     if (!is_new)
         return;
+    if (!contains_state(PRESSURISED_STATES, status->state))
+        restart_top_ups(&status->top_ups);
     for (n = 0; n < status->latched_fault_count; n++)
         if (!cause_gone(status, status->latched_faults[n]))
             status->latched_faults[left++] = status->latched_faults[n];

@@ -57,6 +57,8 @@ def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectR
         return RejectReason.STATE
     if argument != state.settings.identity.balloon_id:
         state.chain.remove_calibration()
+    if not state.faults:
+        state.clearing.count += 1  # the board deletes its record of top-ups
     state.balloon_id, state.inflation_count = argument, 0
     return RejectReason.NONE
 

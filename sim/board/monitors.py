@@ -172,6 +172,11 @@ class TopUpMonitor:
         """Return the number of top-ups within the last 10 minutes."""
         return sum(self.now_s - t_s <= TOP_UP_WINDOW_S for t_s in self._top_ups_s)
 
+    def restart(self) -> None:
+        """Delete the record of top-ups, because the balloon or a joint may have been repaired."""
+        self._top_ups_s.clear()
+        self.low_s = 0.0
+
     def record(self) -> None:
         """Record a top-up at the present time."""
         self._top_ups_s = deque((*self._top_ups_s, self.now_s), maxlen=TOP_UP_HISTORY)

@@ -79,12 +79,15 @@ class PressureController:
     def _clear_faults(self, clear: int) -> None:
         """Clear the faults whose cause is gone, if the host has changed the value `clear`.
 
-        No valve moves, because the valves are SAFE in TRIPPED and in VENTING.
+        A new value also deletes the record of top-ups, but not while the balloon is inflated. No valve moves,
+        because the valves are SAFE in TRIPPED and in VENTING.
         """
         previous, self._last_clear = self._last_clear, clear
         if previous is None or clear == previous:
             return
         status = self.status
+        if status.state not in PRESSURISED:
+            status.top_ups.restart()
         status.latched_faults = [
             fault
             for fault in status.latched_faults

@@ -208,6 +208,36 @@ def test_a_leak_that_ends_with_the_third_top_up_is_no_fault(bench):
     assert bench.state is S.HOLDING
 
 
+def tripped_by_a_leak(bench):
+    bench.holding()
+    for _ in range(4):
+        topped_up(bench)
+    assert bench.last().fault == Fault.LEAK
+    return bench
+
+
+def test_a_repaired_balloon_gets_three_new_top_ups_after_the_leak_is_cleared(bench):
+    tripped_by_a_leak(bench).run(2.0).keep_sending(vent(clear=1)).until_state(S.VENTED, 3)
+    bench.keep_sending(hold(clear=1)).until_state(S.HOLDING, 8)
+    assert [topped_up(bench) for _ in range(4)] == [True, True, True, False]
+
+
+def test_a_new_clear_value_during_a_hold_does_not_hide_a_leak(bench):
+    bench.holding()
+    for clear in (1, 2, 3):
+        assert topped_up(bench)
+        bench.keep_sending(hold(clear=clear)).run(0.1)
+    assert not topped_up(bench)
+
+
+def test_a_vent_alone_does_not_hide_a_leak(bench):
+    bench.holding()
+    assert [topped_up(bench) for _ in range(3)] == [True, True, True]
+    bench.keep_sending(vent()).until_state(S.VENTED, 3)
+    bench.keep_sending(hold()).until_state(S.HOLDING, 8)
+    assert not topped_up(bench)
+
+
 def topped_up(bench):
     """Remove gas and wait for the top-up. Return False if the board trips instead."""
     bench.gas_kpa -= 0.2

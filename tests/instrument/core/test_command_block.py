@@ -251,6 +251,23 @@ def test_a_new_balloon_starts_its_count_of_inflations_only_when_vented():
     assert harness.snapshot().inflation_count == 1
 
 
+def test_a_new_balloon_has_no_top_ups_on_the_board():
+    """The board deletes its record of top-ups when the value `clear` changes."""
+    harness = InstrumentHarness.zeroed()
+    before = harness.instrument.command().clear
+    harness.run_command("new_balloon", 12)
+    assert harness.instrument.command().clear == before + 1
+
+
+def test_a_new_balloon_clears_no_fault():
+    harness = InstrumentHarness.zeroed()
+    harness.instrument.trip(HostFault.LEASE_EXPIRED)
+    before = harness.instrument.command().clear
+    assert harness.run_command("new_balloon", 12) == ("done", "none")
+    assert harness.instrument.command().clear == before
+    assert harness.snapshot().first_out_fault == HostFault.LEASE_EXPIRED
+
+
 def test_a_new_balloon_is_rejected_if_the_vent_is_not_verified():
     assert InstrumentHarness.zeroed().run_without_samples(0.3).run_command("new_balloon", 12) == (
         "failed",
