@@ -1,5 +1,6 @@
 """Settings for all tests, and the repetition of real-time tests that got too little processor time."""
 
+import os
 import signal
 from pathlib import Path
 
@@ -82,6 +83,21 @@ def pytest_addoption(parser):
     parser.addoption(
         "--time", choices=("real", "virtual"), help="run only the tests in real or in virtual time"
     )
+    parser.addoption(
+        "--repeat-later", type=Path, metavar="FILE", help="do not repeat starved tests, but write their names"
+    )
+
+
+def pytest_xdist_auto_num_workers(config):
+    """Return the number of processes for `-n auto`.
+
+    Tests in real time mostly wait, so they can share a processor. Beside other work, they would starve.
+    """
+    processors = os.cpu_count() or 1
+    if config.getoption("--time") == "virtual":
+        return processors
+    busy = max(0.0, os.getloadavg()[0] - 1.5 * processors)
+    return max(2, round(2.5 * processors - busy))
 
 
 def pytest_configure(config):
@@ -121,8 +137,8 @@ def pytest_collection_modifyitems(items, config):
 def pytest_runtest_protocol(item, nextitem):
     """Run a test in real time. Repeat the test once if a lack of processor time explains its failure.
 
-    Tests of one file can share an instrument, so an earlier starved test of the file counts, too. The
-    repeated test gets new fixtures of every scope, because the failure can have changed the old ones.
+    Tests of one file can share an instrument, so an earlier starved test of the file counts, too. The next
+    test gets new fixtures of every scope, because the failure can have changed the old ones.
     """
     if item.get_closest_marker("real_time") is None:
         return None
@@ -135,8 +151,10 @@ def pytest_runtest_protocol(item, nextitem):
     if failures and item.path in starved_files:
         report_repetition(item, failures[0], monitor.longest_s)
         item.session._setupstate.teardown_exact(None)
-        item._initrequest()
-        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        reports = []
+        if item.config.getoption("--repeat-later") is None:
+            item._initrequest()
+            reports = runtestprotocol(item, log=False, nextitem=nextitem)
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
@@ -153,12 +171,17 @@ def pytest_report_teststatus(report):
     return ("repeated", "R", "REPEATED") if report.outcome == "repeated" else None
 
 
-def pytest_terminal_summary(terminalreporter):
-    """Print the names of the tests that were repeated, and the reason."""
-    for report in terminalreporter.stats.get("repeated", []):
+def pytest_terminal_summary(terminalreporter, config):
+    """Print the names of the starved tests, and the reason. Write the names if they are repeated later."""
+    starved = terminalreporter.stats.get("repeated", [])
+    file = config.getoption("--repeat-later")
+    repeated = "to be repeated later" if file else "repeated once"
+    for report in starved:
         waited_s = dict(report.user_properties)["waited_s"]
         error = str(report.longrepr).strip().splitlines()[-1]
         terminalreporter.write_line(
-            f"repeated once, because it waited {waited_s} s for a processor: {report.nodeid} "
+            f"{repeated}, because it waited {waited_s} s for a processor: {report.nodeid} "
             f"({report.when}: {error})"
         )
+    if file:
+        file.write_text("".join(f"{report.nodeid}\n" for report in starved), encoding="utf-8")

@@ -82,5 +82,32 @@ def test_only_a_starved_test_is_repeated(pytester, monkeypatch, starve, outcome)
     assert ("repeated once" in result.stdout.str()) == starve
 
 
+def test_the_names_of_starved_tests_are_written_if_they_are_repeated_later(pytester, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    pytester.makeconftest(CONFTEST)
+    first_test, _ = STARVED_OR_NOT.format(starve=True).split("def test_the_shared")
+    path = pytester.makepyfile(first_test)
+    arguments = "--rootdir", str(pytester.path)
+    result = pytester.runpytest_subprocess(*arguments, "--repeat-later", "names")
+    assert result.ret == 0
+    assert "to be repeated later" in result.stdout.str()
+    assert (pytester.path / "names").read_text() == f"{path.name}::test_it\n"
+    assert pytester.runpytest_subprocess(*arguments, "@names").parseoutcomes() == {"passed": 1, "repeated": 1}
+
+
+def test_the_number_of_processes_depends_on_the_load(pytestconfig, monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    numbers = []
+    for load in (0.0, 2.0, 3.0, 4.5, 6.0, 20.0):
+        monkeypatch.setattr(os, "getloadavg", lambda load=load: (load, 0.0, 0.0))
+        numbers.append(conftest.pytest_xdist_auto_num_workers(RealTime()))
+    assert numbers == [5, 5, 5, 4, 2, 2]
+
+
+class RealTime:
+    def getoption(self, name):
+        return {"--time": "real"}[name]
+
+
 def test_the_list_of_tests_in_real_time_names_existing_files():
     assert all(path.exists() for path in conftest.real_time_paths + conftest.virtual_time_paths)
