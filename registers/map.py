@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import zlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from pneuforce.registers.codes import (
     ANSWERS,
@@ -41,7 +40,7 @@ class Register(Field):
 
 F32, U32, I16, U16 = WireType.F32, WireType.U32, WireType.I16, WireType.U16
 
-_DECLARED: tuple[Register, ...] = (
+REGISTERS: tuple[Register, ...] = (
     Register(address=0, name="force", wire=F32, unit="N", quantity="force_n", low=-20, high=20,
              doc="Contact force; positive when an object presses on the balloon."),
     Register(address=2, name="force_uncertainty", wire=F32, unit="N", quantity="force_std_n", low=0, high=20,
@@ -144,7 +143,8 @@ _DECLARED: tuple[Register, ...] = (
              doc="Version of this register map."),
     Register(address=769, name="method", wire=U16, quantity="method", values=METHODS,
              doc="Code of the force model, plus 256 if a force calibration is applied."),
-    Register(address=770, name="map_hash", wire=U32, constant=0, doc="Hash of this register map."),
+    Register(address=770, name="map_hash", wire=U32, quantity="map_hash",
+             doc="Hash of all declarations: registers, CAN frames and CANopen objects."),
     Register(address=772, name="configuration_hash", wire=U32, quantity="configuration_hash",
              doc="Hash of the configuration and the calibration."),
     Register(address=774, name="serial_number", wire=U32, quantity="serial_number",
@@ -166,22 +166,5 @@ _DECLARED: tuple[Register, ...] = (
 
 #: First and last address of each readable block. Reserved addresses in a block read 0 and reject writes.
 BLOCKS: tuple[tuple[int, int], ...] = ((0, 127), (512, 575), (768, 799), (3840, 3855))
-
-
-def _hash_of(registers: tuple[Register, ...]) -> int:
-    entries = [
-        (r.address, r.name, r.wire.name, r.unit, r.quantity, r.constant, r.low, r.high, r.writable,
-         sorted(r.code_names.items()),
-         [(bit.number, bit.name) for bit in r.bits.bits] if r.bits else ())
-        for r in registers
-    ]  # fmt: skip
-    return zlib.crc32(repr(entries).encode())
-
-
-#: Hash of addresses, types, units, ranges and names. An instrument and a document belong together if their
-#: hashes are equal.
-MAP_HASH = _hash_of(_DECLARED)
-
-REGISTERS = tuple(replace(r, constant=MAP_HASH) if r.name == "map_hash" else r for r in _DECLARED)
 
 BY_NAME = {register.name: register for register in REGISTERS}

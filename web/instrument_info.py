@@ -14,7 +14,8 @@ from pneuforce.registers.advice import (
 )
 from pneuforce.registers.codes import FAULTS, STATUS
 from pneuforce.registers.document_text import TYPE_NAMES
-from pneuforce.registers.map import MAP_HASH, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map import MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map_hash import MAP_HASH
 
 _IDENTITY = ("version", "configuration_hash", "serial_number", "simulated")
 

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 23D6F113h (registers 768 and 770).
+ * Map version 1, hash 955AE542h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x23D6F113)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x955AE542)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -559,7 +559,7 @@ static inline bool pneuforce_method(const uint16_t *from_768, uint16_t *value)
     return true;
 }
 
-/* 770: Hash of this register map. */
+/* 770: Hash of all declarations: registers, CAN frames and CANopen objects. */
 static inline bool pneuforce_map_hash(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 2, low_word_first);

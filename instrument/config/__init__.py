@@ -123,14 +123,15 @@ class Configuration(Section):
             **self.measurement.model_dump(include={"filter_time_constant_s", "tube_time_constant_s"}),
         )
 
-    def settings(self) -> Settings:
-        """Return the settings of the instrument core."""
+    def settings(self, map_hash: int = 0) -> Settings:
+        """Return the settings of the instrument core. The buses show `map_hash` to their peers."""
         return Settings(
             chain=self.chain,
             identity=Identity(
                 serial_number=self.identity.serial_number,
                 calibration_date=self.calibration_date,
                 configuration_hash=self.hash,
+                map_hash=map_hash,
                 balloon_id=self.balloon.id,
             ),
             **self.safety.model_dump(),

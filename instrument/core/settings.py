@@ -14,6 +14,7 @@ class Identity:
     serial_number: int = 0
     calibration_date: int = 0
     configuration_hash: int = 0
+    map_hash: int = 0
     balloon_id: int = 0
 
 

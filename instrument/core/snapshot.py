@@ -66,6 +66,7 @@ class Snapshot(NamedTuple):
     # identity
     method: str
     configuration_hash: int
+    map_hash: int
     serial_number: int
     calibration_date: int
     balloon_id: int
@@ -173,6 +174,7 @@ def _identity_values(state: InstrumentState) -> dict[str, Any]:
     return {
         "method": chain.law.method + ("_calibrated" if chain.correction else ""),
         "configuration_hash": identity.configuration_hash,
+        "map_hash": identity.map_hash,
         "serial_number": identity.serial_number,
         "calibration_date": identity.calibration_date,
     }

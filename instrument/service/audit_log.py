@@ -15,7 +15,7 @@ from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.stream.entry import EntryKind
-from pneuforce.registers.map import MAP_HASH
+from pneuforce.registers.map_hash import MAP_HASH
 
 
 class PublishingAuditSink:

@@ -21,7 +21,7 @@ from pneuforce.instrument.recording.replay import (
     compare_samples,
 )
 from pneuforce.instrument.stream.entry import StreamError
-from pneuforce.registers.map import MAP_HASH
+from pneuforce.registers.map_hash import MAP_HASH
 
 PROGRESS_SAMPLES = 500  #: number of samples between two progress reports
 

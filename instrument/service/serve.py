@@ -38,6 +38,7 @@ from pneuforce.instrument.service.rtu_server import RtuServer
 from pneuforce.instrument.service.stderr_log import log_to_stderr
 from pneuforce.instrument.service.systemd_notify import systemd_notifier
 from pneuforce.instrument.service.web_process import WebProcess, web_process_of
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.modbus.device_identification import IdentityObject
 from pneuforce.registers.modbus.tcp import ModbusTcpOptions, ModbusTcpServer
 from pneuforce.registers.source import Source
@@ -75,7 +76,7 @@ def serve(configuration: Configuration, files: ServiceFiles) -> None:
 
 async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
     broadcaster = EntryBroadcaster()
-    session = Session(Instrument(configuration.settings()), broadcaster)
+    session = Session(Instrument(configuration.settings(MAP_HASH)), broadcaster)
     with audited(session, configuration, files.events, broadcaster) as audit_logger:
         host = Host(session, configuration.rig.port)
         host.channels.append(audit_logger)

@@ -9,7 +9,8 @@ from typing import Any
 
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.faults import name_of
-from pneuforce.registers.map import MAP_HASH, MAP_VERSION
+from pneuforce.registers.map import MAP_VERSION
+from pneuforce.registers.map_hash import MAP_HASH
 
 
 def stream_header(configuration: Configuration, simulated: bool, faults: Iterable[int]) -> dict[str, Any]:

@@ -216,9 +216,17 @@ HEARTBEAT = FrameDefinition(
     max_rate_hz=1,
     fields=(_node_field("node_state", "State of the node.", NODE_STATES),),
 )
+IDENTITY = FrameDefinition(
+    name="Identity",
+    base_id=0x500,
+    doc="Sent at 1 Hz in raw mode, not in CANopen mode: which map the frames follow, and which instrument "
+    "sends them.",
+    period_s=1.0,
+    max_rate_hz=1,
+    fields=(BY_NAME["map_hash"], BY_NAME["serial_number"]),
+)
 
-FRAMES = (FORCE, STATE, STATUS_FRAME, ANSWER, COMMAND, EMERGENCY, HEARTBEAT)
-
+FRAMES = (FORCE, STATE, STATUS_FRAME, ANSWER, COMMAND, IDENTITY, EMERGENCY, HEARTBEAT)
 
 SDO_RESPONSE = 0x580  #: base identifier; sent only in CANopen mode, but reserved in raw mode, too
 

@@ -25,6 +25,7 @@ from pneuforce.registers.can.frames import (
     FORCE,
     GENERIC_ERROR,
     HEARTBEAT,
+    IDENTITY,
     NO_ERROR,
     RIG_ERROR,
     STATE,
@@ -87,6 +88,7 @@ class CanNode:
         self._state_timer = TransmitTimer(STATE.period_s)
         self._status_timer = TransmitTimer(STATUS_FRAME.period_s, STATUS_INHIBIT_S)
         self._heartbeat_timer = TransmitTimer(HEARTBEAT.period_s)
+        self._identity_timer = TransmitTimer(IDENTITY.period_s)
         self._booted = False
         self._faults: tuple[int, ...] = ()
         self._discrete_state: Hashable = None
@@ -106,6 +108,8 @@ class CanNode:
         """Return the frames that are due at this time. Call this method every 10 ms, even without samples."""
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         frames = self._heartbeat(now_s)
+        if self._identity_timer.due(now_s):
+            frames.append(self._frame(IDENTITY, snapshot))
         if "stale" in snapshot.status:
             frames += self._stale_force(snapshot, now_s)
         frames += self._changes(snapshot, now_s)

@@ -24,7 +24,7 @@ from pneuforce.registers.map import BY_NAME, MAP_VERSION
 DEVICE_TYPE = 0x0002_0194  #: measuring device (CiA 404) with analogue inputs
 VENDOR_ID = 0  #: CiA has not assigned a vendor id
 PRODUCT_CODE = 0x5046_0001
-REVISION = MAP_VERSION << 16
+REVISION = (0x1018, 3)
 ERROR_HISTORY_LENGTH = 8
 PDO_DISABLED = 0x8000_0000  #: bit 31 of a PDO's COB-ID
 NO_RTR = 0x4000_0000  #: bit 30 of a TPDO's COB-ID: remote frames are not allowed
@@ -52,6 +52,11 @@ EMERGENCY_INHIBIT = (0x1015, 0)
 CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT = (0x1016, 1), (0x1017, 0)
 ERROR_BEHAVIOUR = (0x1029, 1)
 RPDO_COB_ID = (0x1400, 1)
+
+
+def revision_number(map_hash: int) -> int:
+    """Return the revision number of a node whose map has this hash."""
+    return MAP_VERSION << 16 | map_hash & 0xFFFF
 
 
 def tpdo_index(number: int) -> int:
@@ -151,7 +156,7 @@ _IDENTITY = (
     ObjectEntry(index=0x1018, subindex=2, name="Product code", type=DataType.U32, access="const",
                 default=PRODUCT_CODE),
     ObjectEntry(index=0x1018, subindex=3, name="Revision number", type=DataType.U32, access="const",
-                default=REVISION, doc="The high word is the version of the register map."),
+                doc="High word: version of the register map. Low word: low word of the map hash."),
     ObjectEntry(index=0x1018, subindex=4, name="Serial number", type=DataType.U32,
                 field=BY_NAME["serial_number"]),
 )  # fmt: skip

@@ -10,7 +10,13 @@ from typing import Any, NamedTuple
 from pneuforce.registers.can.command import CommandResult
 from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, RESULTS, FrameDefinition
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
-from pneuforce.registers.canopen.communication import ERROR_FIELD, ERROR_HISTORY_LENGTH, RECORDS
+from pneuforce.registers.canopen.communication import (
+    ERROR_FIELD,
+    ERROR_HISTORY_LENGTH,
+    RECORDS,
+    REVISION,
+    revision_number,
+)
 from pneuforce.registers.canopen.emergency import EmergencyProducer
 from pneuforce.registers.canopen.entry import EntryAddress, EntryValue
 from pneuforce.registers.canopen.object_dictionary import AI_STATUS
@@ -58,6 +64,7 @@ def value_readers(
         (0x1008, 0): lambda _: identity.device,
         (0x1009, 0): lambda _: identity.hardware,
         (0x100A, 0): lambda _: identity.software,
+        REVISION: lambda s: revision_number(s.map_hash),
         field_address(FORCE, "counter"): lambda _: last_frames.counter,
         field_address(ANSWER, "sequence"): lambda _: last_frames.answer.sequence,
         field_address(ANSWER, "result"): lambda _: RESULTS.codes[last_frames.answer.result],

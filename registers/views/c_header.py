@@ -18,7 +18,8 @@ from pneuforce.registers.document_text import (
     format_number,
 )
 from pneuforce.registers.field import Enumeration, WireType
-from pneuforce.registers.map import BLOCKS, COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map import BLOCKS, COMMAND_KEY, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map_hash import MAP_HASH
 
 _C_TYPES = {
     WireType.F32: "float",

@@ -1,7 +1,8 @@
 """CAN frames as a DBC file, for the tools of robot controllers.
 
 Values are in N, kPa, mm and s. Each bit of a bit field is a signal of one bit. The text is ASCII, because DBC
-readers handle other characters differently.
+readers handle other characters differently. The attribute MapHash is the value that an instrument of this map
+sends in its Identity frame.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, field
 from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FRAMES, FrameDefinition
 from pneuforce.registers.document_text import ascii_text, format_number, value_range
 from pneuforce.registers.field import Field, quantity_unit
+from pneuforce.registers.map_hash import MAP_HASH
 
 INSTRUMENT = "PneuForce"
 MASTER = "Controller"
@@ -32,14 +34,17 @@ BU_: {INSTRUMENT} {MASTER}
 """
 #: Tools show the start value of a signal before the first frame. The start value is the not-available code of
 #: the signal. If the signal has no such code, the start value is 0.
-_ATTRIBUTES = """\
+_ATTRIBUTES = f"""\
 BA_DEF_ "BusType" STRING ;
+BA_DEF_ "MapHash" STRING ;
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
 BA_DEF_ SG_ "GenSigStartValue" INT -32768 65535;
 BA_DEF_DEF_ "BusType" "CAN";
+BA_DEF_DEF_ "MapHash" "";
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 BA_DEF_DEF_ "GenSigStartValue" 0;
 BA_ "BusType" "CAN";
+BA_ "MapHash" "{MAP_HASH:08x}";
 """
 _COMMENTS = f"""\
 CM_ "Use the force only while force_valid is 1 and the counter changes. Otherwise back off, do not push.";

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from pneuforce.registers.can.frames import FRAMES
-from pneuforce.registers.canopen.communication import PRODUCT_CODE, REVISION, VENDOR_ID
+from pneuforce.registers.canopen.communication import PRODUCT_CODE, REVISION, VENDOR_ID, revision_number
 from pneuforce.registers.canopen.entry import DataType, DictionaryObject, ObjectCode, ObjectEntry
 from pneuforce.registers.canopen.object_dictionary import OBJECTS
 from pneuforce.registers.document_text import ascii_text, format_number
 from pneuforce.registers.map import MAP_VERSION
+from pneuforce.registers.map_hash import MAP_HASH
 
 FILE_NAME = "pneuforce.eds"
 PRODUCT_NAME = "pneumatic force sensor"
@@ -57,7 +58,7 @@ def _head() -> Iterator[tuple[str, Keys]]:
             ("VendorNumber", _hex(VENDOR_ID, 8)),
             ("ProductName", PRODUCT_NAME),
             ("ProductNumber", _hex(PRODUCT_CODE, 8)),
-            ("RevisionNumber", _hex(REVISION, 8)),
+            ("RevisionNumber", _hex(revision_number(MAP_HASH), 8)),
             ("OrderCode", ORDER_CODE),
             *((f"BaudRate_{rate}", supported) for rate, supported in _BIT_RATES_KBIT.items()),
             ("SimpleBootUpMaster", 0),
@@ -72,7 +73,14 @@ def _head() -> Iterator[tuple[str, Keys]]:
         ),
     )
     yield "DummyUsage", ((f"Dummy{dummy:04X}", 0) for dummy in _DUMMIES)
-    yield "Comments", (("Lines", 1), ("Line1", "Object 2000h + n is Modbus register n; see docs/canopen.md."))
+    yield (
+        "Comments",
+        (
+            ("Lines", 2),
+            ("Line1", "Object 2000h + n is Modbus register n; see docs/canopen.md."),
+            ("Line2", f"Map hash {MAP_HASH:08x}: compare with object 2302h."),
+        ),
+    )
 
 
 def _objects() -> Iterator[tuple[str, Keys]]:
@@ -125,6 +133,10 @@ def default_text(entry: ObjectEntry) -> str:
     """Return the value of an entry when the node starts; empty if the instrument supplies the value."""
     if entry.field is not None and entry.field.constant is not None:
         return format_number(entry.field.constant)
+    if entry.name == "map_hash":
+        return format_number(MAP_HASH)
+    if entry.address == REVISION:
+        return _hex(revision_number(MAP_HASH), 8)
     if entry.default is None:
         return ""
     digits = _hex(entry.default, 2 * entry.type.size)

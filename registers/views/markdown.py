@@ -23,7 +23,8 @@ from pneuforce.registers.document_text import (
     format_range,
 )
 from pneuforce.registers.field import BitField, Enumeration, Field
-from pneuforce.registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map import BLOCKS, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map_hash import MAP_HASH
 
 _INTRODUCTION = f"""\
 # Registers and frames

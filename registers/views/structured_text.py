@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from pneuforce.registers.codes import STATUS
 from pneuforce.registers.document_text import ENUMERATIONS, MEASURED_BLOCK, ascii_text, format_number
 from pneuforce.registers.field import WireType
-from pneuforce.registers.map import COMMAND_KEY, MAP_HASH, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map import COMMAND_KEY, MAP_VERSION, REGISTERS, Register
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views.st_pressure import pressure_block
 from pneuforce.registers.views.st_reading import reading_blocks
 

@@ -16,7 +16,8 @@ from pneuforce.registers.can.frames import (
 from pneuforce.registers.codes import CONDENSED, STATUS
 from pneuforce.registers.document_text import ENUMERATIONS, TYPE_NAMES, format_not_available
 from pneuforce.registers.field import BitField, Field
-from pneuforce.registers.map import BLOCKS, MAP_HASH, MAP_VERSION, REGISTERS
+from pneuforce.registers.map import BLOCKS, MAP_VERSION, REGISTERS
+from pneuforce.registers.map_hash import MAP_HASH
 
 
 def render() -> str:

@@ -11,6 +11,7 @@ from pneuforce.registers.can.frames import (
     FORCE,
     FRAMES,
     HEARTBEAT,
+    IDENTITY,
     STATE,
     STATUS_FRAME,
     decode,
@@ -34,6 +35,8 @@ VALUES = FakeSource(
     contact_counter=0x1FF,
     sample_counter=0x1_0000_0002,
     active_fault_count=2,
+    serial_number=7,
+    map_hash=0x01020304,
 ).now
 
 BYTES = [
@@ -43,6 +46,7 @@ BYTES = [
     (ANSWER, {"sequence": 9, "result": "rejected_lease"}, "09 13 401f"),
     (EMERGENCY, {"error_code": 0xFF04, "error_register": 0x81}, "04ff 81 02 05800080"),
     (HEARTBEAT, {"node_state": "operational"}, "05"),
+    (IDENTITY, {}, "04030201 07000000"),
     (COMMAND, {"setpoint": 8.0, "mode": "hold", "sequence": 3, "lease": 1.5, "reserved": 0},
      "401f 01 03 dc05 0000"),
 ]  # fmt: skip
@@ -60,6 +64,7 @@ def test_the_identifiers_are_those_of_a_canopen_node():
         "Status": 0x380,
         "Answer": 0x480,
         "Command": 0x200,
+        "Identity": 0x500,
         "Emergency": 0x080,
         "Heartbeat": 0x700,
     }

@@ -57,6 +57,13 @@ def test_the_cyclic_frames_have_their_rate(source):
     assert counts["State"] == pytest.approx(100, abs=1)
     assert counts["Status"] == pytest.approx(100, abs=1)
     assert counts["Heartbeat"] == 10
+    assert counts["Identity"] == 10
+
+
+def test_the_identity_contains_the_map_hash_also_without_samples(source):
+    source.set(status=STALE, serial_number=77, map_hash=0x12345678)
+    sent = of(run(CanNode(source, CanOptions()), 0.5, samples=False), "Identity")
+    assert sent == [(0.0, {"map_hash": 0x12345678, "serial_number": 77})]
 
 
 @pytest.mark.parametrize("status", [frozenset({"holding"}), STALE])

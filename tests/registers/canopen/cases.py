@@ -35,6 +35,7 @@ STATIC_CASES = [
     ("identity has four entries", PRE, [("605 40 18 10 00", "585 4F 18 10 00 04")]),
     ("no vendor id", PRE, [("605 40 18 10 01", "585 43 18 10 01")]),
     ("product code", PRE, [("605 40 18 10 02", "585 43 18 10 02 01 00 46 50")]),
+    # The low word is the low word of the map hash, and the source of these cases has the hash 0.
     ("revision", PRE, [("605 40 18 10 03", "585 43 18 10 03 00 00 01 00")]),
     ("error behaviour", PRE, [("605 40 29 10 01", "585 4F 29 10 01")]),
     ("SDO request COB-ID", PRE, [("605 40 00 12 01", "585 43 00 12 01 05 06")]),

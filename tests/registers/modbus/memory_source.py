@@ -39,6 +39,7 @@ AT_REST: dict[str, Any] = {
     "answer_result": "none",
     "method": "energetic",
     "configuration_hash": 0xC0FFEE,
+    "map_hash": 0xFACADE,
     "serial_number": 1234567890,
     "calibration_date": 20250131,
     "balloon_id": 9,

@@ -10,7 +10,7 @@ from pneuforce.instrument.core.snapshot import Snapshot
 from pneuforce.protocol.frames import Fault
 from pneuforce.registers.codes import FAULTS, STATUS
 from pneuforce.registers.field import UNITS, WireType
-from pneuforce.registers.map import BLOCKS, MAP_HASH, REGISTERS
+from pneuforce.registers.map import BLOCKS, REGISTERS
 from pneuforce.registers.modbus.exception_codes import ExceptionCode
 from pneuforce.registers.modbus.register_bank import RegisterBank
 
@@ -90,11 +90,6 @@ def test_status_bits_are_unique_and_fit_32_bits():
 
 def test_every_fault_of_board_and_host_has_its_code_and_name():
     assert FAULTS.names == {fault: fault.name.lower() for fault in (*Fault, *HostFault)}
-
-
-def test_register_770_contains_the_map_hash():
-    data = RegisterBank().reader(770, 2)(None)
-    assert int.from_bytes(data, "big") == MAP_HASH != 0
 
 
 @pytest.mark.parametrize("register", WRITABLE_FLOATS, ids=lambda r: r.name)

@@ -13,6 +13,7 @@ from pneuforce.instrument.core.snapshot import Snapshot
 from pneuforce.registers.can.frames import FRAMES, encode
 from pneuforce.registers.codes import CONDENSED, STATUS
 from pneuforce.registers.map import REGISTERS
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views import dbc
 
 DBC = cantools.database.load_string(dbc.render(), "dbc", strict=True)
@@ -59,6 +60,10 @@ def frame_values(draw, frame):
 
 def _signals(frame):
     return {signal.name: signal for signal in DBC.get_message_by_name(frame.name).signals}
+
+
+def test_a_robot_can_compare_the_map_hash_with_the_identity_frame():
+    assert int(DBC.dbc.attributes["MapHash"].value, 16) == MAP_HASH
 
 
 @each_frame

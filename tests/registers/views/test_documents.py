@@ -10,7 +10,8 @@ import pytest
 from pneuforce.registers.can.frames import FRAMES
 from pneuforce.registers.codes import CONDENSED, STATUS
 from pneuforce.registers.document_text import ENUMERATIONS
-from pneuforce.registers.map import MAP_HASH, REGISTERS
+from pneuforce.registers.map import REGISTERS
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views import VIEWS
 
 TOP = Path(__file__).parents[3]

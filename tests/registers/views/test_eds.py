@@ -11,12 +11,14 @@ import canopen
 import pytest
 
 from pneuforce.registers.can.frames import FRAMES
-from pneuforce.registers.canopen.communication import TPDOS
+from pneuforce.registers.canopen.communication import REVISION, TPDOS, revision_number
 from pneuforce.registers.canopen.entry import DataType
 from pneuforce.registers.canopen.object_dictionary import ENTRIES, OBJECTS
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views import eds
 
 NODE_ID = 9
+DEPENDING_ON_THE_MAP = {REVISION: revision_number(MAP_HASH), (0x2302, 0): MAP_HASH}
 TEXT = eds.render()
 SHEET = configparser.RawConfigParser()
 SHEET.optionxform = str
@@ -64,7 +66,12 @@ def test_python_canopen_reads_type_access_and_default_of_each_entry(entry):
     elif entry.default is not None:
         assert read.default == entry.default + NODE_ID * entry.adds_node_id
     else:
-        assert read.default is None
+        assert read.default == DEPENDING_ON_THE_MAP.get(entry.address)
+
+
+def test_a_master_can_compare_revision_and_map_hash_with_the_data_sheet():
+    assert int(SHEET["DeviceInfo"]["RevisionNumber"], 0) == revision_number(MAP_HASH)
+    assert f"{MAP_HASH:08x}" in SHEET["Comments"]["Line2"]
 
 
 @each_entry
