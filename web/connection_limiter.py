@@ -73,6 +73,9 @@ class ConnectionLimiter:
             )
             connection.transport.abort()
             return
+        former = self._connections.get(client)
+        if former is not None:  # it has ended: the client uses the port again, and the event loop is late
+            self._abort(former)
         self._connections[client] = connection
         queue = self._queues.setdefault(client_network(client[0]), EvictionQueue())
         queue.place(connection, connection.protection, time.monotonic())
