@@ -4,6 +4,7 @@ import math
 from typing import get_type_hints
 
 from pneuforce.instrument.core.snapshot import Snapshot
+from pneuforce.registers.map_hash import MAP_HASH
 
 _TEXT = {
     "state": "holding",
@@ -16,6 +17,7 @@ _TEXT = {
     "method": "energetic",
     "status": frozenset({"holding", "force_valid"}),
     "faults": (),
+    "map_hash": MAP_HASH,
 }
 _NUMBERS = {float: math.nan, int: 0}
 

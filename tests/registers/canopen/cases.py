@@ -10,10 +10,15 @@ and the expected frames, separated by "|". A frame is its identifier and its dat
 - "faults 3 4" sets the faults of the rig.
 """
 
+from pneuforce.registers.canopen.communication import revision_number
+from pneuforce.registers.map_hash import MAP_HASH
+
 PRE, OPERATIONAL, STOPPED = "pre", "operational", "stopped"
 
 _SEGMENTED_UPLOAD = ("605 40 08 10 00", "585 41 08 10 00 16")  # a text of 22 characters is read in segments
 _MONITOR_MASTER = ("605 23 16 10 01 F4 01 7F 00", "585 60 16 10 01")  # heartbeat deadline of node 127: 500 ms
+
+_REVISION = revision_number(MAP_HASH).to_bytes(4, "little").hex(" ").upper()
 
 #: Cases whose responses do not depend on the rig. They are also tested with a running instrument.
 STATIC_CASES = [
@@ -35,8 +40,7 @@ STATIC_CASES = [
     ("identity has four entries", PRE, [("605 40 18 10 00", "585 4F 18 10 00 04")]),
     ("no vendor id", PRE, [("605 40 18 10 01", "585 43 18 10 01")]),
     ("product code", PRE, [("605 40 18 10 02", "585 43 18 10 02 01 00 46 50")]),
-    # The low word is the low word of the map hash, and the source of these cases has the hash 0.
-    ("revision", PRE, [("605 40 18 10 03", "585 43 18 10 03 00 00 01 00")]),
+    ("revision", PRE, [("605 40 18 10 03", f"585 43 18 10 03 {_REVISION}")]),
     ("error behaviour", PRE, [("605 40 29 10 01", "585 4F 29 10 01")]),
     ("SDO request COB-ID", PRE, [("605 40 00 12 01", "585 43 00 12 01 05 06")]),
     ("SDO response COB-ID", PRE, [("605 40 00 12 02", "585 43 00 12 02 85 05")]),
