@@ -106,6 +106,7 @@ def test_the_doctor_prints_no_control_characters(capsys):
 def test_the_doctor_shows_the_name_of_another_process_without_control_characters(capsys):
     """Every user can give a process a name with control characters."""
     master, port = os.openpty()
+    is_closed, closed = os.pipe()
     try:
         name = os.ttyname(port)
         with open("/proc/self/comm", "r+") as comm:
@@ -113,17 +114,19 @@ def test_the_doctor_shows_the_name_of_another_process_without_control_characters
             comm.write("x\x1b[2J")
         child = os.fork()
         if child == 0:
-            os.close(master)
+            os.close(master)  # the doctor ignores processes with both ends of the pseudo-terminal
+            os.write(closed, b"\n")
             os.read(port, 1)
             os._exit(0)
+        os.read(is_closed, 1)
         with open("/proc/self/comm", "w") as comm:
             comm.write(before.strip())
         checks = port_checks(name)
         os.write(master, b"\n")
         os.waitpid(child, 0)
     finally:
-        os.close(master)
-        os.close(port)
+        for descriptor in (master, port, is_closed, closed):
+            os.close(descriptor)
     doctor._print_table(checks)
     shown = capsys.readouterr().out
     assert_printable(shown)
