@@ -40,6 +40,7 @@ REAL_TIME = [
     "tests/registers/modbus/test_tcp_limits.py",
     "tests/sim/line",
     "tests/sim/server",
+    "tests/sim/test_fault_control.py",
     "tests/support/test_background.py",
     "tests/system",
     "tests/teststand",
