@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -95,18 +96,14 @@ def test_the_names_of_starved_tests_are_written_if_they_are_repeated_later(pytes
     assert pytester.runpytest_subprocess(*arguments, "@names").parseoutcomes() == {"passed": 1, "repeated": 1}
 
 
-def test_the_number_of_processes_depends_on_the_load(pytestconfig, monkeypatch):
+def test_the_number_of_processes_depends_on_the_load(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    config = SimpleNamespace(getoption={"--time": "real"}.get)
     numbers = []
     for load in (0.0, 2.0, 3.0, 4.5, 6.0, 20.0):
         monkeypatch.setattr(os, "getloadavg", lambda load=load: (load, 0.0, 0.0))
-        numbers.append(conftest.pytest_xdist_auto_num_workers(RealTime()))
+        numbers.append(conftest.pytest_xdist_auto_num_workers(config))
     assert numbers == [5, 5, 5, 4, 2, 2]
-
-
-class RealTime:
-    def getoption(self, name):
-        return {"--time": "real"}[name]
 
 
 def test_the_list_of_tests_in_real_time_names_existing_files():

@@ -10,14 +10,13 @@ from tests.system.waiting import wait_for
 from tests.web.process import crowd, web_process
 
 OWN_ADDRESS, *OTHER_ADDRESSES = (f"127.0.0.{number}" for number in range(1, 5))
-ANSWER_WITHIN_S = 10
 VENT_HEAD = b"POST /api/vent HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\n"
 
 
 def vent(port, delay_s=0.0):
     """Send a vent in pieces from an own connection. Return the HTTP status, or the name of the error."""
     try:
-        with socket.create_connection(("127.0.0.1", port), ANSWER_WITHIN_S, (OWN_ADDRESS, 0)) as connection:
+        with socket.create_connection(("127.0.0.1", port), 10, (OWN_ADDRESS, 0)) as connection:
             for piece in (VENT_HEAD[:20], VENT_HEAD[20:], b"{"):  # the last byte of the body is missing
                 time.sleep(delay_s)
                 connection.sendall(piece)
