@@ -128,7 +128,7 @@ def pytest_unconfigure():
 
 
 def pytest_collection_modifyitems(items, config):
-    """Mark the tests in real time. Select tests here, too: `pytest_ignore_collect` covers only this folder."""
+    """Mark the tests in real time. Select here, too: `pytest_ignore_collect` covers only this folder."""
     items[:] = [item for item in items if is_selected(item.path, config)]
     for item in items:
         if is_in_real_time(item.path):
