@@ -20,6 +20,12 @@ def intact(tmp_path_factory):
     return make_recording(tmp_path_factory.mktemp("intact") / "a.recording", 1000)
 
 
+@pytest.fixture
+def forged(intact, tmp_path):
+    """Return a copy of an intact recording, which the test changes."""
+    return shutil.copyfile(intact, tmp_path / "forged.recording")
+
+
 def remark_or_error(path):
     try:
         return read_contents(path).remark
@@ -48,9 +54,7 @@ def remark_or_error(path):
     ],
     ids=lambda value: str(value)[:40],
 )
-def test_forged_rows_with_a_correct_checksum_are_reported(intact, tmp_path, table, columns, row):
-    forged = tmp_path / "forged.recording"
-    shutil.copyfile(intact, forged)
+def test_forged_rows_with_a_correct_checksum_are_reported(forged, table, columns, row):
     db = sqlite3.connect(forged)
     db.execute(
         f"UPDATE {table} SET {columns} = ?, crc32 = ? WHERE number = 1", (row[-1], checksum((1, *row)))
@@ -76,9 +80,7 @@ def test_forged_rows_with_a_correct_checksum_are_reported(intact, tmp_path, tabl
         ("quality", math.inf),
     ],
 )
-def test_a_sample_with_an_invalid_value_ends_the_reading(intact, tmp_path, column, value):
-    forged = tmp_path / "forged.recording"
-    shutil.copyfile(intact, forged)
+def test_a_sample_with_an_invalid_value_ends_the_reading(forged, column, value):
     db = sqlite3.connect(forged)
     row = list(db.execute("SELECT * FROM samples WHERE number = 800").fetchone()[:-1])
     row[1 + SampleRecord._fields.index(column)] = value
@@ -92,9 +94,7 @@ def test_a_sample_with_an_invalid_value_ends_the_reading(intact, tmp_path, colum
     assert "sample 800 has" in contents.remark
 
 
-def test_a_text_in_the_file_cannot_control_the_terminal(intact, tmp_path):
-    forged = tmp_path / "forged.recording"
-    shutil.copyfile(intact, forged)
+def test_a_text_in_the_file_cannot_control_the_terminal(forged):
     db = sqlite3.connect(forged)
     row = (1, 1.0, "cut\x1b[2J\n", "x" * 100_000, 5)
     db.execute("INSERT OR REPLACE INTO ending VALUES (?, ?, ?, ?, ?, ?)", (*row, checksum(row)))
@@ -119,9 +119,7 @@ FORGED_SCHEMAS = {
 
 
 @pytest.mark.parametrize("schema", FORGED_SCHEMAS)
-def test_a_file_with_views_or_generated_columns_is_rejected(intact, tmp_path, schema):
-    forged = tmp_path / "forged.recording"
-    shutil.copyfile(intact, forged)
+def test_a_file_with_views_or_generated_columns_is_rejected(forged, schema):
     db = sqlite3.connect(forged)
     db.executescript(f"DROP TABLE checkpoint; {FORGED_SCHEMAS[schema]}")
     db.close()
@@ -130,10 +128,8 @@ def test_a_file_with_views_or_generated_columns_is_rejected(intact, tmp_path, sc
 
 
 @pytest.mark.parametrize("columns", ["number, t_s, state, crc32", "number INTEGER, t_s, state, crc32"])
-def test_a_table_without_row_numbers_is_rejected(intact, tmp_path, columns):
+def test_a_table_without_row_numbers_is_rejected(forged, columns):
     """The time to read such a table would grow with the square of its length."""
-    forged = tmp_path / "forged.recording"
-    shutil.copyfile(intact, forged)
     db = sqlite3.connect(forged)
     db.executescript(f"DROP TABLE checkpoint; CREATE TABLE checkpoint ({columns})")
     db.close()
