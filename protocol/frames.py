@@ -49,6 +49,7 @@ class BoardState(IntEnum):
     HOLDING = 4
     VENTING = 5
     TRIPPED = 6
+    TESTING = 7  #: proof test of the held balloon: a short pulse of each valve
 
 
 class Fault(IntEnum):
@@ -64,7 +65,7 @@ class Fault(IntEnum):
     NO_RISE = 7  #: the pressure does not rise although the inlet is open: no gas supply, or inlet stuck shut
     INLET_OPEN = 8  #: the pressure rises although the inlet is closed
     VENT_SHUT = 9  #: the pressure does not fall although the vent is open
-    OCCLUSION = 10  #: the pressure changes much faster than at commissioning
+    OCCLUSION = 10  #: the pressure changes much faster than at commissioning; the proof test also reports it
     LEAK = 11
     SETPOINT_TIMEOUT = 12  #: setpoint not reached in 15 s or 20 valve actions
     HOST_SILENT = 13
@@ -157,7 +158,7 @@ class Command:
     """
 
     kind: ClassVar[int] = 0xAA
-    layout: ClassVar[struct.Struct] = struct.Struct("<BBHhHHB5x")
+    layout: ClassVar[struct.Struct] = struct.Struct("<BBHhHHBB4x")
 
     mode: int = Mode.VENT
     flags: int = CommandFlag.NONE
@@ -166,6 +167,7 @@ class Command:
     contact_limit_pa: int = 18_000  #: overpressure limit while the balloon is held
     host_timeout_ms: int = 2_000  #: time without a command after which the board vents
     clear: int = 0  #: a changed value clears the latched faults whose cause is gone
+    proof_test: int = 0  #: a changed value starts a proof test, if the balloon is held and free
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,12 +26,16 @@ FILL_KPA_PER_S = 5.0
 #: Time in which the open vent of the commissioned circuit halves a pressure of `HALVING_FROM_KPA`. For
 #: another pressure p, this time is multiplied by √(p / HALVING_FROM_KPA).
 HALVING_TIME_S, HALVING_FROM_KPA = 0.55, 8.0
+#: Rate at which the pressure falls at `HALVING_FROM_KPA` while the vent of the commissioned circuit is open.
+VENT_KPA_PER_S = 8.0
 #: The tube counts as occluded if the time of a pressure change, divided by the time of this change in the
 #: commissioned circuit, is below this ratio. The change is faster because only a part of the gas flows.
 OCCLUDED_TIME_RATIO = 0.6
 
 #: States in which the balloon is inflated or is being inflated.
-PRESSURISED = frozenset({BoardState.INFLATING, BoardState.SETTLING, BoardState.HOLDING})
+PRESSURISED = frozenset({BoardState.INFLATING, BoardState.SETTLING, BoardState.HOLDING, BoardState.TESTING})
+#: States in which the balloon is held at its setpoint.
+HELD = frozenset({BoardState.HOLDING, BoardState.TESTING})
 
 
 def nominal_pressure_kpa(adc_sum: int) -> float:

@@ -5,6 +5,7 @@
 
 #include "filling.h"
 #include "monitors.h"
+#include "proof_test.h"
 #include "supply.h"
 
 /* State, pressure, valves and the values of the last command. */
@@ -23,6 +24,7 @@ struct board_status {
     struct emptying_monitor emptying;
     struct fill_controller filling;
     struct top_up_monitor top_ups;
+    struct proof_test proof_test;
     uint8_t latched_faults[LIMIT_COUNT]; /* in the order of their occurrence */
     uint8_t latched_fault_count;
 };

@@ -31,6 +31,7 @@
 #define FILL_KPA_PER_S 5.0f
 #define HALVING_TIME_MS 550u
 #define HALVING_FROM_KPA 8.0f
+#define VENT_KPA_PER_S 8.0f
 #define OCCLUDED_TIME_RATIO 0.6f
 
 /* pneuforce.sim.board.states */
@@ -49,7 +50,6 @@
 /* pneuforce.sim.board.filling */
 #define TUBE_LAG_MS 60u
 #define VALVE_DELAY_MS 12u
-#define VENT_KPA_PER_S 8.0f
 #define EQUALISE_MS 300u
 #define BAND_KPA 0.05f
 #define IN_BAND_MS 300u
@@ -69,6 +69,11 @@
 #define TOP_UP_AFTER_MS 2000u
 #define TOP_UP_WINDOW_MS 600000u
 #define TOP_UP_HISTORY 8u
+
+/* pneuforce.sim.board.proof_test */
+#define TEST_PULSE_MS 16u
+#define TEST_HALF_MS 360u
+#define MIN_TEST_RISE_KPA 0.03f
 
 /* pneuforce.sim.board.board_status */
 #define CONTACT_LIMIT_AT_BOOT_KPA 18.0f
@@ -91,7 +96,7 @@
 #define MAX_HOST_TIMEOUT_MS 10000u
 
 /* pneuforce.sim.board.board */
-#define FIRMWARE_REVISION 256u
+#define FIRMWARE_REVISION 257u
 #define HELLO_INTERVAL_US 200000u
 #define SAMPLE_MS 2u
 #define SYNC_0 0xA5u
@@ -103,7 +108,7 @@ enum {
 };
 enum {
     STATE_BOOT = 0, STATE_VENTED = 1, STATE_INFLATING = 2, STATE_SETTLING = 3, STATE_HOLDING = 4,
-    STATE_VENTING = 5, STATE_TRIPPED = 6
+    STATE_VENTING = 5, STATE_TRIPPED = 6, STATE_TESTING = 7
 };
 enum {
     FAULT_NONE = 0, FAULT_SENSOR = 1, FAULT_SENSOR_FROZEN = 2, FAULT_SUPPLY_VOLTAGE = 3,
@@ -122,8 +127,8 @@ enum {
 };
 enum {
     TRIGGER_VENT_REQUESTED, TRIGGER_HOLD_REQUESTED, TRIGGER_VENT_VERIFIED, TRIGGER_NEAR_SETPOINT,
-    TRIGGER_FAR_BELOW_SETPOINT, TRIGGER_SETTLED, TRIGGER_RETARGETED, TRIGGER_IDENTIFIED, TRIGGER_TRIPPED,
-    TRIGGER_CLEARED, TRIGGER_COUNT, NO_TRIGGER
+    TRIGGER_FAR_BELOW_SETPOINT, TRIGGER_SETTLED, TRIGGER_RETARGETED, TRIGGER_IDENTIFIED,
+    TRIGGER_TEST_REQUESTED, TRIGGER_TEST_FINISHED, TRIGGER_TRIPPED, TRIGGER_CLEARED, TRIGGER_COUNT, NO_TRIGGER
 };
 
 /* pneuforce.protocol.frames: payloads. */
@@ -165,34 +170,36 @@ struct command {
     uint16_t contact_limit_pa;
     uint16_t host_timeout_ms;
     uint8_t clear;
+    uint8_t proof_test;
 } __attribute__((packed));
 #define KIND_VENT 0xCCu
 
 /* pneuforce.sim.board.states: next state for each state (rows) and trigger (columns). */
-#define STATE_COUNT 7
+#define STATE_COUNT 8
 #define STAYS 0xFFu
 #define TRANSITION_ROWS { \
-    { STAYS, STAYS, STATE_VENTED, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
-    { STAYS, STATE_INFLATING, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
-    { STATE_VENTING, STAYS, STAYS, STATE_SETTLING, STAYS, STAYS, STAYS, STATE_VENTING, STATE_TRIPPED, STAYS }, \
-    { STATE_VENTING, STAYS, STAYS, STAYS, STATE_INFLATING, STATE_HOLDING, STAYS, STATE_VENTING, STATE_TRIPPED, STAYS }, \
-    { STATE_VENTING, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_SETTLING, STAYS, STATE_TRIPPED, STAYS }, \
-    { STAYS, STAYS, STATE_VENTED, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
-    { STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_VENTING } }
+    { STAYS, STAYS, STATE_VENTED, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
+    { STAYS, STATE_INFLATING, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
+    { STATE_VENTING, STAYS, STAYS, STATE_SETTLING, STAYS, STAYS, STAYS, STATE_VENTING, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
+    { STATE_VENTING, STAYS, STAYS, STAYS, STATE_INFLATING, STATE_HOLDING, STAYS, STATE_VENTING, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
+    { STATE_VENTING, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_SETTLING, STAYS, STATE_TESTING, STAYS, STATE_TRIPPED, STAYS }, \
+    { STAYS, STAYS, STATE_VENTED, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_TRIPPED, STAYS }, \
+    { STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_VENTING }, \
+    { STATE_VENTING, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STAYS, STATE_HOLDING, STATE_TRIPPED, STAYS } }
 #define FILLING_STATES 0x0Cu
-#define PRESSURISED_STATES 0x1Cu
+#define PRESSURISED_STATES 0x9Cu
 
 /* pneuforce.sim.board.limits: fault, mask of states, samples in a row, condition. */
 #define LIMIT_COUNT 16
 #define LIMIT_ROWS(ROW) \
-    ROW(FAULT_SENSOR, 0x7Fu, 5, sensor_ok) \
-    ROW(FAULT_SUPPLY_VOLTAGE, 0x7Fu, 16, supply_ok) \
-    ROW(FAULT_OVERPRESSURE, 0x7Fu, 1, below_hard_limit) \
+    ROW(FAULT_SENSOR, 0xFFu, 5, sensor_ok) \
+    ROW(FAULT_SUPPLY_VOLTAGE, 0xFFu, 16, supply_ok) \
+    ROW(FAULT_OVERPRESSURE, 0xFFu, 1, below_hard_limit) \
     ROW(FAULT_OVERPRESSURE, 0x0Cu, 3, below_filling_limit) \
-    ROW(FAULT_OVERPRESSURE, 0x10u, 3, below_contact_limit) \
-    ROW(FAULT_BURST, 0x10u, 3, balloon_intact) \
+    ROW(FAULT_OVERPRESSURE, 0x90u, 3, below_contact_limit) \
+    ROW(FAULT_BURST, 0x90u, 3, balloon_intact) \
     ROW(FAULT_LIMIT_POINT, 0x0Cu, 1, not_past_limit_point) \
-    ROW(FAULT_SENSOR_FROZEN, 0x7Fu, 1, sensor_moves) \
+    ROW(FAULT_SENSOR_FROZEN, 0xFFu, 1, sensor_moves) \
     ROW(FAULT_NO_RISE, 0x0Cu, 1, pressure_rises) \
     ROW(FAULT_INLET_OPEN, 0x02u, 50, stays_vented) \
     ROW(FAULT_VENT_SHUT, 0x61u, 1, pressure_falls) \
@@ -200,7 +207,7 @@ struct command {
     ROW(FAULT_OCCLUSION, 0x20u, 1, vent_rate_plausible) \
     ROW(FAULT_LEAK, 0x10u, 1, few_top_ups) \
     ROW(FAULT_SETPOINT_TIMEOUT, 0x0Cu, 1, setpoint_in_time) \
-    ROW(FAULT_HOST_SILENT, 0x1Cu, 1, host_in_time)
+    ROW(FAULT_HOST_SILENT, 0x9Cu, 1, host_in_time)
 
 /* Condition under which a latched fault may be cleared. */
 #define CLEAR_CONDITION_ROWS(ROW) \

@@ -6,7 +6,7 @@
 #include "limits.h"
 
 #define MAX_CHANGES 8u
-#define NO_CLEAR (-1)
+#define NO_VALUE (-1)
 /* The code divides by 1000 and does not multiply by 0.001, so that decimal limits in Pa stay exact. */
 #define PA_PER_KPA 1000.0f
 
@@ -26,6 +26,8 @@ struct pressure_controller {
      * rig that is not pressurised. */
     bool armed;
     int16_t last_clear;  /* last `clear` value; the first value after Identify is the reference */
+    int16_t last_test;   /* last `proof_test` value, with the same reference */
+    bool test_requested; /* for the next sample only */
     float requested_kpa; /* 0: no setpoint is requested */
     uint8_t violations[LIMIT_COUNT];
 };
@@ -71,17 +73,17 @@ static void pressure_init(struct pressure_controller *p, bool unexpected_reset)
 {
     memset(p, 0, sizeof *p);
     board_status_init(&p->status);
-    p->last_clear = NO_CLEAR;
+    p->last_clear = p->last_test = NO_VALUE;
     if (unexpected_reset)
         trip(p, FAULT_WATCHDOG);
 }
 
-/* Reset the arming and the last `clear` value, because the host may be a new one. Also reset the zero if the rig is
- * not pressurised. */
+/* Reset the arming and the last values of `clear` and `proof_test`, because the host may be a new one. Also reset the
+ * zero if the rig is not pressurised. */
 static void host_identified(struct pressure_controller *p)
 {
     p->armed = false;
-    p->last_clear = NO_CLEAR;
+    p->last_clear = p->last_test = NO_VALUE;
     apply_trigger(p, TRIGGER_IDENTIFIED, FAULT_NONE);
     if (!contains_state(PRESSURISED_STATES, p->status.state))
         set_zero(&p->status.reading, 0.0f, false);
@@ -101,7 +103,7 @@ static void vent(struct pressure_controller *p)
 static void clear_faults(struct pressure_controller *p, uint8_t clear)
 {
     struct board_status *status = &p->status;
-    bool is_new = p->last_clear != NO_CLEAR && p->last_clear != clear;
+    bool is_new = p->last_clear != NO_VALUE && p->last_clear != clear;
     uint8_t n, left = 0;
 
     p->last_clear = clear;
@@ -135,6 +137,8 @@ static void apply_command(struct pressure_controller *p, const struct command *c
     if (!contains_state(PRESSURISED_STATES, status->state))
         set_zero(&status->reading, c->zero_pa / PA_PER_KPA, zeroed);
     clear_faults(p, c->clear);
+    p->test_requested = p->last_test != NO_VALUE && p->last_test != c->proof_test;
+    p->last_test = c->proof_test;
     if (c->mode == MODE_VENT) {
         vent(p);
         p->armed = status->state != STATE_TRIPPED;
@@ -191,6 +195,12 @@ static uint8_t step_filling(struct pressure_controller *p)
                                             : settle(&status->filling, &status->reading, status->setpoint_kpa);
 }
 
+static uint8_t start_test(struct board_status *status)
+{
+    proof_test_start(&status->proof_test, status->setpoint_kpa, &status->reading);
+    return TRIGGER_TEST_REQUESTED;
+}
+
 static uint8_t step_holding(struct pressure_controller *p)
 {
     struct board_status *status = &p->status;
@@ -200,9 +210,15 @@ static uint8_t step_holding(struct pressure_controller *p)
     if (top_up_due(&status->top_ups))
         record_top_up(&status->top_ups);
     else if (p->requested_kpa == status->setpoint_kpa)
-        return NO_TRIGGER;
+        return p->test_requested ? start_test(status) : NO_TRIGGER;
     start_filling(p);
     return TRIGGER_RETARGETED;
+}
+
+static uint8_t step_testing(struct board_status *status)
+{
+    proof_test_step(&status->proof_test, &status->reading);
+    return proof_test_finished(&status->proof_test) ? TRIGGER_TEST_FINISHED : NO_TRIGGER;
 }
 
 static uint8_t step_state(struct pressure_controller *p)
@@ -218,6 +234,8 @@ static uint8_t step_state(struct pressure_controller *p)
         return step_filling(p);
     case STATE_HOLDING:
         return step_holding(p);
+    case STATE_TESTING:
+        return step_testing(&p->status);
     default:
         return NO_TRIGGER;
     }
@@ -227,6 +245,8 @@ static uint8_t valves_of(const struct board_status *status)
 {
     if (contains_state(FILLING_STATES, status->state))
         return status->filling.valves;
+    if (status->state == STATE_TESTING)
+        return proof_test_valves(&status->proof_test, may_move_valves(status));
     return status->state == STATE_HOLDING ? LOCKED : SAFE;
 }
 
@@ -241,6 +261,7 @@ static void pressure_step(struct pressure_controller *p, uint16_t adc_sum, uint1
     trigger = step_state(p);
     if (trigger != NO_TRIGGER)
         apply_trigger(p, trigger, FAULT_NONE);
+    p->test_requested = false;
     p->status.valves = valves_of(&p->status);
 }
 

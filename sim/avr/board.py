@@ -14,6 +14,7 @@ from pneuforce.protocol.frames import (
     Sample,
     Valve,
 )
+from pneuforce.protocol.limits import HELD
 from pneuforce.sim.avr.emulator import CYCLES_PER_US, Emulator, ResetFlag
 from pneuforce.sim.avr.toolchain import OTHER_VERSION, ToolchainError, program
 from pneuforce.sim.board.states import ResetCause
@@ -80,7 +81,7 @@ class AvrBoard:
     @property
     def is_holding(self) -> bool:
         """Return True if the board reports that it holds the balloon at its setpoint."""
-        return self._state is BoardState.HOLDING
+        return self._state in HELD
 
     @property
     def version(self) -> int:

@@ -6,7 +6,6 @@ from pneuforce.protocol.frames import (
     PROTOCOL_VERSION,
     SAMPLES_PER_S,
     BoardKind,
-    BoardState,
     Command,
     Event,
     Fault,
@@ -20,11 +19,11 @@ from pneuforce.protocol.frames import (
     Vent,
     encode,
 )
-from pneuforce.protocol.limits import HOST_SILENCE_S
+from pneuforce.protocol.limits import HELD, HOST_SILENCE_S
 from pneuforce.sim.board.pressure_control import PressureController
 from pneuforce.sim.board.states import UNEXPECTED_RESETS, ResetCause
 
-FIRMWARE_REVISION = 0x0100
+FIRMWARE_REVISION = 0x0101
 HELLO_INTERVAL_US = 200_000
 SAMPLE_S = 1 / SAMPLES_PER_S
 
@@ -55,7 +54,7 @@ class SimulatedBoard:
     @property
     def is_holding(self) -> bool:
         """Return True if the balloon is held at its setpoint."""
-        return self._pressure.status.state is BoardState.HOLDING
+        return self._pressure.status.state in HELD
 
     def step(self, board_time_us: int, adc_sum: int, supply_mv: int, received: bytes) -> bytes:
         """Process the received bytes and one sample, `board_time_us` after the boot.

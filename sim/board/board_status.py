@@ -8,6 +8,7 @@ from pneuforce.protocol.frames import BoardState, Fault
 from pneuforce.protocol.limits import HOST_SILENCE_S
 from pneuforce.sim.board.filling import FillController
 from pneuforce.sim.board.monitors import EmptyingMonitor, InletValveMonitor, TopUpMonitor, VentValveMonitor
+from pneuforce.sim.board.proof_test import ProofTestPulses
 from pneuforce.sim.board.reading import PressureReading
 from pneuforce.sim.board.states import FILL, SAFE
 from pneuforce.sim.board.supply import SupplyMonitor
@@ -35,6 +36,7 @@ class BoardStatus:
     emptying: EmptyingMonitor = field(default_factory=EmptyingMonitor)
     filling: FillController = field(default_factory=FillController)
     top_ups: TopUpMonitor = field(default_factory=TopUpMonitor)
+    proof_test: ProofTestPulses = field(default_factory=ProofTestPulses)
     latched_faults: list[Fault] = field(default_factory=list)  #: in the order in which they occurred
 
     @property

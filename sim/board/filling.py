@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pneuforce.protocol.limits import FILL_KPA_PER_S
+from pneuforce.protocol.limits import FILL_KPA_PER_S, VENT_KPA_PER_S
 from pneuforce.sim.board.reading import PressureReading
 from pneuforce.sim.board.states import FILL, LOCKED, SAFE, Trigger
 
 #: Expected time constant of the tube, and expected switching time of a valve [s].
 TUBE_LAG_S = 0.06
 VALVE_DELAY_S = 0.012
-VENT_KPA_PER_S = 8.0
 #: Time after a valve action until the pressures of balloon and sensor are equal [s].
 EQUALISE_S = 0.3
 #: Largest error of a settled pressure [kPa]: half of the specified error. The other half is reserved for

@@ -9,6 +9,7 @@ from pneuforce.protocol.frames import BoardState, Fault
 from pneuforce.protocol.limits import (
     FILL_KPA_PER_S,
     HARD_LIMIT_KPA,
+    HELD,
     OCCLUDED_TIME_RATIO,
     PRESSURISED,
     SUPPLY_MV,
@@ -164,8 +165,8 @@ LIMITS: tuple[Limit, ...] = (
     Limit(Fault.SUPPLY_VOLTAGE, ALL_STATES, SUPPLY_SAMPLES, supply_ok),
     Limit(Fault.OVERPRESSURE, ALL_STATES, 1, below_hard_limit),
     Limit(Fault.OVERPRESSURE, FILLING, 3, below_filling_limit),
-    Limit(Fault.OVERPRESSURE, HOLDING, 3, below_contact_limit),
-    Limit(Fault.BURST, HOLDING, 3, balloon_intact),
+    Limit(Fault.OVERPRESSURE, HELD, 3, below_contact_limit),
+    Limit(Fault.BURST, HELD, 3, balloon_intact),
     Limit(Fault.LIMIT_POINT, FILLING, 1, not_past_limit_point),
     Limit(Fault.SENSOR_FROZEN, ALL_STATES, 1, sensor_moves),
     Limit(Fault.NO_RISE, FILLING, 1, pressure_rises),

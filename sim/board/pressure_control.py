@@ -34,6 +34,8 @@ class PressureController:
     # message, and a silent host while the balloon is empty.
     _armed: bool = False
     _last_clear: int | None = None  # last `clear` value; the first value after Identify is the reference
+    _last_test: int | None = None  # last `proof_test` value, with the same reference
+    _test_requested: bool = False  # for the next sample only
     _violations: list[int] = field(default_factory=lambda: [0] * len(LIMITS))
 
     def latch_unexpected_reset(self) -> None:
@@ -41,12 +43,13 @@ class PressureController:
         self._trip(Fault.WATCHDOG)
 
     def host_identified(self) -> None:
-        """Disarm the board, and delete the last `clear` value and the zero: the host may be a new host.
+        """Disarm the board. Delete the zero, and the last values of `clear` and `proof_test`.
 
-        An unfinished inflation is vented. A held balloon stays locked and keeps its zero.
+        The host may be a new host. An unfinished inflation is vented. A held balloon stays locked and keeps
+        its zero.
         """
         self._armed = False
-        self._last_clear = None
+        self._last_clear = self._last_test = None
         self._apply_trigger(Trigger.IDENTIFIED)
         if self.status.state not in PRESSURISED:
             self.status.reading.set_zero(0.0, False)
@@ -70,6 +73,8 @@ class PressureController:
         if status.state not in PRESSURISED:
             status.reading.set_zero(command.zero_pa * 1e-3, zeroed)
         self._clear_faults(command.clear)
+        self._test_requested = self._last_test not in (None, command.proof_test)
+        self._last_test = command.proof_test
         if command.mode == Mode.VENT:
             self.vent()
             self._armed = status.state is not BoardState.TRIPPED
@@ -106,6 +111,7 @@ class PressureController:
         trigger = step_state(self, dt_s) if step_state else None
         if trigger:
             self._apply_trigger(trigger)
+        self._test_requested = False
         status.valves = self._valves()
 
     def _check_limits(self) -> None:
@@ -144,6 +150,8 @@ class PressureController:
     def _valves(self) -> int:
         if self.status.state in FILLING:
             return self.status.filling.valves
+        if self.status.state is BoardState.TESTING:
+            return self.status.proof_test.valves(self.status.may_move_valves)
         return LOCKED if self.status.state is BoardState.HOLDING else SAFE
 
     def _step_emptying(self, dt_s: float) -> Trigger | None:  # noqa: ARG002
@@ -179,9 +187,17 @@ class PressureController:
         if status.top_ups.due:
             status.top_ups.record()
         elif not self._setpoint_changed:
-            return None
+            return self._start_test() if self._test_requested else None
         self._start_filling()
         return Trigger.RETARGETED
+
+    def _start_test(self) -> Trigger:
+        self.status.proof_test.start(self.status.setpoint_kpa, self.status.reading)
+        return Trigger.TEST_REQUESTED
+
+    def _step_testing(self, dt_s: float) -> Trigger | None:  # noqa: ARG002
+        self.status.proof_test.step(self.status.reading)
+        return Trigger.TEST_FINISHED if self.status.proof_test.finished else None
 
     @property
     def _setpoint_changed(self) -> bool:
@@ -205,4 +221,5 @@ _STEP_BY_STATE: Mapping[BoardState, Callable[[PressureController, float], Trigge
     BoardState.INFLATING: PressureController._step_inflating,
     BoardState.SETTLING: PressureController._step_settling,
     BoardState.HOLDING: PressureController._step_holding,
+    BoardState.TESTING: PressureController._step_testing,
 }

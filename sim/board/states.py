@@ -19,6 +19,8 @@ class Trigger(Enum):
     SETTLED = auto()  #: the pressure has stayed in the band around the setpoint
     RETARGETED = auto()  #: the setpoint has changed, or a top-up is due
     IDENTIFIED = auto()  #: a host has sent Identify and may be a new host
+    TEST_REQUESTED = auto()  #: the host requests a proof test
+    TEST_FINISHED = auto()
     TRIPPED = auto()
     CLEARED = auto()  #: the last latched fault was cleared
 
@@ -50,7 +52,13 @@ TRANSITIONS: Mapping[BoardState, Mapping[Trigger, BoardState]] = {
         T.IDENTIFIED: B.VENTING,
         T.TRIPPED: B.TRIPPED,
     },
-    B.HOLDING: {T.RETARGETED: B.SETTLING, T.VENT_REQUESTED: B.VENTING, T.TRIPPED: B.TRIPPED},
+    B.HOLDING: {
+        T.RETARGETED: B.SETTLING,
+        T.TEST_REQUESTED: B.TESTING,
+        T.VENT_REQUESTED: B.VENTING,
+        T.TRIPPED: B.TRIPPED,
+    },
+    B.TESTING: {T.TEST_FINISHED: B.HOLDING, T.VENT_REQUESTED: B.VENTING, T.TRIPPED: B.TRIPPED},
     B.VENTING: {T.VENT_VERIFIED: B.VENTED, T.TRIPPED: B.TRIPPED},
     B.TRIPPED: {T.CLEARED: B.VENTING},
 }
@@ -60,8 +68,8 @@ SAFE = int(Valve.NONE)
 LOCKED = int(Valve.VENT_CLOSED)
 FILL = int(Valve.VENT_CLOSED | Valve.INLET_OPEN)
 
-#: States in which the valves move the pressure towards a setpoint. HOLDING keeps the valves LOCKED; in all
-#: other states the valves are SAFE.
+#: States in which the valves move the pressure towards a setpoint. HOLDING keeps the valves LOCKED, and
+#: TESTING moves them in pulses; in all other states the valves are SAFE.
 FILLING = frozenset({B.INFLATING, B.SETTLING})
 ALL_STATES = frozenset(BoardState)
 EMPTYING = frozenset({B.BOOT, B.VENTING, B.TRIPPED})

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from pneuforce.protocol.frames import SAMPLES_PER_S, Command, CommandFlag, Fault, Sample
+from pneuforce.protocol.frames import SAMPLES_PER_S, BoardState, Command, CommandFlag, Fault, Sample
 from pneuforce.sim.board import SimulatedBoard
 from tests.firmware.compiled import CBoard
 from tests.sim.conftest import ZERO_PA, Bench, hold, vent
@@ -71,6 +71,7 @@ def run_random_period(bench, draw):
             contact_limit_pa=draw.choice([65535, 18000, 12000]),
             host_timeout_ms=draw.choice([0, 2000, 65535]),
             clear=draw.choice([0, 1, 2]),
+            proof_test=draw.choice([0, 0, 1, 2]),
         )
     ).run(draw.choice([0.02, 0.1, 0.1, 1.5, 4]))
     if draw.random() < 0.1:
@@ -128,6 +129,16 @@ def vents_while_pressed(bench):
     bench.keep_sending(vent(flags=PRESSED)).run(2)
 
 
+def checks_its_tube(bench):
+    bench.holding().keep_sending(hold(proof_test=1)).run(1.0)
+    assert any(sample.state == BoardState.TESTING for sample in bench.all(Sample))
+    bench.fill_kpa_per_s = 0.0
+    bench.keep_sending(hold(proof_test=2)).run(1.0)
+    bench.fill_kpa_per_s, bench.gas_kpa = 5.0, 8.08
+    bench.run(0.5).keep_sending(hold(proof_test=3)).run(1.0)
+    bench.keep_sending(hold(proof_test=4)).run(0.1).keep_sending(vent()).run(2.0)
+
+
 def receives_a_command_before_identify(bench):
     bench.keep_sending(hold(host_timeout_ms=5000)).run(0.3).identify().run(0.1)
 
@@ -141,6 +152,7 @@ def receives_a_command_before_identify(bench):
         is_released,
         comes_down,
         vents_while_pressed,
+        checks_its_tube,
         receives_a_command_before_identify,
     ],
 )
