@@ -66,8 +66,9 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Check the vent valve and its relay. Clear when the rig is vented.",
     ),
     10: Advice(
-        "The pressure changed too fast, in less than 60 % of the time that tubes and balloon need: the "
-        "tube is blocked. The balloon may be inflated although the measured pressure is zero.",
+        "The pressure changed too fast, in less than 60 % of the time that tubes and balloon need, or too "
+        "much in two proof tests: the tube is blocked. The balloon may be inflated although the measured "
+        "pressure is zero.",
         _INFLATED + "Check whether the tube is kinked. Also check the regulator: a supply pressure that is "
         "far too high can cause the same fault. Then clear.",
     ),
@@ -176,8 +177,10 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
     "board, or a failed event log or recording. The log of the host process names the cause.",
     "out_of_specification": "See bit 5 (out_of_range).",
-    "function_check": "No force is available now. Inflate the balloon, or wait until the setpoint is "
-    "reached.",
+    "function_check": "No force is available now. If a proof test is in progress, wait for up to 1 s. "
+    "Otherwise inflate the balloon, or wait until the setpoint is reached.",
+    "proof_test_overdue": "A blocked tube might be undetected: the force might be too small. Retract from "
+    "the tissue for 5 s, and write 546 := 0.",
     "failure": "Stop moving. Follow the advice for the fault (register 778).",
     "calibrated": "",
     "any_failure": "See bit 27 (failure). This bit is for programs that can test only the sign of the "

@@ -56,10 +56,13 @@ STATUS = BitField(
         StatusBit(
             26,
             "function_check",
-            "Function check (NAMUR NE 107): no pressure is held, and no failure is present.",
+            "Function check (NAMUR NE 107): no pressure is held, or a proof test is in progress.",
         ),
         StatusBit(27, "failure", "Failure (NAMUR NE 107): a fault is latched, or the last sample is stale."),
         StatusBit(28, "calibrated", "The force is corrected by a force calibration."),
+        StatusBit(
+            29, "proof_test_overdue", "No proof test has passed for ten periods, or proof tests are disabled."
+        ),
         StatusBit(31, "any_failure", "Copy of bit 27, for masters that test the sign of the status."),
     )
 )
@@ -104,6 +107,7 @@ REJECT_REASONS = Enumeration(
     }
 )
 MODES = Enumeration({0: "vent", 1: "hold"})
+PROOF_TESTS = Enumeration({0: "allowed", 1: "forbidden"})
 HOLDERS = Enumeration({0: "none", 1: "modbus_tcp", 2: "modbus_rtu", 3: "can", 4: "web"})
 COMMANDS = Enumeration(
     {

@@ -116,7 +116,7 @@ class Inflation:
         values = {"mode": mode, "setpoint": setpoint_kpa, "lease": lease_s, "sequence": self._sequence}
         return can.Message(
             arbitration_id=COMMAND.frame_id,
-            data=COMMAND.encode(values | {"reserved": 0}),
+            data=COMMAND.encode(values | {"proof_test": "allowed"}),
             is_extended_id=False,
         )
 

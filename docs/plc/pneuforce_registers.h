@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 955AE542h (registers 768 and 770).
+ * Map version 1, hash 5F4535F8h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x955AE542)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x5F4535F8)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -40,6 +40,7 @@
 #define PNEUFORCE_ADDRESS_BASELINE_DRIFT 32
 #define PNEUFORCE_ADDRESS_DELAY 34
 #define PNEUFORCE_ADDRESS_BASELINE_AGE 35
+#define PNEUFORCE_ADDRESS_PROOF_TEST_AGE 36
 #define PNEUFORCE_ADDRESS_FORCE_MN 64
 #define PNEUFORCE_ADDRESS_FORCE_UNCERTAINTY_MN 65
 #define PNEUFORCE_ADDRESS_PRESSURE_PA 66
@@ -66,6 +67,7 @@
 #define PNEUFORCE_ADDRESS_LEASE_HOLDER 529
 #define PNEUFORCE_ADDRESS_SETPOINT_REQUESTED_PA 544
 #define PNEUFORCE_ADDRESS_FORCE_LIMIT_MN 545
+#define PNEUFORCE_ADDRESS_PROOF_TEST 546
 #define PNEUFORCE_ADDRESS_MAP_VERSION 768
 #define PNEUFORCE_ADDRESS_METHOD 769
 #define PNEUFORCE_ADDRESS_MAP_HASH 770
@@ -117,9 +119,10 @@
 #define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline pressure is older than 60 s, or it drifts. */
 #define PNEUFORCE_STATUS_MAINTENANCE_REQUIRED UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): check the instrument soon. */
 #define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107): the same condition as out_of_range. */
-#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): no pressure is held, and no failure is present. */
+#define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): no pressure is held, or a proof test is in progress. */
 #define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
+#define PNEUFORCE_STATUS_PROOF_TEST_OVERDUE UINT32_C(0x20000000) /* No proof test has passed for ten periods, or proof tests are disabled. */
 #define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Copy of bit 27, for masters that test the sign of the status. */
 
 enum pneuforce_state {
@@ -375,6 +378,12 @@ static inline bool pneuforce_baseline_age_s(const uint16_t *from_0, uint16_t *va
     return true;
 }
 
+/* 36: Time since a proof test passed, or since the setpoint was reached. [s] */
+static inline bool pneuforce_proof_test_age_s(const uint16_t *from_0, uint16_t *value)
+{
+    return pneuforce_uint16(from_0[36], value);
+}
+
 /* 64: Contact force. [mN] */
 static inline bool pneuforce_force_mn(const uint16_t *from_0, int16_t *value)
 {
@@ -543,6 +552,13 @@ static inline bool pneuforce_setpoint_requested_pa(const uint16_t *from_512, uin
 static inline bool pneuforce_force_limit_mn(const uint16_t *from_512, uint16_t *value)
 {
     return pneuforce_uint16(from_512[33], value);
+}
+
+/* 546: 1 forbids proof tests, for example during a movement of the robot. */
+static inline bool pneuforce_proof_test(const uint16_t *from_512, uint16_t *value)
+{
+    memcpy(value, from_512 + 34, sizeof *value);
+    return true;
 }
 
 /* 768: Version of this register map. */

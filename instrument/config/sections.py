@@ -22,12 +22,21 @@ from pneuforce.instrument.model import Balloon, Circuit
 from pneuforce.instrument.model.law import Low, MethodName, Switch
 from pneuforce.support.toml_sections import Section
 
+MIN_PROOF_TEST_S = 10.0
+
 
 def _check_date(code: int) -> int:
     """Return `code`. Raises ValueError if it is neither 0 nor a date as yyyymmdd."""
     if code:
         date.fromisoformat(f"{code:08d}")
     return code
+
+
+def _check_period(period_s: float) -> float:
+    """Return `period_s`. Raises ValueError if it is neither 0 nor at least 10 s."""
+    if 0 < period_s < MIN_PROOF_TEST_S:
+        raise ValueError(f"must be 0 or at least {MIN_PROOF_TEST_S:g}")
+    return period_s
 
 
 _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
@@ -130,6 +139,13 @@ class SafetySection(Section):
         ge=0.1,
         le=20,
         description="force alarm limit after a start, register 514 [N]",
+    )
+    proof_test_s: Annotated[float, AfterValidator(_check_period)] = Field(
+        _SETTINGS.proof_test_s,
+        ge=0,
+        le=3600,
+        description="time from one proof test of the held balloon to the next [s]; 0: no proof tests",
+        json_schema_extra={"allowed_values": "0, or 10 to 3600"},
     )
     vent_on_force_limit: bool = Field(
         False, description="vent when the force exceeds the limit, in addition to the alarm"

@@ -8,18 +8,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pneuforce.instrument.core.arming import Arming
 from pneuforce.instrument.core.authorization import authorize
 from pneuforce.instrument.core.faults import HostFault, codes_of
 from pneuforce.instrument.core.interlocks import InterlockMonitor
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.operations import finish_clearing
+from pneuforce.instrument.core.proof_test_schedule import log_proof_test
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.requests import execute, log_write, write_context_of
 from pneuforce.instrument.core.snapshot import Snapshot, snapshot_of
 from pneuforce.instrument.core.state import InstrumentState
-from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.rig.link import RawSample
-from pneuforce.protocol.frames import Command, CommandFlag, Hello, Mode, Sample
+from pneuforce.protocol.frames import BoardState, Command, CommandFlag, Fault, Hello, Mode, Sample
 
 log = logging.getLogger("pneuforce")
 
@@ -68,6 +70,9 @@ class Instrument(InstrumentState):
         self._follow_board(raw.message, raw.t_s)
         if not self.command_monitor.state_credible:
             m = m.without_force()
+        self._follow_proof_test(raw, m)
+        if self.proof_tests.suspected:
+            m = m.without_force(Quality.TESTING)
         self.raw, self.measurement = raw, m
         self.sample_counter += 1
         self.vent_monitor.step(raw, m.pressure_kpa, self.chain.zero.taken)
@@ -94,6 +99,20 @@ class Instrument(InstrumentState):
             self._contact_peak_n = m.force_n
         if self.settings.vent_on_force_limit and self.holding and self.force_limit_exceeded:
             self.trip(HostFault.FORCE_LIMIT)
+
+    def _follow_proof_test(self, raw: RawSample, m: Measurement) -> None:
+        """Evaluate a finished proof test, and request the next test when it is due."""
+        tests, period_s = self.proof_tests, self.settings.proof_test_s
+        verdict = self.chain.proof_test_verdict(raw)
+        if verdict is not None:
+            log_proof_test(verdict, self.chain.proof_test.ratio)
+            if tests.finish(verdict, period_s):
+                self.trip(Fault.OCCLUSION)
+        free = raw.message.state == BoardState.HOLDING and not m.in_contact and math.isfinite(m.force_n)
+        free = free and self.arming is Arming.HOLDING
+        tests.step(raw.message.setpoint_pa, free, m.in_contact, raw.elapsed_s)
+        if period_s and tests.due and not self.peers.forbid_proof_tests:
+            tests.request(period_s)
 
     # ---- input from the clock
 
@@ -146,6 +165,7 @@ class Instrument(InstrumentState):
             contact_limit_pa=round(self.settings.contact_limit_kpa * 1e3),
             host_timeout_ms=round(self.settings.host_timeout_s * 1e3),
             clear=self.clearing.count & 0xFF,
+            proof_test=self.proof_tests.count & 0xFF,
         )
 
     # ---- output to the buses

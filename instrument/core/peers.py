@@ -1,4 +1,4 @@
-"""Records of the peers that have written to the instrument, with the last mode of each peer."""
+"""Records of the peers that have written to the instrument: last mode, and permission of proof tests."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ class PeerRecord:
 
     reject_reason: RejectReason = RejectReason.NONE
     mode: str = "vent"  #: last mode that this peer wrote
+    proof_test: str = "allowed"  #: "forbidden" if this peer forbids proof tests
     logged: str = ""  #: log line of the last logged write
 
 
@@ -44,6 +45,16 @@ class Peers:
         removed = self._records.pop(next(vented, next(iter(self._records))))
         if removed.mode != "vent":
             self._unknown_mode = removed.mode
+
+    @property
+    def forbid_proof_tests(self) -> bool:
+        """Return True if at least one peer forbids proof tests."""
+        return any(record.proof_test == "forbidden" for record in self._records.values())
+
+    def proof_test_of(self, peer: Peer) -> str:
+        """Return "forbidden" if `peer` forbids proof tests, otherwise "allowed"."""
+        record = self._records.get(peer)
+        return record.proof_test if record else "allowed"
 
     def reject_reason_of(self, peer: Peer) -> RejectReason:
         """Return why the last write of `peer` was rejected. A peer that only reads gets no record."""

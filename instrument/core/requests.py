@@ -41,6 +41,8 @@ def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s
     requested.force_limit_n = values.get("force_limit_n", requested.force_limit_n)
     if "reference_pressure_kpa" in values:
         requested.reference_kpa = state.chain.reference_kpa = values["reference_pressure_kpa"]
+    if "proof_test" in values:
+        state.peers.record_of(peer).proof_test = values["proof_test"]
     if "lease_s" in values:
         lease.take(peer, values["lease_s"], now_s)
     lease.renew(peer, now_s)

@@ -11,6 +11,7 @@ from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.core.status import STALE_S, status_of
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.protocol.frames import BoardState
+from pneuforce.protocol.limits import HELD
 
 MAX_AGE_S = 1e6
 
@@ -35,6 +36,7 @@ class Snapshot(NamedTuple):
     contact_radius_mm: float
     drift_kpa_per_s: float
     baseline_age_s: float
+    proof_test_age_s: float
     delay_s: float
     age_s: float
     sample_counter: int
@@ -51,6 +53,7 @@ class Snapshot(NamedTuple):
     force_limit_n: float
     mode: str
     reference_pressure_kpa: float
+    proof_test: str
     lease_s: float
     lease_left_s: float
     lease_holder: str
@@ -116,6 +119,7 @@ def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) ->
         "contact_radius_mm": m.contact_radius_mm,
         "drift_kpa_per_s": chain.tracker.drift_kpa_per_s if locked else math.nan,
         "baseline_age_s": min(chain.tracker.baseline_age_s + age_s, MAX_AGE_S),
+        "proof_test_age_s": state.proof_tests.age_s if math.isfinite(state.proof_tests.age_s) else math.nan,
         "delay_s": chain.delay_s if locked else math.nan,
         "age_s": min(age_s, MAX_AGE_S),
         "sample_counter": state.sample_counter,
@@ -142,6 +146,7 @@ def _requested_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[
         "force_limit_n": requested.force_limit_n,
         "mode": requested.mode,
         "reference_pressure_kpa": requested.reference_kpa,
+        "proof_test": state.peers.proof_test_of(peer),
         "lease_s": lease.duration_s,
         "lease_left_s": lease.left_s(now_s),
         "lease_holder": lease.holder[0] if lease.holder else "none",
@@ -184,10 +189,10 @@ def state_of(state: InstrumentState, lost: bool) -> str:
     """Return the name of the rig's state.
 
     The name is "boot" before the first sample and "tripped" after a trip or without link. Otherwise it is the
-    state that the board reports.
+    state that the board reports. A proof test is a part of the state "holding".
     """
     if state.sample is None:
         return "boot"
     if lost or state.tripped:
         return "tripped"
-    return BoardState(state.sample.state).name.lower()
+    return "holding" if state.sample.state in HELD else BoardState(state.sample.state).name.lower()

@@ -13,6 +13,7 @@ from pneuforce.instrument.core.command_monitor import CommandMonitor
 from pneuforce.instrument.core.faults import FaultLatch, name_of
 from pneuforce.instrument.core.lease import Lease, Peer
 from pneuforce.instrument.core.peers import Peers
+from pneuforce.instrument.core.proof_test_schedule import ProofTestSchedule
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.core.stall_monitor import StallMonitor
 from pneuforce.instrument.core.vent_monitor import VentMonitor
@@ -86,6 +87,7 @@ class InstrumentState:
     vent_due_s: float | None = None
     command_monitor: CommandMonitor = field(default_factory=CommandMonitor)
     vent_monitor: VentMonitor = field(default_factory=VentMonitor)
+    proof_tests: ProofTestSchedule = field(default_factory=ProofTestSchedule)
     stalls: StallMonitor = field(default_factory=StallMonitor)
 
     def __post_init__(self) -> None:

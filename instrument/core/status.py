@@ -8,6 +8,7 @@ from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.protocol.frames import BoardKind, BoardState
+from pneuforce.protocol.limits import HELD
 
 STALE_S = 0.1
 OLD_BASELINE_S = 60.0
@@ -28,7 +29,7 @@ def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset
         names.add("out_of_specification")
     if "leak" in names or _maintenance_required(state):
         names.add("maintenance_required")
-    if not names & {"holding", "failure"}:
+    if Quality.TESTING in m.quality or not names & {"holding", "failure"}:
         names.add("function_check")
     return frozenset(names)
 
@@ -44,7 +45,7 @@ def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[t
     shown = state.sample is not None and not stale and not state.tripped
     board_state = state.sample.state if state.sample and shown else None
     tracker = state.chain.tracker
-    holding = board_state == BoardState.HOLDING
+    holding = board_state in HELD
     baseline_kpa = m.baseline_kpa - state.chain.reference_kpa
     outside = holding and not VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA
     drifting = holding and not abs(tracker.drift_kpa_per_s) <= MAX_DRIFT_KPA_PER_S
@@ -52,6 +53,7 @@ def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[t
         ("in_contact", m.in_contact),
         ("inflating", board_state in (BoardState.INFLATING, BoardState.SETTLING)),
         ("holding", holding),
+        ("proof_test_overdue", holding and state.proof_tests.overdue(state.settings.proof_test_s)),
         ("vented", state.vented(now_s) and not stale),
         ("interpolated", Quality.INTERPOLATED in m.quality),
         ("out_of_range", outside or bool(m.quality & _NO_FORCE_AT_PRESSURE)),

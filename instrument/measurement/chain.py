@@ -9,6 +9,7 @@ from pneuforce.instrument.measurement.contact import ONSET_KPA, ContactTracker
 from pneuforce.instrument.measurement.lag import LagCompensator
 from pneuforce.instrument.measurement.leak import LeakMonitor
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.instrument.measurement.proof_test import ProofTest, Verdict
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
@@ -21,7 +22,7 @@ from pneuforce.instrument.model.uncertainty import (
 )
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState
-from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
+from pneuforce.protocol.limits import HELD, adc_sum_is_valid, nominal_pressure_kpa
 
 #: Change of ΔP_i after which the force curve of a free balloon is computed again. Only the lower range limit
 #: and the detection limit depend on this curve.
@@ -58,6 +59,7 @@ class Chain:
     zero: ZeroAdjustment = field(default_factory=ZeroAdjustment)
     tracker: ContactTracker = field(default_factory=ContactTracker)
     leak: LeakMonitor = field(default_factory=LeakMonitor)
+    proof_test: ProofTest = field(default_factory=ProofTest)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient (insufflation)
     _lag: LagCompensator = field(init=False)
     _filtered_kpa: float = math.nan  # filtered pressure before the zero is subtracted
@@ -90,6 +92,19 @@ class Chain:
         )
         self._curve_baseline_kpa = math.nan
 
+    def proof_test_verdict(self, sample: RawSample) -> Verdict | None:
+        """Return the verdict of a proof test at the first sample after it, otherwise None.
+
+        Call this method once for each sample.
+        """
+        message = sample.message
+        valid = not sample.clock_invalid and adc_sum_is_valid(message.adc_sum)
+        reading_kpa = nominal_pressure_kpa(message.adc_sum) if valid else math.nan
+        response = self.proof_test.step(message, reading_kpa, sample.elapsed_s)
+        if response is None:
+            return None
+        return self.proof_test.judge(response, self.settings.balloon, self.settings.circuit)
+
     def step(self, sample: RawSample) -> Measurement:
         """Return the measurement of one sample.
 
@@ -104,12 +119,18 @@ class Chain:
         zero_kpa = self.zero.zero_kpa if self.zero.taken else 0.0
         now_kpa = self._lag.step(nominal_kpa, dt_s) - zero_kpa
         locked = message.state == BoardState.HOLDING and self.zero.taken
-        self.tracker.step(self._lag.smoothed_kpa - zero_kpa, now_kpa, locked, dt_s)
+        testing = message.state == BoardState.TESTING and self.zero.taken
+        if testing:
+            self.tracker.pause(self._lag.smoothed_kpa - zero_kpa, dt_s)
+        else:
+            self.tracker.step(self._lag.smoothed_kpa - zero_kpa, now_kpa, locked, dt_s)
         free = locked and not self.tracker.in_contact
         self.leak.step(message.setpoint_pa, free, self.tracker.baseline_kpa, dt_s)
         pressure_kpa, unfiltered_kpa = self._filtered_kpa - zero_kpa, nominal_kpa - zero_kpa
         if not locked:
-            quality = Quality.NOT_HOLDING if self.zero.taken else Quality.NOT_HOLDING | Quality.NOT_ZEROED
+            quality = Quality.TESTING if testing else Quality.NOT_HOLDING
+            if not self.zero.taken:
+                quality |= Quality.NOT_ZEROED
             return Measurement(
                 t_s=sample.t_s, pressure_kpa=pressure_kpa, unfiltered_kpa=unfiltered_kpa, quality=quality
             )
@@ -126,7 +147,7 @@ class Chain:
         self._filtered_kpa = math.nan
         self._lag.step(math.nan, dt_s)
         self.zero.observe(math.nan, False, dt_s)
-        if sample.message.state == BoardState.HOLDING:
+        if sample.message.state in HELD:
             self.tracker.skip(dt_s)
         else:
             self.tracker.step(math.nan, math.nan, False, dt_s)

@@ -89,6 +89,12 @@ class ContactTracker:
         """Skip an invalid sample while the balloon remains locked."""
         self.baseline_age_s += dt_s
 
+    def pause(self, smoothed_kpa: float, dt_s: float) -> None:
+        """Skip a sample of a proof test. The pulses of the test change the pressure, which is no drift."""
+        self.skip(dt_s)
+        if math.isfinite(self.drift_kpa_per_s):
+            self._slow_kpa = smoothed_kpa - self.drift_kpa_per_s * DRIFT_TIME_CONSTANT_S
+
     @property
     def drifted_kpa(self) -> float:
         """Return the possible drift of the baseline since its last measurement [kPa]."""

@@ -19,6 +19,7 @@ class Quality(Flag):
     SENSOR_FAULT = auto()  #: invalid reading of the pressure sensor: no pressure, no force
     NO_BASELINE = auto()  #: drift may hide a contact: no force until the balloon is locked again
     NOT_ZEROED = auto()  #: no zero adjustment of the sensor: no force
+    TESTING = auto()  #: proof test of the held balloon: no force
 
 
 class Measurement(NamedTuple):
@@ -43,11 +44,11 @@ class Measurement(NamedTuple):
     in_contact: bool = False
     quality: Quality = Quality.GOOD
 
-    def without_force(self) -> Measurement:
+    def without_force(self, reason: Quality = Quality.NOT_HOLDING) -> Measurement:
         """Return the pressure alone, for example because the state of the balloon is not certain."""
         return Measurement(
             t_s=self.t_s,
             pressure_kpa=self.pressure_kpa,
             unfiltered_kpa=self.unfiltered_kpa,
-            quality=self.quality | Quality.NOT_HOLDING,
+            quality=self.quality | reason,
         )

@@ -26,6 +26,7 @@ WRITABLE_TYPES: Mapping[str, tuple[type, ...]] = {
     "reference_pressure_kpa": _NUMBER,
     "lease_s": _NUMBER,
     "mode": (str,),
+    "proof_test": (str,),
     "command_key": _NUMBER,
     "command_code": (str,),
     "command_argument": _NUMBER,

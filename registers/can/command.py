@@ -123,7 +123,7 @@ def _in_range(data: bytes) -> bool:
 
 def _setpoint_and_lease(values: dict[str, Any]) -> dict[str, Any]:
     setpoint = {"setpoint_requested_kpa": values["setpoint"]} if values["setpoint"] else {}
-    return setpoint | {"lease_s": values["lease"]}
+    return setpoint | {"lease_s": values["lease"], "proof_test": values["proof_test"]}
 
 
 def _result(reject_reason: str, accepted: str = "accepted") -> str:

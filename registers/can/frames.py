@@ -185,7 +185,7 @@ COMMAND = FrameDefinition(
             "Different sequence number in each new Command. A repeated Command only renews its lease.",
         ),
         BY_NAME["lease"],
-        Field(name="reserved", wire=U16, low=0, high=0, doc="Reserved, must be 0."),
+        BY_NAME["proof_test"],
     ),
 )
 EMERGENCY = FrameDefinition(

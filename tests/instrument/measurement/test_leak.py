@@ -52,6 +52,6 @@ def test_a_slow_leak_of_the_rig_requires_maintenance_before_the_board_trips(kpa_
     station = Station(PublishedPlant()).holding()
     if kpa_per_s:
         station.world.faults.inject("leak", {"kpa_per_s": kpa_per_s})
-    assert station.run(130.0, lambda: station.instrument.chain.leak.detected) == required
+    assert station.run(160.0, lambda: station.instrument.chain.leak.detected) == required
     assert ("maintenance_required" in station.snapshot().status) == required
     assert (station.snapshot().state, station.snapshot().faults) == ("holding", ())

@@ -10,6 +10,7 @@ _TEXT = {
     "state": "holding",
     "mode": "hold",
     "lease_holder": "none",
+    "proof_test": "allowed",
     "reject_reason": "none",
     "command_code": "none",
     "answer_state": "idle",

@@ -11,8 +11,8 @@ from pneuforce.registers.can.wire import CanFrame, FrameKind
 from pneuforce.registers.map import COMMAND_KEY
 from tests.registers.can.fake_source import FakeSource
 
-HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
-HELD = {"mode": "hold", "setpoint_requested_kpa": 8.0, "lease_s": 0.0}
+HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "proof_test": "allowed"}
+HELD = {"mode": "hold", "setpoint_requested_kpa": 8.0, "lease_s": 0.0, "proof_test": "allowed"}
 
 
 def command(**changes):
@@ -61,7 +61,7 @@ INVALID_COMMANDS = [
     ("lease short", [raw("401f 01 02 c700 0000")], [(2, "out_of_range")]),
     ("lease long", [raw("401f 01 02 61ea 0000")], [(2, "out_of_range")]),
     ("unknown mode", [raw("401f 04 02 0000 0000")], [(2, "out_of_range")]),
-    ("reserved not 0", [raw("401f 01 02 0000 0100")], [(2, "out_of_range")]),
+    ("unknown proof test", [raw("401f 01 02 0000 0200")], [(2, "out_of_range")]),
     ("clear with a setpoint out of range", [raw("0100 02 02 0000 0000")], [(2, "out_of_range")]),
     ("hold without a setpoint", [raw("0000 01 02 0000 0000")], [(2, "out_of_range")]),
     ("remote", [raw("", FrameKind.REMOTE)], []),
@@ -155,7 +155,7 @@ def test_a_repeated_vent_vents_again(node, source):
 
 def test_a_vent_in_range_stores_setpoint_and_lease(node, source):
     node.receive(command(mode="vent", setpoint=9.0), 0.0)
-    assert source.written == [{"mode": "vent", "setpoint_requested_kpa": 9.0, "lease_s": 0.0}]
+    assert source.written == [HELD | {"mode": "vent", "setpoint_requested_kpa": 9.0}]
 
 
 @pytest.mark.parametrize("mode", ["clear_faults", "zero_pressure"])
@@ -212,3 +212,8 @@ def test_a_rejected_command_is_answered_at_once_while_another_one_is_busy(node, 
     assert answers(node, command(mode="clear_faults")) == [(1, "rejected_write_protect")]
     source.set(answer_state="done")
     assert not [frame for frame in node.tick(0.01) if frame.id == 0x485]
+
+
+def test_a_command_can_forbid_proof_tests(node, source):
+    assert answers(node, command(proof_test="forbidden")) == [(1, "accepted")]
+    assert source.written == [HELD | {"proof_test": "forbidden"}]

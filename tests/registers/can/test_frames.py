@@ -47,7 +47,7 @@ BYTES = [
     (EMERGENCY, {"error_code": 0xFF04, "error_register": 0x81}, "04ff 81 02 05800080"),
     (HEARTBEAT, {"node_state": "operational"}, "05"),
     (IDENTITY, {}, "04030201 07000000"),
-    (COMMAND, {"setpoint": 8.0, "mode": "hold", "sequence": 3, "lease": 1.5, "reserved": 0},
+    (COMMAND, {"setpoint": 8.0, "mode": "hold", "sequence": 3, "lease": 1.5, "proof_test": "allowed"},
      "401f 01 03 dc05 0000"),
 ]  # fmt: skip
 

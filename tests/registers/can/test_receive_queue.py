@@ -7,7 +7,7 @@ from pneuforce.registers.can.frames import COMMAND, encode
 from pneuforce.registers.can.receive_queue import MAX_FRAMES, ReceiveQueue
 from pneuforce.registers.can.wire import CanFrame
 
-HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
+HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "proof_test": "allowed"}
 
 
 def command(**changes):

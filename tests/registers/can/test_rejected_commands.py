@@ -8,7 +8,7 @@ from pneuforce.registers.can.options import CanOptions
 from pneuforce.registers.can.wire import CanFrame, FrameKind
 from tests.registers.can.fake_source import FakeSource
 
-HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
+HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "proof_test": "allowed"}
 GOOD = encode(COMMAND, None, **HOLD)
 
 

@@ -60,7 +60,7 @@ STATIC_CASES = [
     ("read in operational", OPERATIONAL, [("605 40 00 10 00", "585 43 00 10 00 94 01 02 00")]),
     # ---- objects and sub-indexes that do not exist
     ("unknown object", PRE, [("605 40 34 12 00", "585 80 34 12 00 00 00 02 06")]),
-    ("a reserved register", PRE, [("605 40 24 20 00", "585 80 24 20 00 00 00 02 06")]),
+    ("a reserved register", PRE, [("605 40 28 20 00", "585 80 28 20 00 00 00 02 06")]),
     ("unknown sub-index of a variable", PRE, [("605 40 00 10 01", "585 80 00 10 01 11 00 09 06")]),
     ("unknown sub-index of a record", PRE, [("605 40 18 10 05", "585 80 18 10 05 11 00 09 06")]),
     ("reserved sub-index 4 of a TPDO", PRE, [("605 40 00 18 04", "585 80 00 18 04 11 00 09 06")]),

@@ -1,0 +1,165 @@
+"""A blocked tube of a held balloon is found by the proof test: instrument and rig in virtual time."""
+
+import math
+
+import pytest
+
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.core.settings import Settings
+from pneuforce.protocol.frames import BoardState, Fault
+from tests.instrument.recording.virtual_host import PLC, ROBOT, VirtualHost
+
+HOLD = {"mode": "hold"}
+
+
+class Holding(VirtualHost):
+    """Instrument that holds a balloon, with a hand that acts only on request."""
+
+    @classmethod
+    def at(cls, kpa=8.0, **settings):
+        host = cls(session=Session(Instrument(Settings(**settings))))
+        host.world.rig.hand.plays_phases = False
+        host.run(3.0)
+        host.write({"mode": "vent"})
+        host.write(HOLD | {"setpoint_requested_kpa": kpa})
+        host.run(10, lambda: host.instrument.snapshot(PLC, host.now_s).state == "holding")
+        return host
+
+    def write(self, values, peer=PLC):
+        assert str(self.session.write(peer, values, self.now_s)) == "none"
+
+    @property
+    def seen(self):
+        return self.instrument.snapshot(PLC, self.now_s)
+
+    @property
+    def testing(self):
+        return self.instrument.sample.state == BoardState.TESTING
+
+    @property
+    def tests(self):
+        return self.instrument.proof_tests.count
+
+    def tested(self):
+        """Run until the next test has ended."""
+        self.run(70, lambda: self.testing)
+        self.run(1, lambda: not self.testing)
+        return self
+
+
+@pytest.mark.parametrize("kpa", [5.0, 8.0, 11.0])
+def test_a_tube_that_is_blocked_while_the_balloon_is_held_trips_within_a_period(kpa):
+    host = Holding.at(kpa).tested()
+    host.world.faults.inject("occluded")
+    host.world.rig.hand.press(2.0)
+    host.run(2)
+    assert host.seen.force_n == 0.0  # the hidden failure: nothing shows the contact
+    host.run(64, lambda: host.instrument.tripped)
+    assert host.seen.first_out_fault == Fault.OCCLUSION
+    assert math.isnan(host.seen.force_n)
+    assert "vent_fault" in host.seen.status
+    host.run(1.0)
+    assert not host.instrument.sample.valves
+
+
+def test_without_the_proof_test_the_blocked_tube_stays_hidden_but_a_bit_says_so():
+    host = Holding.at(proof_test_s=0.0)
+    host.world.faults.inject("occluded")
+    host.world.rig.hand.press(2.0)
+    host.run(100)
+    assert host.seen.force_n == 0.0
+    assert {"holding", "proof_test_overdue"} <= host.seen.status
+    assert "force_valid" in host.seen.status
+
+
+def test_the_force_is_unavailable_for_less_than_a_second_and_no_contact_appears():
+    host = Holding.at().tested()
+    host.run(1.0)
+    host.forces.clear()
+    host.run(70)
+    missing = [t_s for t_s, force_n in host.forces if math.isnan(force_n)]
+    assert 0.5 < len(missing) * 0.002 <= 1.0
+    assert missing[-1] - missing[0] <= 1.0
+    assert {force_n for _, force_n in host.forces if force_n == force_n} == {0.0}
+    assert host.seen.contact_counter == 0
+
+
+def test_a_test_shows_the_state_holding_with_function_check_and_without_a_valid_force():
+    host = Holding.at()
+    host.run(20, lambda: host.testing)
+    host.run(0.1)
+    assert host.seen.state == "holding"
+    assert {"holding", "function_check"} <= host.seen.status
+    assert not {"force_valid", "failure", "inflating"} & host.seen.status
+    host.tested()
+    host.run(0.2)
+    assert "function_check" not in host.seen.status
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.02, 0.1, 0.2, 0.3, 0.36, 0.4, 0.5, 0.6, 0.7])
+@pytest.mark.parametrize("press_s", [0.05, 0.3, 2.0])
+def test_a_contact_during_the_test_does_not_trip_and_its_force_is_true_afterwards(delay_s, press_s):
+    host = Holding.at().tested()
+    host.run(70, lambda: host.testing)
+    host.run(delay_s + 1e-3)
+    host.world.rig.hand.press(1.0)
+    host.run(press_s)
+    if press_s < 2:
+        host.world.rig.hand.release()
+    host.run(5.0)
+    assert not host.instrument.tripped
+    expected_n = 1.0 if press_s == 2.0 else 0.0
+    assert host.seen.force_n == pytest.approx(expected_n, abs=0.1)
+
+
+def test_no_test_starts_in_a_contact():
+    host = Holding.at(proof_test_s=10.0).tested()
+    host.run(5)
+    host.world.rig.hand.press(1.0)
+    host.run(1)
+    before = host.tests
+    host.run(20)
+    assert host.tests == before
+    assert host.seen.force_n == pytest.approx(1.0, abs=0.1)
+    host.world.rig.hand.release()
+    host.run(5)
+    assert host.tests == before + 1
+
+
+def test_any_peer_can_forbid_the_test_and_the_bit_shows_it_after_ten_periods():
+    host = Holding.at(proof_test_s=10.0).tested()
+    host.write({"proof_test": "forbidden"}, ROBOT)
+    host.write({"proof_test": "allowed"}, PLC)
+    before = host.tests
+    host.run(99)
+    assert host.tests == before
+    assert "proof_test_overdue" not in host.seen.status
+    host.run(3)
+    assert "proof_test_overdue" in host.seen.status
+    assert host.seen.proof_test == "allowed"
+    assert host.instrument.snapshot(ROBOT, host.now_s).proof_test == "forbidden"
+    host.write({"proof_test": "allowed"}, ROBOT)
+    host.run(5)
+    assert host.tests == before + 1
+    assert "proof_test_overdue" not in host.seen.status
+
+
+@pytest.mark.parametrize("fault", ["no_supply", "inlet_shut"])
+def test_a_pulse_without_gas_neither_passes_nor_trips(fault):
+    host = Holding.at(proof_test_s=10.0).tested()
+    host.world.faults.inject(fault)
+    host.run(90)
+    assert not host.instrument.tripped
+    assert host.seen.proof_test_age_s > 80
+
+
+def test_forty_tests_of_a_free_balloon_pass():
+    host = Holding.at(proof_test_s=10.0)
+    passed = []
+    for _ in range(40):
+        host.tested()
+        host.run(0.01)
+        passed.append(host.seen.proof_test_age_s < 0.1)
+    assert all(passed)
+    assert host.seen.contact_counter == 0
