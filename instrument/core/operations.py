@@ -9,6 +9,7 @@ from pneuforce.instrument.core.arming import Step
 from pneuforce.instrument.core.interlocks import violated
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.state import InstrumentState
+from pneuforce.instrument.model.known_results import computes_known_forces
 
 log = logging.getLogger("pneuforce")
 
@@ -42,11 +43,24 @@ def _restore_zero(state: InstrumentState, argument: int, now_s: float) -> Reject
     return RejectReason.NONE if restored else RejectReason.STATE
 
 
-def _self_test(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
+def _check_last_sample(state: InstrumentState, now_s: float) -> RejectReason:
+    """Return NONE if the last sample is recent and meets every interlock."""
     if state.link_lost(now_s) or state.raw is None:
         return RejectReason.LINK_LOST
     if violated(state.raw, state.measurement, state.settings.contact_limit_kpa) is not None:
         return RejectReason.CAUSE_PERSISTS
+    return RejectReason.NONE
+
+
+def _self_test(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
+    """Check the last sample and the arithmetic of the force law. A proof test of a held balloon follows."""
+    reason = _check_last_sample(state, now_s)
+    if reason is not RejectReason.NONE:
+        return reason
+    if not computes_known_forces(state.settings.chain.law.method):
+        log.error("self-test: this computer computes wrong forces")
+        return RejectReason.CAUSE_PERSISTS
+    state.proof_tests.expedite()
     return RejectReason.NONE
 
 
@@ -63,13 +77,13 @@ def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectR
     return RejectReason.NONE
 
 
-def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> RejectReason | None:
+def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> RejectReason | None:  # noqa: ARG001
     """Ask the board to clear its faults. Later samples show the result. No valve moves."""
     if state.vent_pending:
         return RejectReason.IN_CONTACT
     if state.master_lost:
         return RejectReason.CAUSE_PERSISTS
-    failed = _self_test(state, argument, now_s)
+    failed = _check_last_sample(state, now_s)
     if failed is not RejectReason.NONE:
         return failed
     clearing = state.clearing
@@ -88,7 +102,7 @@ def finish_clearing(state: InstrumentState, now_s: float) -> RejectReason | None
     confirmed = state.sample.faults == 0 and waited_s >= CLEAR_HEARD_S
     if not confirmed and waited_s <= CLEAR_ANSWER_S:
         return None
-    if confirmed and _self_test(state, 0, now_s) is RejectReason.NONE:
+    if confirmed and _check_last_sample(state, now_s) is RejectReason.NONE:
         state.faults.clear(clearing.faults)
     clearing.faults = set()
     clearing.since_s = None

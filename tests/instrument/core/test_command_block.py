@@ -5,6 +5,7 @@ import math
 import pytest
 
 from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.model import known_results
 from pneuforce.protocol.frames import Fault
 from tests.instrument.instrument_harness import HOLD_8, KEY, PLC, ROBOT, VENT, InstrumentHarness
 
@@ -295,3 +296,18 @@ def test_a_self_test_reports_values_outside_their_limits():
     harness.run(0.1)
     assert harness.run_command("self_test") == ("failed", "cause_persists")
     assert math.isfinite(harness.snapshot(PLC).pressure_kpa)
+
+
+def test_a_self_test_fails_if_the_computer_computes_wrong_forces(monkeypatch):
+    harness = InstrumentHarness.zeroed()
+    monkeypatch.setitem(known_results.KNOWN_N, "energetic", (0.7571816619, 1.4380119859, 2.38))
+    assert harness.run_command("self_test") == ("failed", "cause_persists")
+
+
+def test_a_self_test_of_a_held_balloon_makes_a_proof_test_due():
+    harness = InstrumentHarness.holding()
+    harness.run(3.0)
+    assert harness.instrument.proof_tests.count == 0
+    assert harness.run_command("self_test") == ("done", "none")
+    harness.run(0.1)
+    assert harness.instrument.proof_tests.count == 1
