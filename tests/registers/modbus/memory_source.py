@@ -29,6 +29,7 @@ AT_REST: dict[str, Any] = {
     "force_limit_n": 5.0,
     "mode": "vent",
     "lease_holder": "none",
+    "proof_test": "allowed",
     "reject_reason": "none",
     "command_key": 0,
     "command_code": "none",

@@ -124,7 +124,7 @@ def test_a_message_has_identifier_length_sender_and_cycle_time(frame):
 
 
 def test_cantools_encodes_a_command_in_si_units_and_checks_its_range():
-    command = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 1.5, "reserved": 0}
+    command = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 1.5, "proof_test": "allowed"}
     assert DBC.encode_message("Command", command) == bytes.fromhex("401f0101dc050000")
     with pytest.raises(cantools.database.EncodeError):
         DBC.encode_message("Command", command | {"setpoint": 12.5})

@@ -1,0 +1,1 @@
+"""Proofs of the firmware by a model checker."""

