@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -26,7 +26,7 @@ from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, S
 POLL_PERIOD_S = 0.5
 #: Addresses of the two columns: measured values, and requested values. Integer copies of measured values
 #: are left out.
-COLUMNS = (range(36), range(512, 544))
+COLUMNS = (range(37), (*range(512, 544), 546))
 
 
 def watch_modbus(
@@ -86,7 +86,7 @@ def _register_table(values: dict[str, Any]) -> Table:
     return table
 
 
-def _column(values: dict[str, Any], addresses: range) -> Table:
+def _column(values: dict[str, Any], addresses: Container[int]) -> Table:
     table = Table.grid(padding=(0, 2))
     for name, value in values.items():
         register = BY_NAME[name]

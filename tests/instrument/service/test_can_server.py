@@ -49,7 +49,7 @@ def data_frame(can_id, data):
     return can.Message(arbitration_id=can_id, data=data, is_extended_id=False)
 
 
-HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "reserved": 0}
+HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "proof_test": "allowed"}
 VENT = HOLD | {"mode": "vent", "sequence": 99}
 
 
