@@ -50,12 +50,12 @@ class Holding(VirtualHost):
 
 @pytest.mark.parametrize("kpa", [5.0, 8.0, 11.0])
 def test_a_tube_that_is_blocked_while_the_balloon_is_held_trips_within_a_period(kpa):
-    host = Holding.at(kpa).tested()
+    host = Holding.at(kpa, proof_test_s=20.0).tested()
     host.world.faults.inject("occluded")
     host.world.rig.hand.press(2.0)
     host.run(2)
     assert host.seen.force_n == 0.0  # the hidden failure: nothing shows the contact
-    host.run(64, lambda: host.instrument.tripped)
+    host.run(24, lambda: host.instrument.tripped)
     assert host.seen.first_out_fault == Fault.OCCLUSION
     assert math.isnan(host.seen.force_n)
     assert "vent_fault" in host.seen.status
@@ -100,17 +100,20 @@ def test_a_test_shows_the_state_holding_with_function_check_and_without_a_valid_
 @pytest.mark.parametrize("delay_s", [0.0, 0.02, 0.1, 0.2, 0.3, 0.36, 0.4, 0.5, 0.6, 0.7])
 @pytest.mark.parametrize("press_s", [0.05, 0.3, 2.0])
 def test_a_contact_during_the_test_does_not_trip_and_its_force_is_true_afterwards(delay_s, press_s):
-    host = Holding.at().tested()
-    host.run(70, lambda: host.testing)
+    host = Holding.at(proof_test_s=10.0).tested()
+    host.run(20, lambda: host.testing)
     host.run(delay_s + 1e-3)
     host.world.rig.hand.press(1.0)
     host.run(press_s)
     if press_s < 2:
         host.world.rig.hand.release()
-    host.run(5.0)
+    host.run(4.0)
+    host.forces.clear()
+    host.run(1.0)
     assert not host.instrument.tripped
     expected_n = 1.0 if press_s == 2.0 else 0.0
-    assert host.seen.force_n == pytest.approx(expected_n, abs=0.1)
+    mean_n = sum(force_n for _, force_n in host.forces) / len(host.forces)
+    assert mean_n == pytest.approx(expected_n, abs=0.06)
 
 
 def test_no_test_starts_in_a_contact():
@@ -154,10 +157,10 @@ def test_a_pulse_without_gas_neither_passes_nor_trips(fault):
     assert host.seen.proof_test_age_s > 80
 
 
-def test_forty_tests_of_a_free_balloon_pass():
+def test_twenty_tests_of_a_free_balloon_pass():
     host = Holding.at(proof_test_s=10.0)
     passed = []
-    for _ in range(40):
+    for _ in range(20):
         host.tested()
         host.run(0.01)
         passed.append(host.seen.proof_test_age_s < 0.1)

@@ -96,7 +96,6 @@ PROPERTIES = (
             "STAYS, STAYS, STAYS, STATE_VENTING }, \\",
             "STATE_VENTING, STAYS, STAYS, STATE_VENTING }, \\",
         ),
-        quick=True,
         avr=True,
     ),
     Property(
@@ -181,7 +180,6 @@ PROPERTIES = (
             "(uint16_t)requested_ms",
         ),
         checks_memory=True,
-        quick=True,
     ),
     Property(
         "every_adc_sum_gives_a_possible_pressure",
