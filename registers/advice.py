@@ -177,7 +177,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
     "board, or a failed event log or recording. The log of the host process names the cause.",
     "out_of_specification": "See bit 5 (out_of_range).",
-    "function_check": "No force is available now. If a proof test is in progress, wait for up to 1 s. "
+    "function_check": "No force is available now. If a proof test is in progress, wait for up to 5 s. "
     "Otherwise inflate the balloon, or wait until the setpoint is reached.",
     "proof_test_overdue": "A blocked tube might be undetected: the force might be too small. Retract from "
     "the tissue for 5 s, and write 546 := 0.",

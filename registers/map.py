@@ -86,7 +86,7 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=35, name="baseline_age", wire=U16, unit="s", quantity="baseline_age_s",
              always_available=True, doc="Age of the baseline pressure."),
     Register(address=36, name="proof_test_age", wire=U16, unit="s", quantity="proof_test_age_s",
-             doc="Time since a proof test passed, or since the setpoint was reached."),
+             doc="Time since a proof test passed, or since a new setpoint."),
     Register(address=64, name="force_mn", wire=I16, unit="mN", quantity="force_n", doc="Contact force."),
     Register(address=65, name="force_uncertainty_mn", wire=U16, unit="mN", quantity="force_std_n",
              doc="Standard uncertainty of the force."),

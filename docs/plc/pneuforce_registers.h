@@ -378,7 +378,7 @@ static inline bool pneuforce_baseline_age_s(const uint16_t *from_0, uint16_t *va
     return true;
 }
 
-/* 36: Time since a proof test passed, or since the setpoint was reached. [s] */
+/* 36: Time since a proof test passed, or since a new setpoint. [s] */
 static inline bool pneuforce_proof_test_age_s(const uint16_t *from_0, uint16_t *value)
 {
     return pneuforce_uint16(from_0[36], value);
