@@ -5,7 +5,7 @@
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
-# make prove       proofs of the firmware by a model checker, about five minutes (ARGS selects properties by name)
+# make prove       proofs of the firmware by a model checker, and exhaustive search of the rules of the host
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page and its plots
 # make vendor      fetch uPlot into web/static/vendor
@@ -57,7 +57,8 @@ attack: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m tests.attack $(ARGS)
 
 prove: $(VENV)/model-checker
-	@$(BIN)/python -m tests.proofs $(ARGS)
+	@$(BIN)/python -m tests.proofs
+	@$(BIN)/python -m tests.rules
 
 docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.registers.views

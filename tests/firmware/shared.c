@@ -47,3 +47,15 @@ uint32_t decode_stream(const uint8_t *stream, uint32_t n, uint8_t *frames, uint3
     *skipped_bytes = d.skipped_bytes;
     return count;
 }
+
+/* Return the duration of the vent pulse [ms] of a proof test that begins at a pressure above the setpoint. */
+unsigned vent_ms_of_proof_test(unsigned setpoint_pa, unsigned above_pa)
+{
+    struct pressure_reading reading = {0};
+    struct proof_test test;
+    float setpoint_kpa = setpoint_pa / PA_PER_KPA;
+
+    reading.filtered_kpa = setpoint_kpa + above_pa / PA_PER_KPA;
+    proof_test_start(&test, setpoint_kpa, &reading);
+    return test.vent_ms;
+}

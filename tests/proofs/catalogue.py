@@ -24,6 +24,7 @@ class Property(NamedTuple):
     planted: PlantedError
     checks_memory: bool = False
     rows: int = 1  #: number of rows of LIMITS for which the property is proved one after the other
+    rounds: int = 26  #: limit for the rounds of a loop; the model checker proves that no loop has more
     any_cause: bool = False  #: the cause of a fault is present or gone at will
     quick: bool = False  #: proved in each `make test`
     #: Also proved with `int` of 16 bits, as on an AVR. The model checker aborts for the other properties.
@@ -132,6 +133,18 @@ PROPERTIES = (
         PlantedError(TEST, "t->elapsed_ms < TEST_PULSE_MS", "t->elapsed_ms < TEST_HALF_MS"),
         quick=True,
         avr=True,
+    ),
+    Property(
+        "a_limit_latches_each_fault_once",
+        "Each fault is latched at most once, so the latched faults fit into their array (all 16 rows).",
+        PlantedError(CONTROL, " && !is_latched(&p->status, limit->fault))", ")"),
+        rows=LIMIT_ROWS,
+    ),
+    Property(
+        "after_a_boot_only_a_latched_fault_trips",
+        "After a boot the valves are safe, nothing is armed, and only an unexpected reset trips.",
+        PlantedError(CONTROL, "if (unexpected_reset)", "if (!unexpected_reset)"),
+        rounds=2000,
     ),
     Property(
         "above_25_kpa_the_hard_limit_trips",

@@ -17,8 +17,7 @@ FIRMWARE = ROOT / "firmware/pneuforce"
 MEMORY_BYTES = 3_000_000_000  #: address space of the checker; it uses less than 1 GB of it
 TIMEOUT_S = 60
 INSTALL = "pip install --require-hashes -r tests/proofs/requirements.txt"
-#: Options of each run. No loop of the firmware has more rounds than the limit, and the checker proves that.
-OPTIONS = ("--std", "c11", "--z3", "--tuple-node-flattener", "--unwind", "26")
+OPTIONS = ("--std", "c11", "--z3", "--tuple-node-flattener")
 MEMORY_CHECKS = ("--overflow-check",)
 NO_MEMORY_CHECKS = ("--no-bounds-check", "--no-pointer-check", "--no-div-by-zero-check")
 #: Options for `int` of 16 bits, as on an AVR. The default has 32 bits, as on the computer of the tests.
@@ -69,6 +68,7 @@ def _run(prop: Property, options: tuple[str, ...], headers: Path, row: int) -> s
     command = [
         checker(), str(FOLDER / "properties.c"), "-I", str(headers), "--function", prop.name, *OPTIONS,
         *options, *(MEMORY_CHECKS if prop.checks_memory else NO_MEMORY_CHECKS), f"-DROW={row}",
+        "--unwind", str(prop.rounds),
         *(["-DANY_CAUSE"] if prop.any_cause else []),
     ]  # fmt: skip
     try:

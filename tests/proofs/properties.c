@@ -15,8 +15,7 @@ _Bool nondet_bool(void);
 #endif
 #include "board.h"
 
-/* Return true if no counter or index of the controller points outside its array. `keeps_indices` proves that no
- * function breaks this condition. */
+/* Return true if no counter or index of the controller points outside its array. */
 static bool consistent(const struct pressure_controller *p)
 {
     const struct board_status *s = &p->status;
@@ -27,6 +26,16 @@ static bool consistent(const struct pressure_controller *p)
             return false;
     return s->state < STATE_COUNT && s->latched_fault_count < LIMIT_COUNT && p->change_count <= MAX_CHANGES &&
            s->reading.history_count <= HISTORY_SAMPLES && s->reading.oldest < HISTORY_SAMPLES;
+}
+
+/* Return how often a fault is latched. If it is at most once for each of the 15 faults, they fit into their array. */
+static uint8_t times_latched(const struct board_status *s, uint8_t fault)
+{
+    uint8_t n, times = 0;
+
+    for (n = 0; n < s->latched_fault_count && n < LIMIT_COUNT; n++)
+        times += s->latched_faults[n] == fault;
+    return times;
 }
 
 /* Assume any consistent controller. */
@@ -210,6 +219,16 @@ void a_limit_only_trips(void)
 #define ASSUME_TRIPPED_IF_LATCHED(p) \
     __ESBMC_assume(((p).status.state == STATE_TRIPPED) == ((p).status.latched_fault_count > 0))
 
+void a_limit_latches_each_fault_once(void)
+{
+    ANY_CONTROLLER(p);
+    uint8_t fault;
+
+    __ESBMC_assume(times_latched(&p.status, fault) <= 1);
+    check_limit(&p, ROW);
+    assert(times_latched(&p.status, fault) <= 1);
+}
+
 void above_25_kpa_the_hard_limit_trips(void)
 {
     ANY_CONTROLLER(p);
@@ -220,6 +239,16 @@ void above_25_kpa_the_hard_limit_trips(void)
     assert(contains_state(LIMITS[2].states, p.status.state));
     check_limit(&p, 2);
     assert(p.status.state == STATE_TRIPPED && valves_of(&p.status) == SAFE);
+}
+
+void after_a_boot_only_a_latched_fault_trips(void)
+{
+    struct pressure_controller p;
+    bool unexpected_reset;
+
+    pressure_init(&p, unexpected_reset);
+    assert(valves_of(&p.status) == SAFE && !p.armed && p.status.latched_fault_count == unexpected_reset);
+    assert((p.status.state == STATE_TRIPPED) == unexpected_reset);
 }
 
 void an_invalid_sensor_trips_after_five_samples(void)

@@ -119,6 +119,25 @@ def test_a_silent_host_shuts_the_inlet_but_the_vent_pulse_follows(bench):
     assert bench.last().fault == Fault.HOST_SILENT
 
 
+def test_an_invalid_sensor_shuts_the_inlet(bench):
+    bench.holding()
+    before = start_test(bench)
+    bench.until_state(S.TESTING, 0.1)
+    bench.adc_sum = 0
+    bench.run(0.006)
+    assert valve_times_ms(bench, before)[-1][0] == LOCKED
+
+
+def test_the_vent_pulse_is_longer_if_the_pressure_is_above_its_band(bench):
+    bench.holding()
+    bench.gas_kpa += 0.1
+    bench.run(0.5)
+    before = start_test(bench)
+    bench.until_state(S.TESTING, 0.1)
+    bench.until_state(S.HOLDING, 1.0)
+    assert (SAFE, 12) in valve_times_ms(bench, before)
+
+
 def test_a_vent_ends_the_test_at_once(bench):
     bench.holding()
     start_test(bench)

@@ -1,0 +1,1 @@
+"""Exhaustive search: do the rules of docs/rules.md hold after every sequence of events?"""
