@@ -6,6 +6,7 @@
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
 # make prove       proofs of the firmware by a model checker, and exhaustive search of the rules of the host
+# make mutants     mutation test of the host's safety modules, about fifteen minutes
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page and its plots
 # make vendor      fetch uPlot into web/static/vendor
@@ -15,7 +16,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board coverage bench attack prove docs wheel vendor firmware clean
+.PHONY: run check test test-board coverage bench attack prove mutants docs wheel vendor firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed build/web/tried
@@ -59,6 +60,10 @@ attack: $(VENV)/test-tools $(VENV)/debian-tools
 prove: $(VENV)/model-checker
 	@$(BIN)/python -m tests.proofs
 	@$(BIN)/python -m tests.rules
+
+mutants: $(VENV)/test-tools
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[mutants]'
+	@$(BIN)/python -m tests.instrument.mutants
 
 docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.registers.views

@@ -143,8 +143,8 @@ PROPERTIES = (
     Property(
         "after_a_boot_only_a_latched_fault_trips",
         "After a boot the valves are safe, nothing is armed, and only an unexpected reset trips.",
-        PlantedError(CONTROL, "if (unexpected_reset)", "if (!unexpected_reset)"),
-        rounds=2000,
+        PlantedError("board_status.h", "s->state = STATE_BOOT;", "s->state = STATE_INFLATING;"),
+        rounds=600,
     ),
     Property(
         "above_25_kpa_the_hard_limit_trips",

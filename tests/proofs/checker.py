@@ -17,7 +17,7 @@ FIRMWARE = ROOT / "firmware/pneuforce"
 MEMORY_BYTES = 3_000_000_000  #: address space of the checker; it uses less than 1 GB of it
 TIMEOUT_S = 60
 INSTALL = "pip install --require-hashes -r tests/proofs/requirements.txt"
-OPTIONS = ("--std", "c11", "--z3", "--tuple-node-flattener")
+OPTIONS = ("--std", "c11", "--z3", "--tuple-node-flattener", "--result-only")
 MEMORY_CHECKS = ("--overflow-check",)
 NO_MEMORY_CHECKS = ("--no-bounds-check", "--no-pointer-check", "--no-div-by-zero-check")
 #: Options for `int` of 16 bits, as on an AVR. The default has 32 bits, as on the computer of the tests.

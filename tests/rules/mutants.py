@@ -167,7 +167,7 @@ PLANTED_ERRORS = (
         "if not self.clearing.faults and self.holding:",
     ),
     PlantedError(
-        "a_disobedient_board_trips",
+        "a_board_that_ignores_commands_trips",
         "board",
         "command_monitor.py",
         "(follows or self._deviating_s <= FOLLOW_S)",

@@ -20,12 +20,12 @@ HOST_TIMEOUT_S = 2.0
 FOLLOW_S = 1.0
 #: Causes that wait for the end of a contact before the vent.
 DELAYED = {HostFault.LEASE_EXPIRED, HostFault.CAN_MASTER_LOST}
-DISOBEYED = {HostFault.DISAGREEMENT, HostFault.NOT_VENTED}
+IGNORED = {HostFault.DISAGREEMENT, HostFault.NOT_VENTED}
 VENTS = ("vent", "vent with a bad value")
 
 
 class History(NamedTuple):
-    """What has happened, as far as the rules need it."""
+    """Earlier events, as far as the rules need them."""
 
     last_holds: frozenset[str] = frozenset()  #: names of the peers whose last mode is "hold"
     vented: bool = False  #: a vent without a latched fault, since the start and since the last trip
@@ -34,7 +34,7 @@ class History(NamedTuple):
     clearing_s: float = 0.0  #: time for which a command to clear has been in progress, at most 1 s
     resumed_s: float = 0.3125  #: time since the end of a stall, at most this value
     venting: bool = False  #: a held balloon was vented by a peer, and no sample shows an empty balloon yet
-    disobeyed_s: float = 0.0  #: time for which the board has contradicted the command, at most 1.5 s
+    ignoring_s: float = 0.0  #: time for which the board has contradicted the command, at most 1.5 s
 
     @property
     def in_stall(self) -> bool:
@@ -53,7 +53,7 @@ def history_after(history: History, change: Change) -> History:
         left_s = LEASE_S
     vented = history.vented and not after.faults
     vents = event in VENTS and before.wants_hold and not before.vent_delayed
-    disobeyed = event == "wait" and after.is_filled != before.commands_hold
+    ignores = event == "wait" and after.is_filled != before.commands_hold
     return History(
         last_holds=holds,
         vented=vented or (event in VENTS and not after.faults),
@@ -62,7 +62,7 @@ def history_after(history: History, change: Change) -> History:
         clearing_s=min(history.clearing_s + passed_s, 1.0) if after.clearing else 0.0,
         resumed_s=0.0 if event == "stall" else min(history.resumed_s + passed_s, 0.3125),
         venting=(history.venting or vents) and after.is_filled,
-        disobeyed_s=min(history.disobeyed_s + passed_s, 1.5) if disobeyed else 0.0,
+        ignoring_s=min(history.ignoring_s + passed_s, 1.5) if ignores else 0.0,
     )
 
 
@@ -179,10 +179,10 @@ def a_fault_of_the_board_trips(change: Change, history: History) -> bool:
     return not after.board_fault or Fault.OVERPRESSURE in after.faults
 
 
-def a_disobedient_board_trips(change: Change, history: History) -> bool:
+def a_board_that_ignores_commands_trips(change: Change, history: History) -> bool:
     """A board that contradicts the command for more than 1 s trips the rig."""
-    disobeyed_s = history_after(history, change).disobeyed_s
-    return disobeyed_s <= FOLLOW_S + STEADY_S or bool(DISOBEYED & change.after.faults)
+    ignoring_s = history_after(history, change).ignoring_s
+    return ignoring_s <= FOLLOW_S + STEADY_S or bool(IGNORED & change.after.faults)
 
 
 def faults_end_only_by_clearing(change: Change, history: History) -> bool:
@@ -233,7 +233,7 @@ RULES: tuple[Rule, ...] = (
     a_lost_link_trips,
     a_restart_and_a_pulled_cable_trip,
     a_fault_of_the_board_trips,
-    a_disobedient_board_trips,
+    a_board_that_ignores_commands_trips,
     faults_end_only_by_clearing,
     clearing_moves_no_valve,
     clearing_ends,

@@ -61,6 +61,6 @@ SEARCHES = (
         ("wait", "silence", "stall"),
     ),
     Search(
-        "board", "a board that does not follow the commands", ("robot",), ORDER, ("wait", "disobey", "cause")
+        "board", "a board that does not follow the commands", ("robot",), ORDER, ("wait", "ignore", "cause")
     ),
 )

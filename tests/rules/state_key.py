@@ -113,7 +113,7 @@ def key_of(world: World) -> Hashable:
     return (
         values,
         (m._replace(t_s=min(now_s - m.t_s, MAX_AGE_S)), raw and raw.message),
-        (board.state, board.cause, board.latched, board.obeys, instrument.clearing.count - board.clear),
+        (board.state, board.cause, board.latched, board.follows, instrument.clearing.count - board.clear),
         instrument.chain.contact,
         tuple(instrument.peers.record_of(peer).mode for peer in PEERS.values()),
         tuple(instrument.command_block(peer).answer_state == "busy" for peer in PEERS.values()),
@@ -122,7 +122,7 @@ def key_of(world: World) -> Hashable:
 
 def world_of(key: Any) -> World:
     """Return the world with this key. Everything that the key does not contain has its default value."""
-    values, (m, message), (state, cause, latched, obeys, clears), contact, modes, busy = key
+    values, (m, message), (state, cause, latched, follows, clears), contact, modes, busy = key
     instrument, now_s = SearchedInstrument(SETTINGS), START_S
     for (holder, name), restore, saved in zip(TARGETS, RESTORED, values, strict=True):
         setattr(holder(instrument), name, restore(saved, now_s))
@@ -134,7 +134,7 @@ def world_of(key: Any) -> World:
         instrument.peers.record_of(peer).mode = mode
         block = instrument.command_block(peer)
         block.answer_state = "busy" if is_busy else block.answer_state
-    return World(instrument, Board(state, cause, latched, obeys), now_s)
+    return World(instrument, Board(state, cause, latched, follows), now_s)
 
 
 def _holder_of(path: str) -> tuple[Callable[[Any], Any], str]:

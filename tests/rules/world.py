@@ -65,12 +65,12 @@ class ChainResult(Chain):
 
 @dataclass
 class Board:
-    """Board that follows each command within one event "wait", unless `obeys` is False."""
+    """Board that follows each command within one event "wait", unless `follows` is False."""
 
     state: BoardState = BoardState.VENTED
     cause: bool = False  #: the cause of a fault is present
     latched: bool = False
-    obeys: bool = True
+    follows: bool = True
     clear: int = 0
 
     def step(self, command: Any) -> None:
@@ -80,11 +80,11 @@ class Board:
         self.latched = self.latched or self.cause
         if self.latched:
             self.state = BoardState.TRIPPED
-        elif self.obeys and command.mode == Mode.VENT:
+        elif self.follows and command.mode == Mode.VENT:
             self.state = BoardState.VENTED
-        elif self.obeys and self.state == BoardState.SETTLING:
+        elif self.follows and self.state == BoardState.SETTLING:
             self.state = BoardState.HOLDING
-        elif self.obeys and self.state != BoardState.HOLDING:
+        elif self.follows and self.state != BoardState.HOLDING:
             self.state = BoardState.SETTLING
 
     def sample(self) -> Sample:
@@ -104,7 +104,7 @@ class Board:
 
 
 class Seen(NamedTuple):
-    """What a peer and the board can see of the instrument."""
+    """Values of the instrument that a peer or the board can see."""
 
     now_s: float
     commands_hold: bool  #: the command to the board is "hold"
@@ -215,9 +215,9 @@ class World:
         """Cause a fault of the board, or remove its cause."""
         return self._change("cause", lambda: setattr(self.board, "cause", not self.board.cause))
 
-    def disobey(self) -> list[Change]:
+    def ignore_commands(self) -> list[Change]:
         """Let the board ignore all commands from now on, or follow them again."""
-        return self._change("disobey", lambda: setattr(self.board, "obeys", not self.board.obeys))
+        return self._change("ignore", lambda: setattr(self.board, "follows", not self.board.follows))
 
     def restart_board(self) -> list[Change]:
         """Restart the board: it is vented, and its faults are forgotten."""
@@ -248,7 +248,7 @@ EVENTS: dict[str, Callable[[World], list[Change]]] = {
     "stall": World.stall,
     "touch": World.touch,
     "cause": World.break_or_repair,
-    "disobey": World.disobey,
+    "ignore": World.ignore_commands,
     "restart of the board": World.restart_board,
     "unplug": World.unplug,
     "master": World.lose_master,

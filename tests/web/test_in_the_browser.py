@@ -66,6 +66,34 @@ def test_alt_v_vents(page, live):
     assert "vented" in live.rig.read()["status"]
 
 
+FAIL_FIRST_VENT = """(() => {
+  const send = window.fetch;
+  window.ventRequests = 0;
+  window.fetch = (address, ...options) =>
+    address === "/api/vent" && ++window.ventRequests === 1
+      ? Promise.reject(new DOMException("", "%s"))
+      : send(address, ...options);
+})()"""
+
+
+def test_a_vent_is_sent_again_if_its_connection_was_closed(page, live):
+    live.rig.inflate(5.0)
+    page.evaluate(FAIL_FIRST_VENT % "NetworkError")
+    page("press", key="Alt+v")
+    page.wait_for_visible(VENT_VERIFIED)
+    assert page.evaluate("window.ventRequests") == 2
+    assert live.rig.read()["mode"] == "vent"
+
+
+def test_a_vent_without_an_answer_is_an_alarm_and_not_sent_again(page, live):
+    live.rig.inflate(5.0)
+    page.evaluate(FAIL_FIRST_VENT % "TimeoutError")
+    page("press", key="Alt+v")
+    page.wait_for_visible("#vent-status[data-state=failed]")
+    assert page.evaluate("window.ventRequests") == 1
+    assert "did not answer within 3 s" in page.text("#vent-failed")
+
+
 def test_an_operator_inflates_after_a_vent_a_setpoint_and_a_confirmation(page, live):
     page("click", on="#vent-button")
     page("fill", on="#setpoint-input", text="12.5")

@@ -92,6 +92,9 @@ def test_another_balloon_removes_the_calibration(tmp_path):
     assert harness.snapshot().method == "energetic_calibrated"
     assert harness.run_command("new_balloon", 5) == ("done", "none")
     assert harness.snapshot().method == "energetic"
+    settings, default = harness.instrument.chain.settings, Configuration().chain
+    assert settings.input_uncertainties == default.input_uncertainties
+    assert settings.model_uncertainty == default.model_uncertainty
     assert "calibrated" not in harness.snapshot().status
 
 

@@ -80,6 +80,15 @@ def test_a_clear_is_busy_until_the_board_answers():
     assert fault_of(harness) == 0
 
 
+@pytest.mark.parametrize("code", ["clear_faults", "new_balloon"])
+def test_each_command_changes_the_count_that_the_board_compares(code):
+    harness, counts = InstrumentHarness.zeroed(), []
+    for _ in range(3):
+        assert harness.run_command(code, 7) == ("done", "none")
+        counts.append(harness.instrument.command().clear)
+    assert len(set(counts)) == 3
+
+
 def test_a_second_command_is_rejected_while_one_is_busy():
     harness = InstrumentHarness.zeroed()
     harness.instrument.trip(HostFault.BOARD_RESET)

@@ -3,6 +3,7 @@
 import pytest
 
 from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.core.lease import Lease
 from pneuforce.protocol.frames import Fault
 from tests.instrument.instrument_harness import (
     HOLD,
@@ -16,6 +17,14 @@ from tests.instrument.instrument_harness import (
 )
 
 LEASED = {"lease_s": 0.5}
+
+
+def test_a_lease_lasts_for_its_duration():
+    lease = Lease()
+    lease.take(PLC, 0.5, now_s=10.0)
+    assert lease.left_s(10.2) == pytest.approx(0.3)
+    assert not lease.expire(10.5)
+    assert lease.expire(10.51)
 
 
 def test_the_snapshot_shows_holder_and_time_left():

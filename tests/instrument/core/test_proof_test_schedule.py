@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneuforce.instrument.core.proof_test_schedule import ProofTestSchedule
+from pneuforce.instrument.core.proof_test_schedule import ProofTestSchedule, log_proof_test
 from pneuforce.instrument.measurement.proof_test import Verdict
 
 PERIOD_S = 60.0
@@ -30,6 +30,40 @@ class Clock:
 
 def test_the_first_test_follows_ten_seconds_after_a_new_setpoint_and_the_next_after_a_period():
     assert Clock().run(200).tests_s == pytest.approx([10.0, 70.0, 130.0, 190.0], abs=0.2)
+
+
+def test_each_request_changes_the_count_that_the_board_compares():
+    schedule = ProofTestSchedule()
+    counts = []
+    for _ in range(3):
+        schedule.request(PERIOD_S)
+        counts.append(schedule.count)
+    assert counts == [1, 2, 3]
+
+
+def test_the_age_begins_with_a_passed_test():
+    clock = Clock(Verdict.PASSED)
+    while not clock.tests_s:
+        clock.run(0.1)
+    assert clock.schedule.age_s == 0.0
+
+
+def test_a_failed_test_is_repeated_as_soon_as_the_balloon_was_free_for_two_seconds():
+    assert Clock(Verdict.OCCLUDED).run(13).tests_s == pytest.approx([10.0, 12.0], abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "lines"),
+    [
+        (Verdict.PASSED, []),
+        (Verdict.INCONCLUSIVE, ["proof test inconclusive (response 1.50): it is repeated"]),
+        (Verdict.OCCLUDED, ["proof test failed: the pressure changed 1.5 times as much as expected"]),
+    ],
+)
+def test_the_log_names_a_test_that_has_not_passed(verdict, lines, caplog):
+    with caplog.at_level("INFO"):
+        log_proof_test(verdict, 1.5)
+    assert caplog.messages == lines
 
 
 def test_a_contact_postpones_the_test_until_the_balloon_was_free_for_two_seconds():

@@ -6,10 +6,11 @@ import pytest
 
 from pneuforce.instrument.core.faults import HostFault
 from pneuforce.instrument.core.settings import Identity
+from pneuforce.instrument.core.snapshot import writable_values
 from pneuforce.protocol.frames import BoardKind, BoardState, Hello
 from pneuforce.registers.codes import CONDENSED, STATUS
 from pneuforce.registers.map import BY_NAME, REGISTERS
-from tests.instrument.instrument_harness import HOLD_8, VENT, WEB, InstrumentHarness
+from tests.instrument.instrument_harness import HOLD_8, ROBOT, VENT, WEB, InstrumentHarness
 
 CONTACT_QUANTITIES = ("force_n", "rise_kpa", "indentation_mm", "contact_radius_mm")
 
@@ -290,6 +291,16 @@ def test_taking_a_snapshot_changes_nothing():
     for _ in range(100):
         harness.snapshot(WEB)
     assert (harness.snapshot(), harness.instrument.command()) == before
+
+
+def test_the_writable_values_are_those_of_the_peer_that_writes():
+    harness = InstrumentHarness.ready()
+    assert harness.write({"setpoint_requested_kpa": 1.0}, ROBOT) == "state"
+    harness.write_ok({"command_argument": 7}, ROBOT)
+    harness.write({"setpoint_requested_kpa": 1.0}, ROBOT)
+    of_robot, of_web = (writable_values(harness.instrument, peer, harness.now_s) for peer in (ROBOT, WEB))
+    assert (str(of_robot["reject_reason"]), str(of_web["reject_reason"])) == ("state", "none")
+    assert (of_robot["command_argument"], of_web["command_argument"]) == (7, 0)
 
 
 def test_the_command_carries_the_configured_limits():

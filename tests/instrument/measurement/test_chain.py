@@ -12,6 +12,7 @@ from pneuforce.instrument.measurement.chain import Chain, ChainSettings
 from pneuforce.instrument.measurement.measurement import Quality
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model import METHODS, ForceCorrection, ForceLaw, estimate
+from pneuforce.instrument.model.uncertainty import InputUncertainties
 from pneuforce.instrument.model.uncertainty_budget import combined_std_n, compute_budget
 from pneuforce.instrument.rig.link import MAX_STEP_S, RawSample
 from pneuforce.protocol.frames import MAX_ADC_SUM, BoardState, Sample
@@ -228,17 +229,35 @@ def test_outside_the_validated_range_there_is_no_force_but_a_quality_flag(baseli
     assert math.isfinite(m.pressure_kpa)
 
 
+@pytest.mark.parametrize("rise_kpa", [2.0, 35.0])
+def test_without_a_root_of_the_force_law_there_is_no_geometry_of_the_contact(rise_kpa):
+    harness = ChainHarness.locked()
+    harness.move_to(9.0)
+    m = harness.set_pressure(8.0 + rise_kpa, 1.0)
+    has_force = rise_kpa < 10.0
+    assert (Quality.NO_SOLUTION in m.quality) is not has_force
+    values = (m.force_n, m.force_std_n, m.indentation_mm, m.contact_radius_mm)
+    assert [math.isfinite(value) for value in values] == [has_force] * 4
+
+
 class TestUncertainty:
     """Tests of the live uncertainty: equal to the uncertainty budget at rest, larger in motion."""
 
     @pytest.mark.parametrize("rise_kpa", [0.3, 1.5])
-    def test_at_rest_the_uncertainty_is_that_of_the_budget(self, rise_kpa):
-        harness = ChainHarness.locked()
+    @pytest.mark.parametrize("inputs", [InputUncertainties(), InputUncertainties(gain=0.1)])
+    def test_at_rest_the_uncertainty_is_that_of_the_budget(self, rise_kpa, inputs):
+        harness = ChainHarness.locked(input_uncertainties=inputs)
         m = harness.move_to(8.0 + rise_kpa, 3.0)
         parameters, age_s = harness.chain.settings, harness.chain.tracker.baseline_age_s
         final_kpa = m.baseline_kpa + m.rise_kpa
         lines = compute_budget(
-            m.baseline_kpa, final_kpa, parameters.balloon, parameters.circuit, parameters.law, contact_s=age_s
+            m.baseline_kpa,
+            final_kpa,
+            parameters.balloon,
+            parameters.circuit,
+            parameters.law,
+            input_uncertainties=inputs,
+            contact_s=age_s,
         )
         assert m.force_std_n == pytest.approx(combined_std_n(lines), rel=0.02)
 
