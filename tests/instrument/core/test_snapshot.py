@@ -296,11 +296,13 @@ def test_taking_a_snapshot_changes_nothing():
 def test_the_writable_values_are_those_of_the_peer_that_writes():
     harness = InstrumentHarness.ready()
     assert harness.write({"setpoint_requested_kpa": 1.0}, ROBOT) == "state"
-    harness.write_ok({"command_argument": 7}, ROBOT)
+    harness.write_ok({"command_argument": 7, "lease_s": 0.5}, ROBOT)
+    harness.now_s += 0.2
     harness.write({"setpoint_requested_kpa": 1.0}, ROBOT)
     of_robot, of_web = (writable_values(harness.instrument, peer, harness.now_s) for peer in (ROBOT, WEB))
     assert (str(of_robot["reject_reason"]), str(of_web["reject_reason"])) == ("state", "none")
     assert (of_robot["command_argument"], of_web["command_argument"]) == (7, 0)
+    assert of_robot["lease_left_s"] == pytest.approx(0.3)
 
 
 def test_the_command_carries_the_configured_limits():
