@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import select
 from typing import Protocol
 
 import serial
@@ -12,6 +11,7 @@ import serial
 from pneuforce.errors import PortBusy, PortUnavailable
 from pneuforce.protocol.frames import BAUD
 from pneuforce.support.network_name import is_socket_url
+from pneuforce.support.readiness import is_writable
 
 MAX_READ_BYTES = 4096
 #: Time after which a board that accepts no bytes counts as disconnected.
@@ -68,7 +68,7 @@ class SerialPort:
         pyserial's own timeout is not used, because it fails after a successful write if the process was
         suspended for longer than the timeout.
         """
-        if not select.select([], [self.fileno()], [], WRITE_TIMEOUT_S)[1]:
+        if not is_writable(self.fileno(), WRITE_TIMEOUT_S):
             raise TimeoutError(f"{self.url} accepts no bytes")
         os.write(self.fileno(), data)
 

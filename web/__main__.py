@@ -12,7 +12,6 @@ import errno
 import json
 import logging
 import os
-import select
 import socket
 import sys
 import time
@@ -24,6 +23,7 @@ from typing import Any, NamedTuple
 
 from uvicorn import Config, Server
 
+from pneuforce.support.readiness import is_writable
 from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.connection import connection_class
@@ -143,7 +143,7 @@ async def _write_heartbeats(stdout: int) -> None:
     for number in count(1):
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
         with suppress(OSError):
-            if select.select((), (stdout,), (), 0)[1]:
+            if is_writable(stdout, 0):
                 os.write(stdout, b'{"heartbeat": %d}\n' % number)
 
 

@@ -5,7 +5,6 @@ Without these limits, the client waits forever for a server that does not respon
 
 from __future__ import annotations
 
-import select
 import socket
 import struct
 import time
@@ -15,6 +14,7 @@ import can
 from can.interfaces.socketcand import SocketCanDaemonBus
 
 from pneuforce.registers.can.socketcand import ECHO, SocketcandDecoder
+from pneuforce.support.readiness import readable
 
 _RESPONSE_TIMEOUT_S = 1.0
 _SEND_BUFFER_BYTES = 4096  #: size of the kernel's send buffer, which fills if the server stops reading
@@ -72,7 +72,7 @@ class SocketcandBus(SocketCanDaemonBus):
 
         python-can's own method treats a closed connection as silence and loops without a wait.
         """
-        if not self._messages and select.select([self._link], [], [], timeout)[0]:
+        if not self._messages and readable([self._link.fileno()], timeout):
             data = self._link.recv(4096)
             if not data:
                 raise can.CanOperationError("the server closed the connection")
@@ -114,7 +114,7 @@ class SocketcandBus(SocketCanDaemonBus):
     @property
     def _has_unread_data(self) -> bool:
         """Return True if this process has not yet read all data that the server has sent."""
-        return bool(select.select([self._link], [], [], 0.0)[0])
+        return bool(readable([self._link.fileno()], 0.0))
 
 
 def _parse_message(words: list[str]) -> can.Message | None:

@@ -5,7 +5,6 @@ Each proxy runs in its own thread while its context manager is active. Its `nois
 
 from __future__ import annotations
 
-import select
 import socket
 import threading
 import time
@@ -14,6 +13,7 @@ from typing import Protocol, Self
 
 from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
 from pneuforce.sim.line.pty_link import PtyLink
+from pneuforce.support.readiness import readable
 from pneuforce.support.serial_port import SerialPort
 
 READ_BYTES = 4096
@@ -123,13 +123,12 @@ class _Proxy:
         while not self._ended.is_set():
             sources = {fileno: c for c in self._connections for fileno in c.filenos()}
             wait_s = TICK_S if any(c.busy for c in self._connections) else IDLE_S
-            readable, _, _ = select.select([*sources, *self._listening_filenos()], [], [], wait_s)
-            now_s = time.monotonic()
-            for fileno in readable:
+            for fileno in readable([*sources, *self._listening_filenos()], wait_s):
                 if fileno in sources:
-                    sources[fileno].receive(fileno, now_s)
+                    sources[fileno].receive(fileno, time.monotonic())
                 else:
                     self._accept()
+            now_s = time.monotonic()
             self._deliver(now_s)
             self._reopen(now_s)
 

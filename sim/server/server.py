@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import select
 import signal
 import sys
 import time
@@ -19,6 +18,7 @@ from pneuforce.sim.scenario import load
 from pneuforce.sim.server.control_server import ControlServer
 from pneuforce.sim.server.port_file import port_file
 from pneuforce.sim.world import World
+from pneuforce.support.readiness import readable
 
 #: Longest delay that the simulation makes up by additional steps [s]. The rest of a longer delay is ignored.
 MAX_LAG_S = 0.1
@@ -78,8 +78,7 @@ def _run(world: World, cable: PtyLink, control: ControlServer, stop_requested: C
             time.sleep(wait_s)
         elif wait_s < -MAX_LAG_S:
             due_s -= wait_s + MAX_LAG_S
-        readable, _, _ = select.select(control.filenos(), [], [], 0)
-        control.serve(readable)
+        control.serve(readable(control.filenos(), 0))
         _plug_or_unplug(cable, world.line.unplugged)
         cable.write(world.step(cable.read()))
         control.publish()

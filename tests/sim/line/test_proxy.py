@@ -19,6 +19,7 @@ from pneuforce.sim.line.pty_link import PtyLink
 from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.support.serial_port import SerialPort
 from pneuforce.teststand.child_process import ChildProcess
+from pneuforce.teststand.stack import free_port
 from tests.instrument.instrument_harness import HOLD_8, PLC, VENT
 from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import (
@@ -103,9 +104,7 @@ def test_a_connection_ends_for_both_sides_when_one_side_closes_it(server, proxy)
 
 
 def test_a_proxy_without_a_server_closes_the_connection():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        unused = listener.getsockname()
-    with TcpProxy(unused) as proxy, through(proxy) as client:
+    with TcpProxy(("127.0.0.1", free_port())) as proxy, through(proxy) as client:
         assert client.recv(1) == b""
 
 
