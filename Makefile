@@ -36,8 +36,8 @@ check: $(VENV)/test-tools
 # after a space for a test file, and then does not know the option. Tests that starved are repeated at the end, one after the other.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/web/tried
-	@$(BIN)/python -m pytest -n auto --dist loadfile --time=virtual $(ARGS) || [ $$? -eq 5 ]
-	@$(BIN)/python -m pytest -n auto --dist loadfile --time=real --repeat-later=build/starved-tests $(ARGS) || [ $$? -eq 5 ]
+	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --time=virtual $(ARGS) || [ $$? -eq 5 ]
+	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --time=real --repeat-later=build/starved-tests $(ARGS) || [ $$? -eq 5 ]
 	@[ ! -s build/starved-tests ] || $(BIN)/python -m pytest @build/starved-tests
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools

@@ -70,6 +70,17 @@ VIRTUAL_TIME = [
     "tests/web/test_request_pacer.py",
     "tests/web/test_request_guard.py",
 ]
+#: Files with a long run time. They run first, so that no process runs such a file alone at the end.
+LONG = [
+    "tests/bench/test_bench.py",
+    "tests/web/test_in_the_browser.py",
+    "tests/web/test_vent_in_a_crowd.py",
+    "tests/system/test_readme.py",
+    "tests/system/test_demo.py",
+    "tests/system/test_end_to_end.py",
+    "tests/web/test_web_process.py",
+    "tests/instrument/test_occlusion.py",
+]
 real_time_paths = [ROOT / name for name in REAL_TIME]
 virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]
 monitor = StarvationMonitor()
@@ -79,6 +90,11 @@ starved_files = set()
 
 def is_in_real_time(path):
     return path not in virtual_time_paths and any(path.is_relative_to(p) for p in real_time_paths)
+
+
+def name_of(path):
+    """Return the path of a file within this repository."""
+    return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else ""
 
 
 def pytest_addoption(parser):
@@ -130,6 +146,7 @@ def pytest_unconfigure():
 def pytest_collection_modifyitems(items, config):
     """Mark the tests in real time. Select here, too: `pytest_ignore_collect` covers only this folder."""
     items[:] = [item for item in items if is_selected(item.path, config)]
+    items.sort(key=lambda item: LONG.index(name) if (name := name_of(item.path)) in LONG else len(LONG))
     for item in items:
         if is_in_real_time(item.path):
             item.add_marker(pytest.mark.real_time)
