@@ -77,7 +77,6 @@ LONG = [
     "tests/web/test_vent_in_a_crowd.py",
     "tests/system/test_readme.py",
     "tests/system/test_demo.py",
-    "tests/system/test_end_to_end.py",
     "tests/web/test_web_process.py",
     "tests/instrument/test_occlusion.py",
 ]
