@@ -7,7 +7,6 @@ failure. A mutant that fails no test survives. All changes are made in a copy of
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -24,23 +23,13 @@ from rich.progress import track
 from rich.table import Table
 from rich.text import Text
 
+from tests.code_copy import copy_code
 from tests.firmware.compiled import ROOT
 
 HEADERS, SHARED = Path("firmware/pneuforce"), Path("tests/firmware/shared.c")
 NUMBERS = "numbers.h"
 #: Headers without mutants: the rig link has its own tests, and hardware.h is used on the chip only.
 NOT_MUTATED = {"board.h", "wire.h", "hardware.h"}
-COPIED = (
-    "firmware",
-    "instrument",
-    "pneuforce",
-    "protocol",
-    "registers",
-    "sim",
-    "support",
-    "tests",
-    "pyproject.toml",
-)
 #: Files of the contract tests. The file that detects most mutants runs first.
 CONTRACT = [f"tests/sim/test_board{name}.py" for name in ("_filling", "_limits", "")]
 #: Arguments of Python that run the contract tests on the board "c" only, without bytecode files.
@@ -139,9 +128,7 @@ class Tree:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        for name in COPIED:
-            source, target = ROOT / name, folder / name
-            shutil.copytree(source, target, symlinks=True) if source.is_dir() else shutil.copy(source, target)
+        copy_code(folder)
         for header in (folder / HEADERS).glob("*.h"):  # the pragma prevents warnings about unused code
             header.write_text("#pragma GCC system_header\n" + header.read_text(encoding="utf-8"))
 

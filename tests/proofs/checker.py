@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.code_copy import replace_once
 from tests.proofs.catalogue import PlantedError, Property
 from tests.source_tree import ROOT
 
@@ -50,18 +51,10 @@ def check(prop: Property, options: tuple[str, ...] = (), planted: PlantedError |
         for header in FIRMWARE.glob("*.h"):
             shutil.copy(header, headers)
         if planted:
-            plant(headers / planted.header, planted)
+            replace_once(headers / planted.header, planted.old, planted.new)
         verdicts = (_run(prop, options, headers, row) for row in range(prop.rows))
         verdict = next((v for v in verdicts if v != "proved"), "proved")
     return Result(verdict, time.monotonic() - started_s)
-
-
-def plant(file: Path, planted: PlantedError) -> None:
-    """Change a header. Raises ValueError if its text does not occur exactly once."""
-    text = file.read_text()
-    if text.count(planted.old) != 1:
-        raise ValueError(f"{file.name} contains {text.count(planted.old)} times: {planted.old}")
-    file.write_text(text.replace(planted.old, planted.new))
 
 
 def _run(prop: Property, options: tuple[str, ...], headers: Path, row: int) -> str:

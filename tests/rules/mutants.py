@@ -1,27 +1,14 @@
 """Errors that are planted in the host. For each rule, a search must find at least one."""
 
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.source_tree import ROOT
+from tests.code_copy import copy_code, replace_once
 
-COPIED = (
-    "firmware",
-    "instrument",
-    "pneuforce",
-    "protocol",
-    "registers",
-    "sim",
-    "support",
-    "teststand",
-    "tests",
-    "web",
-)
 CORE = "instrument/core"
 
 
@@ -228,11 +215,8 @@ def finding_of(planted: PlantedError) -> str:
     """
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
-        for name in COPIED:
-            shutil.copytree(
-                ROOT / name, copy / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.hex")
-            )
-        plant(copy / CORE / planted.file, planted)
+        copy_code(copy)
+        replace_once(copy / CORE / planted.file, planted.old, planted.new)
         done = subprocess.run(
             (sys.executable, "-B", "-m", "tests.rules", planted.search, "--rule", planted.rule),
             cwd=copy, env={**os.environ, "PYTHONPATH": folder}, capture_output=True, text=True,
@@ -240,11 +224,3 @@ def finding_of(planted: PlantedError) -> str:
     if done.returncode == 0:
         return ""
     return next((line for line in done.stdout.splitlines() if "does not hold" in line), done.stderr)
-
-
-def plant(file: Path, planted: PlantedError) -> None:
-    """Change a file. Raises ValueError if its text does not occur exactly once."""
-    text = file.read_text(encoding="utf-8")
-    if text.count(planted.old) != 1:
-        raise ValueError(f"{file.name} contains {text.count(planted.old)} times: {planted.old}")
-    file.write_text(text.replace(planted.old, planted.new), encoding="utf-8")
