@@ -105,6 +105,7 @@ def pytest_addoption(parser):
     )
 
 
+@pytest.hookimpl(optionalhook=True)  # the mutation tests run without xdist
 def pytest_xdist_auto_num_workers(config):
     """Return the number of processes for `-n auto`.
 

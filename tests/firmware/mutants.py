@@ -151,11 +151,14 @@ class Tree:
 
     def fails(self) -> bool:
         """Return True if a contract test fails, or if the tests exceed the CPU time limit."""
-        command = (*CPU_LIMIT, sys.executable, *ON_C)
-        done = subprocess.run(
-            command, cwd=self._folder, env=WITHOUT_PLUGINS, capture_output=True, check=False
+        return self.run(*ON_C).returncode != 0
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Run Python in the copy, with a limit of its processor time."""
+        command = (*CPU_LIMIT, sys.executable, *arguments)
+        return subprocess.run(
+            command, cwd=self._folder, env=WITHOUT_PLUGINS, capture_output=True, text=True, check=False
         )
-        return done.returncode != 0
 
 
 def run_mutants(mutants: list[Mutant], folder: Path) -> Iterator[tuple[Mutant, bool | None]]:
