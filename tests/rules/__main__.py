@@ -38,11 +38,11 @@ def planted_errors_found(names: list[str]) -> bool:
     chosen = [planted for planted in PLANTED_ERRORS if not names or planted.search in names]
     with ThreadPoolExecutor(max_workers=2) as executor:
         findings = list(executor.map(finding_of, chosen))
-    for planted, finding in zip(chosen, findings, strict=True):
-        if planted.rule not in finding:
-            print(f"NOT FOUND: {planted}")
-    print(f"{sum(map(bool, findings))} of {len(chosen)} planted errors found")
-    return all(findings)
+    missed = [p for p, finding in zip(chosen, findings, strict=True) if p.rule not in finding]
+    for planted in missed:
+        print(f"NOT FOUND: {planted}")
+    print(f"{len(chosen) - len(missed)} of {len(chosen)} planted errors found")
+    return not missed
 
 
 def main(arguments: list[str]) -> int:

@@ -96,6 +96,42 @@ PLANTED_ERRORS = (
         "            pass",
     ),
     PlantedError(
+        "a_lease_expires",
+        "leases",
+        "controller.py",
+        "            self.trip_after_contact(HostFault.LEASE_EXPIRED, now_s)",
+        "            pass",
+    ),
+    PlantedError(
+        "a_vent_reaches_the_board",
+        "order",
+        "state.py",
+        "        if self.holding:\n            self.command_monitor.request_vent",
+        "        if self.holding and self.measurement.rise_kpa >= 0:\n"
+        "            self.command_monitor.request_vent",
+    ),
+    PlantedError(
+        "a_board_that_ignores_commands_trips",
+        "board",
+        "controller.py",
+        "        self.check_stall(now_s)\n        self._check_lease(now_s)\n",
+        "        self._check_lease(now_s)\n        self.command_monitor._restart()\n",
+    ),
+    PlantedError(
+        "clearing_moves_no_valve",
+        "order",
+        "arming.py",
+        "Step.CLEAR: Arming.HOLDING,",
+        "Step.CLEAR: Arming.READY,",
+    ),
+    PlantedError(
+        "a_hold_ends_only_by_a_vent_or_a_trip",
+        "order",
+        "arming.py",
+        "Step.CLEAR: Arming.HOLDING,",
+        "Step.CLEAR: Arming.READY,",
+    ),
+    PlantedError(
         "a_lease_is_kept",
         "stalls",
         "controller.py",

@@ -53,7 +53,11 @@ def history_after(history: History, change: Change) -> History:
         left_s = LEASE_S
     vented = history.vented and not after.faults
     vents = event in VENTS and before.wants_hold and not before.vent_delayed
-    ignores = event == "wait" and after.is_filled != before.commands_hold
+    ordered = before.commands_hold != after.commands_hold or before.wants_hold != after.wants_hold
+    ordered = ordered or (accepted and event in ("hold", *VENTS))
+    ignoring_s = 0.0 if ordered else history.ignoring_s
+    if event == "wait":
+        ignoring_s = ignoring_s + passed_s if after.is_filled != before.commands_hold else 0.0
     return History(
         last_holds=holds,
         vented=vented or (event in VENTS and not after.faults),
@@ -61,8 +65,8 @@ def history_after(history: History, change: Change) -> History:
         delayed_s=history.delayed_s + passed_s if after.vent_delayed else 0.0,
         clearing_s=min(history.clearing_s + passed_s, 1.0) if after.clearing else 0.0,
         resumed_s=0.0 if event == "stall" else min(history.resumed_s + passed_s, 0.3125),
-        venting=(history.venting or vents) and after.is_filled,
-        ignoring_s=min(history.ignoring_s + passed_s, 1.5) if ignores else 0.0,
+        venting=vents or (history.venting and (event != "wait" or after.is_filled)),
+        ignoring_s=min(ignoring_s, 1.5),
     )
 
 
@@ -106,19 +110,21 @@ def a_complete_order_is_accepted(change: Change, history: History) -> bool:
 
 def a_lease_excludes_other_peers(change: Change, history: History) -> bool:
     """While a peer holds a lease, each write of another peer is rejected, except a vent."""
-    event, peer, reason, before, after = change
-    excluded = peer != "" and before.holder not in ("", peer) and after.holder == before.holder
+    event, peer, reason, before, _ = change
+    excluded = peer != "" and before.holder not in ("", peer) and history.lease_left_s >= 0.0
     return not excluded or event == "vent" or reason is not RejectReason.NONE
 
 
 def a_lease_expires(change: Change, history: History) -> bool:
     """A lease that is not renewed in time expires and trips the rig. A stall gives the holder 0.25 s more."""
     event, peer, _, before, after = change
-    history = history_after(history, change)
-    expired = before.holder != "" and not peer and history.lease_left_s < 0.0
-    if not expired or history.in_stall or event == "stall":
+    if before.holder == "" or (event == "end of lease" and peer == before.holder):
         return True
-    return after.holder == "" and HostFault.LEASE_EXPIRED in after.faults
+    if after.holder != before.holder:
+        return HostFault.LEASE_EXPIRED in after.faults
+    left_s = history.lease_left_s - (after.now_s - before.now_s)
+    in_stall = event == "stall" or history_after(history, change).in_stall
+    return peer != "" or left_s >= 0.0 or in_stall
 
 
 def a_lease_is_kept(change: Change, history: History) -> bool:
@@ -132,7 +138,7 @@ def a_lease_is_kept(change: Change, history: History) -> bool:
 
 
 def a_vent_reaches_the_board(change: Change, history: History) -> bool:
-    """After a vent of a held balloon, no "hold" is sent until a sample shows that the balloon is emptied."""
+    """After a vent that ends a hold, no "hold" is sent until a later sample shows an empty balloon."""
     return not (history_after(history, change).venting and change.after.commands_hold)
 
 
@@ -180,7 +186,7 @@ def a_fault_of_the_board_trips(change: Change, history: History) -> bool:
 
 
 def a_board_that_ignores_commands_trips(change: Change, history: History) -> bool:
-    """A board that contradicts the command for more than 1 s trips the rig."""
+    """A board that contradicts the last vent, hold or trip for more than 1.25 s trips the rig."""
     ignoring_s = history_after(history, change).ignoring_s
     return ignoring_s <= FOLLOW_S + STEADY_S or bool(IGNORED & change.after.faults)
 
@@ -197,10 +203,17 @@ def faults_end_only_by_clearing(change: Change, history: History) -> bool:
 
 
 def clearing_moves_no_valve(change: Change, history: History) -> bool:
-    """The command to clear never changes the command to the board."""
+    """Neither the begin nor the end of the command to clear changes the command to the board."""
     before, after = change.before, change.after
     same = before.commands_hold == after.commands_hold or bool(after.faults - before.faults)
-    return change.event != "clear" or same
+    ends = before.clearing and not after.clearing
+    return same or not (change.event == "clear" or ends)
+
+
+def a_hold_ends_only_by_a_vent_or_a_trip(change: Change, history: History) -> bool:
+    """A balloon that shall be held is vented only after a vent command or with a latched fault."""
+    ended = change.before.wants_hold and not change.after.wants_hold
+    return not ended or change.event in VENTS or bool(change.after.faults)
 
 
 def clearing_ends(change: Change, history: History) -> bool:
@@ -236,6 +249,7 @@ RULES: tuple[Rule, ...] = (
     a_board_that_ignores_commands_trips,
     faults_end_only_by_clearing,
     clearing_moves_no_valve,
+    a_hold_ends_only_by_a_vent_or_a_trip,
     clearing_ends,
     a_trip_shows_no_force,
 )
