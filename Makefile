@@ -5,7 +5,7 @@
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
-# make prove       proofs of the firmware by a model checker, and exhaustive search of the rules of the host
+# make prove       proofs of the firmware by a model checker, and exhaustive search of the rules of the host: twenty minutes
 # make mutants     mutation test of the host's safety modules, about fifteen minutes
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page and its plots

@@ -8,7 +8,7 @@ times are multiples of 1/64 s, and the delay of a vent by a contact is 0.625 s i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -138,14 +138,6 @@ class World:
     instrument: Instrument = field(default_factory=lambda: SearchedInstrument(SETTINGS))
     board: Board = field(default_factory=Board)
     now_s: float = START_S
-
-    def events(self) -> Iterator[tuple[str, str]]:
-        """Yield each possible event, with the name of the peer that writes or ""."""
-        for peer in PEERS:
-            for write in WRITES:
-                yield write, peer
-        for event in EVENTS:
-            yield event, ""
 
     def apply(self, event: str, peer: str) -> list[Change]:
         """Carry out one event."""
