@@ -125,9 +125,11 @@ METHODS = Enumeration(
         0: "energetic",
         1: "lulevich",
         2: "shanahan",
+        3: "membrane",
         256: "energetic_calibrated",
         257: "lulevich_calibrated",
         258: "shanahan_calibrated",
+        259: "membrane_calibrated",
     }
 )
 #: Codes up to 15 come from the board, codes from 32 from the host (`instrument/core/faults.py`).

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 5F4535F8h (registers 768 and 770).
+ * Map version 1, hash B71B5475h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x5F4535F8)
+#define PNEUFORCE_MAP_HASH UINT32_C(0xB71B5475)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -180,9 +180,11 @@ enum pneuforce_method {
     PNEUFORCE_METHOD_ENERGETIC = 0,
     PNEUFORCE_METHOD_LULEVICH = 1,
     PNEUFORCE_METHOD_SHANAHAN = 2,
+    PNEUFORCE_METHOD_MEMBRANE = 3,
     PNEUFORCE_METHOD_ENERGETIC_CALIBRATED = 256,
     PNEUFORCE_METHOD_LULEVICH_CALIBRATED = 257,
-    PNEUFORCE_METHOD_SHANAHAN_CALIBRATED = 258
+    PNEUFORCE_METHOD_SHANAHAN_CALIBRATED = 258,
+    PNEUFORCE_METHOD_MEMBRANE_CALIBRATED = 259
 };
 
 enum pneuforce_fault {

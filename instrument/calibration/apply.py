@@ -7,7 +7,7 @@ from dataclasses import replace
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.file import Calibration, ForceConditions, ForcePart, rounded
 from pneuforce.instrument.calibration.plausibility import check_force
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceCorrection
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA

@@ -7,9 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from pneuforce.instrument.calibration.radius import suspected_pressure_unit
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ONSET_KPA
-from pneuforce.instrument.model import estimate
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.support.columns import Numbers, Points
 
@@ -61,7 +60,7 @@ def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContact
     ):
         if invalid.any():
             raise points.error(why, int(invalid.argmax()))
-    law_n = estimate(baseline, points["final_kpa"], settings.balloon, settings.circuit, settings.law).force_n
+    law_n = settings.force_model.estimate(baseline, points["final_kpa"]).force_n
     unsolved = ~(np.isfinite(law_n) & (law_n > 0))
     if unsolved.any():
         raise points.error("the force law has no solution for these pressures", int(unsolved.argmax()))

@@ -17,7 +17,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.contacts import RELATIVE_ERROR_MIN_N, CalibrationContacts
 from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
 from pneuforce.instrument.calibration.plausibility import check_force
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA, ForceCorrection
 from pneuforce.support.columns import Numbers
 

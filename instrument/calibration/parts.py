@@ -26,7 +26,7 @@ from pneuforce.instrument.calibration.residuals import (
     share_and_floor,
 )
 from pneuforce.instrument.calibration.volume import VolumeFit
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.support.columns import Points
 
 #: Unit that the file appends to the name of a coefficient.

@@ -13,7 +13,7 @@ import numpy as np
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.file import Calibration
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw, estimate
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.correction import ForceCorrection
@@ -139,7 +139,7 @@ def _grid(
     balloon, circuit, law = settings.balloon, settings.circuit, settings.law
     rises = _rises(highest_rise_kpa, correction)
     baseline, rise = np.meshgrid(_baselines(baseline_span_kpa, correction), rises, indexing="ij")
-    law_n = estimate(baseline, baseline + rise, balloon, circuit, law).force_n
+    law_n = settings.force_model.estimate(baseline, baseline + rise).force_n
     methods = method_span(baseline, rise, balloon, circuit, law.switch)
     energetic_n = estimate(baseline, baseline + rise, balloon, circuit, ForceLaw(switch=law.switch)).force_n
     unknown = ~np.isfinite(energetic_n + law_n)

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.model import Balloon, Circuit, ContactEstimate, ForceLaw, estimate
-from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.calibration.apply import apply_calibration
+from pneuforce.instrument.calibration.file import load
+from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.measurement.force_tables import force_table
+from pneuforce.instrument.model import ContactEstimate, ForceLaw
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
 
 MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
@@ -20,6 +28,7 @@ class EstimatedContact(NamedTuple):
     baseline_kpa: float
     final_kpa: float
     law: ForceLaw
+    lowest_rise_kpa: float  #: rise below which the force is interpolated to zero
     solution: ContactEstimate
     budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
 
@@ -44,19 +53,51 @@ class EstimatedContact(NamedTuple):
             )
         if not math.isfinite(self.solution.force_n):
             reasons.append("the model has no physical solution for these pressures")
-        elif self.final_kpa - self.baseline_kpa < MIN_RISE_KPA:
-            reasons.append(f"rise below {MIN_RISE_KPA} kPa: interpolated to zero force at zero rise")
+        elif self.final_kpa - self.baseline_kpa < self.lowest_rise_kpa:
+            reasons.append(f"rise below {self.lowest_rise_kpa} kPa: interpolated to zero force at zero rise")
         return reasons
 
 
-def estimate_contact(baseline_kpa: float, final_kpa: float, law: ForceLaw) -> EstimatedContact:
+class Grip(NamedTuple):
+    """Grip of a contact as the user states it. None: the default, or the grip of the calibration."""
+
+    value: float | None
+    std: float | None
+
+
+def chain_settings(law: ForceLaw, grip: Grip, calibration: Path | None) -> ChainSettings:
+    """Return the settings of an estimate.
+
+    A force calibration for another method is not used. Raises ConfigurationError if the calibration does not
+    fit to the law.
+    """
+    chain = ChainSettings.of(law)
+    if calibration is not None:
+        content = load(calibration)
+        if content.force and content.force.made_for.method != law.method:
+            content = content.model_copy(update={"force": None})
+        chain = apply_calibration(chain, content)
+    if grip.value is not None:
+        chain = replace(chain, law=replace(chain.law, grip=grip.value))
+    if grip.std is not None:
+        chain = replace(chain, input_uncertainties=replace(chain.input_uncertainties, grip=grip.std))
+    if law.method == "membrane":
+        with progress("force table of the balloon") as report:
+            force_table(chain.balloon, chain.circuit, law.sides, report)
+    return chain
+
+
+def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:
     """Return the contact between two gauge pressures. Raises ConfigurationError for impossible pressures."""
     _check(baseline_kpa, final_kpa)
-    balloon, circuit = Balloon(), Circuit()
-    solution = estimate(baseline_kpa, final_kpa, balloon, circuit, law)
-    has_force = math.isfinite(solution.force_n)
-    budget = compute_budget(baseline_kpa, final_kpa, balloon, circuit, law) if has_force else ()
-    return EstimatedContact(baseline_kpa, final_kpa, law, solution, budget)
+    model, correction = settings.force_model, settings.correction
+    inputs, uncertainty = settings.input_uncertainties, settings.model_uncertainty
+    curve = ContactCurve(baseline_kpa, model, correction, inputs)
+    solution = curve.at(final_kpa - baseline_kpa).estimate
+    budget: tuple[BudgetLine, ...] = ()
+    if math.isfinite(solution.force_n):
+        budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
+    return EstimatedContact(baseline_kpa, final_kpa, model.law, model.lowest_rise_kpa, solution, budget)
 
 
 def format_estimate(contact: EstimatedContact) -> str:
@@ -74,6 +115,8 @@ def format_estimate(contact: EstimatedContact) -> str:
     ):
         lines.append(f"{name:<16} {f'{value:.3f} mm' if math.isfinite(value) else 'not available'}")
     lines.append(f"method           {contact.law.method}")
+    if contact.law.method == "membrane":
+        lines.append(f"grip             {contact.law.grip:.2f} (0: the skin slides, 1: it sticks)")
     return "\n".join(lines + [f"note: {reason}" for reason in contact.reasons])
 
 
@@ -96,6 +139,8 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
         "method": contact.law.method,
         "switch": contact.law.switch,
         "low": contact.law.low,
+        "grip": contact.law.grip if contact.law.method == "membrane" else None,
+        "pressed_sides": contact.law.sides if contact.law.method == "membrane" else None,
         "valid": contact.in_range and bool(contact.budget),
         "reasons": contact.reasons,
     }

@@ -15,6 +15,26 @@ commands = typer.Typer()
 
 Dpi = Annotated[float, typer.Option("--dpi", help="Gauge pressure before the contact, ΔP_i, in kPa.")]
 Dpf = Annotated[float, typer.Option("--dpf", help="Gauge pressure during the contact, ΔP_f, in kPa.")]
+Grip = Annotated[
+    float | None,
+    typer.Option(
+        help="Grip of the contact, method membrane: 0 if the skin slides, 1 if it sticks.",
+        min=0,
+        max=1,
+    ),
+]
+GripStd = Annotated[
+    float | None,
+    typer.Option(help="Standard uncertainty of the grip; by default, that of an unknown grip.", min=0, max=1),
+]
+PressedSides = Annotated[
+    int,
+    typer.Option(help="Number of sides on which the balloon is pressed, method membrane.", min=1, max=2),
+]
+CalibrationFile = Annotated[
+    Path | None,
+    typer.Option("--calibration", help="Calibration file of the balloon; by default, the paper's balloon."),
+]
 
 
 @commands.command()
@@ -24,13 +44,20 @@ def estimate(
     method: Method = "energetic",
     switch: Switch = "paper",
     low: Low = "line",
+    grip: Grip = None,
+    grip_std: GripStd = None,
+    pressed_sides: PressedSides = 1,
+    calibration: CalibrationFile = None,
     as_json: Json = False,
 ) -> None:
     """Calculate the force of one contact from the pressures before and during the contact.
 
     Example: pneuforce estimate --dpi 8.0 --dpf 9.2
     """
-    contact = output.estimate_contact(dpi, dpf, ForceLaw(method=method, switch=switch, low=low))
+    law = ForceLaw(method=method, switch=switch, low=low, sides=pressed_sides)
+    contact = output.estimate_contact(
+        dpi, dpf, output.chain_settings(law, output.Grip(grip, grip_std), calibration)
+    )
     typer.echo(output.estimate_json(contact) if as_json else output.format_estimate(contact))
 
 
@@ -41,13 +68,20 @@ def uncertainty(
     method: Method = "energetic",
     switch: Switch = "paper",
     low: Low = "line",
+    grip: Grip = None,
+    grip_std: GripStd = None,
+    pressed_sides: PressedSides = 1,
+    calibration: CalibrationFile = None,
     as_json: Json = False,
 ) -> None:
     """Print the uncertainty budget of a force: the contribution of each input, as the GUM defines it.
 
     Example: pneuforce uncertainty --dpi 8.0 --dpf 9.2
     """
-    contact = output.estimate_contact(dpi, dpf, ForceLaw(method=method, switch=switch, low=low))
+    law = ForceLaw(method=method, switch=switch, low=low, sides=pressed_sides)
+    contact = output.estimate_contact(
+        dpi, dpf, output.chain_settings(law, output.Grip(grip, grip_std), calibration)
+    )
     typer.echo(output.budget_json(contact) if as_json else output.format_budget(contact))
 
 

@@ -11,7 +11,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.instrument.cli.validation_source import SourceOptions, ValidationSource, load_source
 from pneuforce.instrument.cli.validation_table import render_report
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.validation import recording

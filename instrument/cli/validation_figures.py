@@ -13,7 +13,7 @@ from pneuforce.instrument.cli.validation_source import (
     selected_scenario,
     simulate_source,
 )
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.validation import figures, paper
 from pneuforce.instrument.validation.law_figure import draw_law
 from pneuforce.instrument.validation.peaks import PeakForces

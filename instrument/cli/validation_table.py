@@ -11,14 +11,14 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.model.law import PublishedMethod
 from pneuforce.instrument.validation import paper
 from pneuforce.instrument.validation.continuous import ContinuousErrors
 from pneuforce.instrument.validation.peaks import GroupErrors, MethodErrors
 from pneuforce.instrument.validation.report import ValidationReport
 from pneuforce.support.printable import printable
 
-METHOD_TITLES: Mapping[MethodName, str] = {
+METHOD_TITLES: Mapping[PublishedMethod, str] = {
     "energetic": "energetic",
     "lulevich": "Lulevich",
     "shanahan": "Shanahan",

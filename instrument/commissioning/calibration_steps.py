@@ -28,7 +28,7 @@ from pneuforce.instrument.calibration.radius import RadiusFit
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.calibration.volume import VolumeFit
 from pneuforce.instrument.config import Configuration, read
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.support.atomic_file import check_writable, read_file
 from pneuforce.support.columns import Points, parse_points
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -14,24 +15,25 @@ from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.file import load as load_calibration
 from pneuforce.instrument.calibration.plausibility import warnings_about
+from pneuforce.instrument.config.network_sections import (
+    CanSection,
+    ModbusRtuSection,
+    ModbusSection,
+    WebSection,
+)
 from pneuforce.instrument.config.sections import (
     BalloonSection,
-    CanSection,
     CircuitSection,
     EventsSection,
     IdentitySection,
     LocalSection,
     MeasurementSection,
-    ModbusRtuSection,
-    ModbusSection,
     RigSection,
     SafetySection,
-    WebSection,
 )
 from pneuforce.instrument.core.settings import Identity, Settings
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, ForceLaw
-from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section, format_value, read_tables, validate_tables
 from pneuforce.support.validation_errors import allowed_values
 
@@ -115,12 +117,18 @@ class Configuration(Section):
 
     @property
     def _chain(self) -> ChainSettings:
-        return ChainSettings(
-            balloon=Balloon(**self.balloon.model_dump(exclude={"id"})),
-            circuit=Circuit(**self.circuit.model_dump()),
-            law=ForceLaw(**self.measurement.model_dump(include={"method", "switch", "low"})),
-            model_uncertainty=ModelUncertainty.of(self.measurement.method),
-            **self.measurement.model_dump(include={"filter_time_constant_s", "tube_time_constant_s"}),
+        measurement = self.measurement
+        law = ForceLaw(
+            sides=measurement.pressed_sides,
+            **measurement.model_dump(include={"method", "switch", "low", "grip"}),
+        )
+        chain = ChainSettings.of(
+            law, Balloon(**self.balloon.model_dump(exclude={"id"})), Circuit(**self.circuit.model_dump())
+        )
+        return replace(
+            chain,
+            input_uncertainties=replace(chain.input_uncertainties, grip=measurement.grip_std),
+            **measurement.model_dump(include={"filter_time_constant_s", "tube_time_constant_s"}),
         )
 
     def settings(self, map_hash: int = 0) -> Settings:

@@ -1,23 +1,18 @@
-"""Sections of the configuration file: every key with its default, its meaning and its limits."""
+"""Sections of the configuration file for rig, balloon, measurement, safety, files and identity.
+
+Each key has its default, its meaning and its limits.
+"""
 
 from __future__ import annotations
 
 from datetime import date
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import AfterValidator, Field, SecretStr
+from pydantic import AfterValidator, Field
 
-from pneuforce.instrument.config.text_checks import (
-    check_allow,
-    check_channel,
-    check_host,
-    check_network,
-    check_rig_port,
-    check_text,
-    check_token,
-)
+from pneuforce.instrument.config.text_checks import Text, check_rig_port
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit
 from pneuforce.instrument.model.law import Low, MethodName, Switch
 from pneuforce.support.toml_sections import Section
@@ -40,13 +35,6 @@ def _check_period(period_s: float) -> float:
 
 
 _BALLOON, _CIRCUIT, _CHAIN, _SETTINGS = Balloon(), Circuit(), ChainSettings(), Settings()
-
-Text = Annotated[str, AfterValidator(check_text)]
-Host = Annotated[str, AfterValidator(check_host)]
-Network = Annotated[str, AfterValidator(check_network)]
-Port = Annotated[int, Field(ge=1, le=65535)]
-Unit = Annotated[int, Field(ge=1, le=247)]
-WordOrder = Literal["ABCD", "CDAB"]
 
 
 class RigSection(Section):
@@ -99,6 +87,25 @@ class MeasurementSection(Section):
     )
     low: Low = Field(
         _CHAIN.law.low, description="force below a rise of 0.5 kPa: a straight line to zero, or a smooth join"
+    )
+    pressed_sides: int = Field(
+        _CHAIN.law.sides,
+        ge=1,
+        le=2,
+        description="number of sides on which the balloon is pressed, method membrane",
+    )
+    grip: float = Field(
+        _CHAIN.law.grip,
+        ge=0,
+        le=1,
+        description="grip of the contact, method membrane: 0 if the skin slides, 1 if it sticks; "
+        "pneuforce calibrate grip measures it",
+    )
+    grip_std: float = Field(
+        _CHAIN.input_uncertainties.grip,
+        ge=0,
+        le=1,
+        description="standard uncertainty of the grip; the default is that of an unknown grip",
     )
     filter_time_constant_s: float = Field(
         _CHAIN.filter_time_constant_s,
@@ -154,97 +161,6 @@ class SafetySection(Section):
     write_protect: bool = Field(False, description="reject every write except a vent")
 
 
-class ListenerSection(Section):
-    """Common keys of the sections that listen on the network. These keys come first in each section."""
-
-    enabled: bool
-    host: Host = Field(
-        "127.0.0.1",
-        description="address to listen on; an address that is not loopback requires allow",
-        json_schema_extra={"allowed_values": "IP address or host name"},
-    )
-    allow: Annotated[list[Network], AfterValidator(check_allow)] = Field(
-        [],
-        max_length=64,
-        validate_default=True,
-        description="clients that may connect in addition to 127.0.0.1 and ::1; empty on loopback: all of "
-        "this machine",
-        json_schema_extra={"allowed_values": "list of addresses and networks"},
-    )
-
-
-class ModbusSection(ListenerSection):
-    """Modbus TCP server."""
-
-    enabled: bool = Field(True, description="serve Modbus TCP")
-    port: Port = Field(5020, description="TCP port (502 needs privileges)")
-    unit: Unit = Field(1, description="unit id")
-    word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
-    read_only: bool = Field(False, description="answer every write except a vent with exception 01")
-    max_connections: int = Field(
-        64,
-        ge=1,
-        le=1000,
-        description="maximum number of connections; a further one closes an older one, "
-        "a client that polls regularly last",
-    )
-    idle_timeout_s: float = Field(
-        60.0, ge=1, le=86_400, description="idle time after which a connection is closed [s]"
-    )
-    frame_timeout_s: float = Field(
-        5.0, ge=0.1, le=60, description="time in which a request must arrive completely [s]"
-    )
-
-
-class ModbusRtuSection(Section):
-    """Modbus RTU on its own serial port, in addition to Modbus TCP or instead of it."""
-
-    enabled: bool = Field(False, description="serve Modbus RTU")
-    port: Text = Field(
-        "/dev/ttyUSB0",
-        min_length=1,
-        description="device; its /dev/serial/by-id name stays the same after the adapter is plugged in again",
-    )
-    baud: Literal[1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = Field(
-        19200, description="baud rate of the line"
-    )
-    parity: Literal["even", "odd", "none"] = Field("even", description="parity of the line")
-    stop_bits: int = Field(
-        1, ge=1, le=2, description="stop bits of the line; the standard requires 2 without parity"
-    )
-    unit: Unit = Field(1, description="unit id, different from all other devices on the line")
-    word_order: WordOrder = Field("ABCD", description="order of 32-bit values: high or low word first")
-    read_only: bool = Field(False, description="answer every write except a vent with exception 01")
-
-
-class CanSection(Section):
-    """CAN node."""
-
-    enabled: bool = Field(False, description="send and receive CAN frames")
-    mode: Literal["raw", "canopen"] = Field(
-        "raw", description="raw: frames are sent from the start; canopen: a CANopen manager starts the node"
-    )
-    interface: Literal["socketcan", "socketcand", "virtual"] = Field(
-        "socketcan", description="python-can interface, socketcan for real hardware"
-    )
-    channel: Annotated[str, AfterValidator(check_channel)] = Field(
-        "can0", description="channel of the interface"
-    )
-    host: Host = Field(
-        "127.0.0.1",
-        description="socketcand only: address of the server",
-        json_schema_extra={"allowed_values": "IP address or host name"},
-    )
-    port: Port = Field(29536, description="socketcand only: TCP port of the server")
-    node_id: int = Field(5, ge=1, le=127, description="CANopen node id N: frames 180h+N and so on")
-    bit_rate: Literal[125_000, 250_000, 500_000, 1_000_000] = Field(
-        500_000, description="bit rate of the bus, used to check the bus load"
-    )
-    force_rate_hz: int = Field(
-        100, ge=1, le=500, description="Force frames per second, at most the 500 samples of the rig"
-    )
-
-
 class EventsSection(Section):
     """Event log: every write with its result, faults, start and stop."""
 
@@ -262,17 +178,6 @@ class LocalSection(Section):
         "pneuforce.sock",
         max_length=100,
         description="path of the socket, relative to this file; empty: no socket",
-    )
-
-
-class WebSection(ListenerSection):
-    """Web page to monitor and operate the instrument in a browser."""
-
-    enabled: bool = Field(False, description="serve the web page")
-    port: Port = Field(8080, description="TCP port")
-    token: Annotated[SecretStr, AfterValidator(check_token)] = Field(
-        SecretStr(""),
-        description="password of the operator, at least 12 characters; empty: the page can only vent",
     )
 
 

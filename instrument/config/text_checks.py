@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from ipaddress import ip_address, ip_network
+from typing import Annotated
 
-from pydantic import SecretStr, ValidationInfo
+from pydantic import AfterValidator, SecretStr, ValidationInfo
 
 from pneuforce.support.network_name import is_host
 from pneuforce.support.serial_port import is_port_name
@@ -20,6 +21,9 @@ def check_text(text: str) -> str:
         if not character.isprintable():
             raise ValueError(f"the text contains the invisible character U+{ord(character):04X}: remove it")
     return text
+
+
+Text = Annotated[str, AfterValidator(check_text)]
 
 
 def check_host(text: str) -> str:

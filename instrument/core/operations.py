@@ -9,6 +9,7 @@ from pneuforce.instrument.core.arming import Step
 from pneuforce.instrument.core.interlocks import violated
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.state import InstrumentState
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.known_results import computes_known_forces
 
 log = logging.getLogger("pneuforce")
@@ -57,11 +58,18 @@ def _self_test(state: InstrumentState, argument: int, now_s: float) -> RejectRea
     reason = _check_last_sample(state, now_s)
     if reason is not RejectReason.NONE:
         return reason
-    if not computes_known_forces(state.settings.chain.law.method):
+    if not _computes_correctly(state.settings.chain):
         log.error("self-test: this computer computes wrong forces")
         return RejectReason.CAUSE_PERSISTS
     state.proof_tests.expedite()
     return RejectReason.NONE
+
+
+def _computes_correctly(chain: ChainSettings) -> bool:
+    """Return True if the arithmetic gives known forces, and the force model is consistent."""
+    method = chain.law.method
+    known = computes_known_forces("energetic" if method == "membrane" else method)
+    return known and chain.force_model.is_consistent
 
 
 def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectReason:

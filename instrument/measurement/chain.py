@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ONSET_KPA, ContactTracker
 from pneuforce.instrument.measurement.lag import LagCompensator
 from pneuforce.instrument.measurement.leak import LeakMonitor
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.measurement.proof_test import ProofTest, Verdict
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
-from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
-from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve, ForceCurvePoint
+from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.uncertainty import (
-    InputUncertainties,
     MeasuredPressures,
-    ModelUncertainty,
     force_std_n,
 )
 from pneuforce.instrument.rig.link import RawSample
@@ -30,22 +29,6 @@ FREE_CURVE_TOLERANCE_KPA = 0.01
 #: Change of ΔP_i after which the force curve is computed again during a contact. ΔP_i falls slowly if the
 #: balloon leaks.
 CONTACT_CURVE_TOLERANCE_KPA = 0.002
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChainSettings:
-    """Parameters of the measuring chain."""
-
-    balloon: Balloon = field(default_factory=Balloon)
-    circuit: Circuit = field(default_factory=Circuit)
-    law: ForceLaw = LIVE_LAW
-    correction: ForceCorrection | None = None
-    input_uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
-    model_uncertainty: ModelUncertainty = field(default_factory=ModelUncertainty)
-    #: Time constant of the first-order low-pass filter of the displayed pressure.
-    filter_time_constant_s: float = 0.06
-    tube_time_constant_s: float = 0.06  #: first-order lag between balloon and sensor
-    lag_relative_std: float = 0.15  #: relative standard uncertainty of `tube_time_constant_s`
 
 
 @dataclass(slots=True)
@@ -62,6 +45,8 @@ class Chain:
     proof_test: ProofTest = field(default_factory=ProofTest)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient (insufflation)
     _lag: LagCompensator = field(init=False)
+    #: Force model of the settings. It is built once, because its table may have to be computed.
+    _model: ForceModel | None = field(default=None, metadata={"state": False})
     _filtered_kpa: float = math.nan  # filtered pressure before the zero is subtracted
     _curve_baseline_kpa: float = math.nan  # ΔP_i of the cached force curve; NaN if no curve is valid
     _curve_ambient_kpa: float = math.nan  # ambient pressure of the cached force curve
@@ -71,6 +56,7 @@ class Chain:
 
     def __post_init__(self) -> None:
         self._lag = LagCompensator(self.settings.tube_time_constant_s)
+        self._model = self.settings.force_model
 
     @property
     def delay_s(self) -> float:
@@ -83,12 +69,12 @@ class Chain:
         The uncertainty becomes that of an unknown balloon.
         """
         settings = self.settings
-        model_uncertainty = ModelUncertainty.of(settings.law.method)
+        unknown = ChainSettings.of(settings.law)
         self.settings = replace(
             settings,
             correction=None,
-            input_uncertainties=InputUncertainties(),
-            model_uncertainty=model_uncertainty,
+            input_uncertainties=unknown.input_uncertainties,
+            model_uncertainty=unknown.model_uncertainty,
         )
         self._curve_baseline_kpa = math.nan
 
@@ -204,7 +190,7 @@ class Chain:
         elif not math.isfinite(point.estimate.force_n):
             quality = Quality.NO_SOLUTION if point.plausible else Quality.OUT_OF_RANGE
         else:
-            quality = Quality.INTERPOLATED if rise_kpa < MIN_RISE_KPA else Quality.GOOD
+            quality = Quality.INTERPOLATED if rise_kpa < curve.model.lower_range_rise_kpa else Quality.GOOD
             force_n, std_n = point.estimate.force_n, self._std_n(point, curve.baseline_kpa, rise_kpa)
         has_force = math.isfinite(force_n)
         return Measurement(
@@ -258,13 +244,9 @@ class Chain:
 
     def _compute_curve(self) -> tuple[ContactCurve, float]:
         settings = self.settings
-        circuit = replace(settings.circuit, ambient_kpa=self._curve_ambient_kpa)
+        self._model = self._model or self.settings.force_model
+        model = self._model.at_ambient(self._curve_ambient_kpa)
         curve = ContactCurve(
-            self._curve_baseline_kpa,
-            settings.balloon,
-            circuit,
-            settings.law,
-            settings.correction,
-            settings.input_uncertainties,
+            self._curve_baseline_kpa, model, settings.correction, settings.input_uncertainties
         )
         return curve, curve.at(ONSET_KPA).estimate.force_n

@@ -6,24 +6,22 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit
+from pneuforce.instrument.model.balloon import MIN_RISE_KPA
 from pneuforce.instrument.model.correction import ForceCorrection
-from pneuforce.instrument.model.derivatives import ContactDerivative, ContactDifferentiator, ModelInputs
-from pneuforce.instrument.model.force import NO_FORCE, ContactEstimate, solve_contact
-from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
+from pneuforce.instrument.model.derivatives import ContactDerivative
+from pneuforce.instrument.model.force import NO_FORCE, ContactEstimate
+from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.low_rise import LowRiseInterpolation, interpolant, interpolant_slope
 from pneuforce.instrument.model.plausibility import ForceSpan, method_span, plausible_span
-from pneuforce.instrument.model.uncertainty import ForceSensitivity, InputUncertainties, parameter_stds_n
+from pneuforce.instrument.model.uncertainty import ForceSensitivity, InputUncertainties
 
 #: Ratio of the rises of neighbouring nodes. Cubics between such nodes err by less than 1e-5 N.
 NODE_RATIO = 1.15
 _LOG_RATIO = math.log(NODE_RATIO)
-#: Smallest fraction of 0.5 kPa at which the slope is computed; at a smaller fraction, the slope at this
-#: fraction is used. The smooth interpolation is infinitely steep at zero, and smaller rises are hidden by
-#: noise.
+#: Smallest fraction of the lowest rise at which the slope is computed; at a smaller fraction, the slope at
+#: this fraction is used. The smooth interpolation is infinitely steep at zero, and noise hides smaller rises.
 _MIN_SLOPE_FRACTION = 0.02
 _UNKNOWN_SENSITIVITY = ForceSensitivity(math.nan, math.nan, math.nan)
-_UNKNOWN_DERIVATIVE = ContactDerivative(math.nan, math.nan)
 
 #: Coefficients of a cubic polynomial, from the constant to the cubic coefficient.
 _Cubic = tuple[float, float, float, float]
@@ -110,23 +108,21 @@ def _evaluate(x: float, coefficients: _Cubic) -> float:
 
 @dataclass(slots=True)
 class ContactCurve:
-    """Force law at one ΔP_i as a piecewise cubic. A node is solved when it is first needed."""
+    """Force at one ΔP_i as a piecewise cubic. A node is solved when it is first needed."""
 
     baseline_kpa: float
-    balloon: Balloon
-    circuit: Circuit
-    law: ForceLaw = PAPER_LAW
+    model: ForceModel
     correction: ForceCorrection | None = None
     uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
     _nodes: dict[int, _Node] = field(default_factory=dict)
     _segments: dict[int, _Segment] = field(default_factory=dict)
     _method_spans: dict[int, ForceSpan] = field(default_factory=dict)  # forces of all methods at each node
-    lower_range_limit_n: float = field(init=False)  #: force at a rise of 0.5 kPa
+    lower_range_limit_n: float = math.nan  #: force at the lower limit of the measuring range
+    _lowest_kpa: float = field(init=False)  # rise below which the force is interpolated to zero
 
     def __post_init__(self) -> None:
-        node = self._node(0)
-        point = self._correct(ForceCurvePoint(node.solved, node.sensitivity), MIN_RISE_KPA)
-        self.lower_range_limit_n = point.estimate.force_n
+        self._lowest_kpa = self.model.lowest_rise_kpa
+        self.lower_range_limit_n = self.at(self.model.lower_range_rise_kpa).estimate.force_n
 
     def at(self, rise_kpa: float) -> ForceCurvePoint:
         """Return the contact and its sensitivity at a rise.
@@ -140,7 +136,7 @@ class ContactCurve:
 
         An alarm can therefore always use this force. This method is faster than `at`.
         """
-        if MIN_RISE_KPA <= rise_kpa < math.inf:
+        if self._lowest_kpa <= rise_kpa < math.inf:
             force: float = self._segment(rise_kpa).force_n(rise_kpa)
         else:
             force = self._uncorrected(rise_kpa).estimate.force_n
@@ -160,10 +156,10 @@ class ContactCurve:
     def _is_plausible(self, corrected_n: float, law_n: float, rise_kpa: float) -> bool:
         """Return True if a corrected force lies within the limits of `plausible_span`.
 
-        `law_n` is the force without correction. Below 0.5 kPa, the force at 0.5 kPa must be plausible too,
-        because the interpolation to zero begins there.
+        `law_n` is the force without correction. Below the lowest rise, the force at the lower range limit
+        must be plausible too, because the interpolation to zero begins there.
         """
-        if rise_kpa < MIN_RISE_KPA:
+        if rise_kpa < self._lowest_kpa:
             if not math.isfinite(self.lower_range_limit_n):
                 return False
             law_n = self._node(0).solved.force_n
@@ -178,9 +174,9 @@ class ContactCurve:
         Between two nodes, the span is interpolated linearly. The error is below 1 %.
         """
         if rise_kpa < MIN_RISE_KPA:
-            return self._method_span(0)
+            rise_kpa = MIN_RISE_KPA
         index = self._index(rise_kpa)
-        share = (rise_kpa / (MIN_RISE_KPA * NODE_RATIO**index) - 1) / (NODE_RATIO - 1)
+        share = (rise_kpa / (self._lowest_kpa * NODE_RATIO**index) - 1) / (NODE_RATIO - 1)
         (a, b), (c, d) = self._method_span(index), self._method_span(index + 1)
         return ForceSpan(a + share * (c - a), b + share * (d - b))
 
@@ -188,13 +184,14 @@ class ContactCurve:
         """Return the span of the forces of the methods at the rise of a node."""
         span = self._method_spans.get(index)
         if span is None:
-            rise_kpa = MIN_RISE_KPA * NODE_RATIO**index
-            span = method_span(self.baseline_kpa, rise_kpa, self.balloon, self.circuit, self.law.switch)
+            rise_kpa = max(self._lowest_kpa * NODE_RATIO**index, MIN_RISE_KPA)
+            model = self.model
+            span = method_span(self.baseline_kpa, rise_kpa, model.balloon, model.circuit, model.law.switch)
             self._method_spans[index] = span
         return span
 
     def _uncorrected(self, rise_kpa: float) -> ForceCurvePoint:
-        if rise_kpa < MIN_RISE_KPA:
+        if rise_kpa < self._lowest_kpa:
             return self._interpolate_to_zero(max(rise_kpa, 0.0))
         if not rise_kpa < math.inf:
             return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
@@ -207,43 +204,39 @@ class ContactCurve:
             segment = self._segments[index] = _Segment.between(self._node(index), self._node(index + 1))
         return segment
 
-    @staticmethod
-    def _index(rise_kpa: float) -> int:
-        """Return the index of the node at or below a rise of at least 0.5 kPa."""
-        return int(math.log(rise_kpa / MIN_RISE_KPA) / _LOG_RATIO)
+    def _index(self, rise_kpa: float) -> int:
+        """Return the index of the node at or below a rise of at least the lowest rise."""
+        return int(math.log(rise_kpa / self._lowest_kpa) / _LOG_RATIO)
 
     def _node(self, index: int) -> _Node:
         node = self._nodes.get(index)
         if node is None:
-            node = self._nodes[index] = self._solve(MIN_RISE_KPA * NODE_RATIO**index)
+            node = self._nodes[index] = self._solve(self._lowest_kpa * NODE_RATIO**index)
         return node
 
     def _solve(self, rise_kpa: float) -> _Node:
-        baseline, final = self.baseline_kpa, self.baseline_kpa + rise_kpa
-        solved = solve_contact(baseline, final, self.balloon, self.circuit, self.law)
+        solved, by_baseline, by_final = self.model.solve(self.baseline_kpa, rise_kpa)
         if not math.isfinite(solved.force_n):
-            return _Node(rise_kpa, solved, _UNKNOWN_DERIVATIVE, _UNKNOWN_SENSITIVITY)
-        inputs = ModelInputs(baseline, final, self.balloon, self.circuit)
-        differentiator = ContactDifferentiator(solved.indentation_mm, inputs, self.law)
-        by_baseline, by_final = differentiator.by(baseline_kpa=1.0), differentiator.by(final_kpa=1.0)
-        parameters_n = math.hypot(*parameter_stds_n(differentiator, self.uncertainties).values())
-        sensitivity = ForceSensitivity(by_baseline.force_n, by_final.force_n, parameters_n)
+            return _Node(rise_kpa, solved, by_final, _UNKNOWN_SENSITIVITY)
+        stds_n = self.model.parameter_stds_n(self.baseline_kpa, rise_kpa, self.uncertainties)
+        sensitivity = ForceSensitivity(by_baseline.force_n, by_final.force_n, math.hypot(*stds_n.values()))
         return _Node(rise_kpa, solved, by_final, sensitivity)
 
     def _interpolate_to_zero(self, rise_kpa: float) -> ForceCurvePoint:
-        """Return the point of the curve at a rise below 0.5 kPa.
+        """Return the point of the curve at a rise below the lowest rise.
 
-        The uncertainty due to the parameters has the same ratio to the force as at 0.5 kPa.
+        The uncertainty due to the parameters has the same ratio to the force as at the lowest rise.
         """
         node = self._node(0)
         end_n, end_sensitivity = node.solved.force_n, node.sensitivity
         if not end_n > 0:
             return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
-        smooth = LowRiseInterpolation.smooth(node.solved, node.by_final)
-        interpolation = LowRiseInterpolation(node.solved) if self.law.low == "line" else smooth
-        m, fraction = interpolation.force_end_slope, rise_kpa / MIN_RISE_KPA
+        smooth = LowRiseInterpolation.smooth(node.solved, node.by_final, self._lowest_kpa)
+        line = LowRiseInterpolation(node.solved, lowest_rise_kpa=self._lowest_kpa)
+        interpolation = line if self.model.law.low == "line" else smooth
+        m, fraction = interpolation.force_end_slope, rise_kpa / self._lowest_kpa
         g = interpolant(fraction, m)
-        by_final = end_n / MIN_RISE_KPA * interpolant_slope(max(fraction, _MIN_SLOPE_FRACTION), m)
+        by_final = end_n / self._lowest_kpa * interpolant_slope(max(fraction, _MIN_SLOPE_FRACTION), m)
         by_baseline = g * (end_sensitivity.baseline_n_per_kpa + end_sensitivity.final_n_per_kpa) - by_final
         smooth_minus_line = interpolant(fraction, smooth.force_end_slope) - fraction
         sensitivity = ForceSensitivity(

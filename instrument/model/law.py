@@ -7,7 +7,8 @@ from typing import Literal
 
 from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 
-MethodName = Literal["energetic", "lulevich", "shanahan"]
+PublishedMethod = Literal["energetic", "lulevich", "shanahan"]
+MethodName = Literal["energetic", "lulevich", "shanahan", "membrane"]
 Switch = Literal["paper", "blend"]
 Low = Literal["line", "smooth"]
 #: Half width of the blend around `Balloon.switch_kpa` [kPa]. At a ΔP_i outside the blend, both values of
@@ -21,12 +22,17 @@ class ForceLaw:
 
     `switch` selects the change from stretching energy (5) to (4) at ΔP_i = 8.85 kPa: "paper" is a step,
     "blend" is a gradual change within ±1 kPa. `low` selects the force below a rise of 0.5 kPa: "line" is a
-    straight line to zero, "smooth" is a curve that starts as √rise and joins the law without a kink.
+    straight line to zero, "smooth" is a curve that starts as √rise and joins the law without a kink. The
+    method "membrane" has no switch, and its force is always smooth.
     """
 
     method: MethodName = "energetic"
     switch: Switch = "paper"
     low: Low = "line"
+    #: Method "membrane" only: 0 if the skin slides on what it touches, 1 if it sticks. The default is the
+    #: middle, for an unknown grip.
+    grip: float = 0.5
+    sides: int = 1  #: method "membrane" only: number of sides on which the balloon is pressed
 
     def small_strain_weight(self, baseline_kpa: Number, balloon: Balloon) -> Number:
         """Return the weight of stretching energy (4) at ΔP_i. The weight of (5) is 1 minus this weight."""

@@ -15,14 +15,15 @@ from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
 
 
 class LowRiseInterpolation(NamedTuple):
-    """Interpolation between no contact and the contact at a rise of 0.5 kPa.
+    """Interpolation between no contact and the contact at the lowest rise of a model (0.5 kPa in the paper).
 
-    The slopes are those of the interpolation at 0.5 kPa, divided by the slope of a straight line to zero.
+    The slopes are those of the interpolation at this rise, divided by the slope of a straight line to zero.
     """
 
-    end: ContactEstimate  #: contact at a rise of 0.5 kPa
+    end: ContactEstimate  #: contact at the lowest rise
     force_end_slope: Number = 1.0  #: slope of the force; 1 for the straight line
     indentation_end_slope: Number = 1.0
+    lowest_rise_kpa: float = MIN_RISE_KPA
 
     @classmethod
     def at_baseline(
@@ -37,23 +38,26 @@ class LowRiseInterpolation(NamedTuple):
         return cls.smooth(end, ContactDifferentiator(end.indentation_mm, inputs, law).by(final_kpa=1.0))
 
     @classmethod
-    def smooth(cls, end: ContactEstimate, by_final: ContactDerivative) -> LowRiseInterpolation:
+    def smooth(
+        cls, end: ContactEstimate, by_final: ContactDerivative, lowest_rise_kpa: float = MIN_RISE_KPA
+    ) -> LowRiseInterpolation:
         """Return the smooth interpolation between no contact and the contact `end`.
 
         `by_final` is the derivative of `end` with respect to ΔP_f.
         """
         return cls(
             end,
-            MIN_RISE_KPA * by_final.force_n / end.force_n,
-            MIN_RISE_KPA * by_final.indentation_mm / end.indentation_mm,
+            lowest_rise_kpa * by_final.force_n / end.force_n,
+            lowest_rise_kpa * by_final.indentation_mm / end.indentation_mm,
+            lowest_rise_kpa,
         )
 
     def at(self, rise_kpa: Number) -> ContactEstimate:
-        """Return the contact at a rise of at most 0.5 kPa. The contact radius follows from eq. (1).
+        """Return the contact at a rise of at most the lowest rise. The contact radius follows from eq. (1).
 
         The force is zero if the rise is zero or negative.
         """
-        fraction = (abs(rise_kpa) + rise_kpa) / (2 * MIN_RISE_KPA)
+        fraction = (abs(rise_kpa) + rise_kpa) / (2 * self.lowest_rise_kpa)
         end = self.end
         force = end.force_n * interpolant(fraction, self.force_end_slope)
         d = end.indentation_mm * interpolant(fraction, self.indentation_end_slope)
@@ -64,10 +68,10 @@ class LowRiseInterpolation(NamedTuple):
     def _final_kpa(self, rise_kpa: Number) -> Number:
         """Return ΔP_f at a rise [kPa].
 
-        ΔP_f at a rise of 0.5 kPa follows from eq. (1) with the force and the contact radius of `end`.
+        ΔP_f at the lowest rise follows from eq. (1) with the force and the contact radius of `end`.
         """
         end_kpa = self.end.force_n * 1e3 / (math.pi * self.end.contact_radius_mm**2)
-        return end_kpa - MIN_RISE_KPA + rise_kpa
+        return end_kpa - self.lowest_rise_kpa + rise_kpa
 
 
 def interpolant(fraction: Number, end_slope: Number) -> Number:

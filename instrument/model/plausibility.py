@@ -12,7 +12,7 @@ from typing import NamedTuple, get_args
 
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit, Number
 from pneuforce.instrument.model.force import solve_contact
-from pneuforce.instrument.model.law import ForceLaw, MethodName, Switch
+from pneuforce.instrument.model.law import ForceLaw, PublishedMethod, Switch
 
 #: Largest plausible ratio of a calibrated force to the highest force of the published methods, and of their
 #: lowest force to a calibrated force.
@@ -40,7 +40,7 @@ def method_span(
 
     A method without a solution is omitted. At a rise below 0.5 kPa, the forces are those at 0.5 kPa.
     """
-    laws = [ForceLaw(method=method, switch=switch) for method in get_args(MethodName)]
+    laws = [ForceLaw(method=method, switch=switch) for method in get_args(PublishedMethod)]
     if isinstance(baseline_kpa, float) and isinstance(rise_kpa, float):
         final_kpa = baseline_kpa + max(rise_kpa, MIN_RISE_KPA)
         forces = [solve_contact(baseline_kpa, final_kpa, balloon, circuit, law).force_n for law in laws]

@@ -14,6 +14,10 @@ from pneuforce.instrument.model.balloon import Balloon
 from pneuforce.instrument.model.derivatives import ContactDifferentiator
 from pneuforce.instrument.model.law import MethodName
 
+#: Middle of the range of the gas exponent n from 1.0 (isothermal) to 1.2 (halfway to adiabatic), and its
+#: standard uncertainty if n has a rectangular distribution.
+MIDDLE_POLYTROPIC, MIDDLE_POLYTROPIC_STD = 1.1, 0.2 / math.sqrt(12)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputUncertainties:
@@ -35,6 +39,7 @@ class InputUncertainties:
     poisson: float = 0.005  #: Poisson's ratio ν
     #: Gas exponent n: rms deviation from 1.0 if n is between 1.0 (isothermal) and 1.2 (halfway to adiabatic).
     polytropic: float = 0.2 / math.sqrt(3)
+    grip: float = 1 / math.sqrt(12)  #: grip, method "membrane": unknown between 0 and 1
     drift_kpa_per_s: float = 0.0005  #: drift of the baseline during a contact: creep and leak
 
     def at_rest(self, baseline_kpa: float, final_kpa: float, contact_s: float) -> MeasuredPressures:
@@ -83,6 +88,8 @@ class ModelUncertainty:
     @classmethod
     def of(cls, method: MethodName) -> ModelUncertainty:
         """Return the uncertainty of a method without calibration."""
+        if method == "membrane":
+            return cls(relative_std_below=0.02, relative_std_above=0.02, interpolation=False)
         errors = PUBLISHED_ERRORS[method]
         return cls(
             relative_std_below=errors.below * STD_OVER_MEAN_ABSOLUTE,

@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pneuforce.instrument.model.balloon import MIN_RISE_KPA, Balloon, Circuit
 from pneuforce.instrument.model.correction import ForceCorrection
 from pneuforce.instrument.model.curve import ContactCurve
-from pneuforce.instrument.model.derivatives import ContactDifferentiator, ModelInputs
-from pneuforce.instrument.model.force import solve_contact
-from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
+from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.uncertainty import (
     InputUncertainties,
     ModelUncertainty,
     contributions_n,
-    parameter_stds_n,
 )
 
 #: Default time since the start of the contact [s]. The baseline drifts and cannot be measured in this time.
@@ -29,6 +25,7 @@ PARAMETER_LABELS = {
     "volume_mm3": ("volume of the tubes V_c", "mm³"),
     "ambient_kpa": ("ambient pressure P_0", "kPa"),
     "polytropic": ("gas exponent n, 1 to 1.2", ""),
+    "grip": ("grip, 0 slides to 1 sticks", ""),
 }
 
 
@@ -44,9 +41,7 @@ class BudgetLine(NamedTuple):
 def compute_budget(
     baseline_kpa: float,
     final_kpa: float,
-    balloon: Balloon,
-    circuit: Circuit,
-    law: ForceLaw = PAPER_LAW,
+    force_model: ForceModel,
     correction: ForceCorrection | None = None,
     input_uncertainties: InputUncertainties | None = None,
     model_uncertainty: ModelUncertainty | None = None,
@@ -54,9 +49,10 @@ def compute_budget(
 ) -> tuple[BudgetLine, ...]:
     """Return one line for each source of uncertainty. `contact_s` is the time since the contact started."""
     inputs = input_uncertainties or InputUncertainties()
-    model = model_uncertainty or ModelUncertainty.of(law.method)
+    balloon, method = force_model.balloon, force_model.law.method
+    model = model_uncertainty or ModelUncertainty.of(method)
     rise_kpa, drift_kpa = final_kpa - baseline_kpa, inputs.drift_kpa_per_s * contact_s
-    curve = ContactCurve(baseline_kpa, balloon, circuit, law, correction, inputs)
+    curve = ContactCurve(baseline_kpa, force_model, correction, inputs)
     point = curve.at(rise_kpa)
     pressures = inputs.at_rest(baseline_kpa, final_kpa, 0.0)
     force_n, sensitivity = point.estimate.force_n, point.sensitivity
@@ -71,7 +67,7 @@ def compute_budget(
         BudgetLine("noise of ΔP_f", inputs.final_noise_kpa, "kPa", abs(by_final)),
         BudgetLine("sensor gain after zero adjustment", 100 * inputs.gain, "%", abs(by_gain)),
         BudgetLine(f"drift of ΔP_i in {contact_s:g} s", drift_kpa, "kPa", abs(by_drift)),
-        *_parameter_lines(baseline_kpa, rise_kpa, sensitivity.parameters_n, balloon, circuit, law, inputs),
+        *_parameter_lines(baseline_kpa, rise_kpa, sensitivity.parameters_n, force_model, inputs),
         BudgetLine("force law", law_percent, "% of the force", by_law),
         BudgetLine("interpolation to zero", interpolation_std_n, "N", abs(by_interpolation)),
     )
@@ -81,19 +77,15 @@ def _parameter_lines(
     baseline_kpa: float,
     rise_kpa: float,
     total_n: float,
-    balloon: Balloon,
-    circuit: Circuit,
-    law: ForceLaw,
+    force_model: ForceModel,
     uncertainties: InputUncertainties,
 ) -> list[BudgetLine]:
     """Return one line for each parameter. `total_n` is the root of the sum of squares of their forces.
 
-    Below a rise of 0.5 kPa, the contributions have the same ratios to each other as at 0.5 kPa.
+    Below the lowest rise, the contributions have the same ratios to each other as at this rise.
     """
-    solved_kpa = baseline_kpa + max(rise_kpa, MIN_RISE_KPA)
-    d = solve_contact(baseline_kpa, solved_kpa, balloon, circuit, law).indentation_mm
-    inputs = ModelInputs(baseline_kpa, solved_kpa, balloon, circuit)
-    stds_n = parameter_stds_n(ContactDifferentiator(d, inputs, law), uncertainties)
+    solved_kpa = max(rise_kpa, force_model.lowest_rise_kpa)
+    stds_n = force_model.parameter_stds_n(baseline_kpa, solved_kpa, uncertainties)
     scale = total_n / math.hypot(*stds_n.values())
     return [
         BudgetLine(

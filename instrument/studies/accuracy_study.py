@@ -14,7 +14,7 @@ from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.contacts import COLUMNS, OPTIONAL_COLUMNS, read_contacts
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.law import MethodName
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
 from pneuforce.instrument.model.uncertainty import ModelUncertainty

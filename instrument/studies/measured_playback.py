@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from pneuforce.instrument.measurement.chain import Chain, ChainSettings
+from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.rig.link import Link, RawSample
 from pneuforce.sim.headless import Playback

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.instrument.validation.trial import Trial, TrialSample, split_trials
 from pneuforce.sim.headless import Playback

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneuforce.instrument.calibration.contacts import CalibrationContacts
 from pneuforce.instrument.calibration.residuals import force_residual
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_indices
 from pneuforce.instrument.model.uncertainty import force_std_n
@@ -82,7 +82,7 @@ def _forces(contacts: CalibrationContacts, settings: ChainSettings) -> tuple[Num
 
 def _force(baseline_kpa: float, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:
     inputs, balloon = settings.input_uncertainties, settings.balloon
-    curve = ContactCurve(baseline_kpa, balloon, settings.circuit, settings.law, settings.correction, inputs)
+    curve = ContactCurve(baseline_kpa, settings.force_model, settings.correction, inputs)
     point = curve.at(rise_kpa)
     pressures = inputs.at_rest(baseline_kpa, baseline_kpa + rise_kpa, CONTACT_S)
     force_n = point.estimate.force_n

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.validation.processed_trial import ProcessedTrial
 from pneuforce.instrument.validation.trial import Floats
 

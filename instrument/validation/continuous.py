@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneuforce.instrument.measurement.chain import ChainSettings
-from pneuforce.instrument.model import estimate
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.validation.processed_trial import ProcessedTrial
 from pneuforce.instrument.validation.trial import Bools, Floats, Trial
@@ -46,9 +45,7 @@ def compute_forces(processed: ProcessedTrial, settings: ChainSettings) -> TrialF
     in_range = (baseline_kpa >= VALID_LOW_KPA) & (baseline_kpa <= VALID_HIGH_KPA)
     forces = []
     for pressure_kpa in (processed.now_kpa, processed.filtered_kpa):
-        solved_n = estimate(
-            baseline_kpa, pressure_kpa[pressed], settings.balloon, settings.circuit, settings.law
-        ).force_n
+        solved_n = settings.force_model.estimate(baseline_kpa, pressure_kpa[pressed]).force_n
         force_n = np.zeros(len(pressed))
         force_n[pressed] = np.where(in_range, solved_n, np.nan)
         forces.append(force_n)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.validation.paper import PRESSURE_BINS
 from pneuforce.instrument.validation.peaks import PeakForces, estimate_peaks, group_errors
 from pneuforce.instrument.validation.report import TrialEvaluation

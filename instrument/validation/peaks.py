@@ -8,7 +8,7 @@ from typing import NamedTuple, get_args
 
 import numpy as np
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, estimate
 from pneuforce.instrument.model.balloon import (
     MIN_RISE_KPA,
@@ -16,12 +16,12 @@ from pneuforce.instrument.model.balloon import (
     VALID_LOW_KPA,
     sphere_volume_mm3,
 )
-from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.model.law import PublishedMethod
 from pneuforce.instrument.validation.contacts import EvaluatedContact
 from pneuforce.instrument.validation.paper import GROUPS, HYSTERESIS_KPA, ContactGroup
 from pneuforce.instrument.validation.trial import Bools, Floats
 
-METHODS: tuple[MethodName, ...] = get_args(MethodName)
+METHODS: tuple[PublishedMethod, ...] = get_args(PublishedMethod)
 #: Lowest reference peak [N]. If the peak is lower, the reference sensor has not measured the contact.
 MIN_FORCE_N = 0.05
 
@@ -49,9 +49,9 @@ class PeakForces:
     #: ΔV/V_i = (1 − P_i/P_f)·V_i/V_si. The pressures are absolute. V_i is the volume of circuit and
     #: sphere before the contact. V_si is the volume of the sphere alone.
     volume_change: Floats
-    estimates_n: Mapping[MethodName, Floats]  #: estimated force by method; NaN if there is no solution
+    estimates_n: Mapping[PublishedMethod, Floats]  #: estimated force by method; NaN if there is no solution
 
-    def errors_percent(self, method: MethodName) -> Floats:
+    def errors_percent(self, method: PublishedMethod) -> Floats:
         """Return the relative error of each contact [%]."""
         return 100 * (self.estimates_n[method] - self.force_n) / self.force_n
 
@@ -70,7 +70,7 @@ class GroupErrors(NamedTuple):
 
     name: str
     contacts: int
-    by_method: Mapping[MethodName, MethodErrors]
+    by_method: Mapping[PublishedMethod, MethodErrors]
 
 
 def select_peaks(

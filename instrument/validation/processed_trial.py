@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ContactTracker
 from pneuforce.instrument.measurement.lag import SAMPLE_S, LagCompensator
 from pneuforce.instrument.validation.trial import Floats, Trial

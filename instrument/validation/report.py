@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA
 from pneuforce.instrument.validation import paper
 from pneuforce.instrument.validation.contacts import EvaluatedContact, find_contacts

@@ -7,7 +7,8 @@ import warnings
 import numpy as np
 from scipy.optimize import brentq, fsolve
 
-from pneuforce.instrument.measurement.chain import Chain, ChainSettings
+from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import PAPER_LAW, Balloon, Circuit, solve_contact
 from pneuforce.instrument.model.contact_geometry import ContactGeometry
 from pneuforce.instrument.model.methods import METHODS

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import (
     MAX_LEAK_KPA_PER_S,
     MAX_TRACKING_KPA_PER_S,
@@ -14,7 +14,7 @@ from pneuforce.instrument.measurement.contact import (
     WARMING_TIME_CONSTANT_S,
 )
 from pneuforce.instrument.measurement.lag import MAX_BRIDGED_SAMPLES, OUTLIER_KPA, SAMPLE_S, LagCompensator
-from pneuforce.instrument.model import Balloon, Circuit
+from pneuforce.instrument.model import Balloon
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.uncertainty import InputUncertainties, ModelUncertainty
@@ -78,7 +78,7 @@ def test_the_document_has_the_constants_of_the_program(text):
 def test_the_table_has_the_lines_of_the_uncertainty_budget():
     section = DOCUMENT.partition("\n## Uncertainty\n")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| ([^|]+) \|", section, re.MULTILINE)
-    budget = compute_budget(8.0, 9.2, BALLOON, Circuit())
+    budget = compute_budget(8.0, 9.2, CHAIN.force_model)
     assert rows[2:] == [line.source.removesuffix(f" in {CONTACT_S:g} s") for line in budget]
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry

@@ -8,7 +8,7 @@ import pytest
 from pneuforce.instrument.calibration.contacts import CalibrationContacts, read_contacts
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.residuals import errors_by_pressure, share_and_floor
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, ForceCorrection, estimate
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA, pressure_bin_indices
 from tests.instrument.calibration.points import error_message, points, share_within

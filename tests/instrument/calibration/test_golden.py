@@ -7,7 +7,7 @@ import pytest
 
 from pneuforce.instrument.calibration import file
 from pneuforce.instrument.calibration.apply import apply_calibration
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.curve import ContactCurve
 from tests.instrument.calibration.points import error_message
 
@@ -19,9 +19,7 @@ def forces_n(settings, baseline_kpa, rise_kpa):
     """Return the force of one contact by both methods of `ContactCurve`."""
     curve = ContactCurve(
         baseline_kpa,
-        settings.balloon,
-        settings.circuit,
-        settings.law,
+        settings.force_model,
         settings.correction,
         settings.input_uncertainties,
     )

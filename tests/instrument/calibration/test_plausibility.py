@@ -15,7 +15,7 @@ from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.plausibility import MAX_RISE_KPA, check_force, warnings_about
 from pneuforce.instrument.config import load
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceCorrection, ForceLaw
 from pneuforce.instrument.model.plausibility import LOWER_LIMIT_RISE_KPA, MAX_RATIO
 from pneuforce.support.toml_sections import format_value

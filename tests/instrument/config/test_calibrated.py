@@ -12,7 +12,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.config import Configuration, load, parse
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw, estimate
 from pneuforce.registers.codes import METHODS, STATUS
 from pneuforce.registers.map import BY_NAME

@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from typing import get_args
 
 import pytest
 from pydantic import SecretStr
@@ -11,7 +12,7 @@ from pneuforce.instrument import config
 from pneuforce.instrument.config import Configuration, example, load, parse
 from pneuforce.instrument.core.interlocks import HARD_LIMIT_KPA
 from pneuforce.instrument.measurement.chain import Chain
-from pneuforce.instrument.model import METHODS
+from pneuforce.instrument.model.law import MethodName
 from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.registers.map import BY_NAME
 
@@ -195,6 +196,9 @@ OTHERS = {
     "method": "lulevich",
     "switch": "paper",
     "low": "smooth",
+    "pressed_sides": 2,
+    "grip": 0.0625,
+    "grip_std": 0.0625,
     "filter_time_constant_s": 0.125,
     "tube_time_constant_s": 0.375,
     "rest_thickness_mm": 0.3125,
@@ -207,9 +211,9 @@ OTHERS = {
 def other_value(key, default):
     if isinstance(default, bool):
         return not default
-    if isinstance(default, int):
-        return 20260102
-    return OTHERS[key] if key in OTHERS else default + 0.5
+    if key in OTHERS:
+        return OTHERS[key]
+    return 20260102 if isinstance(default, int) else default + 0.5
 
 
 CORE_SECTIONS = ("balloon", "circuit", "measurement", "safety")
@@ -252,10 +256,12 @@ def test_the_limits_agree_with_those_of_registers_and_interlocks():
     safety = config.SafetySection.model_json_schema()["properties"]
     assert (safety["force_limit_n"]["minimum"], safety["force_limit_n"]["maximum"]) == (limit.low, limit.high)
     assert safety["contact_limit_kpa"]["maximum"] == HARD_LIMIT_KPA
-    assert set(config.MeasurementSection.model_json_schema()["properties"]["method"]["enum"]) == set(METHODS)
+    assert set(config.MeasurementSection.model_json_schema()["properties"]["method"]["enum"]) == set(
+        get_args(MethodName)
+    )
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", get_args(MethodName))
 def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, tmp_path):
     path = tmp_path / "instrument.toml"
     path.write_text(f'[measurement]\nmethod = "{method}"\n')

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pneuforce.instrument.measurement.chain import Chain, ChainSettings
+from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.measurement import Quality
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model import METHODS, ForceCorrection, ForceLaw, estimate
@@ -254,9 +255,7 @@ class TestUncertainty:
         lines = compute_budget(
             m.baseline_kpa,
             final_kpa,
-            parameters.balloon,
-            parameters.circuit,
-            parameters.law,
+            parameters.force_model,
             input_uncertainties=inputs,
             contact_s=age_s,
         )

@@ -10,7 +10,7 @@ from functools import cache
 
 import pytest
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.studies.measured_playback import measure_playback, measure_with_each
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.scenario import Scenario

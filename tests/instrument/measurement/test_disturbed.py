@@ -5,7 +5,8 @@ import random
 
 import pytest
 
-from pneuforce.instrument.measurement.chain import Chain, ChainSettings
+from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.lag import MAX_BRIDGED_SAMPLES, SAMPLE_S, LagCompensator
 from pneuforce.instrument.measurement.measurement import Quality
 from pneuforce.instrument.studies.measured_playback import measure_playback

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pneuforce.instrument.measurement.chain import Chain, ChainSettings
+from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import MAX_TRACKING_KPA_PER_S
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Sample, Valve

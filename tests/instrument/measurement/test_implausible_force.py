@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.plausibility import check_force
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import METHODS, Circuit, ForceCorrection, ForceLaw
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.plausibility import method_span, plausible_span
+from pneuforce.instrument.model.published_model import PublishedModel
 from tests.instrument.instrument_harness import InstrumentHarness
 
 NEUTRAL = ForceCorrection(
@@ -105,7 +106,7 @@ def corrections(scale):
 def shown_and_limits(correction, circuit, baseline_kpa, rise_kpa):
     """Return both forces of a curve, and the documented limits at these pressures."""
     balloon = correction.balloon
-    curve = ContactCurve(baseline_kpa, balloon, circuit, correction.law, correction)
+    curve = ContactCurve(baseline_kpa, PublishedModel(balloon, circuit, correction.law), correction)
     methods = method_span(baseline_kpa, rise_kpa, balloon, circuit, correction.law.switch)
     return (curve.at(rise_kpa).estimate.force_n, curve.force_n(rise_kpa)), plausible_span(rise_kpa, methods)
 
@@ -132,9 +133,9 @@ def test_an_accepted_correction_shows_every_force_at_the_measured_pressures(
     baseline_kpa = float(np.clip(baseline_kpa, *correction.baseline_span_kpa))
     rise_kpa = min(rise_kpa, correction.rise_span_kpa[1])
     (shown_n, _), limits = shown_and_limits(correction, circuit, baseline_kpa, rise_kpa)
-    energetic = ContactCurve(
-        baseline_kpa, correction.balloon, circuit, ForceLaw(switch=correction.law.switch)
+    laws = (ForceLaw(switch=correction.law.switch), correction.law)
+    energetic, uncorrected = (
+        ContactCurve(baseline_kpa, PublishedModel(correction.balloon, circuit, law)) for law in laws
     )
-    uncorrected = ContactCurve(baseline_kpa, correction.balloon, circuit, correction.law)
     if math.isfinite(energetic.force_n(rise_kpa) + uncorrected.force_n(rise_kpa)):
         assert 0.99 * limits.low_n <= shown_n <= 1.01 * limits.high_n

@@ -20,6 +20,7 @@ from pneuforce.instrument.model import (
 )
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.derivatives import ContactDifferentiator, ModelInputs
+from pneuforce.instrument.model.published_model import PublishedModel
 from pneuforce.instrument.model.uncertainty import (
     BALLOON_PARAMETERS,
     CIRCUIT_PARAMETERS,
@@ -42,6 +43,11 @@ each_contact = pytest.mark.parametrize(
 )
 
 
+def published(law=PAPER_LAW):
+    """Return the force model of the paper's balloon."""
+    return PublishedModel(BALLOON, CIRCUIT, law)
+
+
 @pytest.mark.parametrize(
     ("method", "baseline_kpa", "mean_percent"),
     [
@@ -55,9 +61,7 @@ each_contact = pytest.mark.parametrize(
 def test_the_budget_contains_the_error_that_the_paper_states_of_a_method(method, baseline_kpa, mean_percent):
     [percent] = [
         line.std
-        for line in compute_budget(
-            baseline_kpa, baseline_kpa + 1.5, BALLOON, CIRCUIT, ForceLaw(method=method)
-        )
+        for line in compute_budget(baseline_kpa, baseline_kpa + 1.5, published(ForceLaw(method=method)))
         if line.source == "force law"
     ]
     assert percent == pytest.approx(mean_percent * math.sqrt(math.pi / 2))
@@ -126,7 +130,7 @@ def test_the_derivative_by_the_radius_includes_volume_and_thickness():
 )
 @pytest.mark.parametrize("baseline_kpa", [4.95, 8.0, 8.86, 11.45])
 def test_the_curve_agrees_with_the_law_within_2e_5_n(law, baseline_kpa):
-    curve = ContactCurve(baseline_kpa, BALLOON, CIRCUIT, law)
+    curve = ContactCurve(baseline_kpa, published(law))
     for n in range(1, 300):
         rise = 0.05 * n
         exact = estimate(baseline_kpa, baseline_kpa + rise, BALLOON, CIRCUIT, law)
@@ -136,14 +140,14 @@ def test_the_curve_agrees_with_the_law_within_2e_5_n(law, baseline_kpa):
 @pytest.mark.parametrize("rise_kpa", [-1.0, 0.0])
 def test_without_a_rise_there_is_no_force(rise_kpa):
     for low in ("line", "smooth"):
-        solved = ContactCurve(8.0, BALLOON, CIRCUIT, ForceLaw(low=low)).at(rise_kpa).estimate
+        solved = ContactCurve(8.0, published(ForceLaw(low=low))).at(rise_kpa).estimate
         assert (solved.force_n, solved.indentation_mm, solved.contact_radius_mm) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("rise_kpa", [math.nan, math.inf, 1e9])
 @pytest.mark.parametrize("baseline_kpa", [8.0, 0.0, -3.0, 1e-9])
 def test_invalid_pressures_give_nan_and_no_exception(baseline_kpa, rise_kpa):
-    assert not math.isfinite(ContactCurve(baseline_kpa, BALLOON, CIRCUIT).at(rise_kpa).estimate.force_n)
+    assert not math.isfinite(ContactCurve(baseline_kpa, published()).at(rise_kpa).estimate.force_n)
 
 
 CORRECTION = ForceCorrection(
@@ -155,7 +159,7 @@ STEPPED = replace(CORRECTION, by_step=0.25, law=LIVE_LAW)
 
 def sensitivity_of(baseline_kpa, rise_kpa, law=PAPER_LAW, correction=None):
     """Return force and sensitivity at one point of a curve."""
-    point = ContactCurve(baseline_kpa, BALLOON, CIRCUIT, law, correction).at(rise_kpa)
+    point = ContactCurve(baseline_kpa, published(law), correction).at(rise_kpa)
     return point.estimate.force_n, point.sensitivity
 
 
@@ -185,7 +189,7 @@ def test_the_budget_adds_up_to_the_uncertainty_of_the_force(baseline_kpa, final_
     force_n, sensitivity = sensitivity_of(baseline_kpa, final_kpa - baseline_kpa)
     pressures = INPUTS.at_rest(baseline_kpa, final_kpa, 5.0)
     stated = force_std_n(force_n, sensitivity, pressures, INPUTS, MODEL, BALLOON)
-    assert combined_std_n(compute_budget(baseline_kpa, final_kpa, BALLOON, CIRCUIT)) == pytest.approx(stated)
+    assert combined_std_n(compute_budget(baseline_kpa, final_kpa, published())) == pytest.approx(stated)
 
 
 def test_the_contributions_agree_with_a_calculation_by_hand():
@@ -220,7 +224,7 @@ def test_the_noise_of_the_final_pressure_is_the_output_noise_of_the_lag_filter()
 
 
 def test_a_correction_scales_the_force_and_its_sensitivity():
-    plain, corrected = (ContactCurve(8.0, BALLOON, CIRCUIT, PAPER_LAW, c).at(0.3) for c in (None, CORRECTION))
+    plain, corrected = (ContactCurve(8.0, published(), c).at(0.3) for c in (None, CORRECTION))
     factor = CORRECTION.factor(0.3, 8.0)
     assert corrected.estimate.force_n == pytest.approx(factor * plain.estimate.force_n)
     assert corrected.estimate.contact_radius_mm**2 == pytest.approx(

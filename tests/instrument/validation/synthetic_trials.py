@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.validation.contacts import find_contacts
 from pneuforce.instrument.validation.processed_trial import exponential_filter, process_trials
 from pneuforce.instrument.validation.trial import TrialSample, split_trials

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.instrument.validation.continuous import TrialForces, compute_forces, continuous_errors
 from pneuforce.instrument.validation.processed_trial import process_trials

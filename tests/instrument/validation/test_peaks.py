@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pneuforce.instrument.measurement.chain import ChainSettings
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, ForceLaw, estimate
 from pneuforce.instrument.validation.contacts import EvaluatedContact
 from pneuforce.instrument.validation.paper import (

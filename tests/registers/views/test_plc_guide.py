@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pneuforce.instrument.config.sections import ModbusRtuSection, ModbusSection
+from pneuforce.instrument.config.network_sections import ModbusRtuSection, ModbusSection
 from pneuforce.registers.codes import REJECT_REASONS, STATUS
 from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
 from pneuforce.registers.field import WireType

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pneuforce.instrument.config.sections import CanSection
+from pneuforce.instrument.config.network_sections import CanSection
 from pneuforce.registers.can.frames import COMMAND, FRAMES, REJECTED, RESULTS, decode
 from pneuforce.registers.can.options import CanOptions, bus_load
 from pneuforce.registers.codes import CONDENSED

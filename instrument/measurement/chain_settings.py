@@ -1,0 +1,65 @@
+"""Parameters of the measuring chain, and the force model that follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from pneuforce.instrument.measurement.force_tables import force_table
+from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
+from pneuforce.instrument.model.force_model import ForceModel
+from pneuforce.instrument.model.published_model import PublishedModel
+from pneuforce.instrument.model.uncertainty import (
+    MIDDLE_POLYTROPIC,
+    MIDDLE_POLYTROPIC_STD,
+    InputUncertainties,
+    ModelUncertainty,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainSettings:
+    """Parameters of the measuring chain."""
+
+    balloon: Balloon = field(default_factory=Balloon)
+    circuit: Circuit = field(default_factory=Circuit)
+    law: ForceLaw = LIVE_LAW
+    correction: ForceCorrection | None = None
+    input_uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
+    model_uncertainty: ModelUncertainty = field(default_factory=ModelUncertainty)
+    #: Time constant of the first-order low-pass filter of the displayed pressure.
+    filter_time_constant_s: float = 0.06
+    tube_time_constant_s: float = 0.06  #: first-order lag between balloon and sensor
+    lag_relative_std: float = 0.15  #: relative standard uncertainty of `tube_time_constant_s`
+
+    @classmethod
+    def of(
+        cls, law: ForceLaw, balloon: Balloon | None = None, circuit: Circuit | None = None
+    ) -> ChainSettings:
+        """Return the settings for a method without a force calibration, with its uncertainties.
+
+        For the method "membrane", the gas exponent is in the middle of its range.
+        """
+        circuit, inputs = circuit or Circuit(), InputUncertainties()
+        if law.method == "membrane":
+            circuit = replace(circuit, polytropic=MIDDLE_POLYTROPIC)
+            inputs = replace(inputs, polytropic=MIDDLE_POLYTROPIC_STD)
+        return cls(
+            balloon=balloon or Balloon(),
+            circuit=circuit,
+            law=law,
+            input_uncertainties=inputs,
+            model_uncertainty=ModelUncertainty.of(law.method),
+        )
+
+    @property
+    def force_model(self) -> ForceModel:
+        """Return the force model.
+
+        The method "membrane" needs a table. If it is not in the cache, the computation takes ten seconds.
+        """
+        if self.law.method != "membrane":
+            return PublishedModel(self.balloon, self.circuit, self.law)
+        from pneuforce.instrument.model.membrane.model import MembraneModel
+
+        table = force_table(self.balloon, self.circuit, self.law.sides)
+        return MembraneModel(self.balloon, self.circuit, replace(self.law, low="smooth"), table)
