@@ -5,13 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration.file import Calibration, ForceConditions, ForcePart, rounded
+from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.plausibility import check_force
+from pneuforce.instrument.calibration.sections import (
+    ForceConditions,
+    ForcePart,
+    GripConditions,
+    GripPart,
+    rounded,
+)
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceCorrection
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
-from pneuforce.instrument.model.uncertainty import ModelUncertainty
+from pneuforce.instrument.model.uncertainty import GRIP_CALIBRATED, ModelUncertainty
+from pneuforce.support.toml_sections import Section
 
 #: Keys of the radius part that are also fields of `Balloon`.
 RADIUS_KEYS = ("rest_radius_mm", "radius_linear_mm_per_kpa", "radius_quadratic_mm_per_kpa2")
@@ -20,6 +28,8 @@ CONFIGURATION_SECTIONS = {
     "method": "measurement",
     "switch": "measurement",
     "low": "measurement",
+    "grip": "measurement",
+    "pressed_sides": "measurement",
     "volume_mm3": "circuit",
     "tube_time_constant_s": "measurement",
 }
@@ -30,7 +40,18 @@ RELEASE_CONSTANTS = {
 }
 #: Inputs whose error is the same in every contact of one balloon on one circuit. A force calibration
 #: compensates these errors. The force errors that remain after the correction are in its residual.
-COMPENSATED_INPUTS = ("radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm", "poisson")
+COMPENSATED_INPUTS = (
+    "radius_mm",
+    "volume_mm3",
+    "young_kpa",
+    "rest_thickness_mm",
+    "poisson",
+    "polytropic",
+    "grip",
+)
+#: Inputs whose error changes all forces of the method "membrane" by nearly the same factor. A calibration of
+#: the grip compensates them, because it compares a force with a known weight.
+COMPENSATED_BY_GRIP = ("volume_mm3", "polytropic")
 
 
 def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
@@ -39,7 +60,7 @@ def apply_calibration(settings: ChainSettings, calibration: Calibration) -> Chai
     Raises ConfigurationError if the configured values contradict the calibration, or if the calibrated force
     is implausible.
     """
-    for apply_part in (_apply_radius, _apply_volume, _apply_lag, _apply_force):
+    for apply_part in (_apply_radius, _apply_volume, _apply_lag, _apply_grip, _apply_force):
         settings = apply_part(settings, calibration)
     check_force(settings)
     return settings
@@ -61,16 +82,39 @@ def force_conditions(settings: ChainSettings) -> ForceConditions:
         radius_linear_mm_per_kpa=balloon.radius_linear_mm_per_kpa,
         radius_quadratic_mm_per_kpa2=balloon.radius_quadratic_mm_per_kpa2,
         volume_mm3=settings.circuit.volume_mm3,
+        grip=law.grip if law.method == "membrane" else None,
+        pressed_sides=law.sides if law.method == "membrane" else None,
+    )
+
+
+def grip_conditions(settings: ChainSettings) -> GripConditions:
+    """Return the conditions under which a grip that is calibrated with these settings is valid."""
+    balloon = settings.balloon
+    return GripConditions(
+        pressed_sides=settings.law.sides,
+        rest_radius_mm=balloon.rest_radius_mm,
+        radius_linear_mm_per_kpa=balloon.radius_linear_mm_per_kpa,
+        radius_quadratic_mm_per_kpa2=balloon.radius_quadratic_mm_per_kpa2,
+        volume_mm3=settings.circuit.volume_mm3,
     )
 
 
 def changed_conditions(settings: ChainSettings, force: ForcePart) -> list[str]:
     """Return a message for each value that differs between the settings and the force calibration."""
+    return _differences("force", force_conditions(settings), force.made_for)
+
+
+def changed_grip_conditions(settings: ChainSettings, grip: GripPart) -> list[str]:
+    """Return a message for each value that differs between the settings and the grip calibration."""
+    return _differences("grip", grip_conditions(settings), grip.made_for)
+
+
+def _differences(name: str, conditions: Section, made_for: Section) -> list[str]:
     return [
-        f"{_display_name(key)} = {value!r}, but the force calibration was made for "
-        f"{getattr(force.made_for, key)!r}"
-        for key, value in force_conditions(settings)
-        if value != getattr(force.made_for, key)
+        f"{_display_name(key)} = {value!r}, but the {name} calibration was made for "
+        f"{getattr(made_for, key)!r}"
+        for key, value in conditions
+        if value != getattr(made_for, key)
     ]
 
 
@@ -134,6 +178,23 @@ def _check_agreement(key: str, configured: float, default: float, measured: floa
             f"{_display_name(key)} = {configured!r} contradicts the calibration, which "
             f"measured {measured!r}: delete one of the two values"
         )
+
+
+def _apply_grip(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
+    """Return the settings with the calibrated grip. Other methods than "membrane" do not use it."""
+    part = calibration.grip
+    if part is None or settings.law.method != "membrane":
+        return settings
+    changed = changed_grip_conditions(settings, part)
+    if changed:
+        raise ConfigurationError("; ".join(changed) + ": calibrate the grip again, or restore the old value")
+    compensated = dict.fromkeys(COMPENSATED_BY_GRIP, 0.0)
+    return replace(
+        settings,
+        law=replace(settings.law, grip=part.grip),
+        input_uncertainties=replace(settings.input_uncertainties, grip=part.grip_std, **compensated),
+        model_uncertainty=GRIP_CALIBRATED,
+    )
 
 
 def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSettings:

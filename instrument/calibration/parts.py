@@ -6,17 +6,10 @@ import math
 from datetime import date
 from typing import Any
 
-from pneuforce.instrument.calibration.apply import force_conditions
-from pneuforce.instrument.calibration.file import (
-    Agreement,
-    ForcePart,
-    LagPart,
-    PressureBin,
-    RadiusPart,
-    VolumePart,
-    validated,
-)
+from pneuforce.instrument.calibration.apply import force_conditions, grip_conditions
+from pneuforce.instrument.calibration.file import validated
 from pneuforce.instrument.calibration.force import CANDIDATES, ForceCalibration
+from pneuforce.instrument.calibration.grip import GripFit
 from pneuforce.instrument.calibration.lag import LagFit
 from pneuforce.instrument.calibration.radius import RadiusFit
 from pneuforce.instrument.calibration.residuals import (
@@ -24,6 +17,15 @@ from pneuforce.instrument.calibration.residuals import (
     ForceResidual,
     force_residual,
     share_and_floor,
+)
+from pneuforce.instrument.calibration.sections import (
+    Agreement,
+    ForcePart,
+    GripPart,
+    LagPart,
+    PressureBin,
+    RadiusPart,
+    VolumePart,
 )
 from pneuforce.instrument.calibration.volume import VolumeFit
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
@@ -89,6 +91,20 @@ def lag_part(fit: LagFit, points: Points, today: date) -> LagPart:
         "residual_kpa": fit.residual_kpa,
     }
     return validated(LagPart, values, points.name)
+
+
+def grip_part(fit: GripFit, points: Points, settings: ChainSettings, today: date) -> GripPart:
+    """Return the grip part of the calibration file. The grip was calibrated with `settings`.
+
+    Raises ConfigurationError if a value is not plausible.
+    """
+    values = {
+        **_source(points, today),
+        "grip": fit.grip,
+        "grip_std": fit.std,
+        "made_for": grip_conditions(settings),
+    }
+    return validated(GripPart, values, points.name)
 
 
 def force_part(

@@ -10,6 +10,8 @@ from __future__ import annotations
 STRETCH_RANGE = (1.02, 1.4)
 #: Plausible growth of the radius between 4.95 and 11.45 kPa [mm/kPa]. 0.10 to 0.18 in the paper.
 SLOPE_RANGE_MM_PER_KPA = (0.001, 0.6)
+#: Plausible grips. A grip outside means a wrong mass, radius or volume.
+GRIP_RANGE = (-0.6, 1.6)
 MIN_RADIUS_SPAN_KPA = 3.0
 #: Plausible relative standard uncertainty of V_c. The tolerance of a syringe alone gives 0.024.
 VOLUME_RELATIVE_STD_RANGE = (0.02, 0.2)

@@ -8,11 +8,12 @@ from typing import Any
 
 from pneuforce.instrument.calibration.force import ForceCalibration
 from pneuforce.instrument.calibration.residuals import errors_by_pressure, force_residual
-from pneuforce.instrument.cli.output import json_text
+from pneuforce.instrument.cli.output import json_text, progress
 from pneuforce.instrument.commissioning.calibration_steps import (
     CalibrationStep,
     CalibrationTarget,
     calibrate_force,
+    calibrate_grip,
     calibrate_lag,
     calibrate_radius,
     calibrate_volume,
@@ -55,6 +56,18 @@ def lag(data: Path, filter_time_constant_s: float, target: CalibrationTarget, as
     lines = [
         f"tube        {step.fit.tube_time_constant_s:.4f} ± {step.fit.std_s:.4f} s",
         f"residual    {step.fit.residual_kpa:.3f} kPa of a step of {step.fit.step_kpa:.2f} kPa",
+    ]
+    return _format_step(step, lines, as_json)
+
+
+def grip(data: Path | None, weights: Sequence[list[float]], target: CalibrationTarget, as_json: bool) -> str:
+    """Calibrate the grip with known weights. Return the grip of each weight, and the mean, as text."""
+    with progress("force table of the balloon") as report:
+        step = calibrate_grip(data, weights, target, report)
+    lines = [f"grip        {step.fit.grip:.2f} ± {step.fit.std:.2f} (0: the skin slides, 1: it sticks)"]
+    lines += [
+        f"weight      {force_n:.3f} N, grip {each:.2f}"
+        for force_n, each in zip(step.fit.force_n, step.fit.each, strict=True)
     ]
     return _format_step(step, lines, as_json)
 

@@ -98,6 +98,35 @@ def lag(
 
 
 @commands.command()
+def grip(
+    data: Annotated[Path | None, typer.Argument(help="CSV file; without it, use the three options.")] = None,
+    mass_g: Annotated[
+        list[float] | None, typer.Option(help="Mass on the balloon, in g; once per weight.")
+    ] = None,
+    before_kpa: Annotated[
+        list[float] | None, typer.Option(help="Pressure without the weight, in kPa; once per weight.")
+    ] = None,
+    after_kpa: Annotated[
+        list[float] | None, typer.Option(help="Pressure with the weight, in kPa; once per weight.")
+    ] = None,
+    out: Out = None,
+    config: Config = None,
+    as_json: Json = False,
+) -> None:
+    """Fit the grip of the contact for the method membrane, from known weights on the balloon.
+
+    One weight of 100 g to 200 g is enough. The CSV has the columns mass_g, before_kpa and after_kpa.
+
+    Example: pneuforce calibrate grip --mass-g 100 --before-kpa 8.0 --after-kpa 8.9 --out calibration.toml
+    """
+    from pneuforce.instrument.cli import calibrate
+    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
+
+    weights = (mass_g or [], before_kpa or [], after_kpa or [])
+    typer.echo(calibrate.grip(data, weights, CalibrationTarget(out, config), as_json))
+
+
+@commands.command()
 def force(data: Data, out: Out = None, config: Config = None, as_json: Json = False) -> None:
     """Fit the force against a reference sensor.
 

@@ -9,26 +9,34 @@ from typing import Generic, NamedTuple, TypeVar
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import contacts, file, parts
+from pneuforce.instrument.calibration import grip as grips
 from pneuforce.instrument.calibration import lag as lags
 from pneuforce.instrument.calibration import radius as radii
 from pneuforce.instrument.calibration import volume as volumes
-from pneuforce.instrument.calibration.apply import apply_calibration, changed_conditions
-from pneuforce.instrument.calibration.file import (
-    Calibration,
-    CalibrationPart,
-    ForcePart,
-    LagPart,
-    RadiusPart,
-    VolumePart,
+from pneuforce.instrument.calibration.apply import (
+    apply_calibration,
+    changed_conditions,
+    changed_grip_conditions,
 )
+from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.force import ForceCalibration, fit_force
+from pneuforce.instrument.calibration.grip import GripFit
 from pneuforce.instrument.calibration.lag import LagFit
 from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.calibration.radius import RadiusFit
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
+from pneuforce.instrument.calibration.sections import (
+    CalibrationPart,
+    ForcePart,
+    GripPart,
+    LagPart,
+    RadiusPart,
+    VolumePart,
+)
 from pneuforce.instrument.calibration.volume import VolumeFit
 from pneuforce.instrument.config import Configuration, read
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.measurement.force_tables import ProgressCallback, force_table
 from pneuforce.support.atomic_file import check_writable, read_file
 from pneuforce.support.columns import Points, parse_points
 
@@ -80,6 +88,14 @@ class _Instrument(NamedTuple):
         calibration = self.calibration.model_copy(update={"force": None})
         return self.configuration.with_calibration(calibration).chain
 
+    @property
+    def for_grip(self) -> ChainSettings:
+        """Return the settings with method "membrane", without a calibrated grip."""
+        measurement = self.configuration.measurement.model_copy(update={"method": "membrane"})
+        configuration = self.configuration.model_copy(update={"measurement": measurement})
+        calibration = self.calibration.model_copy(update={"force": None, "grip": None})
+        return configuration.with_calibration(calibration).chain
+
 
 def calibrate_radius(data: Path, target: CalibrationTarget) -> CalibrationStep[RadiusPart, RadiusFit]:
     """Fit the radius over the pressure, and save it. Raises ConfigurationError."""
@@ -120,6 +136,31 @@ def calibrate_lag(
     return CalibrationStep(part, found, len(points), _save("lag", part, instrument, target))
 
 
+def calibrate_grip(
+    data: Path | None,
+    weights_as_options: Sequence[list[float]],
+    target: CalibrationTarget,
+    progress: ProgressCallback,
+) -> CalibrationStep[GripPart, GripFit]:
+    """Fit the grip to known weights, and save it. Raises ConfigurationError.
+
+    `progress(done, total)` is called while the force table of the balloon is computed.
+    """
+    if (data is None) is not any(weights_as_options):
+        raise ConfigurationError("give either a CSV file, or all of --mass-g, --before-kpa and --after-kpa")
+    options = weights_as_options
+    points = grips.weights_from_options(*options) if data is None else _points(data, grips.COLUMNS)
+    instrument = _Instrument.of(target)
+    settings = instrument.for_grip
+    force_table(settings.balloon, settings.circuit, settings.law.sides, progress)
+    found = grips.fit_grip(points, settings)
+    part = parts.grip_part(found, points, settings, date.today())
+    notes = _save("grip", part, instrument, target)
+    if instrument.configuration.measurement.method != "membrane":
+        notes.append('the grip takes effect with measurement.method = "membrane" in instrument.toml')
+    return CalibrationStep(part, found, len(points), notes)
+
+
 def calibrate_force(data: Path, target: CalibrationTarget) -> CalibrationStep[ForcePart, ForceCalibration]:
     """Fit the force calibration, and save it.
 
@@ -146,10 +187,18 @@ def _save(name: str, part: CalibrationPart, instrument: _Instrument, target: Cal
 
     If the file has a force calibration that was made with other values of this part, it is removed.
     """
+    notes = []
     calibration = instrument.calibration.model_copy(update={name: part})
+    without_force = calibration.model_copy(update={"force": None, "grip": None})
+    settings = instrument.configuration.with_calibration(without_force).chain
+    if calibration.grip and changed_grip_conditions(settings, calibration.grip):
+        calibration = calibration.model_copy(update={"grip": None})
+        notes.append(
+            "the grip in this file was calibrated with the old value and was removed: calibrate the grip "
+            "again"
+        )
     without_force = calibration.model_copy(update={"force": None})
     settings = instrument.configuration.with_calibration(without_force).chain
-    notes = []
     if calibration.force and changed_conditions(settings, calibration.force):
         calibration = without_force
         notes.append(

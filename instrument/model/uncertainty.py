@@ -101,6 +101,10 @@ class ModelUncertainty:
         return self.relative_std_above if baseline_kpa > balloon.switch_kpa else self.relative_std_below
 
 
+#: Uncertainty of the method "membrane" after the grip was calibrated with weights.
+GRIP_CALIBRATED = ModelUncertainty(relative_std_below=0.02, relative_std_above=0.02, interpolation=False)
+
+
 class ForceSensitivity(NamedTuple):
     """Sensitivity of a force to its inputs at one point of a contact."""
 

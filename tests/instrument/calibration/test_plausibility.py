@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration import file, ranges
+from pneuforce.instrument.calibration import file, ranges, sections
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.plausibility import MAX_RISE_KPA, check_force, warnings_about
@@ -285,7 +285,13 @@ def test_every_part_of_the_golden_file_can_be_applied():
 
 
 DOCUMENT = (Path(__file__).parents[3] / "docs/calibration.md").read_text(encoding="utf-8")
-PARTS = {"radius": file.RadiusPart, "volume": file.VolumePart, "lag": file.LagPart, "force": file.ForcePart}
+PARTS = {
+    "radius": sections.RadiusPart,
+    "volume": sections.VolumePart,
+    "lag": sections.LagPart,
+    "grip": sections.GripPart,
+    "force": sections.ForcePart,
+}
 
 
 def test_the_document_has_the_range_of_each_value_of_the_file():
