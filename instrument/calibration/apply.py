@@ -12,10 +12,12 @@ from pneuforce.instrument.calibration.sections import (
     ForcePart,
     GripConditions,
     GripPart,
+    RadiusPart,
     rounded,
 )
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceCorrection
+from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.uncertainty import GRIP_CALIBRATED, ModelUncertainty
@@ -133,9 +135,17 @@ def _apply_radius(settings: ChainSettings, calibration: Calibration) -> ChainSet
         _check_agreement(key, getattr(settings.balloon, key), getattr(default, key), value)
     return replace(
         settings,
-        balloon=replace(settings.balloon, **measured),
+        balloon=replace(settings.balloon, skin=_skin(part), **measured),
         input_uncertainties=replace(settings.input_uncertainties, radius_mm=part.residual_mm),
     )
+
+
+def _skin(part: RadiusPart) -> SkinConstants | None:
+    """Return the constants of the skin, None in a file of an older release."""
+    rest, c1, c2 = part.skin_rest_radius_mm, part.skin_c1_kpa_mm, part.skin_c2_kpa_mm
+    if rest is None or c1 is None or c2 is None:
+        return None
+    return SkinConstants(rest_radius_mm=rest, c1_kpa_mm=c1, c2_kpa_mm=c2)
 
 
 def _apply_volume(settings: ChainSettings, calibration: Calibration) -> ChainSettings:

@@ -59,6 +59,10 @@ def radius_part(fit: RadiusFit, points: Points, today: date) -> RadiusPart:
         "limit_kpa": fit.rubber.limit_kpa,
         "limit_std_kpa": fit.rubber.limit_std_kpa,
         "rubber_residual_mm": fit.rubber.residual_mm,
+        "skin_rest_radius_mm": fit.skin.rest_radius_mm,
+        "skin_c1_kpa_mm": fit.skin.c1_kpa_mm,
+        "skin_c2_kpa_mm": fit.skin.c2_kpa_mm,
+        "skin_residual_mm": fit.skin_residual_mm,
     }
     return validated(RadiusPart, values, points.name)
 

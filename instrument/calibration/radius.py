@@ -10,11 +10,13 @@ import numpy as np
 from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
 from pneuforce.instrument.calibration.rubber import NeoHookeanFit, fit_neo_hookean
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.membrane.rubber import RubberSkin, fit_skin
 from pneuforce.support.columns import Numbers, Points
 
 COLUMNS = (("pressure_kpa", "diameter_mm"), ("pressure_kpa", "radius_mm"))
 MIN_POINTS = 6
 MIN_SPAN_KPA = 3.0
+FITTED_CONSTANTS = 3  #: number of constants of the skin
 #: Largest accepted fall of the radius as the pressure grows. The scatter of a caliper is only 0.03 mm.
 #: Causes of a larger fall are a slipped caliper, another balloon, or a balloon beyond its limit point.
 MAX_FALL_MM = 0.15
@@ -30,6 +32,8 @@ class RadiusFit:
 
     quadratic: LinearFit  #: coefficients R_0 [mm], linear [mm/kPa], quadratic [mm/kPa²]
     rubber: NeoHookeanFit
+    skin: RubberSkin  #: Mooney–Rivlin skin, for the method "membrane"
+    skin_residual_mm: float  #: standard deviation of the radii from the curve of the skin
 
     def radius_mm(self, pressure_kpa: float) -> float:
         """Return R_i [mm] at ΔP_i."""
@@ -57,9 +61,21 @@ def fit_radius(points: Points) -> RadiusFit:
             f"{MIN_POINTS // 2} different pressures, are needed to fit a curve"
         )
     quadratic = fit_linear(_basis(pressure), radius)
-    fit = RadiusFit(quadratic, fit_neo_hookean(pressure, radius, quadratic.coefficients[0]))
+    neo_hookean = fit_neo_hookean(pressure, radius, quadratic.coefficients[0])
+    skin = fit_skin(pressure, radius)
+    fit = RadiusFit(quadratic, neo_hookean, skin, _residual_mm(skin, pressure, radius))
     _check_validated_range(points, fit)
     return fit
+
+
+def _residual_mm(skin: RubberSkin, pressure_kpa: Numbers, radius_mm: Numbers) -> float:
+    """Return the standard deviation of the radii [mm] from the curve of the skin.
+
+    Pressures above the limit point of the skin are omitted.
+    """
+    residuals = radius_mm - skin.rest_radius_mm * skin.free_stretch(pressure_kpa)
+    known = residuals[np.isfinite(residuals)]
+    return float(np.sqrt((known**2).sum() / max(len(known) - FITTED_CONSTANTS, 1)))
 
 
 def radii_mm(points: Points) -> Numbers:

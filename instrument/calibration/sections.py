@@ -72,6 +72,12 @@ class RadiusPart(CalibrationPart):
     limit_kpa: Annotated[float, Field(ge=2, le=200), Rounded]  # limit pressure of a neo-Hookean balloon
     limit_std_kpa: Annotated[float, Field(ge=0, le=100), Rounded]
     rubber_residual_mm: Annotated[float, Field(ge=0, le=1), Rounded]
+    # Mooney–Rivlin skin for the method "membrane": radius at rest, and constants that contain the thickness.
+    # A file of an older release does not have them.
+    skin_rest_radius_mm: Annotated[float, Field(ge=3, le=14), Rounded] | None = None
+    skin_c1_kpa_mm: Annotated[float, Field(ge=0, le=2000), Rounded] | None = None
+    skin_c2_kpa_mm: Annotated[float, Field(ge=0, le=2000), Rounded] | None = None
+    skin_residual_mm: Annotated[float, Field(ge=0, le=0.5), Rounded] | None = None
 
     @model_validator(mode="after")
     def _check_plausibility(self) -> RadiusPart:

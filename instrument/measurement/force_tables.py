@@ -51,6 +51,7 @@ def _key(balloon: Balloon, circuit: Circuit, sides: int) -> str:
         balloon.rest_radius_mm,
         balloon.radius_linear_mm_per_kpa,
         balloon.radius_quadratic_mm_per_kpa2,
+        balloon.skin,
     )
     return hashlib.sha256(repr((TABLE_VERSION, radius, astuple(circuit), sides)).encode()).hexdigest()
 

@@ -18,6 +18,15 @@ MIN_RISE_KPA = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SkinConstants:
+    """Mooney–Rivlin constants of a thin skin, which contain its thickness (`membrane.rubber`)."""
+
+    rest_radius_mm: float
+    c1_kpa_mm: float
+    c2_kpa_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Balloon:
     """Latex membrane of the paper (Section IV-A) and its measured radius (Section IV-B, Fig. 4)."""
 
@@ -28,6 +37,9 @@ class Balloon:
     radius_linear_mm_per_kpa: float = 44.652e-3
     radius_quadratic_mm_per_kpa2: float = 5.9695e-3
     switch_kpa: float = 8.85  #: ΔP_i above which eq. (4) gives the stretching energy; below, eq. (5)
+
+    #: Constants fitted to the measured radii, for the method "membrane". None: fitted to the quadratic.
+    skin: SkinConstants | None = None
 
     def radius_mm(self, pressure_kpa: Number) -> Number:
         """Return the radius R_i [mm] of the free balloon at gauge pressure ΔP_i (quadratic of Fig. 4)."""

@@ -21,6 +21,10 @@ Floats = npt.NDArray[np.float64]
 FIT_PRESSURES_KPA = np.linspace(3.0, 12.0, 19)
 #: Largest stretch of the free sphere. A balloon with this stretch is far beyond the measuring range.
 MAX_STRETCH = 3.0
+#: Bounds of the radius at rest, as shares of the smallest measured radius.
+REST_RADIUS_SHARES = (0.85, 1.0)
+#: Smallest growth of the radius that counts in a fit [mm/kPa].
+MIN_SLOPE_MM_PER_KPA = 0.01
 _NEWTON_STEPS, _STRETCH_TOLERANCE = 40, 1e-10
 
 
@@ -87,20 +91,56 @@ class RubberSkin:
         return volume, 3 * volume / (stretch * self.free_slope_kpa(stretch))
 
 
-def fit_rubber(balloon: Balloon, radius_error_mm: float = 0.0) -> RubberSkin:
-    """Return the skin whose free radius curve is closest to that of the balloon.
+def skin_of(balloon: Balloon, radius_error_mm: float = 0.0) -> RubberSkin:
+    """Return the skin of a balloon: the fitted constants, or the fit to its quadratic radius curve.
+
+    `radius_error_mm` is added to all inflated radii, so that the sensitivity to their error can be computed.
+    """
+    skin = balloon.skin
+    if skin is None:
+        fitted = fit_skin(FIT_PRESSURES_KPA, balloon.radius_mm(FIT_PRESSURES_KPA))
+    else:
+        fitted = RubberSkin(skin.rest_radius_mm, skin.c1_kpa_mm, skin.c2_kpa_mm)
+    if not radius_error_mm:
+        return fitted
+    radius = fitted.rest_radius_mm * fitted.free_stretch(FIT_PRESSURES_KPA)
+    reached = np.isfinite(radius)
+    return _fit_constants(
+        FIT_PRESSURES_KPA[reached], radius[reached] + radius_error_mm, fitted.rest_radius_mm
+    )[0]
+
+
+def fit_skin(pressure_kpa: Floats, radius_mm: Floats) -> RubberSkin:
+    """Return the skin whose free radius curve is closest to the measured radii.
+
+    All three constants are fitted.
+    """
+    from scipy.optimize import minimize_scalar
+
+    lowest, highest = REST_RADIUS_SHARES[0] * radius_mm.min(), REST_RADIUS_SHARES[1] * radius_mm.min()
+    found = minimize_scalar(
+        lambda rest_mm: _fit_constants(pressure_kpa, radius_mm, rest_mm)[1],
+        bounds=(lowest, highest),
+        method="bounded",
+        options={"xatol": 1e-5},
+    )
+    return _fit_constants(pressure_kpa, radius_mm, float(found.x))[0]
+
+
+def _fit_constants(
+    pressure_kpa: Floats, radius_mm: Floats, rest_radius_mm: float
+) -> tuple[RubberSkin, float]:
+    """Return the skin with this radius at rest that fits best, and the norm of its residuals [mm].
 
     The pressure of the free sphere is linear in C1 and C2, which are fitted by least squares and are not
-    negative. `radius_error_mm` is added to all inflated radii, so that the sensitivity to their error can be
-    computed.
+    negative. The weight dR/dΔP turns a residual of the pressure into a residual of the radius.
     """
     from scipy.optimize import nnls
 
-    rest = balloon.rest_radius_mm
-    stretch = (balloon.radius_mm(FIT_PRESSURES_KPA) + radius_error_mm) / rest
-    shape = 4 / rest * (1 / stretch - stretch**-7)
-    # An error of the radius, and not of the pressure, is minimised: the weight is dR/dΔP.
-    weight = np.gradient(stretch, FIT_PRESSURES_KPA)
+    stretch = np.maximum(radius_mm / rest_radius_mm, 1.0)
+    shape = 4 / rest_radius_mm * (1 / stretch - stretch**-7)
+    slope = np.polyval(np.polyder(np.polyfit(pressure_kpa, radius_mm, 2)), pressure_kpa)
+    weight = np.maximum(slope, MIN_SLOPE_MM_PER_KPA)
     basis = np.stack([shape, shape * stretch * stretch], axis=1) * weight[:, None]
-    (c1, c2), _ = nnls(basis, FIT_PRESSURES_KPA * weight)
-    return RubberSkin(rest, float(c1), float(c2))
+    (c1, c2), residual = nnls(basis, pressure_kpa * weight)
+    return RubberSkin(rest_radius_mm, float(c1), float(c2)), float(residual)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA, Balloon, Circuit
 from pneuforce.instrument.model.membrane.press import PressConditions, PressPath, ProgressCallback, press
-from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin, fit_rubber
+from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin, skin_of
 
 #: Values of ΔP_i [kPa]. All setpoints of the board lie between them.
 BASELINES_KPA = np.arange(1.5, 13.01, 0.5)
@@ -107,8 +107,8 @@ def compute_table(
 
     `progress(done, total)` is called during the computation, which takes about ten seconds.
     """
-    rubber = fit_rubber(balloon)
-    larger = fit_rubber(balloon, RADIUS_CHANGE_MM)
+    rubber = skin_of(balloon)
+    larger = skin_of(balloon, RADIUS_CHANGE_MM)
     volume = circuit.volume_mm3
     sparse = BASELINES_KPA[::DERIVATIVE_ROWS]
     variants = [

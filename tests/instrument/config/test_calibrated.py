@@ -10,7 +10,7 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file
-from pneuforce.instrument.calibration.apply import apply_calibration
+from pneuforce.instrument.calibration.apply import COMPENSATED_INPUTS, apply_calibration
 from pneuforce.instrument.config import Configuration, load, parse
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw, estimate
@@ -62,7 +62,7 @@ def test_errors_that_are_equal_in_every_contact_are_removed_from_the_uncertainty
         configured(tmp_path, FORCE_ONLY).chain.input_uncertainties,
         Configuration().chain.input_uncertainties,
     )
-    removed = {"radius_mm", "volume_mm3", "young_kpa", "rest_thickness_mm", "poisson"}
+    removed = {*COMPENSATED_INPUTS}
     assert errors == replace(before, **dict.fromkeys(removed, 0.0))
 
 
