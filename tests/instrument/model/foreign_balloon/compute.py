@@ -35,7 +35,7 @@ def path_of(case, scale, curve, elements=ELEMENTS, layers=LAYERS, **options):
     of `press`.
     """
     balloon = half_balloon(material(case.law, scale), elements, layers)
-    inflate(balloon, np.linspace(0, case.baseline_kpa, 13)[1:])
+    inflate(balloon, case.baseline_kpa, step_kpa=1.0, max_growth=1.2)
     half_mm3 = balloon.half_volume_mm3()
     balloon.gas.lock(
         gas_law(case.baseline_kpa, half_mm3, case.sides, case.gas_exponent, curve.half_volume_mm3)
