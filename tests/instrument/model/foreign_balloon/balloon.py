@@ -13,7 +13,7 @@ from tests.instrument.model.foreign_balloon.gas import LockedGas, half_volume_mm
 MID_RADIUS_MM, THICKNESS_MM = 7.503, 0.2
 #: Elements along the quarter of the meridian, and elements through the wall.
 ELEMENTS, LAYERS = 100, 2
-#: At this modulus, the volume of the rubber changes by less than 0.001 %.
+#: At this modulus, the volume of the rubber changes by less than 0.03 %.
 BULK_MODULUS_KPA = 2e6
 #: Largest sum of the residual forces, as a share of the reactions of plate and equator.
 TOLERANCE = 1e-7

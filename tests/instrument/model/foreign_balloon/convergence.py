@@ -1,7 +1,7 @@
 """Convergence study of the pressed balloons: `python -m tests.instrument.model.foreign_balloon.convergence`.
 
 Each line repeats one case with one numerical parameter changed, and prints the rise of the pressure at a
-few forces. The run takes about 4 minutes on one core.
+few forces. The run takes about 5 minutes on one core.
 """
 
 from functools import cache
