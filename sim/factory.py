@@ -8,9 +8,9 @@ from pneuforce.sim.avr.board import AvrBoard
 from pneuforce.sim.board import SimulatedBoard
 from pneuforce.sim.faults import FaultSchedule, ScheduledFault
 from pneuforce.sim.hand import Hand
-from pneuforce.sim.plants.membrane.family import ProgressCallback
-from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN
+from pneuforce.sim.plants.membrane.material import RUBBERS
 from pneuforce.sim.plants.membrane.plant import MembranePlant
+from pneuforce.sim.plants.membrane.table import ProgressCallback
 from pneuforce.sim.plants.plant import Plant
 from pneuforce.sim.plants.published import PublishedPlant
 from pneuforce.sim.rig import BoardProtocol, Rig
@@ -19,7 +19,6 @@ from pneuforce.sim.world import World
 
 #: Boards by name: the Python board, and the firmware on an emulated chip.
 BOARDS: Mapping[str, Callable[[], BoardProtocol]] = {"python": SimulatedBoard, "avr": AvrBoard}
-MATERIALS = {"mooney-rivlin": MOONEY_RIVLIN, "neo-hookean": NEO_HOOKEAN}
 
 
 def _ignore_progress(_done: int, _total: int) -> None:
@@ -50,4 +49,4 @@ def build_plant(table: PlantTable, progress: ProgressCallback = _ignore_progress
     """Return the simulated balloon that a table of a scenario describes."""
     if table.kind == "published":
         return PublishedPlant(low=table.low)
-    return MembranePlant(MATERIALS[table.material], table.sides, progress)
+    return MembranePlant(RUBBERS[table.material], table.sides, progress, table.contact)

@@ -20,7 +20,7 @@ from pneuforce.protocol.limits import nominal_pressure_kpa
 from pneuforce.sim.contacts.contact import Phase
 from pneuforce.sim.factory import build_world
 from pneuforce.sim.hand import READY_S
-from pneuforce.sim.plants.membrane.family import ProgressCallback
+from pneuforce.sim.plants.membrane.table import ProgressCallback
 from pneuforce.sim.rig import STEP_S, Truth
 from pneuforce.sim.scenario import Scenario
 

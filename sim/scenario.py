@@ -14,6 +14,7 @@ from pydantic import (
     ConfigDict,
     Field,
     InstanceOf,
+    PlainValidator,
     TypeAdapter,
     ValidationError,
     WithJsonSchema,
@@ -39,13 +40,24 @@ class ScenarioError(ValueError):
     """Invalid scenario. The message names the file, the key and the allowed range."""
 
 
+def _contact(value: Any) -> Any:
+    """Return the contact of a membrane with a plate. Raises ValueError if the value is not allowed."""
+    if value in ("slide", "stick") or (is_number(value) and 0 <= value <= 1):
+        return value
+    raise ValueError("slide, stick or a number from 0 (slide) to 1 (stick) is expected")
+
+
 class PlantTable(ScenarioTable):
-    """Simulated balloon. `low` is used by `published`; `material` and `sides` are used by `membrane`."""
+    """Simulated balloon.
+
+    `low` is used by `published`. `material`, `sides` and `contact` are used by `membrane`.
+    """
 
     kind: Literal["published", "membrane"] = "published"
     low: Literal["line", "smooth"] = "line"
-    material: Literal["mooney-rivlin", "neo-hookean"] = "mooney-rivlin"
+    material: Literal["mooney-rivlin", "neo-hookean", "gent", "ogden"] = "mooney-rivlin"
     sides: Literal[1, 2] = 1
+    contact: Annotated[Literal["slide", "stick"] | float, PlainValidator(_contact)] = "slide"
 
 
 class FaultTable(ScenarioTable):

@@ -9,21 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
-from pneuforce.sim.plants.membrane.family import ProgressCallback
 from pneuforce.sim.plants.membrane.material import Rubber
+from pneuforce.sim.plants.membrane.paths import Contact, Sides
 from pneuforce.sim.plants.membrane.table import (
     COLUMNS,
     MAX_FREE_STRETCH,
     MIN_FREE_KPA,
     ROWS,
     MembraneTable,
+    ProgressCallback,
     compute_table,
 )
 from pneuforce.sim.plants.plant import AMBIENT_KPA, MAX_PUSH_N, TUBES_MM3
 from pneuforce.support.cache_dir import cache_directory, cached_file
 
 #: Increment this number after each change of the content or the computation of a table.
-TABLE_VERSION = 1
+TABLE_VERSION = 2
 SHAPES = {
     "gas_kpa_mm3": (ROWS,),
     "highest_n": (ROWS,),
@@ -32,21 +33,22 @@ SHAPES = {
 }
 
 
-def cached_table(rubber: Rubber, sides: int, progress: ProgressCallback) -> MembraneTable:
+def cached_table(rubber: Rubber, sides: Sides, contact: Contact, progress: ProgressCallback) -> MembraneTable:
     """Return the table from the cache. A missing table is computed, and written to the cache if possible."""
-    key = _key(rubber, sides)
+    key = _key(rubber, sides, contact)
     path = cache_directory() / f"membrane-{key[:16]}.npz"
     table = _read(path, key)
     if table is None:
-        table = compute_table(rubber, sides, progress)
+        table = compute_table(rubber, sides, contact, progress)
         with suppress(OSError):
             _write(path, key, table)
     return table
 
 
-def _key(rubber: Rubber, sides: int) -> str:
+def _key(rubber: Rubber, sides: Sides, contact: Contact) -> str:
     grid = (ROWS, COLUMNS, MAX_PUSH_N, MIN_FREE_KPA, MAX_FREE_STRETCH, TUBES_MM3, AMBIENT_KPA)
-    return hashlib.sha256(repr((TABLE_VERSION, astuple(rubber), sides, grid)).encode()).hexdigest()
+    balloon = (type(rubber).__name__, astuple(rubber), sides, contact)
+    return hashlib.sha256(repr((TABLE_VERSION, balloon, grid)).encode()).hexdigest()
 
 
 def _read(path: Path, key: str) -> MembraneTable | None:

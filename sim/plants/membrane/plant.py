@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from pneuforce.sim.plants.membrane.cache import cached_table
-from pneuforce.sim.plants.membrane.family import ProgressCallback
 from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, Rubber
-from pneuforce.sim.plants.membrane.table import COLUMNS, ROWS
+from pneuforce.sim.plants.membrane.paths import Contact, Sides
+from pneuforce.sim.plants.membrane.table import COLUMNS, ROWS, MembraneTable, ProgressCallback, blend
 from pneuforce.sim.plants.plant import AMBIENT_KPA, TUBES_MM3, BalloonState, Gas
 
 START_KPA = 8.0
@@ -31,17 +31,19 @@ class MembranePlant:
     def __init__(
         self,
         material: Rubber = MOONEY_RIVLIN,
-        sides: int = 1,
+        sides: Sides = 1,
         progress: ProgressCallback = lambda _done, _total: None,
+        contact: Contact | float = "slide",
     ) -> None:
         """Load or compute the table. `progress(done, total)` is called during the computation.
 
-        Raises ValueError if `sides` is neither 1 nor 2.
+        A number as `contact` selects a table between "slide" (0) and "stick" (1). Raises ValueError if
+        `sides` is neither 1 nor 2, or if the number is not in the range 0 to 1.
         """
         if sides not in (1, 2):
             raise ValueError(f"a balloon is pressed on 1 or 2 sides, not {sides}")
-        self.material, self.sides = material, sides
-        table = cached_table(material, sides, progress)
+        self.material, self.sides, self.contact = material, sides, contact
+        table = _table(material, sides, contact, progress)
         self._min_gas: float = table.gas_kpa_mm3[0].item()
         self._max_gas: float = table.gas_kpa_mm3[-1].item()
         self._rows_per_gas: float = (ROWS - 1) / (self._max_gas - self._min_gas)
@@ -145,6 +147,17 @@ class MembranePlant:
         across = math.sqrt(force_n / highest) * (COLUMNS - 1)
         column = int(across)
         return row, row_weight, column, across - column, force_n, -0.5 * across * widening / highest
+
+
+def _table(
+    material: Rubber, sides: Sides, contact: Contact | float, progress: ProgressCallback
+) -> MembraneTable:
+    if isinstance(contact, str):
+        return cached_table(material, sides, contact, progress)
+    if not 0 <= contact <= 1:
+        raise ValueError(f"the contact is slide, stick or a number from 0 to 1, not {contact}")
+    slide = cached_table(material, sides, "slide", progress)
+    return blend(slide, cached_table(material, sides, "stick", progress), contact)
 
 
 def _interpolate(

@@ -6,18 +6,28 @@ row), because the contact radius is proportional to √force at small forces.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from pneuforce.sim.plants.membrane.family import ProgressCallback, columns, reference_gas, reference_volume
-from pneuforce.sim.plants.membrane.material import Rubber
-from pneuforce.sim.plants.membrane.shooting import EQUATOR, Array, slack_limit
+from pneuforce.sim.plants.membrane.free_half import free_half
+from pneuforce.sim.plants.membrane.material import Rubber, Skin
+from pneuforce.sim.plants.membrane.paths import Contact, PressedBalloon, Sides, press_nodes
+from pneuforce.sim.plants.membrane.shooting import Array
 from pneuforce.sim.plants.plant import AMBIENT_KPA, MAX_PUSH_N, TUBES_MM3
 
 ROWS, COLUMNS = 400, 160
 MIN_FREE_KPA, MAX_FREE_STRETCH = 0.05, 1.85
+#: Largest stretch without contact at which a pressed skin may wrinkle, so that its shapes are scaled.
+MAX_WRINKLED_STRETCH = 1.1
+#: Contact fractions of the computed shapes: the part of the half meridian that lies on the plate.
+FRACTIONS = np.concatenate([[0.005, 0.01], np.linspace(0.02, 0.96, 48), [0.97, 0.98]])
 FINE_POINTS = 20_001
+
+#: Callback that receives the number of finished steps and the total number of steps.
+ProgressCallback = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,52 +51,74 @@ class _Paths:
     half_height_mm: Array
     contact_radius_mm: Array
 
+    @property
+    def force_n(self) -> Array:
+        force: Array = 1e-3 * np.pi * self.pressure_kpa * self.contact_radius_mm**2
+        return force
+
+    @property
+    def last_nodes(self) -> npt.NDArray[np.int_]:
+        """Return the index of the last node of each path.
+
+        A path ends at `MAX_PUSH_N`, or when the force stops increasing, because a flat disc is smaller than
+        a nearly flat balloon. A path also ends before a missing shape.
+        """
+        force = self.force_n
+        ends = (force >= MAX_PUSH_N) | ~(np.diff(force, append=np.nan) > 0)
+        last: npt.NDArray[np.int_] = np.argmax(ends, axis=1)
+        return last
+
+    @property
+    def complete(self) -> npt.NDArray[np.bool_]:
+        """Return True for the paths that do not end before a missing shape."""
+        force, last = self.force_n, self.last_nodes[:, None]
+        following = np.take_along_axis(force, np.minimum(last + 1, force.shape[1] - 1), axis=1)
+        return np.isfinite(following[:, 0]) | (np.take_along_axis(force, last, axis=1)[:, 0] >= MAX_PUSH_N)
+
 
 def compute_table(
-    rubber: Rubber, sides: int, progress: ProgressCallback = lambda _done, _total: None
+    rubber: Rubber, sides: Sides, contact: Contact, progress: ProgressCallback = lambda _done, _total: None
 ) -> MembraneTable:
     """Return the table of a balloon that is pressed on one or two `sides`.
 
     `progress(done, total)` is called during the computation. Raises ArithmeticError if the shooting method
     does not find all shapes of the rubber.
     """
-    stretch = np.linspace(1.0, MAX_FREE_STRETCH, FINE_POINTS)
-    free_kpa = rubber.free_kpa(stretch)
-    free_gas = reference_gas(free_kpa, 4 / 3 * np.pi * (rubber.radius_mm * stretch) ** 3)
-    least = int(np.argmax(free_kpa > MIN_FREE_KPA))
-    gas = np.linspace(free_gas[least], free_gas[-1], ROWS)
-    stretch = np.interp(gas, free_gas, stretch)
-    free = np.stack([rubber.free_kpa(stretch), rubber.radius_mm * stretch, 0.0 * gas])
-    found = columns(rubber, sides, progress)
-    if any(column.gas_kpa_mm3[-1] < gas[-1] and column.highest_n < MAX_PUSH_N for column in found):
+    balloon = PressedBalloon(Skin(rubber), sides, contact)
+    gas, stretch = _rows(rubber)
+    nodes: list[tuple[Array, Array, Array]] = []
+    for node in press_nodes(balloon, stretch, FRACTIONS):
+        progress(len(nodes), FRACTIONS.size)
+        nodes.append((node.pressure_kpa, node.half_height_mm, node.contact_radius_mm))
+    paths = _Paths(*np.stack(nodes, axis=2))
+    # Beyond the limit point of the rubber, the force may have a maximum at which the path turns back.
+    missing = ~paths.complete & ((stretch <= free_half(balloon.skin).limit_stretch) | (paths.last_nodes == 0))
+    first = int(np.flatnonzero(missing).max(initial=-1)) + 1
+    if not stretch[min(first, ROWS - 1)] <= MAX_WRINKLED_STRETCH:
         raise ArithmeticError(
             f"some pressed shapes of {rubber} were not found: use constants closer to the defaults"
         )
-    nodes = np.stack([free, *(column.at(gas) for column in found), _flat(rubber, sides, gas)], axis=2)
-    first = int(np.searchsorted(gas, max(column.gas_kpa_mm3[0] for column in found)))
-    return _resampled(gas, _extended(_Paths(*nodes), gas, first))
+    return _resampled(gas, _extended(paths, gas, first))
 
 
-def _flat(rubber: Rubber, sides: int, gas: Array) -> Array:
-    """Return pressure, half height and contact radius of completely flat sides, as an array (3, rows).
-
-    The tension at the rim of a flat side is zero. Therefore, its radius does not depend on the pressure.
-    """
-    pressure = np.linspace(-1.0, 400.0, FINE_POINTS)
-    held = 2 / 3 * np.pi * (rubber.radius_mm * rubber.free_stretch(pressure)) ** 3 * (2 - sides)
-    flat_kpa = np.interp(gas, reference_gas(pressure, held), pressure)
-    radius = slack_limit(rubber, np.array([EQUATOR]))[1]
-    return np.stack([flat_kpa, 0.0 * gas, radius + 0.0 * gas])
+def _rows(rubber: Rubber) -> tuple[Array, Array]:
+    """Return the amount of gas and the stretch of the free balloon of each row."""
+    stretch = np.linspace(1.0, MAX_FREE_STRETCH, FINE_POINTS)
+    free_kpa = rubber.free_kpa(stretch)
+    volume = 4 / 3 * np.pi * (rubber.radius_mm * stretch) ** 3
+    free_gas = (free_kpa + AMBIENT_KPA) * (volume + TUBES_MM3)
+    gas = np.linspace(free_gas[np.argmax(free_kpa > MIN_FREE_KPA)], free_gas[-1], ROWS)
+    return gas, np.interp(gas, free_gas, stretch)
 
 
 def _extended(paths: _Paths, gas: Array, first: int) -> _Paths:
-    """Return the paths with shapes for the rows below `first`, which the family does not contain.
+    """Return the paths with shapes for the rows below `first`, in which shapes are missing.
 
     In these rows, the skin wrinkles and hardly stretches. The shapes are those of row `first`, scaled to the
     free radius of each row. The gas law gives the pressure.
     """
     scale = (paths.half_height_mm[:first, 0] / paths.half_height_mm[first, 0])[:, None]
-    volume = reference_volume(paths.pressure_kpa[first], gas[first]) * scale**3
+    volume = (gas[first] / (paths.pressure_kpa[first] + AMBIENT_KPA) - TUBES_MM3) * scale**3
     wrinkled = _Paths(
         gas[:first, None] / (volume + TUBES_MM3) - AMBIENT_KPA,
         paths.half_height_mm[first] * scale,
@@ -100,19 +132,32 @@ def _extended(paths: _Paths, gas: Array, first: int) -> _Paths:
 
 
 def _resampled(gas: Array, paths: _Paths) -> MembraneTable:
-    """Return the table of the paths, interpolated at equidistant √force.
-
-    A path ends when the force stops increasing, because a flat disc is smaller than a nearly flat balloon.
-    """
+    """Return the table of the paths, interpolated at equidistant √force."""
     from scipy.interpolate import PchipInterpolator
 
-    force = 1e-3 * np.pi * paths.pressure_kpa * paths.contact_radius_mm**2
-    values = np.stack([paths.pressure_kpa, paths.half_height_mm], axis=2)
+    force, values = paths.force_n, np.stack([paths.pressure_kpa, paths.half_height_mm], axis=2)
     highest, table = np.empty(ROWS), np.empty((ROWS, COLUMNS, 2))
-    for row in range(ROWS):
-        ends = (force[row, 1:] >= MAX_PUSH_N) | ~(np.diff(force[row, :], append=np.nan)[1:] > 0)
-        nodes = int(np.argmax(ends)) + 2
-        highest[row] = min(force[row, nodes - 1], MAX_PUSH_N)
+    for row, last in enumerate(paths.last_nodes):
+        highest[row] = min(force[row, last], MAX_PUSH_N)
         root = np.sqrt(highest[row]) * np.linspace(0, 1, COLUMNS)
-        table[row] = PchipInterpolator(np.sqrt(force[row, :nodes]), values[row, :nodes])(root)
+        path = slice(last + 1)
+        table[row] = PchipInterpolator(np.sqrt(force[row, path]), values[row, path])(root)
     return MembraneTable(gas, highest, table[..., 0], table[..., 1])
+
+
+def blend(slide: MembraneTable, stick: MembraneTable, grip: float) -> MembraneTable:
+    """Return a table between a sliding (`grip` 0) and a sticking table (`grip` 1) of one balloon.
+
+    At the same amount of gas and the same force, pressure and height are weighted means of both tables. The
+    highest force of a row is the smaller one of both tables. This interpolation is not a law of friction.
+    """
+    from scipy.interpolate import CubicSpline
+
+    highest = np.minimum(slide.highest_n, stick.highest_n)
+    column = np.linspace(0, 1, COLUMNS)
+    means = np.zeros((ROWS, COLUMNS, 2))
+    for table, weight in ((slide, 1 - grip), (stick, grip)):
+        values = np.stack([table.pressure_kpa, table.half_height_mm], axis=2)
+        for row, share in enumerate(np.sqrt(highest / table.highest_n)):
+            means[row] += weight * CubicSpline(column, values[row])(share * column)
+    return MembraneTable(slide.gas_kpa_mm3, highest, means[..., 0], means[..., 1])

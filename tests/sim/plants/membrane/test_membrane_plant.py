@@ -7,9 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneuforce.sim.contacts.tissue import Rigid, force_at_travel
+from pneuforce.sim.plants.membrane.material import Skin
 from pneuforce.sim.plants.membrane.plant import MembranePlant
-from pneuforce.sim.plants.membrane.shooting import EQUATOR, press, slack_limit
+from pneuforce.sim.plants.membrane.shooting import EQUATOR, slack_limit
 from pneuforce.sim.plants.plant import AMBIENT_KPA, MAX_PUSH_N, TUBES_MM3, Gas, amount_kpa_mm3
+from tests.sim.plants.membrane.pressed_shapes import press
 
 CIRCUITS = [(TUBES_MM3, AMBIENT_KPA), (TUBES_MM3 * 1.05, 97.0), (4_000.0, 103.0), (50.0, 101.0)]
 FORCES_N = np.linspace(0, 3.5, 36)
@@ -27,9 +29,8 @@ def random_shapes(plant, count=300):
     """Return shapes of the shooting method: pressure, volume, half height, contact radius, force."""
     rng = np.random.default_rng(5)
     angles = rng.uniform(0.05, 0.93, count) * EQUATOR
-    shapes = press(
-        plant.material, slack_limit(plant.material, angles)[0] + rng.uniform(0.03, 0.2, count), angles
-    )
+    skin = Skin(plant.material)
+    shapes = press(skin, slack_limit(skin, angles)[0] + rng.uniform(0.03, 0.2, count), angles)
     halves, pressure = shapes.half_volume_mm3, shapes.pressure_kpa
     free = 2 / 3 * math.pi * np.array([plant.radius_mm(p) for p in pressure]) ** 3
     volumes = halves + (halves if plant.sides == 2 else free)

@@ -7,24 +7,26 @@ import pytest
 from scipy.integrate import simpson, trapezoid
 from scipy.optimize import fsolve
 
-from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN, Tensions
-from pneuforce.sim.plants.membrane.shooting import EQUATOR, press, slack_limit
+from pneuforce.sim.plants.membrane.material import RUBBERS, Skin, Tensions
+from pneuforce.sim.plants.membrane.shooting import EQUATOR, slack_limit
 from tests.sim.plants.membrane.identified import energy_kpa_mm
+from tests.sim.plants.membrane.pressed_shapes import press
 
 CONTACT_FRACTIONS = np.array([0.02, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95])
-both = pytest.mark.parametrize("rubber", [MOONEY_RIVLIN, NEO_HOOKEAN])
+RUBBER_NAMES = ["mooney-rivlin", "ogden"]
+each = pytest.mark.parametrize("rubber", [RUBBERS[name] for name in RUBBER_NAMES], ids=RUBBER_NAMES)
 
 
 def shape(rubber, pole, share):
-    return press(rubber, np.array([pole]), np.array([share * EQUATOR]))
+    return press(Skin(rubber), np.array([pole]), np.array([share * EQUATOR]))
 
 
-@both
+@each
 @pytest.mark.parametrize("beyond", [0.03, 0.1, 0.3])
 def test_each_ring_carries_the_pressure_on_the_area_outside_the_plate(rubber, beyond):
     """The global balance is 2πr T1 sin θ = ΔP π (r² − a²). The shooting method uses local balances only."""
     angles = CONTACT_FRACTIONS * EQUATOR
-    shapes = press(rubber, slack_limit(rubber, angles)[0] + beyond, angles)
+    shapes = press(Skin(rubber), slack_limit(Skin(rubber), angles)[0] + beyond, angles)
     tension = rubber.tensions(shapes.along, shapes.around).along
     free = shapes.angle >= angles
     pulled = 2 * shapes.r_mm * tension * np.sin(shapes.slope)
@@ -35,7 +37,7 @@ def test_each_ring_carries_the_pressure_on_the_area_outside_the_plate(rubber, be
     assert shapes.slope[-1] == pytest.approx(EQUATOR, abs=1e-8)
 
 
-@both
+@each
 @pytest.mark.parametrize("pole", [1.05, 1.2, 1.6])
 def test_a_barely_touched_balloon_is_the_free_sphere(rubber, pole):
     touched = shape(rubber, pole, 0.002)
@@ -79,12 +81,12 @@ def test_a_soap_film_of_constant_volume_carries_the_force_of_a_drop_between_plat
     assert 1e3 * shape(SoapFilm(), pole, share).force_n[0] == pytest.approx(force, rel=2e-4)
 
 
-@both
+@each
 @pytest.mark.parametrize("beyond", [0.05, 0.2])
 def test_the_work_of_the_plate_equals_the_energy_of_skin_and_gas(rubber, beyond):
     """For the pressed half, dE = −F dc + ΔP dV along any path of shapes, where c is the half height."""
     angles = np.linspace(0.1, 0.9, 161) * EQUATOR
-    path = press(rubber, slack_limit(rubber, angles)[0] + beyond, angles)
+    path = press(Skin(rubber), slack_limit(Skin(rubber), angles)[0] + beyond, angles)
     work = -1e3 * trapezoid(path.force_n, path.half_height_mm)
     filling = trapezoid(path.pressure_kpa, path.half_volume_mm3)
     rest = 2 * np.pi * rubber.radius_mm**2 * np.sin(path.angle)
@@ -92,8 +94,9 @@ def test_the_work_of_the_plate_equals_the_energy_of_skin_and_gas(rubber, beyond)
     assert energy[-1] - energy[0] == pytest.approx(work + filling, abs=1e-3 * abs(filling))
 
 
-def test_a_shape_whose_skin_would_be_compressed_does_not_exist():
-    low = slack_limit(MOONEY_RIVLIN, np.array([0.5 * EQUATOR]))[0][0]
+@each
+def test_a_shape_whose_skin_would_be_compressed_does_not_exist(rubber):
+    low = slack_limit(Skin(rubber), np.array([0.5 * EQUATOR]))[0][0]
     assert low < 1
-    assert np.isnan(shape(MOONEY_RIVLIN, low - 0.001, 0.5).pressure_kpa[0])
-    assert np.isfinite(shape(MOONEY_RIVLIN, low + 0.002, 0.5).pressure_kpa[0])
+    assert np.isnan(shape(rubber, low - 0.001, 0.5).pressure_kpa[0])
+    assert np.isfinite(shape(rubber, low + 0.002, 0.5).pressure_kpa[0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pneuforce.sim.plants.membrane import cache as table_cache
-from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, Rubber
+from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN
 from pneuforce.sim.plants.membrane.table import COLUMNS, ROWS, MembraneTable
 
 
@@ -15,8 +15,8 @@ def computed(monkeypatch, tmp_path):
     """Use an empty cache and a fast computation of tables. Return the list of computed tables."""
     tables = []
 
-    def compute(rubber, sides, progress):
-        tables.append((rubber, sides))
+    def compute(rubber, sides, contact, progress):
+        tables.append((rubber, sides, contact))
         progress(1, 1)
         grid = np.full((ROWS, COLUMNS), rubber.mu_kpa)
         return MembraneTable(np.arange(ROWS, dtype=float), np.ones(ROWS), grid, grid)
@@ -26,8 +26,8 @@ def computed(monkeypatch, tmp_path):
     return tables
 
 
-def table(rubber=MOONEY_RIVLIN, sides=1):
-    return table_cache.cached_table(rubber, sides, lambda _done, _total: None)
+def table(rubber=MOONEY_RIVLIN, sides=1, contact="slide"):
+    return table_cache.cached_table(rubber, sides, contact, lambda _done, _total: None)
 
 
 def test_a_table_is_computed_once(computed):
@@ -37,9 +37,10 @@ def test_a_table_is_computed_once(computed):
 
 
 def test_another_balloon_has_another_table(computed):
-    assert table().pressure_kpa[0, 0] != table(Rubber(mu_kpa=300.0)).pressure_kpa[0, 0]
+    assert table().pressure_kpa[0, 0] != table(NEO_HOOKEAN).pressure_kpa[0, 0]
     table(sides=2)
-    assert len(computed) == 3
+    table(contact="stick")
+    assert len(computed) == len(set(computed)) == 4
 
 
 @pytest.mark.parametrize("damage", ["empty", "half", "foreign", "key", "nan", "pickle", "directory"])
@@ -102,9 +103,9 @@ def test_a_file_with_a_damaged_header_is_replaced_and_closed(computed, damage):
 def test_two_threads_that_compute_at_once_both_get_a_table_and_leave_one_file(computed, monkeypatch):
     fast, both_running = table_cache.compute_table, Barrier(2, timeout=10)
 
-    def compute(rubber, sides, progress):
+    def compute(rubber, sides, contact, progress):
         both_running.wait()
-        return fast(rubber, sides, progress)
+        return fast(rubber, sides, contact, progress)
 
     monkeypatch.setattr(table_cache, "compute_table", compute)
     with ThreadPoolExecutor(2) as pool:
