@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli.options import Json, PlantName
+from pneuforce.instrument.cli.options import Json
+from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
 
 commands = typer.Typer(
     name="calibrate",
@@ -145,12 +146,16 @@ def contacts(
     plant: Annotated[PlantName, typer.Option(help="Simulated balloon.")] = "membrane",
     count: Annotated[int, typer.Option(help="Number of contacts.", min=1, max=2000)] = 24,
     seed: Annotated[int, typer.Option(help="Seed of setpoints, forces and noise.", min=0)] = 1,
+    rubber: Rubber = None,
+    contact: Contact = None,
 ) -> None:
     """Simulate contacts with a reference sensor, as CSV data to try calibrate force.
 
     Example: pneuforce calibrate contacts --count 24 --seed 1 > contacts.csv
     """
     from pneuforce.instrument.studies.reference_contacts import as_csv
+    from pneuforce.sim.scenario import PlantTable
 
-    for line in as_csv(plant, count, seed):
+    table = PlantOptions(plant, rubber, contact).apply(PlantTable())
+    for line in as_csv(table, count, seed):
         typer.echo(line)

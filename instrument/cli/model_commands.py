@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from pneuforce.instrument.cli import estimate as output
-from pneuforce.instrument.cli.options import Json, Low, Method, PlantName, Switch
+from pneuforce.instrument.cli.options import Json, Low, Method, Switch
+from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
 from pneuforce.instrument.model import ForceLaw
 
 commands = typer.Typer()
@@ -97,6 +98,8 @@ def validate(
     plant: Annotated[
         PlantName | None, typer.Option(help="Simulated balloon, instead of the balloon of the scenario.")
     ] = None,
+    rubber: Rubber = None,
+    contact: Contact = None,
     seed: Annotated[
         int | None,
         typer.Option(help="Seed of the noise, instead of the seed of the scenario.", min=0, max=0xFFFF_FFFF),
@@ -116,7 +119,9 @@ def validate(
     from pneuforce.instrument.cli import validate
     from pneuforce.instrument.cli.validation_source import SourceOptions
 
-    options = SourceOptions(data=data, scenario=scenario, plant=plant, seed=seed)
+    options = SourceOptions(
+        data=data, scenario=scenario, plant=PlantOptions(plant, rubber, contact), seed=seed
+    )
     validate.validate(options, ForceLaw(switch=switch, low=low), save, figures, as_json)
 
 

@@ -8,7 +8,6 @@ import typer
 
 from pneuforce.instrument.model import law
 
-PlantName = Literal["published", "membrane"]
 Parity = Literal["even", "odd", "none"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]

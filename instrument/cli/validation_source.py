@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.cli.plant_options import PlantOptions
 from pneuforce.instrument.studies.simulated_trials import simulate_trials
 from pneuforce.instrument.validation import recording
 from pneuforce.instrument.validation.trial import Trial
-from pneuforce.sim.scenario import PlantTable, Scenario, ScenarioError, load
+from pneuforce.sim.scenario import Scenario, ScenarioError, load
 
 DEFAULT_SCENARIO = "campaign"
+ALL_FROM_SCENARIO = PlantOptions()
 #: Meaning of the errors for each kind of source.
 NOTES = {
     "published": "The published plant follows the energetic law itself. Its errors come from tube, "
@@ -29,12 +31,12 @@ NOTES = {
 class SourceOptions:
     """Selected source: a recording, or a scenario.
 
-    If `plant` or `seed` is None, the value in the scenario is used.
+    The scenario determines the properties of the plant, and the seed, that are None.
     """
 
     data: Path | None = None
     scenario: str | None = None
-    plant: str | None = None
+    plant: PlantOptions = ALL_FROM_SCENARIO
     seed: int | None = None
 
     @property
@@ -58,9 +60,10 @@ def load_source(options: SourceOptions) -> ValidationSource:
     """
     if options.data is None:
         return simulate_source(options, options.name)
-    if (options.scenario, options.plant, options.seed) != (None, None, None):
+    if (options.scenario, options.plant, options.seed) != (None, ALL_FROM_SCENARIO, None):
         raise ConfigurationError(
-            "--data is a recording: --scenario, --plant and --seed cannot be used with it"
+            "--data is a recording: --scenario, --seed, --plant, --rubber and --contact cannot be "
+            "used with it"
         )
     trials = recording.read(options.data)
     return ValidationSource({"recording": options.data.name}, trials, NOTES["recording"])
@@ -72,12 +75,13 @@ def simulate_source(options: SourceOptions, scenario_name: str) -> ValidationSou
     Raises ConfigurationError if the scenario is invalid.
     """
     scenario = selected_scenario(options, scenario_name)
-    plant = scenario.plant.kind
+    table, plant = scenario.plant, scenario.plant.kind
     with progress(f"{scenario_name}, {plant} plant") as report_progress:
         simulated = simulate_trials(scenario, report_progress)
     facts = {
         "scenario": scenario_name,
         "plant": plant,
+        **({"rubber": table.material, "contact": table.contact} if plant == "membrane" else {}),
         "seed": scenario.seed,
         "contacts": sum(len(phase.contacts) for phase in scenario.phases),
         "completed": simulated.completed,
@@ -88,13 +92,12 @@ def simulate_source(options: SourceOptions, scenario_name: str) -> ValidationSou
 def selected_scenario(options: SourceOptions, scenario_name: str) -> Scenario:
     """Return a scenario with the selected plant and seed.
 
-    Raises ConfigurationError if the scenario is unknown or invalid.
+    Raises ConfigurationError if the scenario is unknown or invalid, or if an option of the plant is invalid.
     """
     try:
         scenario = load(scenario_name)
     except ScenarioError as error:
         raise ConfigurationError(str(error)) from None
     changes: dict[str, Any] = {} if options.seed is None else {"seed": options.seed}
-    if options.plant not in (None, scenario.plant.kind):
-        changes["plant"] = PlantTable.model_validate({"kind": options.plant})
+    changes["plant"] = options.plant.apply(scenario.plant)
     return scenario.model_copy(update=changes)

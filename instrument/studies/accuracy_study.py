@@ -26,6 +26,7 @@ from pneuforce.instrument.studies.accuracy_document import (
 )
 from pneuforce.instrument.studies.reference_contacts import as_csv
 from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores, score_estimators
+from pneuforce.sim.scenario import PlantTable
 from pneuforce.support.columns import Points, parse_points
 
 LIVE_SETTINGS = ChainSettings()
@@ -76,7 +77,7 @@ def evaluate(
 
 
 def _points(plant: str, count: int, seed: int) -> Points:
-    text = "\n".join(as_csv(plant, count, seed))
+    text = "\n".join(as_csv(PlantTable.model_validate({"kind": plant}), count, seed))
     return parse_points(text.encode(), plant, COLUMNS, OPTIONAL_COLUMNS)
 
 

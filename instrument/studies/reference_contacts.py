@@ -13,7 +13,7 @@ from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.rig import Truth
-from pneuforce.sim.scenario import Scenario
+from pneuforce.sim.scenario import PlantTable, Scenario
 
 CONTACTS_PER_SETPOINT = 3
 #: Span of the setpoints. The board reaches a setpoint within 0.1 kPa, so ΔP_i is in the validated range.
@@ -33,10 +33,10 @@ class ReferenceContact(NamedTuple):
     force_std_n: float
 
 
-def reference_contacts(plant: str, count: int, seed: int) -> Iterator[ReferenceContact]:
+def reference_contacts(plant: PlantTable, count: int, seed: int) -> Iterator[ReferenceContact]:
     """Yield contacts on a simulated balloon.
 
-    Setpoints and forces are spread evenly over their spans, in random order. `plant` is the kind of balloon.
+    Setpoints and forces are spread evenly over their spans, in random order.
     """
     playback = Playback(_scenario(plant, count, seed))
     noise = random.Random(seed)
@@ -51,14 +51,14 @@ def reference_contacts(plant: str, count: int, seed: int) -> Iterator[ReferenceC
             )
 
 
-def as_csv(plant: str, count: int, seed: int) -> Iterator[str]:
+def as_csv(plant: PlantTable, count: int, seed: int) -> Iterator[str]:
     """Yield the lines of a CSV file for `pneuforce calibrate force`."""
     yield ",".join(ReferenceContact._fields)
     for contact in reference_contacts(plant, count, seed):
         yield ",".join(f"{value:.5f}" for value in contact)
 
 
-def _scenario(plant: str, count: int, seed: int) -> Scenario:
+def _scenario(plant: PlantTable, count: int, seed: int) -> Scenario:
     generator = random.Random(seed)
     setpoints = spread(SETPOINT_SPAN_KPA, -(-count // CONTACTS_PER_SETPOINT), generator)
     forces = iter(spread(FORCE_SPAN_N, count, generator))
@@ -66,7 +66,7 @@ def _scenario(plant: str, count: int, seed: int) -> Scenario:
     groups = ((kpa, list(itertools.islice(forces, CONTACTS_PER_SETPOINT))) for kpa in setpoints)
     phases = [{"setpoint_kpa": kpa, "contact": [press | {"force_n": part}]} for kpa, part in groups]
     return Scenario.model_validate(
-        {"doc": "reference contacts", "seed": seed, "plant": {"kind": plant}, "phase": phases}
+        {"doc": "reference contacts", "seed": seed, "plant": plant, "phase": phases}
     )
 
 

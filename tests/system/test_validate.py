@@ -123,7 +123,11 @@ def test_the_smooth_low_end_changes_the_continuous_force_and_no_peak():
 @pytest.mark.parametrize(
     ("arguments", "facts"),
     [
-        (("--data", EXAMPLE, "--seed", "3"), ["--data", "--scenario, --plant and --seed"]),
+        (("--data", EXAMPLE, "--seed", "3"), ["--data", "--scenario", "--plant", "--seed"]),
+        (("--data", EXAMPLE, "--contact", "stick"), ["--data", "--contact"]),
+        (("--plant", "published", "--rubber", "gent"), ["--rubber", "--plant membrane"]),
+        (("--plant", "membrane", "--contact", "glue"), ["'glue'", "slide", "stick", "0", "1"]),
+        (("--plant", "membrane", "--contact", "nan"), ["nan", "slide", "stick", "0", "1"]),
         (("--data", EXAMPLE, "--save", "/tmp/never.csv"), ["--save", "--data"]),
         (("--scenario", "nothing"), ["scenario", "'nothing'"]),
         (("--save", "/nowhere/rig.csv"), ["/nowhere/rig.csv: cannot be written"]),
