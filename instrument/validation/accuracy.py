@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -70,13 +70,19 @@ def _score(contacts: CalibrationContacts, force_n: Numbers, std_n: Numbers) -> A
 
 def _forces(contacts: CalibrationContacts, settings: ChainSettings) -> tuple[Numbers, Numbers]:
     """Return force and standard uncertainty [N] of each contact, for constant pressures."""
+    finals_kpa = contacts.baseline_kpa + contacts.rise_kpa
+    return estimate_forces(zip(contacts.baseline_kpa, finals_kpa, strict=True), settings)
+
+
+def estimate_forces(
+    pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings
+) -> tuple[Numbers, Numbers]:
+    """Return force and standard uncertainty [N] for each pair of constant pressures ΔP_i and ΔP_f."""
     pairs = [
-        _force(baseline_kpa, rise_kpa, settings)
-        for baseline_kpa, rise_kpa in zip(
-            contacts.baseline_kpa.tolist(), contacts.rise_kpa.tolist(), strict=True
-        )
+        _force(float(baseline_kpa), float(final_kpa - baseline_kpa), settings)
+        for baseline_kpa, final_kpa in pressures_kpa
     ]
-    forces, stds = np.array(pairs).T
+    forces, stds = np.array(pairs).reshape(-1, 2).T
     return forces, stds
 
 
