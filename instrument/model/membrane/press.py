@@ -43,7 +43,7 @@ class PressConditions:
     polytropic: Floats  #: n
 
 
-class PressPath(NamedTuple):
+class ContactPath(NamedTuple):
     """States of each press, from free to the largest contact: arrays (states, presses).
 
     The values of a state that was not found are NaN.
@@ -59,7 +59,7 @@ def press(
     conditions: PressConditions,
     elements: int = ELEMENTS,
     progress: ProgressCallback = lambda _done, _all: None,
-) -> PressPath:
+) -> ContactPath:
     """Return the path of each press. `progress(done, total)` is called during the computation."""
     state = _Presses.free(conditions, elements)
     last = int(LAST_NODE * elements)
@@ -68,7 +68,7 @@ def press(
         state.touch(node)
         states.append(state.result(node))
         progress(node, last)
-    return PressPath(*(np.stack(values) for values in zip(*states, strict=True)))
+    return ContactPath(*(np.stack(values) for values in zip(*states, strict=True)))
 
 
 @dataclass(slots=True)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA, Balloon, Circuit
-from pneuforce.instrument.model.membrane.press import PressConditions, PressPath, ProgressCallback, press
+from pneuforce.instrument.model.membrane.press import PressConditions, ContactPath, ProgressCallback, press
 from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin, skin_of
 
 #: Values of ΔP_i [kPa]. All setpoints of the board lie between them.
@@ -149,7 +149,7 @@ def _conditions(
     )
 
 
-def _sampled(path: PressPath, baselines_kpa: Floats) -> Floats:
+def _sampled(path: ContactPath, baselines_kpa: Floats) -> Floats:
     """Return force and indentation of each press at `ROOTS`: an array (2, presses, roots).
 
     A path ends where the rise or the force stops increasing, because a flat disc is smaller than a nearly
