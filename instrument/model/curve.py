@@ -134,12 +134,15 @@ class ContactCurve:
     def force_n(self, rise_kpa: float) -> float:
         """Return only the force at a rise [N], without correction if the corrected force is implausible.
 
-        An alarm can therefore always use this force. This method is faster than `at`.
+        Where the model has no solution, another model gives the force. An alarm can therefore always use this
+        force. This method is faster than `at`.
         """
         if self._lowest_kpa <= rise_kpa < math.inf:
             force: float = self._segment(rise_kpa).force_n(rise_kpa)
         else:
             force = self._uncorrected(rise_kpa).estimate.force_n
+        if not math.isfinite(force) and rise_kpa > 0:
+            return self.model.alarm_force_n(self.baseline_kpa, rise_kpa)
         if self.correction is None or not math.isfinite(force):
             return force
         corrected: float = force * self.correction.factor(rise_kpa, self.baseline_kpa)

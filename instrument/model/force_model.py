@@ -57,6 +57,10 @@ class ForceModel(Protocol):
         """Return the contact at a rise of at least `lowest_rise_kpa`."""
         ...
 
+    def alarm_force_n(self, baseline_kpa: float, rise_kpa: float) -> float:
+        """Return a force [N] for alarms, for a contact without a solution. NaN if no force is known."""
+        ...
+
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:
         """Return the contact at any rise. Floats give floats; arrays are broadcast."""
         ...

@@ -48,6 +48,10 @@ class PublishedModel:
         differentiator = self._differentiator(baseline_kpa, final_kpa, solved.indentation_mm)
         return SolvedContact(solved, differentiator.by(baseline_kpa=1.0), differentiator.by(final_kpa=1.0))
 
+    def alarm_force_n(self, baseline_kpa: float, rise_kpa: float) -> float:  # noqa: ARG002
+        """Return NaN. No other model has a solution where the equations of the paper have none."""
+        return math.nan
+
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:
         """Return the contact, interpolated to zero force below a rise of 0.5 kPa."""
         return estimate(baseline_kpa, final_kpa, self.balloon, self.circuit, self.law)

@@ -10,10 +10,10 @@ import numpy as np
 
 from pneuforce.instrument.model.balloon import Balloon, Circuit, Number
 from pneuforce.instrument.model.derivatives import ContactDerivative
-from pneuforce.instrument.model.force import ContactEstimate
+from pneuforce.instrument.model.force import ContactEstimate, solve_contact
 from pneuforce.instrument.model.force_model import SolvedContact
 from pneuforce.instrument.model.law import ForceLaw
-from pneuforce.instrument.model.membrane.table import ForceTable, TableValues
+from pneuforce.instrument.model.membrane.table import ROOTS, ForceTable, TableValues
 from pneuforce.instrument.model.uncertainty import InputUncertainties
 
 #: Smallest rise that is looked up [kPa]. Below it, the force follows a smooth curve to zero.
@@ -64,6 +64,15 @@ class MembraneModel:
             ContactDerivative(*(float(by_baseline[n] - by_rise[n]) for n in (0, 1))),
             ContactDerivative(float(by_rise[0]), float(by_rise[1])),
         )
+
+    def alarm_force_n(self, baseline_kpa: float, rise_kpa: float) -> float:
+        """Return a force [N] for alarms, for a contact that the table does not contain.
+
+        It is the force of the energetic method, but at least the highest force of the table at this ΔP_i.
+        """
+        published = solve_contact(baseline_kpa, baseline_kpa + rise_kpa, self.balloon, self.circuit).force_n
+        forces = self.estimate(baseline_kpa, baseline_kpa + ROOTS**2).force_n
+        return float(np.nanmax([published, *forces], initial=0.0)) if rise_kpa < math.inf else math.nan
 
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:
         """Return the contact at any rise. Floats give floats; arrays are broadcast."""

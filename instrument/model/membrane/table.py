@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA, Balloon, Circuit
-from pneuforce.instrument.model.membrane.press import PressConditions, ContactPath, ProgressCallback, press
+from pneuforce.instrument.model.membrane.press import ContactPath, PressConditions, ProgressCallback, press
 from pneuforce.instrument.model.membrane.rubber import Floats, RubberSkin, skin_of
 
 #: Values of ΔP_i [kPa]. All setpoints of the board lie between them.

@@ -137,6 +137,16 @@ def test_the_live_curve_agrees_with_the_model_and_rises(model, baseline_kpa):
     assert (np.diff(forces) > 0).all()
 
 
+@pytest.mark.parametrize("baseline_kpa", [4.95, 6.0, 8.0, 11.45])
+def test_the_force_for_alarms_never_falls_while_the_pressure_rises(model, baseline_kpa):
+    """The table ends where the balloon is nearly flat. The alarm must not end there."""
+    curve = ContactCurve(baseline_kpa, model)
+    forces = np.array([curve.force_n(rise) for rise in np.arange(0.1, 6.0, 0.05)])
+    assert np.isfinite(forces).all()
+    assert (np.diff(forces) >= 0).all()
+    assert forces[-1] > 2.9
+
+
 def test_a_damaged_table_is_not_consistent(model):
     assert model.is_consistent
     values = model.table.values.copy()
