@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT
 from pneuforce.sim.plants.membrane.material import RUBBERS, Skin
-from pneuforce.sim.plants.membrane.paths import PressedBalloon, SealedCircuit
-from pneuforce.sim.plants.membrane.press_path import PressPath, free_radius_mm, limit_kpa, press_path
+from pneuforce.sim.plants.membrane.paths import Contact, PressedBalloon, SealedCircuit, Sides
+from pneuforce.sim.plants.membrane.press_path import free_radius_mm, limit_kpa, press_path
 from pneuforce.sim.plants.plant import AMBIENT_KPA, TUBES_MM3
 
 Floats = npt.NDArray[np.float64]
@@ -38,7 +38,7 @@ class SimulatedBalloon(NamedTuple):
 
     law: str
     skin: Skin
-    sides: int
+    sides: Sides
     grip: float  #: position between the sliding (0) and the sticking balloon (1)
     tubes_mm3: float
     gas_exponent: float
@@ -81,7 +81,7 @@ def draw(number: int, generator: np.random.Generator) -> SimulatedBalloon:
     return SimulatedBalloon(
         law,
         Skin(rubber, generator.uniform(*UNEVENNESS_SPAN)),
-        1 + number // len(LAWS) % 2,
+        2 if number // len(LAWS) % 2 else 1,
         generator.uniform(),
         TUBES_MM3 * generator.uniform(*VOLUME_SPAN),
         generator.uniform(*GAS_EXPONENT_SPAN),
@@ -92,62 +92,56 @@ def measure(balloon: SimulatedBalloon, generator: np.random.Generator) -> Balloo
     """Return simulated measurements on a balloon."""
     pressure = np.linspace(LOWEST_RADIUS_KPA, balloon.highest_kpa + 0.5, RADIUS_POINTS)
     radius = free_radius_mm(balloon.skin, pressure) + generator.normal(0, RADIUS_STD_MM, RADIUS_POINTS)
-    weight_n = np.array([[WEIGHT_G * 1e-3 * GRAVITY_M_PER_S2]])
-    at_kpa = np.array([min(WEIGHT_KPA, balloon.highest_kpa)])
-    calibration = contacts(balloon, _baselines(balloon, 8, generator), 3, generator)
-    noisy_n = calibration.force_n + generator.normal(0, REFERENCE_STD_N, len(calibration.force_n))
+    weight = np.array([[min(WEIGHT_KPA, balloon.highest_kpa)], [WEIGHT_G * 1e-3 * GRAVITY_M_PER_S2]])
+    calibration = _pressures_and_forces(balloon, 8, 3, generator)
+    evaluated = _pressures_and_forces(balloon, BIN_COUNT, 4, generator)
+    pressed = [weight, calibration, evaluated]
+    found = _press(balloon, np.concatenate(pressed, axis=1), generator)
+    ends = np.cumsum([part.shape[1] for part in pressed])
+    weight_contact, calibrated, others = (
+        found.select(np.isin(np.arange(ends[-1]), rows) & _shown(found))
+        for rows in np.split(np.arange(ends[-1]), ends[:-1])
+    )
+    noisy_n = calibrated.force_n + generator.normal(0, REFERENCE_STD_N, len(calibrated.force_n))
     return BalloonData(
-        balloon,
-        pressure,
-        radius,
-        _measured(balloon, at_kpa, weight_n, generator),
-        calibration._replace(force_n=noisy_n),
-        contacts(balloon, _baselines(balloon, len(BIN_EDGES_KPA) - 1, generator), 4, generator),
+        balloon, pressure, radius, weight_contact, calibrated._replace(force_n=noisy_n), others
     )
 
 
-def contacts(
-    balloon: SimulatedBalloon, baseline_kpa: Floats, per_baseline: int, generator: np.random.Generator
-) -> Contacts:
-    """Return contacts with random forces, one from each of `per_baseline` equal parts of the span."""
-    low_n, high_n = FORCE_SPAN_N
-    parts = np.arange(per_baseline)[:, None] + generator.uniform(size=(per_baseline, len(baseline_kpa)))
-    return _measured(balloon, baseline_kpa, low_n + (high_n - low_n) * parts / per_baseline, generator)
+def _shown(contacts: Contacts) -> npt.NDArray[np.bool_]:
+    """Return a mask of the contacts that the instrument can show.
 
-
-def _baselines(balloon: SimulatedBalloon, count: int, generator: np.random.Generator) -> Floats:
-    """Return one random ΔP_i from each of `count` equal parts of the range, without those out of reach."""
-    edges = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, count + 1)
-    drawn: Floats = generator.uniform(edges[:-1], edges[1:])
-    return drawn[drawn <= balloon.highest_kpa]
-
-
-def _measured(
-    balloon: SimulatedBalloon, baseline_kpa: Floats, force_n: Floats, generator: np.random.Generator
-) -> Contacts:
-    """Return contacts with these forces (forces, baselines), without those that the instrument cannot show.
-
-    These are contacts that flatten the balloon, that exceed the limit of the pressure, or that are too light
-    to be detected.
+    The others flatten the balloon, exceed the limit of the pressure, or are too light to be detected.
     """
-    final = (1 - balloon.grip) * _final_kpa(balloon, "slide", baseline_kpa, force_n)
-    final += balloon.grip * _final_kpa(balloon, "stick", baseline_kpa, force_n)
-    baseline = np.broadcast_to(baseline_kpa, final.shape)
-    shown = (final < CONTACT_LIMIT_KPA) & (final - baseline > MIN_RISE_KPA)
-    count = int(shown.sum())
-    return Contacts(
-        baseline[shown] + generator.normal(0, BASELINE_STD_KPA, count),
-        final[shown] + generator.normal(0, FINAL_STD_KPA, count),
-        force_n[shown],
-    )
+    rise = contacts.final_kpa - contacts.baseline_kpa
+    return (contacts.final_kpa < CONTACT_LIMIT_KPA) & (rise > MIN_RISE_KPA)
 
 
-def _final_kpa(balloon: SimulatedBalloon, contact: str, baseline_kpa: Floats, force_n: Floats) -> Floats:
-    """Return the true ΔP_f of a skin that slides or sticks, (forces, baselines)."""
+def _pressures_and_forces(
+    balloon: SimulatedBalloon, pressures: int, forces: int, generator: np.random.Generator
+) -> Floats:
+    """Return ΔP_i and force of contacts, one column each.
+
+    ΔP_i is one random value from each of `pressures` equal parts of the range, without those out of reach.
+    Each ΔP_i has one random force from each of `forces` equal parts of the span.
+    """
+    edges = np.linspace(VALID_LOW_KPA, VALID_HIGH_KPA, pressures + 1)
+    baseline = generator.uniform(edges[:-1], edges[1:])
+    baseline = baseline[baseline <= balloon.highest_kpa]
+    low_n, high_n = FORCE_SPAN_N
+    part = np.arange(forces)[:, None] + generator.uniform(size=(forces, len(baseline)))
+    force = low_n + (high_n - low_n) * part / forces
+    return np.stack([np.broadcast_to(baseline, force.shape).ravel(), force.ravel()])
+
+
+def _press(balloon: SimulatedBalloon, wanted: Floats, generator: np.random.Generator) -> Contacts:
+    """Return contacts with these ΔP_i and forces (2, contacts). ΔP_f is NaN for a balloon that is too flat."""
+    baselines, column = np.unique(wanted[0], return_inverse=True)
+    final = np.zeros(wanted.shape[1])
     circuit = SealedCircuit(balloon.tubes_mm3, AMBIENT_KPA, balloon.gas_exponent)
-    path = press_path(PressedBalloon(balloon.skin, balloon.sides, contact, circuit), baseline_kpa)  # type: ignore[arg-type]
-    finals = [
-        PressPath(*(values[:, [column]] for values in path)).at(forces).final_kpa[:, 0]
-        for column, forces in enumerate(force_n.T)
-    ]
-    return np.stack(finals, axis=1)
+    contacts: tuple[tuple[Contact, float], ...] = (("slide", 1 - balloon.grip), ("stick", balloon.grip))
+    for contact, share in contacts:
+        path = press_path(PressedBalloon(balloon.skin, balloon.sides, contact, circuit), baselines)
+        final += share * np.diagonal(path.at(wanted[1]).final_kpa[:, column])
+    noise = generator.normal(0, [[BASELINE_STD_KPA], [FINAL_STD_KPA]], wanted.shape)
+    return Contacts(wanted[0] + noise[0], final + noise[1], wanted[1])
