@@ -135,7 +135,7 @@ def _pressures_and_forces(
 
 
 def _press(balloon: SimulatedBalloon, wanted: Floats, generator: np.random.Generator) -> Contacts:
-    """Return contacts with these ΔP_i and forces (2, contacts). ΔP_f is NaN for a balloon that is too flat."""
+    """Return contacts with these ΔP_i and forces (2, contacts). ΔP_f is NaN if the balloon is too flat."""
     baselines, column = np.unique(wanted[0], return_inverse=True)
     final = np.zeros(wanted.shape[1])
     circuit = SealedCircuit(balloon.tubes_mm3, AMBIENT_KPA, balloon.gas_exponent)
