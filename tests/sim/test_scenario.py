@@ -70,6 +70,13 @@ def test_a_scenario_sets_plant_circuit_sensor_and_faults(tmp_path):
     assert (fault.at_s, fault.name, fault.model_extra) == (30, "leak", {"kpa_per_s": 0.02})
 
 
+@pytest.mark.parametrize(("text", "value"), [('"stick"', "stick"), ("0.25", 0.25), ("1", 1)])
+def test_a_scenario_sets_the_contact_of_the_membrane(tmp_path, text, value):
+    plant = f'[plant]\nkind = "membrane"\nmaterial = "gent"\ncontact = {text}\n'
+    scenario = load(written(tmp_path, DOC + plant + CONTACT))
+    assert (scenario.plant.material, scenario.plant.contact) == ("gent", value)
+
+
 def test_a_recorded_force_is_read_from_the_folder_of_the_scenario(tmp_path):
     (tmp_path / "palpation.csv").write_text("t_s,force_n\n0,0\n1,2.5\n2,0\n")
     text = CONTACT.replace('"tap"\nforce_n = 1.0', '"profile"\nfile = "palpation.csv"')
@@ -86,6 +93,10 @@ def test_a_recorded_force_is_read_from_the_folder_of_the_scenario(tmp_path):
         (DOC + 'seed = -1' + CONTACT, "seed = -1: input should be greater than or equal to 0"),
         (DOC + '[plant]\nkind = "steel"' + CONTACT, "plant, kind = 'steel': input should be 'published' or"),
         (DOC + '[plant]\nsides = 3' + CONTACT, "plant, sides = 3: input should be 1 or 2"),
+        (DOC + '[plant]\ncontact = "glue"' + CONTACT, "plant, contact = 'glue': slide, stick or a number"),
+        (DOC + '[plant]\ncontact = 1.01' + CONTACT, "plant, contact = 1.01: slide, stick or a number"),
+        (DOC + '[plant]\ncontact = nan' + CONTACT, "plant, contact = nan: slide, stick or a number"),
+        (DOC + '[plant]\ncontact = true' + CONTACT, "plant, contact = True: slide, stick or a number"),
         (DOC + '[pneumatics]\nleek = 2' + CONTACT, "pneumatics: leek: unknown key; known here: "),
         (DOC + '[pneumatics]\ntube_time_constant_s = "slow"' + CONTACT, "_s = 'slow': a number"),
         (DOC + '[pneumatics]\ntube_time_constant_s = nan' + CONTACT, "tube_time_constant_s = nan: a number"),

@@ -40,8 +40,11 @@ SLOPE_KPA = 30.0
 #: Change of both unknowns for the numerical derivatives, and largest change in one Newton step.
 DIFFERENCE, MAX_CHANGE = 1e-6, 0.1
 #: Weight of the residual of the gas law, relative to the slope [rad], and tolerance of both.
-GAS_WEIGHT, TOLERANCE, MAX_NEWTON_STEPS = 1e3, 1e-7, 15
+GAS_WEIGHT, TOLERANCE, MAX_NEWTON_STEPS = 1e3, 1e-5, 15
 EXTRAPOLATED_NODES = 4
+#: First contact fractions: the part of the half meridian that lies on the plate. The steps are small, because
+#: the shape of a skin that is hardly stretched changes only near the edge of a small contact.
+SMALL_CONTACTS = (0.005, 0.01, 0.02, 0.03, 0.04, 0.055, 0.075)
 MAX_FLAT_KPA, BISECTIONS = 400.0, 60
 
 
@@ -145,10 +148,14 @@ class _Step:
             step = self._of(unsolved)
             node, residuals = step.node(*(unknowns[:, None, unsolved] + _SHIFTS))
             size = np.hypot(residuals[0, 0], GAS_WEIGHT * residuals[1, 0])
-            values = np.stack([value[0] for value in node[1:]])
+            change = np.clip(_newton_change(residuals), -MAX_CHANGE, MAX_CHANGE)
+            unknowns[:, unsolved] += change
+            # The last change is so small that the values at the new unknowns follow from the derivatives.
+            values = np.stack(node[1:])
+            by_unknowns = (values[:, 1:] - values[:, :1]) / DIFFERENCE
+            values = values[:, 0] + (by_unknowns * change).sum(axis=1)
             solved = (size <= TOLERANCE) & (step.tension(values[0]) > 0)
             found[:, unsolved[solved]] = values[:, solved]
-            unknowns[:, unsolved] += np.clip(_newton_change(residuals), -MAX_CHANGE, MAX_CHANGE)
             unsolved = unsolved[size > TOLERANCE]
         return Node(self.angle, *found)
 

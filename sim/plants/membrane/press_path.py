@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from pneuforce.sim.plants.membrane.free_half import free_half
 from pneuforce.sim.plants.membrane.material import Skin
-from pneuforce.sim.plants.membrane.paths import PressedBalloon, press_nodes
+from pneuforce.sim.plants.membrane.paths import SMALL_CONTACTS, PressedBalloon, press_nodes
 from pneuforce.sim.plants.membrane.shooting import Array
 
-FRACTIONS = np.concatenate([[0.005, 0.01], np.linspace(0.02, 0.98, 26)])
+FRACTIONS = np.concatenate([SMALL_CONTACTS, np.linspace(0.1, 0.98, 32)])
 
 
 class PressPath(NamedTuple):
@@ -47,17 +47,20 @@ class PressPath(NamedTuple):
         return PressPath(forces[:, None] + 0.0 * found[0], *found)
 
 
-def press_path(balloon: PressedBalloon, baseline_kpa: npt.ArrayLike) -> PressPath:
+def press_path(
+    balloon: PressedBalloon, baseline_kpa: npt.ArrayLike, fractions: Array = FRACTIONS
+) -> PressPath:
     """Return the presses that begin at each of the pressures ΔP_i `baseline_kpa`.
 
-    A pressure that the free balloon does not reach, because of its limit point, gives NaN. If ΔP_f exceeds
-    `limit_kpa` and the balloon has one side, the free half keeps its volume (an approximation).
+    `fractions` are the computed parts of the half meridian that lie on the plate, in increasing order. A
+    pressure that the free balloon does not reach, because of its limit point, gives NaN. If ΔP_f exceeds
+    `limit_kpa` and the balloon has one side, the free half keeps its volume, which is an approximation.
     """
     baselines = np.asarray(baseline_kpa, dtype=float)
     free = free_half(balloon.skin)
     reached = (baselines > 0) & (baselines < free.limit_kpa)
     stretch = np.where(reached, free.stretch_at(baselines), np.nan)
-    nodes = list(press_nodes(balloon, stretch, FRACTIONS))
+    nodes = list(press_nodes(balloon, stretch, fractions))
     pressure, radius, height = (
         np.stack([getattr(node, name) for node in nodes])
         for name in ("pressure_kpa", "contact_radius_mm", "half_height_mm")

@@ -56,7 +56,7 @@ def free_part(skin: Skin, edge: Point, contact_angle: Any, pressure_kpa: Array) 
     """Return the free part beyond the edge of a contact at the angle φ > 0."""
     # Near a small contact, the slope changes within the length a. Therefore the steps increase with φ.
     ratio = EQUATOR / contact_angle
-    angles = contact_angle * ratio ** _column(FREE_STEPS, pressure_kpa) + 0.0 * pressure_kpa
+    angles = contact_angle * ratio ** _column(FREE_STEPS, pressure_kpa)
     points = integrate(skin, angles, edge, pressure_kpa)
     r, along, slope = (np.stack(nodes) for nodes in zip(*points, strict=True))
     # The nodes are equidistant in ln φ, so that Simpson's rule needs the derivatives with respect to ln φ.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from pneuforce.sim.plants.membrane.free_half import free_half
 from pneuforce.sim.plants.membrane.material import Rubber, Skin
-from pneuforce.sim.plants.membrane.paths import Contact, PressedBalloon, Sides, press_nodes
+from pneuforce.sim.plants.membrane.paths import SMALL_CONTACTS, Contact, PressedBalloon, Sides, press_nodes
 from pneuforce.sim.plants.membrane.shooting import Array
 from pneuforce.sim.plants.plant import AMBIENT_KPA, MAX_PUSH_N, TUBES_MM3
 
@@ -22,8 +22,8 @@ ROWS, COLUMNS = 400, 160
 MIN_FREE_KPA, MAX_FREE_STRETCH = 0.05, 1.85
 #: Largest stretch without contact at which a pressed skin may wrinkle, so that its shapes are scaled.
 MAX_WRINKLED_STRETCH = 1.1
-#: Contact fractions of the computed shapes: the part of the half meridian that lies on the plate.
-FRACTIONS = np.concatenate([[0.005, 0.01], np.linspace(0.02, 0.96, 48), [0.97, 0.98]])
+#: Contact fractions of the computed shapes.
+FRACTIONS = np.concatenate([SMALL_CONTACTS, np.linspace(0.1, 0.96, 44), [0.97, 0.98]])
 FINE_POINTS = 20_001
 
 #: Callback that receives the number of finished steps and the total number of steps.

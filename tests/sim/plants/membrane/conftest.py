@@ -27,6 +27,11 @@ def with_limit_point(cache):
     return MembranePlant(NEO_HOOKEAN, sides=1)
 
 
+@pytest.fixture(scope="session")
+def sticking(cache):
+    return MembranePlant(contact="stick")
+
+
 @pytest.fixture(params=["one_sided", "two_sided", "with_limit_point"])
 def plant(request):
     return request.getfixturevalue(request.param)
