@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from pneuforce.errors import ConfigurationError
@@ -20,11 +21,14 @@ from pneuforce.instrument.model import ForceCorrection
 from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
-from pneuforce.instrument.model.uncertainty import GRIP_CALIBRATED, ModelUncertainty
+from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED
+from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
 #: Keys of the radius part that are also fields of `Balloon`.
 RADIUS_KEYS = ("rest_radius_mm", "radius_linear_mm_per_kpa", "radius_quadratic_mm_per_kpa2")
+#: Number of fitted constants of the radius curve, and standard uncertainty of a caliper [mm].
+RADIUS_CONSTANTS, CALIPER_STD_MM = 3, 0.01
 #: Configuration section of each key. Keys that are not listed belong to the section `balloon`.
 CONFIGURATION_SECTIONS = {
     "method": "measurement",
@@ -136,8 +140,17 @@ def _apply_radius(settings: ChainSettings, calibration: Calibration) -> ChainSet
     return replace(
         settings,
         balloon=replace(settings.balloon, skin=_skin(part), **measured),
-        input_uncertainties=replace(settings.input_uncertainties, radius_mm=part.residual_mm),
+        input_uncertainties=replace(settings.input_uncertainties, radius_mm=_radius_std_mm(part)),
     )
+
+
+def _radius_std_mm(part: RadiusPart) -> float:
+    """Return the standard uncertainty of the fitted radius curve [mm].
+
+    The scatter of the points is averaged over the points. The error of the caliper is common to all points.
+    """
+    residual_mm = part.residual_mm if part.skin_residual_mm is None else part.skin_residual_mm
+    return math.hypot(residual_mm * math.sqrt(RADIUS_CONSTANTS / part.points), CALIPER_STD_MM)
 
 
 def _skin(part: RadiusPart) -> SkinConstants | None:
@@ -225,11 +238,6 @@ def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSett
         rise_span_kpa=(part.rise_low_kpa, part.rise_high_kpa),
         baseline_span_kpa=(part.initial_low_kpa, part.initial_high_kpa),
     )
-    model = ModelUncertainty(
-        relative_std_below=part.residual_share,
-        relative_std_above=part.residual_share,
-        absolute_std_n=part.residual_floor_n,
-        interpolation=False,
-    )
+    model = ModelUncertainty.constant(part.residual_share, part.residual_floor_n)
     inputs = replace(settings.input_uncertainties, **dict.fromkeys(COMPENSATED_INPUTS, 0.0))
     return replace(settings, correction=correction, model_uncertainty=model, input_uncertainties=inputs)

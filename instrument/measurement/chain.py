@@ -217,7 +217,7 @@ class Chain:
             baseline_kpa,
             baseline_kpa + rise_kpa,
             settings.input_uncertainties.baseline_std_kpa(tracker.baseline_age_s, tracker.drifted_kpa),
-            math.hypot(lag.noise_kpa, lag_std_s * lag.rate_kpa_per_s),
+            math.hypot(lag.present_noise_kpa, lag_std_s * lag.rate_kpa_per_s),
         )
         return force_std_n(
             point.estimate.force_n,
@@ -225,7 +225,6 @@ class Chain:
             pressures,
             settings.input_uncertainties,
             settings.model_uncertainty,
-            settings.balloon,
         )
 
     def _curve_at(self, baseline_kpa: float, tolerance_kpa: float) -> tuple[ContactCurve, float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pneuforce.instrument.measurement.force_tables import force_table
 from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
 from pneuforce.instrument.model.force_model import ForceModel
+from pneuforce.instrument.model.method_uncertainty import uncalibrated
 from pneuforce.instrument.model.published_model import PublishedModel
 from pneuforce.instrument.model.uncertainty import (
     MIDDLE_POLYTROPIC,
@@ -25,7 +26,7 @@ class ChainSettings:
     law: ForceLaw = LIVE_LAW
     correction: ForceCorrection | None = None
     input_uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
-    model_uncertainty: ModelUncertainty = field(default_factory=ModelUncertainty)
+    model_uncertainty: ModelUncertainty = field(default_factory=lambda: uncalibrated("energetic", 1))
     #: Time constant of the first-order low-pass filter of the displayed pressure.
     filter_time_constant_s: float = 0.06
     tube_time_constant_s: float = 0.06  #: first-order lag between balloon and sensor
@@ -48,7 +49,7 @@ class ChainSettings:
             circuit=circuit,
             law=law,
             input_uncertainties=inputs,
-            model_uncertainty=ModelUncertainty.of(law.method),
+            model_uncertainty=uncalibrated(law.method, law.sides),
         )
 
     @property

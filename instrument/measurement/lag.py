@@ -31,6 +31,8 @@ SMOOTHING_TIME_CONSTANT_S = 0.02
 #: The lead is the filtered pressure minus the smoothed reading. A lead of this number of standard deviations
 #: of the filter noise is halved.
 SHRINKAGE_STDS = 2.0
+#: Noise of the compensated pressure at rest, as a share of the noise of the filter.
+REST_NOISE_SHARE = 0.4
 #: Duration of a simulated fast press, from which the remaining delay of the filter is determined.
 REFERENCE_PRESS_S = 0.6
 
@@ -58,6 +60,16 @@ class LagCompensator:
         self._rate_response_s = SAMPLE_S - self.tube_time_constant_s * self._response
         self._gains, self.noise_kpa = stationary_gains(self._response, self._rate_response_s)
         self.delay_s = self._simulate_delay_s()
+
+    @property
+    def present_noise_kpa(self) -> float:
+        """Return the standard deviation [kPa] that noise now causes in the compensated pressure.
+
+        At rest, the noise is 40 % of that of the filter. With a large lead, it is that of the filter.
+        """
+        squared = (self._pressure_kpa - self.smoothed_kpa) ** 2
+        lead_share = squared / (squared + (SHRINKAGE_STDS * self.noise_kpa) ** 2)
+        return self.noise_kpa * (REST_NOISE_SHARE + (1 - REST_NOISE_SHARE) * lead_share)
 
     def step(self, reading_kpa: float, dt_s: float) -> float:
         """Return the pressure in the balloon [kPa] from a reading `dt_s` after the last reading.

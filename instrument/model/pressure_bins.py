@@ -5,10 +5,14 @@ The edge at 8.85 kPa is `Balloon.switch_kpa`.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from bisect import bisect_left
+from typing import TYPE_CHECKING
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 BIN_COUNT = 5
 BIN_EDGES_KPA = tuple(
@@ -21,4 +25,11 @@ def pressure_bin_indices(baseline_kpa: NDArray[np.float64]) -> NDArray[np.int64]
 
     A pressure on an edge belongs to the lower bin. A pressure outside the range belongs to the nearest bin.
     """
+    import numpy as np
+
     return np.searchsorted(BIN_EDGES_KPA[1:-1], baseline_kpa)
+
+
+def pressure_bin_index(baseline_kpa: float) -> int:
+    """Return the index of the bin of one pressure, as `pressure_bin_indices` does for arrays."""
+    return bisect_left(BIN_EDGES_KPA, baseline_kpa, 1, BIN_COUNT) - 1

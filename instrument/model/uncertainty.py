@@ -6,17 +6,23 @@ u(inputs) is computed with exact derivatives of the force law.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pneuforce.instrument.model.balloon import Balloon
 from pneuforce.instrument.model.derivatives import ContactDifferentiator
-from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.model.pressure_bins import pressure_bin_index
 
+#: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
+#: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
+#: rectangular distribution is 0.289 of its width; ±2 of them contain more than the whole range.)
+SHARE_OF_RANGE = 0.95 / 4
+#: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
+#: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
+#: rectangular distribution is 0.289 of its width; ±2 of them contain more than the whole range.)
+SHARE_OF_RANGE = 0.95 / 4
 #: Middle of the range of the gas exponent n from 1.0 (isothermal) to 1.2 (halfway to adiabatic), and its
-#: standard uncertainty if n has a rectangular distribution.
-MIDDLE_POLYTROPIC, MIDDLE_POLYTROPIC_STD = 1.1, 0.2 / math.sqrt(12)
+#: standard uncertainty.
+MIDDLE_POLYTROPIC, MIDDLE_POLYTROPIC_STD = 1.1, SHARE_OF_RANGE * 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,8 +32,8 @@ class InputUncertainties:
     #: Noise of ΔP_i. The noise of one conversion is 0.7 counts rms (0.038 kPa). A sample is the mean of 16
     #: conversions, and the samples are smoothed while the balloon has no contact.
     baseline_noise_kpa: float = 0.002
-    #: Noise of ΔP_f after lag compensation, for a tube with a lag of 60 ms.
-    final_noise_kpa: float = 0.026
+    #: Noise of ΔP_f at rest after lag compensation, for a tube with a lag of 60 ms.
+    final_noise_kpa: float = 0.0104
     #: Relative error of the gain, common to both pressures. After zero adjustment, the error of the
     #: MPXV5050DP is at most ±1 % of the reading; a rectangular distribution is assumed.
     gain: float = 0.01 / math.sqrt(3)
@@ -39,7 +45,7 @@ class InputUncertainties:
     poisson: float = 0.005  #: Poisson's ratio ν
     #: Gas exponent n: rms deviation from 1.0 if n is between 1.0 (isothermal) and 1.2 (halfway to adiabatic).
     polytropic: float = 0.2 / math.sqrt(3)
-    grip: float = 1 / math.sqrt(12)  #: grip, method "membrane": unknown between 0 and 1
+    grip: float = SHARE_OF_RANGE  #: grip, method "membrane": unknown between 0 and 1
     drift_kpa_per_s: float = 0.0005  #: drift of the baseline during a contact: creep and leak
 
     def at_rest(self, baseline_kpa: float, final_kpa: float, contact_s: float) -> MeasuredPressures:
@@ -55,54 +61,33 @@ class InputUncertainties:
         return math.hypot(self.baseline_noise_kpa, drifted_kpa + self.drift_kpa_per_s * contact_s)
 
 
-class PublishedErrors(NamedTuple):
-    """Mean absolute errors of a method in the paper, relative to the force."""
-
-    below: float  #: error at ΔP_i up to `Balloon.switch_kpa`
-    above: float  #: error at higher ΔP_i
-
-
-#: Energetic method: the paper states an error of 6.77 % above 8.85 kPa and of 9.14 % over all 27 pressures.
-#: 11 of the 27 pressures are above 8.85 kPa, so the error below 8.85 kPa is 10.8 %. Lulevich and Shanahan:
-#: below 8.85 kPa, the errors that the paper states for ΔV/V_i < 0.2 are used.
-PUBLISHED_ERRORS: Mapping[MethodName, PublishedErrors] = {
-    "energetic": PublishedErrors(below=0.1077, above=0.0677),
-    "lulevich": PublishedErrors(below=0.4388, above=0.1415),
-    "shanahan": PublishedErrors(below=0.5227, above=0.1412),
-}
-#: Standard deviation of a normal error, divided by its mean absolute value.
-STD_OVER_MEAN_ABSOLUTE = math.sqrt(math.pi / 2)
+#: One value for each pressure bin, from the lowest ΔP_i to the highest.
+BinValues = tuple[float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelUncertainty:
-    """Standard uncertainty of the force law itself: a relative part and an absolute part."""
+    """Standard uncertainty of the force law itself, by pressure bin: a relative part and an absolute part."""
 
-    #: Relative standard uncertainty at ΔP_i up to `Balloon.switch_kpa`, and at higher ΔP_i.
-    relative_std_below: float = PUBLISHED_ERRORS["energetic"].below * STD_OVER_MEAN_ABSOLUTE
-    relative_std_above: float = PUBLISHED_ERRORS["energetic"].above * STD_OVER_MEAN_ABSOLUTE
-    absolute_std_n: float = 0.0
+    relative_stds: BinValues
+    absolute_stds_n: BinValues
     #: True if the difference between the straight and the smooth interpolation is a part of the uncertainty.
-    interpolation: bool = True
+    interpolation: bool = False
 
     @classmethod
-    def of(cls, method: MethodName) -> ModelUncertainty:
-        """Return the uncertainty of a method without calibration."""
-        if method == "membrane":
-            return cls(relative_std_below=0.02, relative_std_above=0.02, interpolation=False)
-        errors = PUBLISHED_ERRORS[method]
-        return cls(
-            relative_std_below=errors.below * STD_OVER_MEAN_ABSOLUTE,
-            relative_std_above=errors.above * STD_OVER_MEAN_ABSOLUTE,
-        )
+    def constant(cls, relative_std: float, absolute_std_n: float = 0.0) -> ModelUncertainty:
+        """Return an uncertainty that is the same at each ΔP_i."""
+        relative = (relative_std, relative_std, relative_std, relative_std, relative_std)
+        absolute_n = (absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n)
+        return cls(relative_stds=relative, absolute_stds_n=absolute_n)
 
-    def relative_std(self, baseline_kpa: float, balloon: Balloon) -> float:
+    def relative_std(self, baseline_kpa: float) -> float:
         """Return the relative standard uncertainty at ΔP_i."""
-        return self.relative_std_above if baseline_kpa > balloon.switch_kpa else self.relative_std_below
+        return self.relative_stds[pressure_bin_index(baseline_kpa)]
 
-
-#: Uncertainty of the method "membrane" after the grip was calibrated with weights.
-GRIP_CALIBRATED = ModelUncertainty(relative_std_below=0.02, relative_std_above=0.02, interpolation=False)
+    def absolute_std_n(self, baseline_kpa: float) -> float:
+        """Return the absolute standard uncertainty [N] at ΔP_i."""
+        return self.absolute_stds_n[pressure_bin_index(baseline_kpa)]
 
 
 class ForceSensitivity(NamedTuple):
@@ -147,11 +132,10 @@ def force_std_n(
     pressures: MeasuredPressures,
     input_uncertainties: InputUncertainties,
     model_uncertainty: ModelUncertainty,
-    balloon: Balloon,
 ) -> float:
     """Return the combined standard uncertainty of a force [N]."""
     return math.hypot(
-        *contributions_n(force_n, sensitivity, pressures, input_uncertainties, model_uncertainty, balloon)
+        *contributions_n(force_n, sensitivity, pressures, input_uncertainties, model_uncertainty)
     )
 
 
@@ -161,7 +145,6 @@ def contributions_n(
     pressures: MeasuredPressures,
     input_uncertainties: InputUncertainties,
     model_uncertainty: ModelUncertainty,
-    balloon: Balloon,
 ) -> tuple[float, ...]:
     """Return the contributions to the standard uncertainty of a force [N].
 
@@ -175,8 +158,8 @@ def contributions_n(
         (by_baseline * pressures.baseline_kpa + by_final * pressures.final_kpa) * input_uncertainties.gain,
         parameters_n,
         math.hypot(
-            force_n * model_uncertainty.relative_std(pressures.baseline_kpa, balloon),
-            model_uncertainty.absolute_std_n,
+            force_n * model_uncertainty.relative_std(pressures.baseline_kpa),
+            model_uncertainty.absolute_std_n(pressures.baseline_kpa),
         ),
         interpolation_n / math.sqrt(3) if model_uncertainty.interpolation else 0.0,
     )

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from pneuforce.instrument.model.correction import ForceCorrection
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.force_model import ForceModel
+from pneuforce.instrument.model.method_uncertainty import uncalibrated
 from pneuforce.instrument.model.uncertainty import (
     InputUncertainties,
     ModelUncertainty,
@@ -49,26 +50,25 @@ def compute_budget(
 ) -> tuple[BudgetLine, ...]:
     """Return one line for each source of uncertainty. `contact_s` is the time since the contact started."""
     inputs = input_uncertainties or InputUncertainties()
-    balloon, method = force_model.balloon, force_model.law.method
-    model = model_uncertainty or ModelUncertainty.of(method)
+    law = force_model.law
+    model = model_uncertainty or uncalibrated(law.method, law.sides)
     rise_kpa, drift_kpa = final_kpa - baseline_kpa, inputs.drift_kpa_per_s * contact_s
     curve = ContactCurve(baseline_kpa, force_model, correction, inputs)
     point = curve.at(rise_kpa)
     pressures = inputs.at_rest(baseline_kpa, final_kpa, 0.0)
     force_n, sensitivity = point.estimate.force_n, point.sensitivity
     by_baseline, by_final, by_gain, _, by_law, by_interpolation = contributions_n(
-        force_n, sensitivity, pressures, inputs, model, balloon
+        force_n, sensitivity, pressures, inputs, model
     )
     by_drift = sensitivity.baseline_n_per_kpa * drift_kpa
-    law_percent = 100 * model.relative_std(baseline_kpa, balloon)
-    interpolation_std_n = abs(sensitivity.interpolation_n) / math.sqrt(3)
+    interpolation_std_n = abs(by_interpolation)
     return (
         BudgetLine("noise of ΔP_i", inputs.baseline_noise_kpa, "kPa", abs(by_baseline)),
         BudgetLine("noise of ΔP_f", inputs.final_noise_kpa, "kPa", abs(by_final)),
         BudgetLine("sensor gain after zero adjustment", 100 * inputs.gain, "%", abs(by_gain)),
         BudgetLine(f"drift of ΔP_i in {contact_s:g} s", drift_kpa, "kPa", abs(by_drift)),
         *_parameter_lines(baseline_kpa, rise_kpa, sensitivity.parameters_n, force_model, inputs),
-        BudgetLine("force law", law_percent, "% of the force", by_law),
+        BudgetLine("force law", by_law, "N", by_law),
         BudgetLine("interpolation to zero", interpolation_std_n, "N", abs(by_interpolation)),
     )
 

@@ -17,7 +17,6 @@ from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.law import MethodName
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
-from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.instrument.studies.accuracy_document import (
     CONTACTS_PER_CALIBRATION,
     TITLES,
@@ -32,12 +31,7 @@ from pneuforce.support.columns import Points, parse_points
 LIVE_SETTINGS = ChainSettings()
 #: Estimators without a calibration: the default settings with each method.
 UNCALIBRATED = {
-    method: replace(
-        LIVE_SETTINGS,
-        law=replace(LIVE_SETTINGS.law, method=method),
-        model_uncertainty=ModelUncertainty.of(method),
-    )
-    for method in get_args(MethodName)
+    method: ChainSettings.of(replace(LIVE_SETTINGS.law, method=method)) for method in get_args(MethodName)
 }
 #: Estimators that are calibrated on contacts of the same balloon.
 CALIBRATED = {

@@ -87,10 +87,10 @@ def estimate_forces(
 
 
 def _force(baseline_kpa: float, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:
-    inputs, balloon = settings.input_uncertainties, settings.balloon
+    inputs = settings.input_uncertainties
     curve = ContactCurve(baseline_kpa, settings.force_model, settings.correction, inputs)
     point = curve.at(rise_kpa)
     pressures = inputs.at_rest(baseline_kpa, baseline_kpa + rise_kpa, CONTACT_S)
     force_n = point.estimate.force_n
-    std_n = force_std_n(force_n, point.sensitivity, pressures, inputs, settings.model_uncertainty, balloon)
+    std_n = force_std_n(force_n, point.sensitivity, pressures, inputs, settings.model_uncertainty)
     return force_n, std_n

@@ -13,7 +13,7 @@ from pneuforce.instrument.config import Configuration, example, load, parse
 from pneuforce.instrument.core.interlocks import HARD_LIMIT_KPA
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.model.law import MethodName
-from pneuforce.instrument.model.uncertainty import ModelUncertainty
+from pneuforce.instrument.model.method_uncertainty import uncalibrated
 from pneuforce.registers.map import BY_NAME
 
 KEYS = [
@@ -266,9 +266,9 @@ def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, t
     path = tmp_path / "instrument.toml"
     path.write_text(f'[measurement]\nmethod = "{method}"\n')
     chain = Chain(load(path).chain)
-    assert chain.settings.model_uncertainty == ModelUncertainty.of(method)
+    assert chain.settings.model_uncertainty == uncalibrated(method, 1)
     chain.remove_calibration()
-    assert chain.settings.model_uncertainty == ModelUncertainty.of(method)
+    assert chain.settings.model_uncertainty == uncalibrated(method, 1)
 
 
 def test_the_message_about_a_wrong_token_does_not_contain_the_token():

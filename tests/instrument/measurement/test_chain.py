@@ -180,7 +180,7 @@ def test_the_force_is_that_of_the_model_at_the_two_pressures(method, baseline_kp
     assert m.force_uncompensated_n == pytest.approx(expected.force_n, abs=1e-3)
     assert m.indentation_mm == pytest.approx(expected.indentation_mm, abs=1e-3)
     assert (m.in_contact, m.quality) == (True, Quality.GOOD)
-    assert 0 < m.force_std_n < 0.5
+    assert 0 < m.force_std_n < 1.0
 
 
 def test_the_model_uses_the_reference_pressure_as_part_of_the_ambient_pressure():
