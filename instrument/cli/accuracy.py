@@ -6,13 +6,17 @@ import json
 
 from pneuforce.instrument.cli.output import progress
 from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign, document
-from pneuforce.instrument.studies.accuracy_study import evaluate, results_to_json
+from pneuforce.instrument.studies.accuracy_study import evaluate, population_to_json, results_to_json
+from pneuforce.instrument.studies.population_study import evaluate_population
 
 
 def accuracy(campaign: AccuracyCampaign, as_json: bool) -> str:
     """Return the document docs/accuracy.md in Markdown, or its figures as JSON."""
+    with progress("population of balloons") as report_progress:
+        population = evaluate_population(campaign.balloons, campaign.seed, report_progress)
     with progress("contacts on the simulated rig") as report_progress:
         results = evaluate(campaign, report_progress)
     if as_json:
-        return json.dumps(results_to_json(results), indent=2, ensure_ascii=False)
-    return "\n".join(document(campaign, results))
+        facts = {"population": population_to_json(population)} | results_to_json(results)
+        return json.dumps(facts, indent=2, ensure_ascii=False)
+    return "\n".join(document(campaign, population, results))

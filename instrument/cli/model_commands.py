@@ -134,15 +134,19 @@ def accuracy(
         int, typer.Option(help="Number of calibrations with 24 contacts to average.", min=1, max=50)
     ] = 8,
     seed: Annotated[int, typer.Option(help="Seed of the contacts and of their noise.", min=0)] = 1,
+    balloons: Annotated[
+        int, typer.Option(help="Number of balloons in the population.", min=6, max=5000)
+    ] = 200,
     as_json: Json = False,
 ) -> None:
-    """Compare each force estimator with the true force of both simulated balloons.
+    """Compare each force estimator with the true force of simulated balloons.
 
-    Prints the document docs/accuracy.md. The calculation takes some minutes.
+    Prints the document docs/accuracy.md. The calculation takes about half an hour on two processors; with
+    --balloons 12, it takes some minutes.
 
     Example: pneuforce accuracy > docs/accuracy.md
     """
     from pneuforce.instrument.cli.accuracy import accuracy
     from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign
 
-    typer.echo(accuracy(AccuracyCampaign(contacts, calibrations, seed), as_json))
+    typer.echo(accuracy(AccuracyCampaign(contacts, calibrations, seed, balloons), as_json))

@@ -15,7 +15,7 @@ from pneuforce.instrument.calibration.contacts import COLUMNS, OPTIONAL_COLUMNS,
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.model.law import PublishedMethod
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
 from pneuforce.instrument.studies.accuracy_document import (
     CONTACTS_PER_CALIBRATION,
@@ -23,6 +23,7 @@ from pneuforce.instrument.studies.accuracy_document import (
     AccuracyCampaign,
     BalloonAccuracy,
 )
+from pneuforce.instrument.studies.population_study import PopulationScores
 from pneuforce.instrument.studies.reference_contacts import as_csv
 from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores, score_estimators
 from pneuforce.sim.scenario import PlantTable
@@ -30,9 +31,8 @@ from pneuforce.support.columns import Points, parse_points
 
 LIVE_SETTINGS = ChainSettings()
 #: Estimators without a calibration: the default settings with each method.
-UNCALIBRATED = {
-    method: ChainSettings.of(replace(LIVE_SETTINGS.law, method=method)) for method in get_args(MethodName)
-}
+_METHODS: tuple[PublishedMethod, ...] = get_args(PublishedMethod)
+UNCALIBRATED = {method: ChainSettings.of(replace(LIVE_SETTINGS.law, method=method)) for method in _METHODS}
 #: Estimators that are calibrated on contacts of the same balloon.
 CALIBRATED = {
     "energetic, calibrated": LIVE_SETTINGS,
@@ -103,6 +103,17 @@ def results_to_json(results: dict[str, BalloonAccuracy]) -> dict[str, object]:
             "estimators": {estimator.name: _scores_to_json(estimator) for estimator in result.estimators},
         }
         for plant, result in results.items()
+    }
+
+
+def population_to_json(scores: PopulationScores) -> dict[str, object]:
+    """Return the scores of a population as a JSON object. A value that is not available is null."""
+    return {
+        "balloons": scores.balloons,
+        "contacts": scores.contacts,
+        "without_force": scores.without_force,
+        "rejected_calibrations": scores.rejected,
+        "estimators": {estimator.name: _scores_to_json(estimator) for estimator in scores.estimators},
     }
 
 

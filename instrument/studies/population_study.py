@@ -41,7 +41,7 @@ ESTIMATORS = (
     "energetic, force sensor",
     "membrane, radius",
     "membrane, radius, one weight",
-    "membrane, radius, force sensor",
+    "membrane, radius, one weight, force sensor",
 )
 
 
