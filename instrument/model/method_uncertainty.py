@@ -16,22 +16,22 @@ from pneuforce.instrument.model.uncertainty import ModelUncertainty
 #: published methods use the radius, thickness and stiffness of the paper.
 UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
     ("energetic", 1): ModelUncertainty(
-        relative_stds=(0.27, 0.23, 0.18, 0.22, 0.05), absolute_stds_n=(0.02, 0.05, 0.22, 0.27, 0.58)
+        relative_stds=(0.27, 0.22, 0.19, 0.25, 0.01), absolute_stds_n=(0.01, 0.02, 0.22, 0.22, 0.54)
     ),
     ("energetic", 2): ModelUncertainty(
-        relative_stds=(0.06, 0.06, 0.05, 0.05, 0.05), absolute_stds_n=(0.20, 0.34, 0.46, 0.51, 0.70)
+        relative_stds=(0.06, 0.07, 0.01, 0.01, 0.01), absolute_stds_n=(0.21, 0.33, 0.48, 0.51, 0.73)
     ),
     ("lulevich", 1): ModelUncertainty(
-        relative_stds=(0.77, 0.55, 0.41, 0.15, 0.05), absolute_stds_n=(0.02, 0.02, 0.02, 0.43, 0.72)
+        relative_stds=(0.78, 0.59, 0.39, 0.23, 0.01), absolute_stds_n=(0.01, 0.01, 0.01, 0.34, 0.72)
     ),
     ("lulevich", 2): ModelUncertainty(
-        relative_stds=(0.34, 0.21, 0.05, 0.05, 0.17), absolute_stds_n=(0.02, 0.21, 0.40, 0.62, 0.78)
+        relative_stds=(0.34, 0.22, 0.01, 0.01, 0.19), absolute_stds_n=(0.01, 0.18, 0.43, 0.62, 0.80)
     ),
     ("shanahan", 1): ModelUncertainty(
-        relative_stds=(0.93, 0.75, 0.62, 0.45, 0.35), absolute_stds_n=(0.02, 0.02, 0.02, 0.02, 0.22)
+        relative_stds=(0.95, 0.76, 0.58, 0.45, 0.25), absolute_stds_n=(0.01, 0.01, 0.01, 0.01, 0.35)
     ),
     ("shanahan", 2): ModelUncertainty(
-        relative_stds=(0.43, 0.31, 0.21, 0.05, 0.05), absolute_stds_n=(0.02, 0.02, 0.19, 0.41, 0.57)
+        relative_stds=(0.43, 0.31, 0.18, 0.01, 0.01), absolute_stds_n=(0.01, 0.01, 0.26, 0.40, 0.61)
     ),
     ("membrane", 1): ModelUncertainty.constant(0.01),
     ("membrane", 2): ModelUncertainty.constant(0.01),

@@ -88,7 +88,7 @@ def _calibrate(points: Points, settings: ChainSettings) -> _CalibratedEstimator:
 
 def _score(points: Points, calibrated: dict[str, list[_CalibratedEstimator]]) -> BalloonAccuracy:
     contacts = read_contacts(points, LIVE_SETTINGS)
-    estimators = {name: [settings] for name, settings in UNCALIBRATED.items()}
+    estimators: dict[str, list[ChainSettings]] = {name: [settings] for name, settings in UNCALIBRATED.items()}
     estimators |= {name: [each.settings for each in several] for name, several in calibrated.items()}
     rejected = {name: sum(each.rejected for each in several) for name, several in calibrated.items()}
     return BalloonAccuracy(len(contacts), score_estimators(contacts, estimators), rejected)
