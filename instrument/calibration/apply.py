@@ -57,7 +57,7 @@ COMPENSATED_INPUTS = (
 )
 #: Inputs whose error changes all forces of the method "membrane" by nearly the same factor. A calibration of
 #: the grip compensates them, because it compares a force with a known weight.
-COMPENSATED_BY_GRIP = ("volume_mm3", "polytropic")
+COMPENSATED_BY_GRIP = ("volume_mm3", "ambient_kpa", "polytropic")
 
 
 def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:

@@ -27,7 +27,7 @@ MIN_FORCE_N = 0.29  #: a mass of 30 g
 #: Standard acceleration of gravity [m/s²], ISO 80000-3. It varies by ±0.3 % on the surface of the earth.
 GRAVITY_M_PER_S2 = 9.80665
 #: Relative standard uncertainty of a force that is common to all weights: gravity, mass and rubber.
-COMMON_RELATIVE_STD = 0.01
+COMMON_RELATIVE_STD = 0.005
 #: Standard uncertainty of each pressure that is read from the instrument [kPa].
 READING_STD_KPA = 0.005
 

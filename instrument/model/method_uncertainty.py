@@ -37,7 +37,7 @@ UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
     ("membrane", 2): ModelUncertainty.constant(0.01),
 }
 #: Uncertainty of the method "membrane" after the grip was calibrated with known weights.
-GRIP_CALIBRATED = ModelUncertainty.constant(0.008)
+GRIP_CALIBRATED = ModelUncertainty.constant(0.003)
 
 
 def uncalibrated(method: MethodName, sides: int) -> ModelUncertainty:

@@ -34,7 +34,7 @@ def weights(*rows):
 def test_one_weight_determines_the_grip(grip):
     found = fit_grip(weights((100, 8.0, after_kpa(100, 8.0, grip))), SETTINGS)
     assert found.grip == pytest.approx(grip, abs=0.01)
-    assert 0.03 < found.std < 0.15
+    assert 0.02 < found.std < 0.1
 
 
 def test_more_weights_average_their_readings():
