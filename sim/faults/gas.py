@@ -37,8 +37,8 @@ GAS = (
     FaultKind(
         "inlet_leak",
         "The shut inlet valve leaks: gas flows slowly into the held balloon.",
-        "The instrument treats a slow rise of the pressure as drift. The uncertainty of the force grows with the "
-        "rise, and above a limit there is no force.",
+        "The instrument treats a slow rise of the pressure as drift. The uncertainty of the force grows with "
+        "the rise, and above a limit there is no force.",
         {"rig.pneumatics.inlet_leak_kpa_per_s": FromArgument("kpa_per_s")},
         arguments=(FaultArgument("kpa_per_s", "kPa/s at 8 kPa", 0.02, 0.0, 5.0),),
         effect="drift",
