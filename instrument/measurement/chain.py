@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-from pneuforce.instrument.measurement.contact import CONFIRMED_KPA, ONSET_KPA, ContactTracker
+from pneuforce.instrument.measurement.contact import ONSET_KPA, ContactTracker
 from pneuforce.instrument.measurement.lag import LagCompensator
 from pneuforce.instrument.measurement.leak import LeakMonitor
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.measurement.proof_test import ProofTest, Verdict
-from pneuforce.instrument.measurement.unexplained_force import hidden_press_std_n, unexplained_std_n
+from pneuforce.instrument.measurement.unexplained_force import HiddenPress, unexplained_std_n
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
@@ -73,6 +73,9 @@ class Chain:
     #: Cached force curve, and its force at the contact onset. Both follow from the settings and from the two
     #: pressures above.
     _curve: tuple[ContactCurve, float] | None = field(default=None, metadata={"state": False})
+
+    #: Cached uncertainty, which follows from the settings, the curve and the unexplained rise.
+    _hidden_press: HiddenPress = field(default_factory=HiddenPress, metadata={"state": False})
 
     def __post_init__(self) -> None:
         self._lag = LagCompensator(self.settings.tube_time_constant_s)
@@ -190,10 +193,9 @@ class Chain:
                 quality=Quality.NO_BASELINE,
             )
         curve, onset_n = self._curve_at(baseline_kpa - self.reference_kpa, FREE_CURVE_TOLERANCE_KPA)
-        limit_n, hidden_kpa = onset_n, self.tracker.unexplained.before_kpa
-        if hidden_kpa > CONFIRMED_KPA and math.isfinite(onset_n):
-            law_std_n = self._std_n(curve.at(hidden_kpa), curve.baseline_kpa, hidden_kpa)
-            limit_n = max(onset_n, hidden_press_std_n(curve, hidden_kpa, law_std_n))
+        before_kpa = self.tracker.unexplained.before_kpa
+        hidden_n = self._hidden_press.std_n(curve, before_kpa, self.settings.model_uncertainty)
+        limit_n = max(onset_n, hidden_n) if math.isfinite(onset_n + hidden_n) else math.nan
         return Measurement(
             t_s=t_s,
             pressure_kpa=pressure_kpa,

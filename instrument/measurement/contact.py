@@ -72,9 +72,9 @@ class ContactTracker:
     finished_count: int = 0  #: number of contacts that have ended
     drift_kpa_per_s: float = math.nan  #: drift of the baseline; during a contact, the drift before it
     baseline_age_s: float = math.inf  #: time since the baseline was last measured; infinite if never
-    #: True if drift may hide a contact that continues: the last contact seemed to end, but the possible drift
-    #: was above `RELEASE_RATIO` of the rise. The baseline is unknown until the balloon is vented.
+    #: True if the pressure around the inflated balloon has changed: the baseline is unknown until a vent.
     baseline_lost: bool = False
+    #: Slow rises that are drift or a press. A new lock keeps them, because it does not end a hidden contact.
     unexplained: UnexplainedRise = field(default_factory=UnexplainedRise)
     _mean_drift_kpa_per_s: float = 0.0  # average of the drift; a negative value is a leak
     _rest_kpa: float = math.nan  # baseline at the last time when the pressure was at rest

@@ -39,6 +39,9 @@ MIN_CHANGE_KPA = 0.01
 #: If ΔP_i rises by 1 kPa, the pressure at a constant force rises by only 0.6 to 0.9 kPa, because the same
 #: force causes a smaller rise at a higher ΔP_i. A slow rise in a contact is multiplied by this factor.
 FREE_TO_PRESSED_RATIO = 1.7
+#: Time constant with which a slow fall during a contact is forgotten. A slow rise that regains such a fall is
+#: a changing force, for example due to breathing. The fall itself does not show that the drift has ended.
+REGAIN_TIME_CONSTANT_S = 40.0
 #: Time constant with which the lowest baseline follows a lower baseline. After a contact the gas is cold, and
 #: the pressure dips for 0.3 s. Such a dip is no new lowest value.
 DIP_TIME_CONSTANT_S = 2.0
@@ -60,6 +63,7 @@ class UnexplainedRise:
     """Sum of the slow rises of the locked pressure."""
 
     _committed_kpa: float = 0.0  # slow rise during the present contact, without the present measurement
+    _fallen_kpa: float = 0.0  # recent slow fall during the present contact that was not regained
     _above_kpa: float = 0.0  # baseline minus its lowest value; negative for a short time after a dip
     _leak_kpa_per_s: float = 0.0  # negative: rate at which the lowest value falls
     _anchor_kpa: float = math.nan  # pressure at the start of the present measurement of the rate
@@ -90,7 +94,8 @@ class UnexplainedRise:
 
     def start_contact(self, rest_kpa: float, rest_s: float) -> None:
         """Start a contact. The pressure was at rest for the last time at `rest_kpa`, `rest_s` ago."""
-        self._anchor_kpa, self._anchor_s, self._committed_kpa = rest_kpa, rest_s, 0.0
+        self._anchor_kpa, self._anchor_s = rest_kpa, rest_s
+        self._committed_kpa = self._fallen_kpa = 0.0
 
     def follow_contact(self, smoothed_kpa: float, baseline_kpa: float, dt_s: float) -> None:
         """Add one sample of a contact: the smoothed reading, and the present ΔP_i."""
@@ -102,15 +107,18 @@ class UnexplainedRise:
         # A force is never negative, so drift explains at most the present rise.
         most_kpa = max(smoothed_kpa - baseline_kpa, 0.0)
         self._committed_kpa = min(self._committed_kpa, most_kpa)
+        self._fallen_kpa *= 1 - min(dt_s / REGAIN_TIME_CONSTANT_S, 1.0)
         fast = not abs(change_kpa) <= max(slow_kpa, 0.0) + FAST_STEP_KPA
         complete = self._anchor_s >= RATE_TIME_S
         if fast or (complete and not abs(change_kpa) <= slow_kpa):
             change_kpa = 0.0
-        self.during_kpa = max(min(self._committed_kpa + FREE_TO_PRESSED_RATIO * change_kpa, most_kpa), 0.0)
+        gained_kpa = FREE_TO_PRESSED_RATIO * max(change_kpa - self._fallen_kpa, 0.0)
+        self.during_kpa = min(self._committed_kpa + gained_kpa, most_kpa)
         if fast or complete:
             self._anchor_s = -SETTLING_S if fast else 0.0
             if abs(smoothed_kpa - self._anchor_kpa) > MIN_CHANGE_KPA:
                 self._committed_kpa, self._anchor_kpa = self.during_kpa, smoothed_kpa
+                self._fallen_kpa = max(self._fallen_kpa - change_kpa, 0.0)
 
     def end_contact(self, change_kpa: float) -> None:
         """End a contact. The new baseline differs from ΔP_i by `change_kpa`."""

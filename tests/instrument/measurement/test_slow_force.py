@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from pneuforce.protocol.frames import BoardState
 from tests.instrument.measurement.locked_balloon import START_S, measure
 from tests.instrument.measurement.slow_courses import COURSES, INDISTINGUISHABLE
+from tests.instrument.measurement.test_chain import ChainHarness
 
 #: Courses of the suite, and the smallest share of their time with a valid force. The command of
 #: `slow_courses.py` runs all courses.
@@ -39,6 +41,21 @@ def test_a_fast_change_of_the_pressure_around_the_balloon_is_read_as_a_contact()
     assert outcome.in_contact[late].all()
     assert outcome.valid[late].all()
     assert outcome.covered < 0.5
+
+
+def test_the_uncertainty_covers_a_hidden_press_also_after_a_top_up_and_is_small_after_a_vent():
+    harness = ChainHarness.locked()
+    small_n = harness.last.force_std_n
+    for n in range(5000):
+        harness.set_pressure(8.0 + 0.025 * n * 0.002)
+    hidden_n = harness.last.force_std_n
+    assert harness.last.force_n == 0.0
+    assert 2 * hidden_n >= harness.chain._curve[0].force_n(0.25)
+    harness.feed_kpa(8.5, BoardState.SETTLING, 0.5)
+    assert harness.feed_kpa(8.5, BoardState.HOLDING, 0.5).force_std_n > 0.9 * hidden_n
+    harness.feed_kpa(0.2, BoardState.VENTING, 0.5)
+    harness.feed_kpa(8.2, BoardState.SETTLING, 1.0)
+    assert harness.feed_kpa(8.2, BoardState.HOLDING, 0.5).force_std_n == pytest.approx(small_n, rel=0.02)
 
 
 def test_with_a_written_reference_pressure_a_changed_cavity_gives_no_force():

@@ -116,6 +116,20 @@ def test_a_slow_rise_after_a_fast_press_is_unexplained_and_larger_because_the_ba
     assert during_kpa(ramp) == pytest.approx(1.7 * 0.2, abs=0.05)
 
 
+def test_a_slow_fall_of_the_force_does_not_reduce_the_possible_drift():
+    ramp = PressureRamp().to(10.0, 0.3).stay(2.0).to(10.2, 10.0)
+    drift_kpa = during_kpa(ramp)
+    assert drift_kpa > 0.2
+    assert during_kpa(ramp.to(9.2, 20.0)) == pytest.approx(drift_kpa, abs=0.03)
+
+
+def test_a_slow_rise_that_regains_a_slow_fall_is_a_force():
+    ramp = PressureRamp().to(10.0, 0.3).stay(2.0)
+    for _ in range(5):
+        ramp.to(9.9, 3.0).to(10.0, 3.0)
+    assert during_kpa(ramp) < 0.15
+
+
 def test_the_slow_rise_of_a_contact_is_at_most_its_rise():
     ramp = PressureRamp().to(9.0, 0.3).to(9.5, 20.0).to(8.2, 0.3).stay(0.1)
     assert ramp.tracker.in_contact
