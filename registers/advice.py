@@ -173,7 +173,9 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "inlet_fault": "Check the gas supply and the inlet valve. Then clear.",
     "vent_fault": _INFLATED + "Check the vent valve and the tube.",
     "board_reset": "Find out why the board restarted. Then clear.",
-    "baseline_old": "Interrupt the contact for a moment, so that the baseline pressure is measured again.",
+    "baseline_old": "Interrupt the contact for a moment, so that the baseline pressure is measured again. If "
+    "the force stays invalid, vent and inflate again. If the configuration sets reference_timeout_s, write "
+    "register 518 periodically.",
     "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
     "board, or a failed event log or recording. The log of the host process names the cause.",
     "out_of_specification": "See bit 5 (out_of_range).",

@@ -44,7 +44,7 @@ STATUS = BitField(
             latches=True,
         ),
         StatusBit(22, "board_reset", "The board restarted.", latches=True),
-        StatusBit(23, "baseline_old", "The baseline pressure is older than 60 s, or it drifts."),
+        StatusBit(23, "baseline_old", "The baseline pressure is older than 60 s, drifts, or is unknown."),
         StatusBit(
             24, "maintenance_required", "Maintenance required (NAMUR NE 107): check the instrument soon."
         ),

@@ -117,7 +117,8 @@ REGISTERS: tuple[Register, ...] = (
              doc="Lease time; 0: no lease. The holder must write again within this time."),
     Register(address=518, name="reference_pressure", wire=F32, unit="kPa", quantity="reference_pressure_kpa",
              low=-1, high=3, writable=True,
-             doc="Gauge pressure around the balloon (insufflation). Writable only while vented."),
+             doc="Gauge pressure around the balloon (insufflation). Writable only while vented; with "
+             "reference_timeout_s in the configuration, at any time."),
     Register(address=520, name="command_key", wire=U16, quantity="command_key", low=COMMAND_KEY,
              high=COMMAND_KEY, writable=True, doc="Key of the command: always 5046h."),
     Register(address=521, name="command_code", wire=U16, quantity="command_code", values=COMMANDS,

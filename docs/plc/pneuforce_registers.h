@@ -116,7 +116,7 @@
 #define PNEUFORCE_STATUS_INLET_FAULT UINT32_C(0x00100000) /* The inlet valve is stuck, or there is no gas supply. */
 #define PNEUFORCE_STATUS_VENT_FAULT UINT32_C(0x00200000) /* The vent valve is stuck, or the tube is blocked: the balloon may be inflated. */
 #define PNEUFORCE_STATUS_BOARD_RESET UINT32_C(0x00400000) /* The board restarted. */
-#define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline pressure is older than 60 s, or it drifts. */
+#define PNEUFORCE_STATUS_BASELINE_OLD UINT32_C(0x00800000) /* The baseline pressure is older than 60 s, drifts, or is unknown. */
 #define PNEUFORCE_STATUS_MAINTENANCE_REQUIRED UINT32_C(0x01000000) /* Maintenance required (NAMUR NE 107): check the instrument soon. */
 #define PNEUFORCE_STATUS_OUT_OF_SPECIFICATION UINT32_C(0x02000000) /* Out of specification (NAMUR NE 107): the same condition as out_of_range. */
 #define PNEUFORCE_STATUS_FUNCTION_CHECK UINT32_C(0x04000000) /* Function check (NAMUR NE 107): no pressure is held, or a proof test is in progress. */
@@ -475,7 +475,7 @@ static inline bool pneuforce_lease_ms(const uint16_t *from_512, uint16_t *value)
     return true;
 }
 
-/* 518: Gauge pressure around the balloon (insufflation). Writable only while vented. [kPa] */
+/* 518: Gauge pressure around the balloon (insufflation). Writable only while vented; with reference_timeout_s in the configuration, at any time. [kPa] */
 static inline bool pneuforce_reference_pressure_kpa(const uint16_t *from_512, bool low_word_first, float *value)
 {
     return pneuforce_float(from_512 + 6, low_word_first, value);

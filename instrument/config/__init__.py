@@ -142,6 +142,7 @@ class Configuration(Section):
                 map_hash=map_hash,
                 balloon_id=self.balloon.id,
             ),
+            reference_timeout_s=self.measurement.reference_timeout_s,
             **self.safety.model_dump(),
         )
 

@@ -119,6 +119,12 @@ class MeasurementSection(Section):
         le=0.5,
         description="time constant of the lag between balloon and sensor, which is compensated [s]",
     )
+    reference_timeout_s: float = Field(
+        _SETTINGS.reference_timeout_s,
+        ge=0,
+        le=3600,
+        description="time after a write of register 518 in which the force is valid [s]; 0: not limited",
+    )
     calibration: Text = Field(
         "",
         max_length=500,

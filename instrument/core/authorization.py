@@ -24,6 +24,7 @@ class WriteContext:
     link_lost: bool
     zeroed: bool
     vented: bool
+    reference_monitored: bool  #: the reference pressure must be written periodically, in all states
     in_contact: bool
     write_protect: bool
     lease_required: bool
@@ -65,7 +66,7 @@ def authorize(
 def _check_values(values: Mapping[str, Any], context: WriteContext) -> RejectReason:
     if not SETPOINT_KPA[0] <= values.get("setpoint_requested_kpa", SETPOINT_KPA[0]) <= SETPOINT_KPA[1]:
         return RejectReason.STATE
-    if "reference_pressure_kpa" in values and not context.vented:
+    if "reference_pressure_kpa" in values and not (context.vented or context.reference_monitored):
         return RejectReason.IN_CONTACT if context.in_contact else RejectReason.STATE
     sequence = values.get("command_sequence", context.pending_sequence)
     if context.busy and sequence != context.pending_sequence:

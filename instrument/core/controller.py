@@ -22,6 +22,7 @@ from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Command, CommandFlag, Fault, Hello, Mode, Sample
+from pneuforce.protocol.limits import PRESSURISED
 
 log = logging.getLogger("pneuforce")
 
@@ -73,6 +74,8 @@ class Instrument(InstrumentState):
         self._follow_proof_test(raw, m)
         if self.proof_tests.suspected:
             m = m.without_force(Quality.TESTING)
+        if not self.reference_known(raw.t_s):
+            m = m.without_contact_force(Quality.NO_BASELINE)
         self.raw, self.measurement = raw, m
         self.sample_counter += 1
         self.vent_monitor.step(raw, m.pressure_kpa, self.chain.zero.taken)
@@ -85,6 +88,8 @@ class Instrument(InstrumentState):
         return m
 
     def _follow_board(self, sample: Sample, now_s: float) -> None:
+        if sample.state not in PRESSURISED:
+            self.chain.reference_kpa = self.requested.reference_kpa
         for code in codes_of(sample.faults):
             if code not in self.clearing.faults:
                 self.trip(code)

@@ -26,6 +26,7 @@ def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteC
         link_lost=state.link_lost(now_s),
         zeroed=state.chain.zero.taken,
         vented=state.vented(now_s),
+        reference_monitored=state.settings.reference_timeout_s > 0,
         in_contact=state.measurement.in_contact,
         write_protect=state.settings.write_protect,
         lease_required=state.settings.lease_required,
@@ -40,7 +41,11 @@ def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s
     requested.setpoint_kpa = values.get("setpoint_requested_kpa", requested.setpoint_kpa)
     requested.force_limit_n = values.get("force_limit_n", requested.force_limit_n)
     if "reference_pressure_kpa" in values:
-        requested.reference_kpa = state.chain.reference_kpa = values["reference_pressure_kpa"]
+        requested.reference_kpa, requested.reference_written_s = values["reference_pressure_kpa"], now_s
+        if state.vented(now_s):
+            state.chain.reference_kpa = requested.reference_kpa
+        else:
+            state.chain.check_reference(requested.reference_kpa)
     if "proof_test" in values:
         state.peers.record_of(peer).proof_test = values["proof_test"]
     if "lease_s" in values:

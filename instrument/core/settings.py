@@ -28,6 +28,8 @@ class Settings:
     force_limit_n: float = 5.0
     vent_on_force_limit: bool = False
     host_timeout_s: float = 2.0
+    #: Time after a write of the reference pressure in which the force is valid; 0: always valid.
+    reference_timeout_s: float = 0.0
     proof_test_s: float = 60.0  #: time from one proof test to the next; 0: no proof tests
     write_protect: bool = False
     lease_required: bool = False

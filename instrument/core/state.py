@@ -40,6 +40,7 @@ class RequestedValues:
     force_limit_n: float = 5.0
     mode: str = "vent"
     reference_kpa: float = 0.0
+    reference_written_s: float = -math.inf  #: time of the last write of `reference_kpa`
 
 
 @dataclass(slots=True)
@@ -132,6 +133,11 @@ class InstrumentState:
             m.force_uncompensated_n > self.requested.force_limit_n
             or m.unfiltered_kpa - m.baseline_kpa > ALARM_RISE_KPA
         )
+
+    def reference_known(self, now_s: float) -> bool:
+        """Return True if the pressure around the balloon was written recently, or need not be written."""
+        timeout_s = self.settings.reference_timeout_s
+        return timeout_s == 0 or now_s - self.requested.reference_written_s <= timeout_s
 
     @property
     def discrete_state(self) -> Hashable:

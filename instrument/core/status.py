@@ -49,6 +49,7 @@ def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[t
     baseline_kpa = m.baseline_kpa - state.chain.reference_kpa
     outside = holding and not VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA
     drifting = holding and not abs(tracker.drift_kpa_per_s) <= MAX_DRIFT_KPA_PER_S
+    old = tracker.baseline_unknown or tracker.baseline_age_s > OLD_BASELINE_S
     return (
         ("in_contact", m.in_contact),
         ("inflating", board_state in (BoardState.INFLATING, BoardState.SETTLING)),
@@ -66,9 +67,6 @@ def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[t
         ("calibrated", state.chain.settings.correction is not None),
         ("write_protect", state.settings.write_protect),
         ("can_down", state.can_down),
-        (
-            "baseline_old",
-            holding and (drifting or tracker.baseline_lost or tracker.baseline_age_s > OLD_BASELINE_S),
-        ),
+        ("baseline_old", holding and (drifting or old or not state.reference_known(now_s))),
         ("force_valid", math.isfinite(m.force_n + m.force_std_n) and not stale),
     )

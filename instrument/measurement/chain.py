@@ -11,6 +11,7 @@ from pneuforce.instrument.measurement.lag import LagCompensator
 from pneuforce.instrument.measurement.leak import LeakMonitor
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.measurement.proof_test import ProofTest, Verdict
+from pneuforce.instrument.measurement.unexplained_force import HiddenPress, unexplained_std_n
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve, ForceCurvePoint
@@ -21,7 +22,7 @@ from pneuforce.instrument.model.uncertainty import (
 )
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState
-from pneuforce.protocol.limits import HELD, adc_sum_is_valid, nominal_pressure_kpa
+from pneuforce.protocol.limits import HELD, PRESSURISED, adc_sum_is_valid, nominal_pressure_kpa
 
 #: Change of ΔP_i after which the force curve of a free balloon is computed again. Only the lower range limit
 #: and the detection limit depend on this curve.
@@ -29,6 +30,10 @@ FREE_CURVE_TOLERANCE_KPA = 0.01
 #: Change of ΔP_i after which the force curve is computed again during a contact. ΔP_i falls slowly if the
 #: balloon leaks.
 CONTACT_CURVE_TOLERANCE_KPA = 0.002
+
+#: Change of the pressure around a held balloon that is ignored. The locked pressure changes by about half of
+#: this value, which is below the rise at which a contact is detected.
+REFERENCE_TOLERANCE_KPA = 0.1
 
 
 @dataclass(slots=True)
@@ -53,6 +58,9 @@ class Chain:
     #: Cached force curve, and its force at the contact onset. Both follow from the settings and from the two
     #: pressures above.
     _curve: tuple[ContactCurve, float] | None = field(default=None, metadata={"state": False})
+
+    #: Cached uncertainty, which follows from the settings, the curve and the unexplained rise.
+    _hidden_press: HiddenPress = field(default_factory=HiddenPress, metadata={"state": False})
 
     def __post_init__(self) -> None:
         self._lag = LagCompensator(self.settings.tube_time_constant_s)
@@ -99,6 +107,8 @@ class Chain:
         message, dt_s = sample.message, sample.elapsed_s
         if sample.clock_invalid or not adc_sum_is_valid(message.adc_sum):
             return self._step_invalid(sample)
+        if message.state not in PRESSURISED:
+            self.tracker.empty()
         nominal_kpa = nominal_pressure_kpa(message.adc_sum)
         self._filter(nominal_kpa, dt_s)
         self.zero.observe(self._filtered_kpa, message.state == BoardState.VENTED, dt_s)
@@ -107,7 +117,7 @@ class Chain:
         locked = message.state == BoardState.HOLDING and self.zero.taken
         testing = message.state == BoardState.TESTING and self.zero.taken
         if testing:
-            self.tracker.pause(self._lag.smoothed_kpa - zero_kpa, dt_s)
+            self.tracker.pause(dt_s)
         else:
             self.tracker.step(self._lag.smoothed_kpa - zero_kpa, now_kpa, locked, dt_s)
         free = locked and not self.tracker.in_contact
@@ -123,6 +133,14 @@ class Chain:
         if self.tracker.in_contact:
             return self._measure_contact(sample.t_s, pressure_kpa, unfiltered_kpa, now_kpa)
         return self._measure_free(sample.t_s, pressure_kpa, unfiltered_kpa)
+
+    def check_reference(self, reference_kpa: float) -> None:
+        """Lose the baseline if the pressure around the inflated balloon has changed to `reference_kpa`.
+
+        The locked pressure then contains the change, and no later reading separates the change from a force.
+        """
+        if not abs(reference_kpa - self.reference_kpa) <= REFERENCE_TOLERANCE_KPA:
+            self.tracker.baseline_lost = True
 
     def _step_invalid(self, sample: RawSample) -> Measurement:
         """Return the measurement of a sample without a valid reading.
@@ -148,11 +166,11 @@ class Chain:
     def _measure_free(self, t_s: float, pressure_kpa: float, unfiltered_kpa: float) -> Measurement:
         """Return the measurement of a balloon without contact. Its force is zero.
 
-        The uncertainty is the detection limit: the force at the onset of a contact. If the baseline is lost,
-        the force is NaN.
+        The uncertainty is the detection limit: the force at the onset of a contact, or half the force that a
+        slow press can have, whichever is larger. If the baseline is unknown, the force is NaN.
         """
         baseline_kpa = self.tracker.baseline_kpa
-        if self.tracker.baseline_lost:
+        if self.tracker.baseline_unknown:
             return Measurement(
                 t_s=t_s,
                 pressure_kpa=pressure_kpa,
@@ -161,6 +179,9 @@ class Chain:
                 quality=Quality.NO_BASELINE,
             )
         curve, onset_n = self._curve_at(baseline_kpa - self.reference_kpa, FREE_CURVE_TOLERANCE_KPA)
+        before_kpa = self.tracker.unexplained.before_kpa
+        hidden_n = self._hidden_press.std_n(curve, before_kpa, self.settings.model_uncertainty)
+        limit_n = max(onset_n, hidden_n) if math.isfinite(onset_n + hidden_n) else math.nan
         return Measurement(
             t_s=t_s,
             pressure_kpa=pressure_kpa,
@@ -171,10 +192,10 @@ class Chain:
             indentation_mm=0.0,
             contact_radius_mm=0.0,
             force_n=0.0,
-            force_std_n=onset_n,
+            force_std_n=limit_n,
             force_uncompensated_n=0.0,
             force_lower_range_limit_n=curve.lower_range_limit_n,
-            quality=Quality.GOOD if math.isfinite(onset_n) else Quality.OUT_OF_RANGE,
+            quality=Quality.GOOD if math.isfinite(limit_n) else Quality.OUT_OF_RANGE,
         )
 
     def _measure_contact(
@@ -185,13 +206,17 @@ class Chain:
         rise_kpa = now_kpa - baseline_kpa
         force_n = std_n = math.nan
         point = curve.at(rise_kpa)
-        if not VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA:
+        if self.tracker.baseline_unknown:
+            quality = Quality.NO_BASELINE
+        elif not VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA:
             quality = Quality.OUT_OF_RANGE
         elif not math.isfinite(point.estimate.force_n):
             quality = Quality.NO_SOLUTION if point.plausible else Quality.OUT_OF_RANGE
         else:
             quality = Quality.INTERPOLATED if rise_kpa < curve.model.lower_range_rise_kpa else Quality.GOOD
-            force_n, std_n = point.estimate.force_n, self._std_n(point, curve.baseline_kpa, rise_kpa)
+            unexplained_n = unexplained_std_n(curve, rise_kpa, self.tracker.unexplained)
+            force_n = point.estimate.force_n
+            std_n = math.hypot(self._std_n(point, curve.baseline_kpa, rise_kpa), unexplained_n)
         has_force = math.isfinite(force_n)
         return Measurement(
             t_s=t_s,

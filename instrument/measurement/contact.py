@@ -13,7 +13,9 @@ uses the trough as the new ΔP_i, but its pressure has a lag.)
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from pneuforce.instrument.measurement.unexplained_rise import UnexplainedRise
 
 #: A contact starts if the lag-compensated pressure (noise 0.02 kPa) has risen by this value, and the smoothed
 #: reading by `CONFIRMED_KPA`.
@@ -40,7 +42,16 @@ LEAK_TIME_CONSTANT_S = 10.0  #: time constant of the average of the leak rate
 WARMING_TIME_CONSTANT_S = 20.0
 #: A pressure within this distance of the baseline is at rest: it has not begun to rise.
 AT_REST_KPA = 0.012
-DRIFT_TIME_CONSTANT_S = 5.0
+#: The drift is the difference between two averages of the smoothed reading, divided by the difference of
+#: their time constants.
+DRIFT_TIME_CONSTANTS_S = 1.0, 4.0
+#: The drift during a contact is that of at least this time before the contact was detected. It therefore does
+#: not contain the beginning of the contact.
+DRIFT_DELAY_S = 1.0
+#: Time after a lock or a contact until the gas has settled. The drift is not measured in this time.
+SETTLING_S = 0.5
+#: Largest change of the pressure by the two pulses of a proof test, apart from drift.
+MAX_TEST_CHANGE_KPA = 0.03
 
 
 def is_new_contact(now_kpa: float, baseline_kpa: float, peak_kpa: float, trough_kpa: float) -> bool:
@@ -61,14 +72,20 @@ class ContactTracker:
     finished_count: int = 0  #: number of contacts that have ended
     drift_kpa_per_s: float = math.nan  #: drift of the baseline; during a contact, the drift before it
     baseline_age_s: float = math.inf  #: time since the baseline was last measured; infinite if never
-    #: True if drift may hide a contact that continues: the last contact seemed to end, but the possible drift
-    #: was above `RELEASE_RATIO` of the rise. The baseline is unknown until the balloon is locked again.
+    #: True if the pressure around the inflated balloon has changed: the baseline is unknown until a vent.
     baseline_lost: bool = False
-    _leak_kpa_per_s: float = 0.0
+    #: Slow rises that are drift or a press. A new lock keeps them, because it does not end a hidden contact.
+    unexplained: UnexplainedRise = field(default_factory=UnexplainedRise)
+    _mean_drift_kpa_per_s: float = 0.0  # average of the drift; a negative value is a leak
     _rest_kpa: float = math.nan  # baseline at the last time when the pressure was at rest
+    _rest_s: float = 0.0  # time since then
     _peak_kpa: float = math.nan
     _trough_kpa: float = math.nan
-    _slow_kpa: float = math.nan  # slow average of the smoothed reading, for the drift
+    _averages_kpa: tuple[float, float] = (math.nan, math.nan)  # averages for the drift
+    #: The drift and its average at two past instants. The first instant is the earlier one.
+    _past_drifts: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+    _past_drift_s: float = 0.0  # time since the second instant; negative until the gas has settled
+    _tested: bool = False  # True if a proof test has just ended
 
     def step(self, smoothed_kpa: float, now_kpa: float, locked: bool, dt_s: float) -> None:
         """Process one sample: the smoothed reading, and the lag-compensated pressure `now_kpa`.
@@ -76,10 +93,11 @@ class ContactTracker:
         If the balloon is not locked or a pressure is not finite, the contact ends and the baseline is reset.
         """
         if not locked or not math.isfinite(smoothed_kpa + now_kpa):
-            self._reset(dt_s)
+            self._reset(smoothed_kpa, dt_s)
             return
         if not math.isfinite(self.baseline_kpa):
-            self.baseline_kpa = self._rest_kpa = self._slow_kpa = smoothed_kpa
+            self.baseline_kpa = self._rest_kpa = smoothed_kpa
+            self._restart_drift(smoothed_kpa, 0.0, 0.0)
         if self.in_contact:
             self._step_contact(smoothed_kpa, now_kpa, dt_s)
         else:
@@ -89,40 +107,102 @@ class ContactTracker:
         """Skip an invalid sample while the balloon remains locked."""
         self.baseline_age_s += dt_s
 
-    def pause(self, smoothed_kpa: float, dt_s: float) -> None:
+    def pause(self, dt_s: float) -> None:
         """Skip a sample of a proof test. The pulses of the test change the pressure, which is no drift."""
         self.skip(dt_s)
-        if math.isfinite(self.drift_kpa_per_s):
-            self._slow_kpa = smoothed_kpa - self.drift_kpa_per_s * DRIFT_TIME_CONSTANT_S
+        self._tested = True
+
+    def empty(self) -> None:
+        """Delete the unexplained rise, because the balloon is vented: no hidden contact remains in ΔP_i."""
+        self.baseline_lost, self.unexplained = False, UnexplainedRise()
+
+    @property
+    def baseline_unknown(self) -> bool:
+        """Return True if no force can be computed: a lost baseline, or a large unexplained rise."""
+        return self.baseline_lost or self.unexplained.exceeded
 
     @property
     def drifted_kpa(self) -> float:
         """Return the possible drift of the baseline since its last measurement [kPa]."""
         return abs(self.drift_kpa_per_s) * self.baseline_age_s
 
-    def _reset(self, dt_s: float) -> None:
+    @property
+    def leak_kpa_per_s(self) -> float:
+        """Return the average rate at which the pressure falls [kPa/s]. The rate is negative or 0."""
+        return max(min(self._mean_drift_kpa_per_s, 0.0), -MAX_LEAK_KPA_PER_S)
+
+    def _reset(self, smoothed_kpa: float, dt_s: float) -> None:
         if self.in_contact:
-            self._end_contact()
+            rise_kpa = smoothed_kpa - self.baseline_kpa
+            self._end_contact(max(rise_kpa, 0.0) if math.isfinite(rise_kpa) else 0.0)
         self.baseline_kpa = self.drift_kpa_per_s = math.nan
-        self.baseline_lost, self._leak_kpa_per_s = False, 0.0
         self.baseline_age_s += dt_s
 
     def _step_free(self, smoothed_kpa: float, now_kpa: float, dt_s: float) -> None:
+        if self._tested:
+            self._end_test(smoothed_kpa)
         above_kpa = smoothed_kpa - self.baseline_kpa
         if not self.baseline_lost and above_kpa > CONFIRMED_KPA and now_kpa - self.baseline_kpa > ONSET_KPA:
-            self._start_contact(self._rest_kpa, now_kpa)
+            self._start_first_contact(now_kpa)
             return
         fall_kpa = above_kpa * min(dt_s / FALL_TIME_CONSTANT_S, 1.0)
-        self.baseline_kpa += min(fall_kpa if above_kpa < 0 else above_kpa, MAX_TRACKING_KPA_PER_S * dt_s)
+        change_kpa = min(fall_kpa if above_kpa < 0 else above_kpa, MAX_TRACKING_KPA_PER_S * dt_s)
+        self.baseline_kpa += change_kpa
+        self._rest_s += dt_s
         if above_kpa < AT_REST_KPA:
-            self._rest_kpa = self.baseline_kpa
-        self._slow_kpa += (smoothed_kpa - self._slow_kpa) * min(dt_s / DRIFT_TIME_CONSTANT_S, 1.0)
-        self.drift_kpa_per_s = (smoothed_kpa - self._slow_kpa) / DRIFT_TIME_CONSTANT_S
-        leak_kpa_per_s = max(min(self.drift_kpa_per_s, 0.0), -MAX_LEAK_KPA_PER_S)
-        self._leak_kpa_per_s += (leak_kpa_per_s - self._leak_kpa_per_s) * min(
-            dt_s / LEAK_TIME_CONSTANT_S, 1.0
-        )
+            self._rest_kpa, self._rest_s = self.baseline_kpa, 0.0
+        self.unexplained.follow_baseline(change_kpa, self._mean_drift_kpa_per_s, dt_s)
+        self._measure_drift(smoothed_kpa, dt_s)
         self.baseline_age_s = 0.0
+
+    def _end_test(self, smoothed_kpa: float) -> None:
+        """Exclude the change of the pressure by a proof test from the drift and from the unexplained rise."""
+        self._tested = False
+        change_kpa = smoothed_kpa - self.baseline_kpa
+        if abs(change_kpa) <= MAX_TEST_CHANGE_KPA:
+            self.baseline_kpa = self._rest_kpa = smoothed_kpa
+            fast_kpa, slow_kpa = self._averages_kpa
+            self._averages_kpa = fast_kpa + change_kpa, slow_kpa + change_kpa
+
+    def _measure_drift(self, smoothed_kpa: float, dt_s: float) -> None:
+        if self._past_drift_s < 0:
+            self._past_drift_s += dt_s
+            self._set_averages(smoothed_kpa)
+            return
+        fast_s, slow_s = DRIFT_TIME_CONSTANTS_S
+        fast_kpa, slow_kpa = self._averages_kpa
+        fast_kpa += (smoothed_kpa - fast_kpa) * min(dt_s / fast_s, 1.0)
+        slow_kpa += (smoothed_kpa - slow_kpa) * min(dt_s / slow_s, 1.0)
+        self._averages_kpa = fast_kpa, slow_kpa
+        self.drift_kpa_per_s = (fast_kpa - slow_kpa) / (slow_s - fast_s)
+        step_kpa_per_s = self.drift_kpa_per_s - self._mean_drift_kpa_per_s
+        self._mean_drift_kpa_per_s += step_kpa_per_s * min(dt_s / LEAK_TIME_CONSTANT_S, 1.0)
+        self._past_drift_s += dt_s
+        if self._past_drift_s >= DRIFT_DELAY_S:
+            self._past_drift_s = 0.0
+            self._past_drifts = self._past_drifts[1], (self.drift_kpa_per_s, self._mean_drift_kpa_per_s)
+
+    def _restart_drift(self, smoothed_kpa: float, drift_kpa_per_s: float, mean_kpa_per_s: float) -> None:
+        """Restart the measurement of the drift at a known drift, after the pressure has settled."""
+        self.drift_kpa_per_s, self._mean_drift_kpa_per_s = drift_kpa_per_s, mean_kpa_per_s
+        self._past_drifts = ((drift_kpa_per_s, mean_kpa_per_s),) * 2
+        self._past_drift_s = -SETTLING_S
+        self._set_averages(smoothed_kpa)
+
+    def _set_averages(self, smoothed_kpa: float) -> None:
+        """Set the averages to those of a steady drift that has reached `smoothed_kpa`."""
+        fast_s, slow_s = DRIFT_TIME_CONSTANTS_S
+        drift_kpa_per_s = self.drift_kpa_per_s
+        self._averages_kpa = smoothed_kpa - drift_kpa_per_s * fast_s, smoothed_kpa - drift_kpa_per_s * slow_s
+
+    def _start_first_contact(self, now_kpa: float) -> None:
+        """Start a contact of a free balloon. ΔP_i is the baseline at the last rest."""
+        self.drift_kpa_per_s, past_mean_kpa_per_s = self._past_drifts[0]
+        # The beginning of a contact can only raise the mean, so the lower mean is the better one.
+        self._mean_drift_kpa_per_s = min(self._mean_drift_kpa_per_s, past_mean_kpa_per_s)
+        self.unexplained.move_baseline(self._rest_kpa - self.baseline_kpa)
+        self.unexplained.start_contact(self._rest_kpa, self._rest_s)
+        self._start_contact(self._rest_kpa, now_kpa)
 
     def _start_contact(self, baseline_kpa: float, now_kpa: float) -> None:
         self.in_contact = True
@@ -132,20 +212,22 @@ class ContactTracker:
 
     def _step_contact(self, smoothed_kpa: float, now_kpa: float, dt_s: float) -> None:
         self.baseline_age_s += dt_s
-        self.baseline_kpa += self._leak_kpa_per_s * dt_s
+        self.baseline_kpa += self.leak_kpa_per_s * dt_s
+        self.unexplained.follow_contact(smoothed_kpa, self.baseline_kpa, dt_s)
         released_kpa = RELEASE_RATIO * (self._peak_kpa - self.baseline_kpa)
-        above_kpa = smoothed_kpa - self.baseline_kpa - END_KPA
-        if above_kpa < released_kpa and above_kpa < self._warming_kpa:
-            self._end_contact()
-            self.baseline_lost = self.drifted_kpa > released_kpa
+        above_kpa = smoothed_kpa - self.baseline_kpa
+        if above_kpa - END_KPA < min(released_kpa, self._warming_kpa):
+            # If ΔP_i was lowered by a leak that has ended, a contact can continue below the present pressure.
+            leaked_kpa = -self.leak_kpa_per_s * self.baseline_age_s
+            self._end_contact(above_kpa + (leaked_kpa if leaked_kpa > released_kpa else 0.0))
             self.baseline_kpa = self._rest_kpa = smoothed_kpa
-            self._slow_kpa = smoothed_kpa - self.drift_kpa_per_s * DRIFT_TIME_CONSTANT_S
+            self._restart_drift(smoothed_kpa, self.drift_kpa_per_s, self._mean_drift_kpa_per_s)
             return
         if now_kpa > self._peak_kpa:
             self._peak_kpa = self._trough_kpa = now_kpa
         self._trough_kpa = min(self._trough_kpa, now_kpa)
         if is_new_contact(now_kpa, self.baseline_kpa, self._peak_kpa, self._trough_kpa):
-            self._end_contact()
+            self.finished_count += 1
             self._start_contact(self.baseline_kpa, now_kpa)
 
     @property
@@ -158,6 +240,8 @@ class ContactTracker:
         faded_age_s = -math.expm1(-self.baseline_age_s / WARMING_TIME_CONSTANT_S)
         return drift_kpa_per_s * WARMING_TIME_CONSTANT_S * faded_age_s
 
-    def _end_contact(self) -> None:
+    def _end_contact(self, change_kpa: float) -> None:
+        """End the contact. The new baseline differs from ΔP_i by `change_kpa`."""
         self.in_contact = False
         self.finished_count += 1
+        self.unexplained.end_contact(change_kpa)

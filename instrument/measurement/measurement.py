@@ -17,7 +17,7 @@ class Quality(Flag):
     NO_SOLUTION = auto()  #: the force law has no physical root: no force
     NOT_HOLDING = auto()  #: the balloon is not locked at a setpoint: no force
     SENSOR_FAULT = auto()  #: invalid reading of the pressure sensor: no pressure, no force
-    NO_BASELINE = auto()  #: drift may hide a contact: no force until the balloon is locked again
+    NO_BASELINE = auto()  #: the pressure before the contact, or around the balloon, is unknown: no force
     NOT_ZEROED = auto()  #: no zero adjustment of the sensor: no force
     TESTING = auto()  #: proof test of the held balloon: no force
 
@@ -43,6 +43,16 @@ class Measurement(NamedTuple):
     force_lower_range_limit_n: float = math.nan  #: force at a rise of 0.5 kPa
     in_contact: bool = False
     quality: Quality = Quality.GOOD
+
+    def without_contact_force(self, reason: Quality) -> Measurement:
+        """Return the measurement with an unknown force. Contact, baseline and force alarm remain."""
+        return self._replace(
+            indentation_mm=math.nan,
+            contact_radius_mm=math.nan,
+            force_n=math.nan,
+            force_std_n=math.nan,
+            quality=self.quality | reason,
+        )
 
     def without_force(self, reason: Quality = Quality.NOT_HOLDING) -> Measurement:
         """Return the pressure alone, for example because the state of the balloon is not certain."""

@@ -51,7 +51,8 @@ BALLOON = (
         "insufflation",
         "The body cavity is insufflated while the balloon is held.",
         "The change of the pressure looks like a contact. Therefore, insufflate while the balloon is vented, "
-        "and write the pressure in the cavity to register 518.",
+        "and write the pressure in the cavity to register 518. If the configuration sets "
+        "reference_timeout_s, write this register periodically.",
         {"rig.pneumatics.reference_kpa": FromArgument("kpa")},
         arguments=(FaultArgument("kpa", "kPa", 1.5, 0.0, 5.0),),
     ),

@@ -35,6 +35,15 @@ GAS = (
         board_fault=Fault.OVERPRESSURE,
     ),
     FaultKind(
+        "inlet_leak",
+        "The shut inlet valve leaks: gas flows slowly into the held balloon.",
+        "The instrument treats a slow rise of the pressure as drift. The uncertainty of the force grows with "
+        "the rise, and above a limit there is no force.",
+        {"rig.pneumatics.inlet_leak_kpa_per_s": FromArgument("kpa_per_s")},
+        arguments=(FaultArgument("kpa_per_s", "kPa/s at 8 kPa", 0.02, 0.0, 5.0),),
+        effect="drift",
+    ),
+    FaultKind(
         "inlet_shut",
         "The inlet valve is stuck shut.",
         NO_RISE,

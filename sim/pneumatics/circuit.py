@@ -18,6 +18,9 @@ from pneuforce.sim.pneumatics.valve import SolenoidValve
 #: Gas that raises the pressure in the tubes and the free balloon of the paper by 1 kPa at 8 kPa [kPa·mm³].
 CAPACITY_MM3 = 28_000.0
 LEAK_REFERENCE_KPA = 8.0
+#: Pressure across the shut inlet at which `Pneumatics.inlet_leak_kpa_per_s` is defined: a regulator outlet of
+#: 50 kPa and a balloon at 8 kPa.
+INLET_LEAK_REFERENCE_KPA = 42.0
 #: Hole of a burst balloon, with 20 times the conductance of the vent. The flow is turbulent at all relevant
 #: pressures.
 HOLE = Orifice(880.0, 0.5, laminar_ratio=0.99)
@@ -38,6 +41,7 @@ class Pneumatics:
     powered_valves: int = Valve.NONE  #: `Valve` mask of the valves that are energized at the start
     leak_kpa_per_s: float = field(init=False)  #: fall of the pressure at 8 kPa with locked valves
     reference_kpa: float = field(init=False)  #: pressure around the balloon, relative to the room
+    inlet_leak_kpa_per_s: float = 0.0  #: rise of the pressure at 8 kPa due to a leak of the shut inlet
     burst: bool = False  #: if True, the balloon has a wide hole
     occluded: bool = False  #: if True, no gas passes between balloon and tubes
     supply: Supply = field(init=False)
@@ -144,8 +148,10 @@ class Pneumatics:
                 self._occluded_kpa_mm3 -= lost_kpa_mm3
 
     def _inflow(self, tubes_kpa: float, room_kpa: float) -> float:
-        """Return the flow through the inlet. No gas flows back through the regulator."""
-        if not self.inlet.open or self.supply.shut:
-            return 0.0
+        """Return the flow through the inlet and its leak. No gas flows back through the regulator."""
         upstream_kpa = self.supply.outlet_kpa + room_kpa
-        return self.inlet.orifice.flow(upstream_kpa, tubes_kpa) if upstream_kpa > tubes_kpa else 0.0
+        if self.supply.shut or not upstream_kpa > tubes_kpa:
+            return 0.0
+        leak_share = (upstream_kpa - tubes_kpa) / INLET_LEAK_REFERENCE_KPA
+        leak = self.inlet_leak_kpa_per_s * CAPACITY_MM3 * leak_share
+        return leak + (self.inlet.orifice.flow(upstream_kpa, tubes_kpa) if self.inlet.open else 0.0)

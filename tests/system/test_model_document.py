@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from pneuforce.instrument.measurement.chain import REFERENCE_TOLERANCE_KPA
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import (
+    DRIFT_DELAY_S,
     MAX_LEAK_KPA_PER_S,
     MAX_TRACKING_KPA_PER_S,
     ONSET_KPA,
@@ -19,6 +21,13 @@ from pneuforce.instrument.measurement.lag import (
     REST_NOISE_SHARE,
     SAMPLE_S,
     LagCompensator,
+)
+from pneuforce.instrument.measurement.unexplained_rise import (
+    FREE_TO_PRESSED_RATIO,
+    LEAK_MEMORY_S,
+    MAX_SLOW_KPA_PER_S,
+    MAX_UNEXPLAINED_KPA,
+    max_slow_kpa_per_s,
 )
 from pneuforce.instrument.model import Balloon
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
@@ -63,6 +72,14 @@ PASCAL = 1e-3
         f"a press slower than {MAX_TRACKING_KPA_PER_S:g} kPa/s",
         f"but at most at {MAX_LEAK_KPA_PER_S:g} kPa/s",
         f"to fade within {WARMING_TIME_CONSTANT_S:g} s",
+        f"If the unexplained rise exceeds **{MAX_UNEXPLAINED_KPA:g} kPa**",
+        f"forgotten with a time constant of {LEAK_MEMORY_S:g} s",
+        f"multiplied by {FREE_TO_PRESSED_RATIO:g} and",
+        f"below {MAX_SLOW_KPA_PER_S:g} kPa/s, which is 0.27 N/s below 1 N",
+        f"is {max_slow_kpa_per_s(5.0):.2f} kPa/s at 5 kPa",
+        f"and {max_slow_kpa_per_s(9.0):.1f} kPa/s above 9 kPa",
+        f"at least {DRIFT_DELAY_S:g} s before the contact was",
+        f"differs by more than {REFERENCE_TOLERANCE_KPA:g} kPa from",
         f"never more than {100 * RELEASE_RATIO:.0f} % of the highest rise",
         f"Gaps of up to {1e3 * MAX_BRIDGED_SAMPLES * SAMPLE_S:.0f} ms in the samples",
         f"A reading that differs by more than {OUTLIER_KPA:g} kPa from its prediction",

@@ -208,6 +208,76 @@ class TestReferencePressure:
         assert shifted.snapshot().radius_mm == pytest.approx(balloon.radius_mm(6.0), abs=2e-3)
 
 
+REFERENCE = {"reference_pressure_kpa": 1.5}
+
+
+class TestReferenceTimeout:
+    """Tests of `reference_timeout_s`: the force is valid only with a recent reference pressure."""
+
+    def holding(self):
+        """Return a harness with a timeout of 1 s that holds the balloon in a cavity at 1.5 kPa."""
+        harness = InstrumentHarness.ready(reference_timeout_s=1.0)
+        harness.write_ok(HOLD_8 | REFERENCE)
+        return harness.renew(1.0, request=REFERENCE)
+
+    def is_valid(self, harness):
+        status = harness.snapshot().status
+        assert math.isfinite(harness.snapshot().force_n) is ("force_valid" in status)
+        assert ("baseline_old" in status) is ("force_valid" not in status)
+        return "force_valid" in status
+
+    def test_without_a_timeout_the_force_is_valid_without_a_reference_pressure(self):
+        assert self.is_valid(InstrumentHarness.holding())
+
+    def test_without_a_reference_pressure_the_force_is_not_valid(self):
+        assert not self.is_valid(InstrumentHarness.holding(reference_timeout_s=1.0))
+
+    @pytest.mark.parametrize("push_kpa", [0.0, 1.0])
+    def test_the_force_is_valid_only_for_this_time_after_a_write(self, push_kpa):
+        harness = self.holding()
+        harness.push_kpa = push_kpa
+        harness.run(0.9)
+        assert self.is_valid(harness)
+        harness.run(0.2)
+        assert not self.is_valid(harness)
+        assert ("in_contact" in harness.snapshot().status) is (push_kpa > 0)
+        harness.write_ok(REFERENCE)
+        harness.run(0.1)
+        assert self.is_valid(harness)
+
+    def test_the_force_alarm_does_not_need_a_reference_pressure(self):
+        harness = self.holding()
+        harness.push_kpa = 4.0
+        harness.write_ok({"force_limit_n": 0.5})
+        harness.run(2.0)
+        assert "force_high_alarm" in harness.snapshot().status
+
+    @pytest.mark.parametrize("push_kpa", [0.0, 1.0])
+    def test_a_changed_reference_pressure_of_an_inflated_balloon_gives_no_force_until_a_vent(self, push_kpa):
+        harness = self.holding()
+        harness.push_kpa = push_kpa
+        changed = {"reference_pressure_kpa": 1.7}
+        harness.renew(0.5, request=changed)
+        assert not self.is_valid(harness)
+        assert harness.instrument.chain.reference_kpa == 1.5
+        harness.push_kpa = 0.0
+        harness.renew(0.5, request=REFERENCE)
+        assert not self.is_valid(harness)
+        harness.write_ok(VENT)
+        harness.renew(1.0, request=changed)
+        harness.write_ok(HOLD_8)
+        harness.renew(1.0, request=changed)
+        assert self.is_valid(harness)
+        assert harness.instrument.chain.reference_kpa == 1.7
+
+    def test_a_small_change_of_the_reference_pressure_has_no_effect(self):
+        harness = self.holding()
+        for reference_kpa in (1.45, 1.55):
+            harness.renew(0.5, request={"reference_pressure_kpa": reference_kpa})
+            assert self.is_valid(harness)
+        assert harness.instrument.chain.reference_kpa == 1.5
+
+
 def test_a_setpoint_in_contact_is_sent_with_the_contact_flag():
     harness = InstrumentHarness.holding()
     assert not harness.instrument.command().flags & CommandFlag.IN_CONTACT

@@ -8,6 +8,7 @@ import pytest
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import MAX_TRACKING_KPA_PER_S
+from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Sample, Valve
 from pneuforce.sim.plants.plant import amount_kpa_mm3
@@ -61,16 +62,24 @@ def test_one_hour_of_warming_and_creep_is_drift_and_not_a_contact():
     chain = Chain(ChainSettings())
     chain.zero.zero_kpa = 0.0
     raw_of = {adc_sum: holding_sample(adc_sum) for adc_sum in set(sums)}
-    drifts, errors = [], []
+    drifts, errors, stds_n = [], [], []
     for n, adc_sum in enumerate(sums):
         m = chain.step(raw_of[adc_sum])
         assert m.force_n == 0.0, f"force {times_s[n]:.1f} s after the lock"
         if n % 500 == 0:
             drifts.append(chain.tracker.drift_kpa_per_s)
             errors.append(m.baseline_kpa - pressures[n])
+            stds_n.append(m.force_std_n)
     assert chain.tracker.contact_count == 0
     assert max(abs(error) for error in errors) < 0.02
     assert 0.005 < max(drifts) < MAX_TRACKING_KPA_PER_S
+    # A slow press can have caused the rise, so the uncertainty covers a press that causes this rise.
+    assert np.isfinite(stds_n).all()
+    rises_kpa = (pressures - np.minimum.accumulate(pressures))[::500]
+    curve = ContactCurve(8.0, chain.settings.force_model)
+    top = int(rises_kpa.argmax())
+    assert rises_kpa[top] > 0.3
+    assert 2 * stds_n[top] >= curve.force_n(float(rises_kpa[top]))
 
 
 def holding_sample(adc_sum):

@@ -203,3 +203,15 @@ def test_a_vented_balloon_in_a_cavity_reaches_the_pressure_of_the_room(reference
 def test_a_setting_outside_its_range_is_rejected(settings, fact):
     with pytest.raises(ValueError, match=fact):
         PneumaticSettings(**settings)
+
+
+def test_a_leak_of_the_shut_inlet_raises_the_pressure_as_configured():
+    pneumatics = circuit(8.0)
+    pneumatics.inlet_leak_kpa_per_s = 0.02
+    assert pressure_after(10, pneumatics, LOCKED) - 8.0 == pytest.approx(0.2, rel=0.1)
+
+
+def test_without_supply_the_inlet_does_not_leak():
+    pneumatics = circuit(8.0)
+    pneumatics.inlet_leak_kpa_per_s, pneumatics.supply.shut = 0.02, True
+    assert pressure_after(1, pneumatics, LOCKED) == pytest.approx(8.0, abs=1e-3)
