@@ -73,15 +73,15 @@ class Node(NamedTuple):
 
     angle: float
     stretch: Array  #: stretch λ1 at the pole (slide) or at the edge of the contact (stick)
-    pressure_unknown: Array  #: unknown of the pressure, see `_Others`
+    pressure_unknown: Array  #: unknown of the pressure, see `_FreeVolume`
     pressure_kpa: Array
     contact_radius_mm: Array
     half_height_mm: Array  #: distance from the plate to the equator
 
 
 @dataclass(frozen=True, slots=True)
-class _Others:
-    """Pressure, and volume outside the pressed half, as functions of one unknown.
+class _FreeVolume:
+    """Pressure, and volume of the free half, as functions of one unknown.
 
     Up to the limit point, the unknown is the pole stretch of the free half. The volume is then a smooth
     function of the unknown, but not of the pressure. Beyond the limit point, the pressure does not determine
@@ -93,7 +93,7 @@ class _Others:
     fixed: npt.NDArray[np.bool_]  #: True if the free half never changes
 
     @classmethod
-    def of(cls, balloon: PressedBalloon, start: Array) -> _Others:
+    def of(cls, balloon: PressedBalloon, start: Array) -> _FreeVolume:
         free = free_half(balloon.skin)
         return cls(free, start, (start > free.limit_stretch) | (balloon.sides == 2))
 
@@ -102,7 +102,7 @@ class _Others:
         pressure: Array = self.free.pressure_at(knee) + SLOPE_KPA * (unknown - knee)
         return pressure
 
-    def free_volume_mm3(self, unknown: Array) -> Array:
+    def volume_mm3(self, unknown: Array) -> Array:
         knee = np.where(self.fixed, self.start, np.minimum(unknown, self.free.limit_stretch))
         volume: Array = self.free.volume_at(knee)
         return volume
@@ -113,7 +113,7 @@ class _Step:
     """Equations of one step. All arrays have the paths along their last axis."""
 
     balloon: PressedBalloon
-    others: _Others
+    free_volume: _FreeVolume
     log_gas: Array  #: ln((ΔP + P₀)·Vⁿ) before the contact
     before: Node
     angle: float
@@ -130,9 +130,9 @@ class _Step:
 
     def node(self, stretch: Array, unknown: Array) -> tuple[Node, Array]:
         """Return the node with these unknowns, and the residuals of both conditions along the first axis."""
-        edge, pressure = self.edge(stretch), self.others.pressure_kpa(unknown)
+        edge, pressure = self.edge(stretch), self.free_volume.pressure_kpa(unknown)
         part = free_part(self.balloon.skin, edge, self.angle, pressure)
-        other = part.volume_mm3 if self.balloon.sides == 2 else self.others.free_volume_mm3(unknown)
+        other = part.volume_mm3 if self.balloon.sides == 2 else self.free_volume.volume_mm3(unknown)
         gas = log_gas(self.balloon.circuit, pressure, part.volume_mm3 + other)
         node = Node(self.angle, stretch, unknown, pressure, edge.r_mm, part.height_mm)
         return node, np.stack([part.equator.slope - EQUATOR, gas - self.log_gas])
@@ -165,9 +165,11 @@ class _Step:
 
     def _of(self, index: npt.NDArray[np.intp]) -> _Step:
         """Return the same step for the paths with these indices only."""
-        others = replace(self.others, start=self.others.start[index], fixed=self.others.fixed[index])
+        free_volume = replace(
+            self.free_volume, start=self.free_volume.start[index], fixed=self.free_volume.fixed[index]
+        )
         before = Node(self.before.angle, *(value[index] for value in self.before[1:]))
-        return replace(self, others=others, log_gas=self.log_gas[index], before=before)
+        return replace(self, free_volume=free_volume, log_gas=self.log_gas[index], before=before)
 
 
 #: Shifts of the unknowns in the three evaluations of a Newton step: none, the stretch, the other unknown.
@@ -197,7 +199,7 @@ def press_nodes(balloon: PressedBalloon, free_stretch: Array, fractions: Array) 
     increasing parts (0 to 1) of the half meridian that lie on the plate. After a shape that does not exist,
     all values of the path are NaN.
     """
-    free, others = free_half(balloon.skin), _Others.of(balloon, free_stretch)
+    free, free_volume = free_half(balloon.skin), _FreeVolume.of(balloon, free_stretch)
     pressure = free.pressure_at(free_stretch)
     gas = log_gas(balloon.circuit, pressure, 2 * free.volume_at(free_stretch))
     zero = 0.0 * free_stretch
@@ -207,30 +209,30 @@ def press_nodes(balloon: PressedBalloon, free_stretch: Array, fractions: Array) 
     for angle in fractions * EQUATOR:
         estimates = _extrapolated(nodes[-EXTRAPOLATED_NODES:], angle)
         with np.errstate(all="ignore"):
-            node = _Step(balloon, others, gas, nodes[-1], float(angle)).solve(*estimates)
+            node = _Step(balloon, free_volume, gas, nodes[-1], float(angle)).solve(*estimates)
         yield node
         nodes.append(node)
-    yield _flat(balloon, others, gas, node)
+    yield _flat(balloon, free_volume, gas, node)
 
 
-def _flat(balloon: PressedBalloon, others: _Others, gas: Array, last: Node) -> Node:
+def _flat(balloon: PressedBalloon, free_volume: _FreeVolume, gas: Array, last: Node) -> Node:
     """Return the node at which the pressed half is completely flat and contains no gas.
 
     Without friction, the tension at the rim is then zero. Therefore, the radius does not depend on the
     pressure. With `stick`, the last ring has the stretch of the last node.
     """
-    low, high = others.start, others.start + MAX_FLAT_KPA / SLOPE_KPA
+    low, high = free_volume.start, free_volume.start + MAX_FLAT_KPA / SLOPE_KPA
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        volume = 0.0 if balloon.sides == 2 else others.free_volume_mm3(middle)
-        above = log_gas(balloon.circuit, others.pressure_kpa(middle), volume) > gas
+        volume = 0.0 if balloon.sides == 2 else free_volume.volume_mm3(middle)
+        above = log_gas(balloon.circuit, free_volume.pressure_kpa(middle), volume) > gas
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     if balloon.contact == "slide":
         radius = slack_limit(balloon.skin, np.array([EQUATOR]))[1] + 0.0 * low
     else:
         ring = balloon.skin.material.radius_mm * last.stretch * (EQUATOR - last.angle)
         radius = last.contact_radius_mm + ring
-    return Node(EQUATOR, last.stretch, low, others.pressure_kpa(low), radius, 0.0 * low)
+    return Node(EQUATOR, last.stretch, low, free_volume.pressure_kpa(low), radius, 0.0 * low)
 
 
 def _extrapolated(nodes: list[Node], angle: float) -> tuple[Array, Array]:

@@ -79,5 +79,8 @@ def free_radius_mm(skin: Skin, pressure_kpa: npt.ArrayLike) -> Array:
 
 
 def limit_kpa(skin: Skin) -> float:
-    """Return the highest pressure [kPa] that the free balloon reaches before it grows at falling pressure."""
+    """Return the pressure [kPa] at the limit point of the free balloon.
+
+    Without a limit point, return the pressure at the largest tabulated stretch, 4 (uneven skin: 1.8).
+    """
     return free_half(skin).limit_kpa
