@@ -92,8 +92,10 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
     _check(baseline_kpa, final_kpa)
     model, correction = settings.force_model, settings.correction
     inputs, uncertainty = settings.input_uncertainties, settings.model_uncertainty
-    curve = ContactCurve(baseline_kpa, model, correction, inputs)
-    solution = curve.at(final_kpa - baseline_kpa).estimate
+    solution = model.estimate(baseline_kpa, final_kpa)
+    if correction is not None:
+        curve = ContactCurve(baseline_kpa, model, correction, inputs)
+        solution = curve.at(final_kpa - baseline_kpa).estimate
     budget: tuple[BudgetLine, ...] = ()
     if math.isfinite(solution.force_n):
         budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)

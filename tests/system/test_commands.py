@@ -43,6 +43,21 @@ def test_the_older_methods_are_available_for_comparison():
     assert forces == sorted(forces)
 
 
+def test_the_method_membrane_uses_the_grip_and_the_calibration(tmp_path):
+    pressures = ("--dpi", "8", "--dpf", "9.2", "--method", "membrane")
+    slides, middle, sticks = (estimate(*pressures, "--grip", grip) for grip in ("0", "0.5", "1"))
+    assert middle["force_n"] == pytest.approx((slides["force_n"] + sticks["force_n"]) / 2)
+    assert sticks["force_n"] > 1.1 * slides["force_n"]
+    assert estimate(*pressures)["force_std_n"] > estimate(*pressures, "--grip-std", "0")["force_std_n"]
+    file = str(tmp_path / "calibration.toml")
+    weight = ("--mass-g", "120", "--before-kpa", "8", "--after-kpa", "9.1", "--out", file)
+    assert pneuforce("calibrate", "grip", *weight).returncode == 0
+    calibrated = estimate(*pressures, "--calibration", file)
+    assert calibrated["grip"] not in (0.5, None)
+    assert calibrated["force_std_n"] < middle["force_std_n"]
+    assert estimate("--dpi", "8", "--dpf", "9.2")["grip"] is None
+
+
 def test_outside_the_validated_pressures_the_answer_is_invalid_with_a_reason():
     answer = estimate("--dpi", "3", "--dpf", "4")
     assert answer["valid"] is False
