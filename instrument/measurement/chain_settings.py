@@ -10,8 +10,8 @@ from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.method_uncertainty import uncalibrated
 from pneuforce.instrument.model.published_model import PublishedModel
 from pneuforce.instrument.model.uncertainty import (
-    MIDDLE_POLYTROPIC,
-    MIDDLE_POLYTROPIC_STD,
+    MEMBRANE_POLYTROPIC,
+    MEMBRANE_POLYTROPIC_STD,
     InputUncertainties,
     ModelUncertainty,
 )
@@ -38,12 +38,12 @@ class ChainSettings:
     ) -> ChainSettings:
         """Return the settings for a method without a force calibration, with its uncertainties.
 
-        For the method "membrane", the gas exponent is in the middle of its range.
+        For the method "membrane", the gas exponent is not that of the paper.
         """
         circuit, inputs = circuit or Circuit(), InputUncertainties()
         if law.method == "membrane":
-            circuit = replace(circuit, polytropic=MIDDLE_POLYTROPIC)
-            inputs = replace(inputs, polytropic=MIDDLE_POLYTROPIC_STD)
+            circuit = replace(circuit, polytropic=MEMBRANE_POLYTROPIC)
+            inputs = replace(inputs, polytropic=MEMBRANE_POLYTROPIC_STD)
         return cls(
             balloon=balloon or Balloon(),
             circuit=circuit,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 #: Increment this number after each change of the content or the computation of a table.
-TABLE_VERSION = 1
+TABLE_VERSION = 2
 #: Number of tables that a process keeps in its memory.
 TABLES_IN_MEMORY = 8
 

@@ -94,11 +94,13 @@ class RubberSkin:
 def skin_of(balloon: Balloon, radius_error_mm: float = 0.0) -> RubberSkin:
     """Return the skin of a balloon: the fitted constants, or the fit to its quadratic radius curve.
 
+    The second fit keeps the radius at rest of the balloon.
     `radius_error_mm` is added to all inflated radii, so that the sensitivity to their error can be computed.
     """
     skin = balloon.skin
     if skin is None:
-        fitted = fit_skin(FIT_PRESSURES_KPA, balloon.radius_mm(FIT_PRESSURES_KPA))
+        radii = balloon.radius_mm(FIT_PRESSURES_KPA)
+        fitted, _ = _fit_constants(FIT_PRESSURES_KPA, radii, balloon.rest_radius_mm)
     else:
         fitted = RubberSkin(skin.rest_radius_mm, skin.c1_kpa_mm, skin.c2_kpa_mm)
     if not radius_error_mm:

@@ -11,7 +11,7 @@ from pneuforce.instrument.model import Balloon, ForceLaw
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.membrane.press import PressConditions, press
 from pneuforce.instrument.model.membrane.rubber import RubberSkin, skin_of
-from pneuforce.instrument.model.uncertainty import MIDDLE_POLYTROPIC, InputUncertainties
+from pneuforce.instrument.model.uncertainty import MEMBRANE_POLYTROPIC, InputUncertainties
 
 SETTINGS = ChainSettings.of(ForceLaw(method="membrane"))
 
@@ -26,7 +26,7 @@ def with_grip(model, grip):
     return replace(model, law=replace(model.law, grip=grip))
 
 
-def pressed(baseline_kpa, sticks, tubes_mm3=12_680.0, ambient_kpa=101.325, polytropic=MIDDLE_POLYTROPIC):
+def pressed(baseline_kpa, sticks, tubes_mm3=12_680.0, ambient_kpa=101.325, polytropic=MEMBRANE_POLYTROPIC):
     """Return rise and force of one press, computed without the table."""
     skin, one = skin_of(Balloon()), np.ones(1)
     path = press(
