@@ -20,9 +20,9 @@ SHARE_OF_RANGE = 0.95 / 4
 #: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
 #: rectangular distribution is 0.289 of its width; ±2 of them contain more than the whole range.)
 SHARE_OF_RANGE = 0.95 / 4
-#: Gas exponent n of the method "membrane", and its standard uncertainty. n is between 1.0 (isothermal) and 1.2
-#: (halfway to adiabatic). A contact of more than 0.3 s is nearly isothermal, so n is assumed to be nearer to
-#: 1.0, and ±2u contains the whole range.
+#: Gas exponent n of the method "membrane", and its standard uncertainty. n is between 1.0 (isothermal) and
+#: 1.2 (halfway to adiabatic). A contact of more than 0.3 s is nearly isothermal, so n is assumed to be nearer
+#: to 1.0, and ±2u contains the whole range.
 MEMBRANE_POLYTROPIC, MEMBRANE_POLYTROPIC_STD = 1.05, 0.08
 
 
