@@ -14,12 +14,14 @@ from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
 from tests.bench.model import bench_arrays, bench_chain
+from tests.bench.peaks import bench_peaks
 from tests.bench.quota import bench_quota
 from tests.bench.rig import bench_rig
 
 BENCHMARKS = {
     "arrays": bench_arrays,
     "chain": bench_chain,
+    "peaks": bench_peaks,
     "rig": bench_rig,
     "board": bench_avr,
     "command": bench_estimate,
