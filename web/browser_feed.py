@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from itertools import groupby
+from itertools import dropwhile, groupby
 from typing import Any
 
 from pneuforce.instrument.audit.wording import describe_record
-from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow
+from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow, tube_time_constant_of
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry
 from pneuforce.instrument.stream.sample_record import unpack
 from pneuforce.web.decimation import LiveDecimator, LivePoint, live_point
@@ -68,8 +68,9 @@ class BrowserFeed:
         self._health_reading: HealthReading | None = None
         self._snapshot_s = -math.inf
         self._sent_snapshot: Mapping[str, Any] = {}
-        self._decimator, self._contacts = LiveDecimator(), ContactHistory(MAX_CONTACTS)
-        self._sent_contact = 0  # number of the latest contact that was sent
+        self._decimator = LiveDecimator()
+        self._contacts = ContactHistory(MAX_CONTACTS, tube_time_constant_of(self.header))
+        self._sent_contacts: list[ContactRow] = []
         self._history: deque[LivePoint] = deque(maxlen=MAX_POINTS)
         self._new_points: list[LivePoint] = []
         self._contacts_changed = True
@@ -102,8 +103,8 @@ class BrowserFeed:
         )
 
     def _on_header(self, entry: StreamEntry) -> None:
-        self._reset()
         self.header, self._started_s = entry.json_body, entry.t_s
+        self._reset()
 
     def _on_end(self, entry: StreamEntry) -> None:
         self.disconnected(f"The instrument has stopped: {entry.json_body.get('why', '')}.")
@@ -164,9 +165,9 @@ class BrowserFeed:
         if not self._contacts_changed and not in_progress_due:
             return []
         self._contacts_changed, self._contacts_due_s = False, now_s + OPEN_CONTACT_PERIOD_S
-        changed = [row for row in rows if row.number >= self._sent_contact]
-        self._sent_contact = rows[-1].number if rows else 0
-        return [_contacts_message(changed)]
+        changed = list(dropwhile(self._sent_contacts.__contains__, rows))
+        self._sent_contacts = rows
+        return [_contacts_message(changed)] if changed or not rows else []
 
     def initial_messages(self) -> list[SseMessage]:
         """Return the messages for a new browser. The measured values precede contacts and events."""

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash B71B5475h (registers 768 and 770).
+ * Map version 1, hash 9EFA4BEDh (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0xB71B5475)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x9EFA4BED)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -41,6 +41,7 @@
 #define PNEUFORCE_ADDRESS_DELAY 34
 #define PNEUFORCE_ADDRESS_BASELINE_AGE 35
 #define PNEUFORCE_ADDRESS_PROOF_TEST_AGE 36
+#define PNEUFORCE_ADDRESS_PEAK_COUNTER 37
 #define PNEUFORCE_ADDRESS_FORCE_MN 64
 #define PNEUFORCE_ADDRESS_FORCE_UNCERTAINTY_MN 65
 #define PNEUFORCE_ADDRESS_PRESSURE_PA 66
@@ -301,7 +302,7 @@ static inline bool pneuforce_contact_radius_mm(const uint16_t *from_0, bool low_
     return pneuforce_float(from_0 + 16, low_word_first, value);
 }
 
-/* 18: Peak force of the last finished contact. [N] */
+/* 18: Force of the last completed peak. [N] */
 static inline bool pneuforce_peak_force_n(const uint16_t *from_0, bool low_word_first, float *value)
 {
     return pneuforce_float(from_0 + 18, low_word_first, value);
@@ -386,6 +387,13 @@ static inline bool pneuforce_proof_test_age_s(const uint16_t *from_0, uint16_t *
     return pneuforce_uint16(from_0[36], value);
 }
 
+/* 37: Number of completed peaks of the force. Wraps to 0. */
+static inline bool pneuforce_peak_counter(const uint16_t *from_0, uint16_t *value)
+{
+    memcpy(value, from_0 + 37, sizeof *value);
+    return true;
+}
+
 /* 64: Contact force. [mN] */
 static inline bool pneuforce_force_mn(const uint16_t *from_0, int16_t *value)
 {
@@ -422,7 +430,7 @@ static inline bool pneuforce_rise_pa(const uint16_t *from_0, int16_t *value)
     return pneuforce_int16(from_0[69], value);
 }
 
-/* 70: Peak force of the last finished contact. [mN] */
+/* 70: Force of the last completed peak. [mN] */
 static inline bool pneuforce_peak_force_mn(const uint16_t *from_0, int16_t *value)
 {
     return pneuforce_int16(from_0[70], value);

@@ -35,8 +35,6 @@ class Instrument(InstrumentState):
     """
 
     _interlocks: InterlockMonitor = field(default_factory=InterlockMonitor)
-    _contact_peak_n: float = math.nan
-    _finished_contacts: int = 0
     #: Cached snapshots.
     _snapshots: dict[tuple[int, float, str, RejectReason], Snapshot] = field(
         default_factory=dict, metadata={"state": False}
@@ -84,7 +82,7 @@ class Instrument(InstrumentState):
             self.trip(fault)
         if not self.chain.zero.taken and self.chain.zero.take():
             log.info("zero taken: the sensor reads %.3f kPa when vented", self.chain.zero.zero_kpa)
-        self._follow_contact(m)
+        self._follow_force(m)
         return m
 
     def _follow_board(self, sample: Sample, now_s: float) -> None:
@@ -96,12 +94,9 @@ class Instrument(InstrumentState):
         if not self.command_monitor.follow(sample.state, self.holding, now_s):
             self.trip(HostFault.DISAGREEMENT if self.holding else HostFault.NOT_VENTED)
 
-    def _follow_contact(self, m: Measurement) -> None:
-        if self.chain.tracker.finished_count != self._finished_contacts:
-            self._finished_contacts = self.chain.tracker.finished_count
-            self.peak_force_n, self._contact_peak_n = self._contact_peak_n, math.nan
-        if m.in_contact and math.isfinite(m.force_n) and not m.force_n <= self._contact_peak_n:
-            self._contact_peak_n = m.force_n
+    def _follow_force(self, m: Measurement) -> None:
+        for peak in self.peaks.step(m):
+            self.peak_force_n = peak.force_n
         if self.settings.vent_on_force_limit and self.holding and self.force_limit_exceeded:
             self.trip(HostFault.FORCE_LIMIT)
 

@@ -41,6 +41,7 @@ class Snapshot(NamedTuple):
     age_s: float
     sample_counter: int
     contact_counter: int
+    peak_counter: int
     # the rig
     state: str
     status: frozenset[str]
@@ -124,6 +125,7 @@ def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) ->
         "age_s": min(age_s, MAX_AGE_S),
         "sample_counter": state.sample_counter,
         "contact_counter": chain.tracker.contact_count,
+        "peak_counter": state.peaks.count,
     }
 
 

@@ -19,6 +19,7 @@ from pneuforce.instrument.core.stall_monitor import StallMonitor
 from pneuforce.instrument.core.vent_monitor import VentMonitor
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.measurement.peak import PeakTracker
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import Hello, Sample
 from pneuforce.protocol.limits import HOST_SILENCE_S
@@ -81,7 +82,8 @@ class InstrumentState:
     master_lost: bool = False  #: the heartbeat of the CANopen master is monitored and missing
     log_down: bool = False  #: the event log cannot be written
     recording_down: bool = False  #: a requested recording has stopped because of an error
-    peak_force_n: float = math.nan
+    peak_force_n: float = math.nan  #: force of the last completed peak
+    peaks: PeakTracker = field(init=False)
     balloon_id: int = field(init=False)
     inflation_count: int = 0
     revision: int = 0  #: grows with each change; snapshots are cached per revision
@@ -93,6 +95,7 @@ class InstrumentState:
 
     def __post_init__(self) -> None:
         self.chain = Chain(self.settings.chain)
+        self.peaks = PeakTracker(self.settings.chain.tube_time_constant_s)
         self.requested = RequestedValues(force_limit_n=self.settings.force_limit_n)
         self.balloon_id = self.settings.identity.balloon_id
 
@@ -154,6 +157,7 @@ class InstrumentState:
             self.force_limit_exceeded,
             self.vent_monitor.vented,
             self.chain.tracker.contact_count,
+            self.peaks.count,
             self.chain.zero.taken,
             self.can_down,
         )

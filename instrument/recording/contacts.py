@@ -1,24 +1,29 @@
-"""Contacts in a stream of measured samples: pressures, greatest force and times of each contact.
+"""Contacts in a stream of measured samples: pressures, peaks of the force and times of each contact.
 
 The instrument decides when a sample belongs to a contact (`instrument/measurement/contact.py`). This module
 groups these samples into contacts. If no free sample lies between two contacts, `is_new_contact` of that
-module separates them.
+module separates them. The peaks are those of the instrument, because `PeakTracker` finds both.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import AT_REST_KPA, is_new_contact
 from pneuforce.instrument.measurement.measurement import Quality
+from pneuforce.instrument.measurement.peak import Peak, PeakTracker
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import HOST_SILENCE_S
 
 DEFAULT_CAPACITY = 200
+MAX_TUBE_TIME_CONSTANT_S = 1.0  #: a larger value in the header of a recording is not that of a tube
+DEFAULT_TUBE_TIME_CONSTANT_S = ChainSettings().tube_time_constant_s
 _SENSOR_FAULT = Quality.SENSOR_FAULT.value
 
 
@@ -32,8 +37,9 @@ class ContactRow(NamedTuple):
     final_kpa: float  #: ΔP_f, the greatest pressure in the balloon
     final_s: float
     radius_mm: float  #: R_i
-    peak_n: float  #: the greatest force
-    peak_std_n: float  #: standard uncertainty of the greatest force
+    peak_n: float  #: force of the highest peak; the greatest force of all samples if there is no peak
+    peak_std_n: float  #: standard uncertainty of `peak_n`
+    peaks: int  #: number of peaks; the peak in progress counts, and a very short contact may have none
     duration_s: float
     open: bool  #: True if the contact has not ended
 
@@ -51,6 +57,7 @@ class _OpenContact:
     trough_s: float
     peak_n: float = math.nan
     peak_std_n: float = math.nan
+    peaks: int = 0
     last_s: float = math.nan
 
     def add_sample(self, m: SampleRecord, now_kpa: float) -> None:
@@ -60,7 +67,7 @@ class _OpenContact:
             self.final_s = self.trough_s = m.t_s
         elif now_kpa < self.trough_kpa:
             self.trough_kpa, self.trough_s = now_kpa, m.t_s
-        if m.force_n > self.peak_n or math.isnan(self.peak_n):
+        if not self.peaks and (m.force_n > self.peak_n or math.isnan(self.peak_n)):
             self.peak_n, self.peak_std_n = m.force_n, m.force_std_n
 
     def row(self, still_open: bool) -> ContactRow:
@@ -74,16 +81,38 @@ class _OpenContact:
             self.radius_mm,
             self.peak_n,
             self.peak_std_n,
+            self.peaks,
             self.last_s - self.begin_s,
             still_open,
         )
 
 
+def tube_time_constant_of(header: Mapping[str, Any]) -> float:
+    """Return the time constant [s] in the header of a stream, or the default if it is invalid."""
+    value = header.get("tube_time_constant_s")
+    if isinstance(value, float | int) and 0 <= value <= MAX_TUBE_TIME_CONSTANT_S:
+        return float(value)
+    return DEFAULT_TUBE_TIME_CONSTANT_S
+
+
+def with_peak(row: ContactRow, peak: Peak) -> ContactRow:
+    """Return the row with one more peak. The highest peak determines the force of the row."""
+    higher = not row.peaks or math.isnan(row.peak_n) or peak.force_n > row.peak_n
+    force_n, std_n = (peak.force_n, peak.force_std_n) if higher else (row.peak_n, row.peak_std_n)
+    return row._replace(peak_n=force_n, peak_std_n=std_n, peaks=row.peaks + 1)
+
+
 class ContactHistory:
     """Latest contacts of a stream of samples. The processing time per sample is constant."""
 
-    def __init__(self, capacity: int = DEFAULT_CAPACITY) -> None:
+    def __init__(
+        self,
+        capacity: int = DEFAULT_CAPACITY,
+        tube_time_constant_s: float = DEFAULT_TUBE_TIME_CONSTANT_S,
+    ) -> None:
+        """Create an empty history. The stream header contains `tube_time_constant_s`."""
         self._capacity = capacity
+        self._peaks = PeakTracker(tube_time_constant_s)
         self._ended: deque[ContactRow] = deque(maxlen=capacity)
         self._open: _OpenContact | None = None
         self._count = 0
@@ -92,16 +121,24 @@ class ContactHistory:
     @property
     def rows(self) -> list[ContactRow]:
         """Return the latest contacts, the oldest first. A contact that has not ended is last."""
-        still_open = [self._open.row(still_open=True)] if self._open else []
-        return [*self._ended, *still_open][-self._capacity :]
+        rows, highest = list(self._ended), self._peaks.highest
+        if self._open is not None:
+            rows.append(self._open.row(still_open=True))
+        if highest is not None and rows:
+            index = self._index_of(highest)
+            rows[index] = with_peak(rows[index], highest)
+        return rows[-self._capacity :]
 
     def add_sample(self, m: SampleRecord) -> bool:
-        """Add one sample. Return True if a contact began or ended with this sample."""
+        """Add one sample. Return True if a contact began or ended, or if a peak is complete."""
         continuous = 0 <= m.t_s - self._last_s <= HOST_SILENCE_S
         self._last_s = m.t_s
         if not continuous:
             self._rest_s = math.nan
-        ended = not continuous and self._end()
+        peaks = self._peaks.step(m)
+        for peak in peaks:
+            self._add_peak(peak)
+        ended = (not continuous and self._end()) or bool(peaks)
         if m.in_contact:
             return self._add_contact_sample(m) or ended
         if m.quality & _SENSOR_FAULT and m.state == BoardState.HOLDING:
@@ -122,6 +159,21 @@ class ContactHistory:
         self._end()
         self._begin(m, now_kpa, m.baseline_kpa, contact.trough_s)
         return True
+
+    def _add_peak(self, peak: Peak) -> None:
+        contact = self._open
+        if contact is None or self._index_of(peak) < -1:
+            self._ended[-1] = with_peak(self._ended[-1], peak)
+        else:
+            row = with_peak(contact.row(still_open=True), peak)
+            contact.peak_n, contact.peak_std_n, contact.peaks = row.peak_n, row.peak_std_n, row.peaks
+
+    def _index_of(self, peak: Peak) -> int:
+        """Return the index of the contact of a peak: -1 for the latest contact, -2 for the contact before it.
+
+        A peak can be complete when the next contact has begun.
+        """
+        return -2 if self._open is not None and self._ended and peak.t_s < self._open.initial_s else -1
 
     def _begin(self, m: SampleRecord, now_kpa: float, baseline_kpa: float, initial_s: float) -> None:
         self._count += 1

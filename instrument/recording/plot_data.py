@@ -9,7 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuforce.instrument.core.faults import name_of
-from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow
+from pneuforce.instrument.recording.contacts import (
+    DEFAULT_TUBE_TIME_CONSTANT_S,
+    ContactHistory,
+    ContactRow,
+)
 from pneuforce.instrument.recording.decimation import MinMaxDecimator
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.protocol.limits import HOST_SILENCE_S, PRESSURISED
@@ -49,7 +53,7 @@ class UnmeasuredSpan(NamedTuple):
 class PlotData:
     """Collector of samples and latched faults, in order of time, for one plot."""
 
-    def __init__(self, begin_s: float) -> None:
+    def __init__(self, begin_s: float, tube_time_constant_s: float = DEFAULT_TUBE_TIME_CONSTANT_S) -> None:
         """Create an empty plot. `begin_s` is the time at which the recording begins."""
         self.begin_s = begin_s
         self.first_s = self.end_s = math.nan  #: times of the first and of the last sample
@@ -59,7 +63,7 @@ class PlotData:
         self.contact_pressure = MinMaxDecimator()
         self.setpoint = MinMaxDecimator()
         self.force = MinMaxDecimator()
-        self._contacts = ContactHistory(capacity=MAX_CONTACTS)
+        self._contacts = ContactHistory(MAX_CONTACTS, tube_time_constant_s)
         self.spans: list[UnmeasuredSpan] = []  #: first spans without a force, in order of time
         self.has_more_spans = False  #: True if there are more than `MAX_SPANS` spans
         self._latched: tuple[str, ...] = ()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.contacts import tube_time_constant_of
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducible_style, set_title
 from pneuforce.instrument.recording.reader import Recording, short_text
@@ -65,7 +66,7 @@ def collect(
 
     `progress` receives the samples and yields them unchanged, so that it can report how many were read.
     """
-    data = PlotData(recording.begin_s)
+    data = PlotData(recording.begin_s, tube_time_constant_of(recording.metadata))
     faults = _latched_faults(recording)
     data.set_latched_faults(next(faults)[1])
     next_t_s, latched = next(faults)

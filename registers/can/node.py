@@ -131,12 +131,11 @@ class CanNode:
 
     def _changes(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         frames = self._emergency(snapshot)
-        finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
         if self._status_timer.due(now_s, (snapshot.status, snapshot.state, snapshot.reject_reason)):
             frames.append(self._frame(STATUS_FRAME, snapshot))
         # The wire code of the setpoint is compared, because the setpoint can be NaN and NaN differs from NaN.
         setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)
-        if self._state_timer.due(now_s, (setpoint, finished_contacts)):
+        if self._state_timer.due(now_s, (setpoint, snapshot.peak_counter)):
             frames.append(self._frame(STATE, snapshot))
         return frames
 

@@ -39,11 +39,10 @@ class PdoTriggers:
         return events
 
     def _changed(self, snapshot: Any) -> set[str]:
-        finished_contacts = snapshot.contact_counter - ("in_contact" in snapshot.status)
         # The wire code of the setpoint is compared, because the setpoint can be NaN and NaN differs from NaN.
         setpoint = STATE.fields[0].encode(snapshot.setpoint_kpa)
         content: dict[str, Hashable] = {
-            STATE.name: (setpoint, finished_contacts),
+            STATE.name: (setpoint, snapshot.peak_counter),
             STATUS_FRAME.name: (snapshot.status, snapshot.state, snapshot.reject_reason),
         }
         last = self._last_content

@@ -99,8 +99,7 @@ NOT_IN_KEY = {
     "vent_monitor": "decides on the zero adjustment, which is not searched",
     "proof_tests": "the search has no proof tests",
     "_interlocks": "each sample of the search meets all interlocks",
-    "_contact_peak_n": "only shown",
-    "_finished_contacts": "only shown",
+    "peaks": "only shown",
     "_snapshots": "a cache",
 }
 

@@ -20,6 +20,7 @@ from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.core.state import RequestedValues
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.measurement import Measurement
+from pneuforce.instrument.measurement.peak import PeakTracker
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Fault, Mode, Sample, Valve
@@ -257,4 +258,5 @@ class SearchedInstrument(Instrument):
     def __post_init__(self) -> None:
         self.chain = copy(CHAIN)  # a new chain would take 5 ms
         self.requested = RequestedValues()
+        self.peaks = PeakTracker(0.06)
         self.balloon_id = 0

@@ -46,10 +46,11 @@ def test_readings_and_a_contact_agree_with_modbus(page, live):
     assert page.number("#setpoint") == 8.0
     live.rig.release()
     page.wait_for_text("#contacts tr td:last-child", ".")
-    number, _, peak, initial, final, *_ = page.text("#contacts tr").split("\t")
+    number, _, peak, peaks, initial, final, *_ = page.text("#contacts tr").split("\t")
     registers = live.rig.read()
     assert int(number) == registers["contact_counter"]
     assert float(peak.split()[0]) == pytest.approx(registers["peak_force"], abs=0.02)
+    assert int(peaks) == registers["peak_counter"] == 1
     assert float(initial) == pytest.approx(8.0, abs=0.15)
     assert float(final) > float(initial) + 0.5
     assert page.evaluate(PIXELS % ("initial-star", 1)) > MIN_STAR_PIXELS

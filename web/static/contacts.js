@@ -24,6 +24,7 @@ const cells = (row, now_s) => [
   String(row.number),
   row.open && Number.isFinite(now_s) ? "now" : formatTimeAgo(now_s - row.begin_s),
   row.peak_n === null ? NOT_AVAILABLE : `${formatNumber(row.peak_n, 2)} ± ${formatNumber(row.peak_std_n, 2)}`,
+  String(row.peaks),
   formatNumber(row.baseline_kpa, 2),
   formatNumber(row.final_kpa, 2),
   formatNumber(row.radius_mm, 2),

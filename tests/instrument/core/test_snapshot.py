@@ -180,23 +180,33 @@ def test_a_tripped_rig_shows_its_pressure_and_no_force_even_before_the_board_has
     assert not seen.status & {"force_valid", "holding", "out_of_range"}
 
 
-def test_the_peak_is_that_of_the_last_finished_contact():
+def test_the_peak_is_the_last_local_maximum_that_is_complete():
     harness = InstrumentHarness.holding()
-    peaks = []
-    for push_kpa in (2.0, 1.0, 3.0):
-        highest = 0.0
-        for level_kpa in (push_kpa, 0.6 * push_kpa):
-            harness.push_kpa = level_kpa
-            for _ in range(200):
-                harness.run(0.002)
-                highest = max(highest, harness.snapshot().force_n)
-        before = harness.snapshot().peak_force_n
-        assert before == pytest.approx(peaks[-1]) if peaks else math.isnan(before)
-        harness.push_kpa = 0.0
-        harness.run(1.0)
-        peaks.append(highest)
-        assert harness.snapshot().peak_force_n == pytest.approx(highest)
-    assert harness.snapshot().contact_counter == 3
+    assert math.isnan(harness.snapshot().peak_force_n)
+    plateaus_n, peaks_n = [], []
+    for push_kpa, seconds in ((2.0, 0.5), (1.0, 0.3), (3.0, 0.5), (0.0, 1.0), (1.5, 0.5), (0.0, 1.0)):
+        harness.push_kpa = push_kpa
+        harness.run(seconds)
+        seen = harness.snapshot()
+        plateaus_n.append(seen.force_n)
+        peaks_n.append(seen.peak_force_n)
+    first_n, _, second_n, _, third_n, _ = plateaus_n
+    expected_n = [first_n, first_n, second_n, second_n, third_n]
+    assert math.isnan(peaks_n[0])
+    assert peaks_n[1:] == pytest.approx(expected_n, rel=0.01)
+    assert (seen.contact_counter, seen.peak_counter) == (2, 3)
+
+
+def test_a_contact_that_a_trip_ends_has_a_peak():
+    harness = InstrumentHarness.holding()
+    harness.push_kpa = 2.0
+    harness.run(0.09)
+    force_n = harness.snapshot().force_n
+    harness.state = BoardState.TRIPPED
+    harness.feed()
+    seen = harness.snapshot()
+    assert seen.peak_counter == 1
+    assert seen.peak_force_n == pytest.approx(force_n, rel=0.1)
 
 
 def test_a_baseline_is_old_after_a_minute_of_contact():

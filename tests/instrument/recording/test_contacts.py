@@ -2,10 +2,15 @@
 
 import math
 import random
+from itertools import islice
 
 import pytest
 
-from pneuforce.instrument.recording.contacts import ContactHistory
+from pneuforce.instrument.recording.contacts import (
+    DEFAULT_TUBE_TIME_CONSTANT_S,
+    ContactHistory,
+    tube_time_constant_of,
+)
 from pneuforce.instrument.stream.sample_record import pack, unpack
 from pneuforce.protocol.frames import BoardState
 from tests.instrument.instrument_harness import DT_S, InstrumentHarness
@@ -19,7 +24,6 @@ class Stream:
     def __init__(self, **options):
         self.harness, self.contacts = InstrumentHarness.holding(), ContactHistory(**options)
         self.samples, self.changes, self.peaks = [], 0, []
-        self.finished = 0
 
     def run(self, seconds, **changes):
         instrument = self.harness.instrument
@@ -27,8 +31,7 @@ class Stream:
             m = self.harness.feed(**changes)
             self.samples.append(unpack(pack(instrument.raw, m)))
             self.changes += self.contacts.add_sample(self.samples[-1])
-            if instrument.chain.tracker.finished_count != self.finished:
-                self.finished = instrument.chain.tracker.finished_count
+            if instrument.peaks.count != len(self.peaks):
                 self.peaks.append(instrument.peak_force_n)
         return self
 
@@ -54,7 +57,8 @@ def test_a_press_is_one_contact_with_its_pressures_and_its_greatest_force():
     stream = Stream().run(0.5)
     stream.press(1.5).press(0.0, 1.0)
     [row] = stream.rows
-    assert (row.number, row.open, stream.changes) == (1, False, 2)
+    assert (row.number, row.open, row.peaks) == (1, False, 1)
+    assert stream.changes == 3  # the start, the peak and the end
     assert row.baseline_kpa == pytest.approx(8.0, abs=0.02)
     assert row.final_kpa == max(m.baseline_kpa + m.rise_kpa for m in stream.samples)
     assert row.final_kpa == pytest.approx(
@@ -63,8 +67,10 @@ def test_a_press_is_one_contact_with_its_pressures_and_its_greatest_force():
     assert row.radius_mm == pytest.approx(
         stream.harness.instrument.chain.settings.balloon.radius_mm(8.0), abs=0.01
     )
-    assert row.peak_n == stream.peaks[0] == max(m.force_n for m in stream.samples)
-    assert row.peak_std_n == next(m.force_std_n for m in stream.samples if m.force_n == row.peak_n)
+    at_plateau = stream.samples[round(0.9 / DT_S)]
+    assert [row.peak_n] == pytest.approx(stream.peaks)
+    assert row.peak_n == pytest.approx(at_plateau.force_n, rel=0.01)
+    assert row.peak_std_n == pytest.approx(at_plateau.force_std_n, rel=0.3)
     assert 0.6 < row.duration_s < 1.0  # the contact ends late, because the pressure lags
 
 
@@ -107,13 +113,17 @@ def test_a_new_contact_before_the_end_of_the_previous_contact_starts_at_the_trou
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_contacts_are_those_of_the_instrument_for_random_presses(seed):
-    """The number of contacts and their peak forces are equal, even if presses overlap."""
+    """The number of contacts and all peaks are equal, even if presses overlap."""
     chance, stream = random.Random(seed), Stream()
     for _ in range(40):
         stream.press(chance.choice([0.0, 0.1, 0.3, 1.0, 2.0, 3.5]), chance.uniform(0.05, 0.5))
     stream.press(0.0, 1.5)
     assert len(stream.rows) == stream.tracker.contact_count == stream.tracker.finished_count > 5
-    assert [row.peak_n for row in stream.rows] == stream.peaks
+    with_peaks, remaining = [row for row in stream.rows if row.peaks], iter(stream.peaks)
+    highest = [max(islice(remaining, row.peaks)) for row in with_peaks]
+    assert [row.peak_n for row in with_peaks] == pytest.approx(highest)
+    assert not list(remaining)
+    assert len(with_peaks) > 5
     assert [row.number for row in stream.rows] == list(range(1, len(stream.rows) + 1))
 
 
@@ -204,3 +214,19 @@ def test_only_the_latest_contacts_are_kept():
     assert [row.number for row in contacts.rows] == [8, 9, 10]
     contacts.add_sample(pressed._replace(t_s=1.0))
     assert [(row.number, row.open) for row in contacts.rows] == [(9, False), (10, False), (11, True)]
+
+
+def test_two_overlapping_presses_are_one_contact_with_two_peaks():
+    stream = Stream().run(0.5)
+    stream.press(1.5).press(0.8).press(2.0).press(0.0, 1.0)
+    [row] = stream.rows
+    assert (row.peaks, stream.tracker.contact_count) == (2, 1)
+    assert len(stream.peaks) == 2
+    assert row.peak_n == pytest.approx(max(stream.peaks))
+
+
+@pytest.mark.parametrize("value", [None, "0.03", math.nan, -0.1, 2.0, []])
+def test_an_invalid_time_constant_in_a_header_is_replaced_by_the_default(value):
+    assert tube_time_constant_of({"tube_time_constant_s": value}) == DEFAULT_TUBE_TIME_CONSTANT_S
+    assert tube_time_constant_of({"tube_time_constant_s": 0.03}) == 0.03
+    assert tube_time_constant_of({}) == DEFAULT_TUBE_TIME_CONSTANT_S

@@ -111,22 +111,14 @@ def test_a_change_is_sent_with_the_next_sample_not_with_the_next_cycle(source, n
     assert not of(run(node, 0.05, start_s=0.332), name)
 
 
-def test_the_end_of_a_contact_triggers_state_and_its_start_does_not(source):
+def test_a_complete_peak_triggers_state_and_the_start_of_a_contact_does_not(source):
     node = CanNode(source, CanOptions())
     run(node, 0.33)
     source.set(status=source.now.status | {"in_contact"}, contact_counter=1)
     assert not of(run(node, 0.01, start_s=0.33), "State")
-    source.set(status=source.now.status - {"in_contact"}, peak_force_n=2.0)
+    source.set(peak_counter=1, peak_force_n=2.0)
     ((_, values),) = of(run(node, 0.01, start_s=0.34), "State")
     assert values["peak_force"] == 2.0
-
-
-def test_a_contact_that_ends_when_the_next_starts_triggers_state_too(source):
-    source.set(status=source.now.status | {"in_contact"}, contact_counter=1)
-    node = CanNode(source, CanOptions())
-    run(node, 0.33)
-    source.set(contact_counter=2, peak_force_n=2.0)
-    assert len(of(run(node, 0.01, start_s=0.33), "State")) == 1
 
 
 def test_a_setpoint_that_stays_not_available_does_not_trigger_state(source):

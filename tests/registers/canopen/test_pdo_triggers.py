@@ -34,18 +34,10 @@ def test_a_change_is_sent_with_the_next_sample_not_with_the_next_cycle(master, n
     assert IDS[name] not in [frame.id for _, frame in master.wait(0.05, samples=True)]
 
 
-def test_the_end_of_a_contact_triggers_state_and_its_start_does_not(master):
-    free = master.source.now.status
-    master.source.set(status=free | {"in_contact"}, contact_counter=1)
-    assert IDS["State"] not in at_sample(master)
-    master.source.set(status=free, peak_force_n=2.0)
-    assert IDS["State"] in at_sample(master)
-
-
-def test_a_contact_that_ends_when_the_next_starts_triggers_state_too(master):
+def test_a_complete_peak_triggers_state_and_the_start_of_a_contact_does_not(master):
     master.source.set(status=master.source.now.status | {"in_contact"}, contact_counter=1)
-    at_sample(master)
-    master.source.set(contact_counter=2, peak_force_n=2.0)
+    assert IDS["State"] not in at_sample(master)
+    master.source.set(peak_counter=1, peak_force_n=2.0)
     assert IDS["State"] in at_sample(master)
 
 

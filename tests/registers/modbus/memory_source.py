@@ -19,6 +19,7 @@ AT_REST: dict[str, Any] = {
     "delay_s": float("nan"),
     "sample_counter": 70000,
     "contact_counter": 3,
+    "peak_counter": 4,
     "state": "vented",
     "status": frozenset(("vented", "simulated", "any_failure")),
     "setpoint_kpa": float("nan"),

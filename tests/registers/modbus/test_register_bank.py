@@ -51,7 +51,7 @@ def test_half_of_a_long_value_can_be_read():
 
 
 def test_reserved_registers_read_0():
-    assert read(36, 28) == bytes(56)
+    assert read(38, 26) == bytes(52)
 
 
 @pytest.mark.parametrize("block", BLOCKS)
