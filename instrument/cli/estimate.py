@@ -17,6 +17,7 @@ from pneuforce.instrument.measurement.force_tables import force_table
 from pneuforce.instrument.model import ContactEstimate, ForceLaw
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
+from pneuforce.instrument.model.energies import ContactEnergies, contact_energies
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
 
 MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
@@ -30,6 +31,7 @@ class EstimatedContact(NamedTuple):
     law: ForceLaw
     lowest_rise_kpa: float  #: rise below which the force is interpolated to zero
     solution: ContactEstimate
+    energies: ContactEnergies
     budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
 
     @property
@@ -99,7 +101,10 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
     budget: tuple[BudgetLine, ...] = ()
     if math.isfinite(solution.force_n):
         budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
-    return EstimatedContact(baseline_kpa, final_kpa, model.law, model.lowest_rise_kpa, solution, budget)
+    energies = contact_energies(baseline_kpa, final_kpa, settings.balloon, settings.circuit, model.law)
+    return EstimatedContact(
+        baseline_kpa, final_kpa, model.law, model.lowest_rise_kpa, solution, energies, budget
+    )
 
 
 def format_estimate(contact: EstimatedContact) -> str:
@@ -136,6 +141,7 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
         "contact_radius_mm": _finite_or_none(solution.contact_radius_mm),
         "radius_mm": _finite_or_none(solution.radius_mm),
         "radius_final_mm": _finite_or_none(solution.radius_final_mm),
+        **{name: _finite_or_none(value) for name, value in contact.energies._asdict().items()},
         "baseline_kpa": contact.baseline_kpa,
         "final_kpa": contact.final_kpa,
         "method": contact.law.method,

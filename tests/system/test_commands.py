@@ -35,6 +35,14 @@ def test_estimate_gives_the_force_and_the_shape_of_a_contact():
     assert (answer["method"], answer["valid"], answer["reasons"]) == ("energetic", True, [])
 
 
+def test_estimate_gives_the_energies_of_equations_4_to_7():
+    answer = estimate("--dpi", "8.0", "--dpf", "10.0")
+    names = ("stretching_energy_mj", "bending_energy_mj", "compression_energy_mj")
+    assert [answer[name] for name in names] == pytest.approx([2.203, 0.0819, 2.428], abs=1e-3)
+    other = estimate("--dpi", "8.0", "--dpf", "10.0", "--method", "lulevich")
+    assert [other[name] for name in names] == [None] * 3
+
+
 def test_the_older_methods_are_available_for_comparison():
     forces = [
         estimate("--dpi", "10", "--dpf", "11.5", "--method", m)["force_n"]
