@@ -15,9 +15,12 @@ CONTACTS_PER_CALIBRATION = 24
 INTRODUCTION = """\
 # Accuracy on simulated balloons
 
-For everybody who wants to know how accurate the force is, and which calibration is necessary. Generated
-by `pneuforce accuracy --contacts {contacts} --calibrations {calibrations} --seed {seed} --balloons
-{balloons}`.
+For everybody who wants to know how accurate the force is, and which calibration is necessary. This
+command generates the document:
+
+```sh
+pneuforce accuracy --contacts {contacts} --calibrations {calibrations} --seed {seed} --balloons {balloons}
+```
 
 **Which calibration do you need?**
 
@@ -51,9 +54,10 @@ contacts.
 {population}
 
 The method `membrane` shows no force in {without_percent:.1f} % of the contacts, near the limit pressure
-of the balloon or on a balloon that is pressed nearly flat. Rejected calibrations: {rejected}. A
-calibration is rejected if it is not clearly better than the uncalibrated method, which then stays in
-use.
+of the balloon or on a balloon that is pressed nearly flat. A calibration is rejected if it is not clearly
+better than the uncalibrated method, which then stays in use.
+
+{rejected}
 
 ## Two balloons on the simulated rig
 
@@ -66,7 +70,8 @@ reading of a force sensor.
 Rows with *calibrated* contain the averages over {calibrations} calibrations by `pneuforce calibrate
 force`. Each calibration uses {points} other contacts, which are different from the evaluated contacts.
 In rows with *smooth*, the calibration uses `low = "smooth"`. The uncalibrated law replaces a rejected
-calibration in the average."""
+calibration in the average.
+"""
 TITLES = {
     "published": "The published balloon, which follows the energetic law",
     "membrane": "The rubber balloon, which is not fitted to the law",
@@ -119,7 +124,7 @@ def introduction(campaign: AccuracyCampaign, population: PopulationScores) -> st
     """Return the text before the tables of the two balloons, with the results of the population."""
     mean = {estimator.name: estimator.all.mean_percent for estimator in population.estimators}
     without = population.without_force["membrane, radius"]
-    rejected = {name: count for name, count in population.rejected.items() if ", " in name}
+    calibrated = {name: count for name, count in population.rejected.items() if ", " in name}
     return INTRODUCTION.format(
         **campaign._asdict(),
         points=CONTACTS_PER_CALIBRATION,
@@ -130,7 +135,7 @@ def introduction(campaign: AccuracyCampaign, population: PopulationScores) -> st
         weight_g=WEIGHT_G,
         population="\n".join(_table(population.contacts, population.estimators)),
         without_percent=100 * without / population.contacts,
-        rejected=", ".join(f"{count} ({name})" for name, count in rejected.items()),
+        rejected=rejected_calibrations(calibrated, population.balloons),
     )
 
 
