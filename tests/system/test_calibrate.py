@@ -50,7 +50,7 @@ def calibration_path(tmp_path_factory):
 def test_the_commands_of_the_document_have_the_documented_results(tmp_path, monkeypatch):
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     monkeypatch.chdir(tmp_path)
-    assert len(COMMANDS) == 6
+    assert len(COMMANDS) == 8
     for words in COMMANDS:
         words, _, redirected = " ".join(words).partition(" > ")
         output = calibrate(*words.split())
@@ -58,7 +58,7 @@ def test_the_commands_of_the_document_have_the_documented_results(tmp_path, monk
             comment, header, *rows = (EXAMPLES / redirected).read_text().splitlines()
             assert "--plant membrane --count 24 --seed 1" in comment
             assert (output.splitlines()[0], len(output.splitlines())) == (header, 1 + len(rows))
-    assert len(file.load(tmp_path / "calibration.toml").parts) == 4
+    assert len(file.load(tmp_path / "calibration.toml").parts) == 5
 
 
 def test_each_part_is_added_to_the_same_file(calibration_path):
