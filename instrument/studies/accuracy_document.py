@@ -19,7 +19,7 @@ For everybody who wants to know how accurate the force is, and which calibration
 command generates the document:
 
 ```sh
-pneuforce accuracy --contacts {contacts} --calibrations {calibrations} --seed {seed} --balloons {balloons}
+.venv/bin/pneuforce accuracy {options}
 ```
 
 **Which calibration do you need?**
@@ -127,6 +127,7 @@ def introduction(campaign: AccuracyCampaign, population: PopulationScores) -> st
     calibrated = {name: count for name, count in population.rejected.items() if ", " in name}
     return INTRODUCTION.format(
         **campaign._asdict(),
+        options=" ".join(f"--{name} {value}" for name, value in campaign._asdict().items()),
         points=CONTACTS_PER_CALIBRATION,
         energetic=mean["energetic"],
         membrane=mean["membrane, radius"],
