@@ -252,7 +252,9 @@ def test_a_port_that_comes_back_under_another_name_is_served_again_within_2_s(so
             assert answers_on(plugged.ports[1])
             assert time.monotonic() < start_s + 2.0
     plugged.unplug()
-    assert logged(caplog) == [f"Modbus RTU: {link} lost: hung up", f"Modbus RTU: {link} is open again"] * 2
+    # On a starved computer, an incomplete request adds a warning.
+    events = [line for line in logged(caplog) if " lost: " in line or " open " in line]
+    assert events == [f"Modbus RTU: {link} lost: hung up", f"Modbus RTU: {link} is open again"] * 2
 
 
 def test_no_request_is_carried_out_twice_after_a_change_to_an_adapter_with_echo(source, tmp_path, caplog):
