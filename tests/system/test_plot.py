@@ -244,19 +244,16 @@ def test_by_pressure_the_stated_uncertainty_is_shown(pressed, rows):
     assert f"n = {len(evaluated)}" in texts(bars)
 
 
-def test_by_pressure_the_errors_beside_a_reference_are_shown(pressed, tmp_path):
-    """The reference reads 25 % more than the instrument, which is an error of 20 % of the reference.
-
-    The peak of a contact is an estimate from several samples, and the reference has the noise of one sample.
-    """
+def test_by_pressure_the_errors_beside_a_reference_are_shown(pressed, rows, tmp_path):
+    """The reference reads 25 % more than the peaks, which is an error of 20 % of the reference."""
     reference = tmp_path / "cell.csv"
     with open_recording(pressed) as recording, reference.open("w") as file:
-        rows = csv.writer(file)
-        rows.writerow(["t_s", "force_n"])
-        forces = ((m.t_s - recording.begin_s, m.force_n) for m in recording.samples())
-        rows.writerows((t_s, 1.25 * force_n) for t_s, force_n in forces if force_n == force_n)
-    [percent] = percentages(draw(pressed, by_pressure=True, reference=reference))
-    assert float(percent) == pytest.approx(20, abs=5)
+        table, begin_s = csv.writer(file), recording.begin_s
+        table.writerow(["t_s", "force_n"])
+        for row in rows:
+            table.writerow([row.begin_s - begin_s, 0.0])
+            table.writerow([row.begin_s - begin_s + row.duration_s / 2, 1.25 * row.peak_n])
+    assert percentages(draw(pressed, by_pressure=True, reference=reference)) == ["20.00"]
 
 
 def test_the_command_writes_a_png_beside_the_recording(pressed):
