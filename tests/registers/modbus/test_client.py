@@ -6,6 +6,8 @@ import socket
 import pytest
 from pymodbus.client import ModbusTcpClient
 
+from pneuforce.registers.map import REGISTERS
+from pneuforce.registers.modbus import client as client_module
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
 from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import serving
@@ -133,3 +135,11 @@ def test_pymodbus_reads_writes_and_identifies(server, source):
         identity = client.read_device_information(read_code=3)
         assert identity.information[0] == b"pneuforce"
         assert identity.information[0x80] == b"42"
+
+
+def test_the_client_reads_each_register_of_the_map():
+    ranges = (*client_module._CHANGING_RANGES, *client_module._CONSTANT_RANGES)
+    missed = [
+        register.name for register in REGISTERS if not any(register.address in range_ for range_ in ranges)
+    ]
+    assert missed == []
