@@ -16,6 +16,7 @@ from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve, ForceCurvePoint
 from pneuforce.instrument.model.force_model import ForceModel
+from pneuforce.instrument.model.law import ForceLaw
 from pneuforce.instrument.model.uncertainty import (
     MeasuredPressures,
     force_std_n,
@@ -77,14 +78,15 @@ class Chain:
         The uncertainty becomes that of an unknown balloon.
         """
         settings = self.settings
-        unknown = ChainSettings.of(settings.law)
+        unknown = ChainSettings.of(replace(settings.law, grip=ForceLaw().grip))
         self.settings = replace(
             settings,
+            law=unknown.law,
             correction=None,
             input_uncertainties=unknown.input_uncertainties,
             model_uncertainty=unknown.model_uncertainty,
         )
-        self._curve_baseline_kpa = math.nan
+        self._curve_baseline_kpa, self._model = math.nan, None
 
     def proof_test_verdict(self, sample: RawSample) -> Verdict | None:
         """Return the verdict of a proof test at the first sample after it, otherwise None.

@@ -10,6 +10,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file, parts
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.grip import GRAVITY_M_PER_S2, fit_grip, weights_from_options
+from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw
 
@@ -83,3 +84,13 @@ def test_a_grip_of_another_balloon_is_rejected():
     other = replace(SETTINGS, circuit=replace(SETTINGS.circuit, volume_mm3=10_000.0))
     with pytest.raises(ConfigurationError, match="calibrate the grip again"):
         apply_calibration(other, content)
+
+
+def test_another_balloon_has_an_unknown_grip_again():
+    points = weights((100, 8.0, after_kpa(100, 8.0, 0.9)))
+    part = parts.grip_part(fit_grip(points, SETTINGS), points, SETTINGS, date(2026, 1, 2))
+    chain = Chain(apply_calibration(SETTINGS, file.empty(0).model_copy(update={"grip": part})))
+    chain.remove_calibration()
+    assert chain.settings == SETTINGS
+    curve, _ = chain._curve_at(8.0, 0.01)
+    assert curve.at(1.0).estimate == pytest.approx(SETTINGS.force_model.estimate(8.0, 9.0), abs=1e-3)
