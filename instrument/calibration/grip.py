@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.contacts import MAX_FORCE_N
+from pneuforce.instrument.calibration.option_points import points_from_options
 from pneuforce.instrument.calibration.ranges import GRIP_RANGE
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ONSET_KPA
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from pneuforce.support.columns import MAX_MAGNITUDE, Numbers, Points
+from pneuforce.support.columns import Numbers, Points
 
 COLUMNS = (("mass_g", "before_kpa", "after_kpa"),)
 MAX_WEIGHTS = 20
@@ -49,18 +49,8 @@ def weights_from_options(
 
     Raises ConfigurationError if the three lists differ in length, or if a value is not a usable number.
     """
-    count = len(mass_g)
-    if not count == len(before_kpa) == len(after_kpa):
-        raise ConfigurationError(
-            "--mass-g, --before-kpa and --after-kpa: give each option once for every weight"
-        )
-    columns = np.array([mass_g, before_kpa, after_kpa], float)
-    if not (np.abs(columns) <= MAX_MAGNITUDE).all():
-        raise ConfigurationError(
-            f"--mass-g, --before-kpa and --after-kpa must be numbers up to {MAX_MAGNITUDE:g}"
-        )
-    names = dict(zip(COLUMNS[0], columns, strict=True))
-    return Points("options", "", names, tuple(range(1, count + 1)))
+    columns = dict(zip(COLUMNS[0], (mass_g, before_kpa, after_kpa), strict=True))
+    return points_from_options(columns, "weight")
 
 
 def fit_grip(points: Points, settings: ChainSettings) -> GripFit:

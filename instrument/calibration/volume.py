@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.least_squares import fit_linear
-from pneuforce.support.columns import MAX_MAGNITUDE, Numbers, Points
+from pneuforce.instrument.calibration.option_points import points_from_options
+from pneuforce.support.columns import Numbers, Points
 
 COLUMNS = (("syringe_ml", "pressure_kpa"), ("volume_mm3", "pressure_kpa"))
 OPTIONAL_COLUMNS = ("before_kpa",)
@@ -71,18 +71,10 @@ def strokes_from_options(
 
     Raises ConfigurationError if the three lists differ in length, or if a value is not a usable number.
     """
-    count = len(displaced_ml)
-    if not count == len(before_kpa) == len(after_kpa):
-        raise ConfigurationError(
-            "--displaced-ml, --before-kpa and --after-kpa: give each option once for every stroke"
-        )
-    points = Points("options", "", {}, tuple(range(1, count + 1)))
-    displaced, before, after = strokes = np.array([displaced_ml, before_kpa, after_kpa], float)
-    if not (np.abs(strokes) <= MAX_MAGNITUDE).all():
-        raise ConfigurationError(
-            f"--displaced-ml, --before-kpa and --after-kpa must be numbers up to {MAX_MAGNITUDE:g}"
-        )
-    return SyringeStrokes(points, displaced * MM3_PER_ML, before, after)
+    columns = {"displaced_ml": displaced_ml, "before_kpa": before_kpa, "after_kpa": after_kpa}
+    points = points_from_options(columns, "stroke")
+    displaced_mm3 = points["displaced_ml"] * MM3_PER_ML
+    return SyringeStrokes(points, displaced_mm3, points["before_kpa"], points["after_kpa"])
 
 
 def fit_volume(strokes: SyringeStrokes, ambient_kpa: float) -> VolumeFit:
