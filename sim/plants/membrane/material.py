@@ -5,6 +5,7 @@ Each law gives the strain energy W of a volume at the stretches λ1, λ2 and λ3
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple, Protocol
@@ -38,16 +39,16 @@ class Material(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rubber:
+class Rubber(ABC):
     """Rubber skin, and its free inflation. Each subclass is one law of rubber elasticity."""
 
     mu_kpa: float
     radius_mm: float = 7.503
     thickness_mm: float = 0.2
 
+    @abstractmethod
     def tensions(self, along: Any, around: Any) -> Tensions:
         """Return the tensions at the stretches λ1 along the meridian and λ2 around the axis."""
-        raise NotImplementedError
 
     def free_kpa(self, stretch: Any) -> Any:
         """Return the pressure [kPa] of the free sphere at a stretch, by Laplace: ΔP = 2T/(R₀λ)."""
