@@ -21,7 +21,7 @@ from pneuforce.instrument.model import ForceCorrection
 from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
-from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED
+from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
 from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
@@ -137,9 +137,11 @@ def _apply_radius(settings: ChainSettings, calibration: Calibration) -> ChainSet
     measured = {key: getattr(part, key) for key in RADIUS_KEYS}
     for key, value in measured.items():
         _check_agreement(key, getattr(settings.balloon, key), getattr(default, key), value)
+    balloon = replace(settings.balloon, skin=_skin(part), **measured)
     return replace(
         settings,
-        balloon=replace(settings.balloon, skin=_skin(part), **measured),
+        balloon=balloon,
+        model_uncertainty=without_force_reference(settings.law, balloon),
         input_uncertainties=replace(settings.input_uncertainties, radius_mm=_radius_std_mm(part)),
     )
 

@@ -58,6 +58,8 @@ def fit_grip(points: Points, settings: ChainSettings) -> GripFit:
 
     Raises ConfigurationError, which names the line, if a row cannot be a weight on this balloon.
     """
+    if not settings.balloon.is_measured:
+        raise points.error("the grip needs the radii of this balloon: run `pneuforce calibrate radius` first")
     points.require_rows(1)
     if len(points) > MAX_WEIGHTS:
         raise points.error(f"{len(points)} weights, and at most {MAX_WEIGHTS} are allowed")

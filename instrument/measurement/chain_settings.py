@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pneuforce.instrument.measurement.force_tables import force_table
 from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
 from pneuforce.instrument.model.force_model import ForceModel
-from pneuforce.instrument.model.method_uncertainty import uncalibrated
+from pneuforce.instrument.model.method_uncertainty import without_force_reference
 from pneuforce.instrument.model.published_model import PublishedModel
 from pneuforce.instrument.model.uncertainty import (
     MEMBRANE_POLYTROPIC,
@@ -26,7 +26,9 @@ class ChainSettings:
     law: ForceLaw = LIVE_LAW
     correction: ForceCorrection | None = None
     input_uncertainties: InputUncertainties = field(default_factory=InputUncertainties)
-    model_uncertainty: ModelUncertainty = field(default_factory=lambda: uncalibrated("energetic", 1))
+    model_uncertainty: ModelUncertainty = field(
+        default_factory=lambda: without_force_reference(LIVE_LAW, Balloon())
+    )
     #: Time constant of the first-order low-pass filter of the displayed pressure.
     filter_time_constant_s: float = 0.06
     tube_time_constant_s: float = 0.06  #: first-order lag between balloon and sensor
@@ -40,16 +42,16 @@ class ChainSettings:
 
         For the method "membrane", the gas exponent is not that of the paper.
         """
-        circuit, inputs = circuit or Circuit(), InputUncertainties()
+        balloon, circuit, inputs = balloon or Balloon(), circuit or Circuit(), InputUncertainties()
         if law.method == "membrane":
             circuit = replace(circuit, polytropic=MEMBRANE_POLYTROPIC)
             inputs = replace(inputs, polytropic=MEMBRANE_POLYTROPIC_STD)
         return cls(
-            balloon=balloon or Balloon(),
+            balloon=balloon,
             circuit=circuit,
             law=law,
             input_uncertainties=inputs,
-            model_uncertainty=uncalibrated(law.method, law.sides),
+            model_uncertainty=without_force_reference(law, balloon),
         )
 
     @property

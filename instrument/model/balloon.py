@@ -41,6 +41,16 @@ class Balloon:
     #: Constants fitted to the measured radii, for the method "membrane". None: fitted to the quadratic.
     skin: SkinConstants | None = None
 
+    @property
+    def is_measured(self) -> bool:
+        """Return True if the radii are not those of the paper, or if a skin was fitted to measured radii."""
+        paper = Balloon()
+        return self.skin is not None or (
+            self.rest_radius_mm,
+            self.radius_linear_mm_per_kpa,
+            self.radius_quadratic_mm_per_kpa2,
+        ) != (paper.rest_radius_mm, paper.radius_linear_mm_per_kpa, paper.radius_quadratic_mm_per_kpa2)
+
     def radius_mm(self, pressure_kpa: Number) -> Number:
         """Return the radius R_i [mm] of the free balloon at gauge pressure ΔP_i (quadratic of Fig. 4)."""
         return (

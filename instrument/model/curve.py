@@ -86,7 +86,7 @@ class _Segment(NamedTuple):
         gap = self.radius_mm - d
         final_radius = math.sqrt(a_squared + gap * gap)
         estimate = ContactEstimate(force, d, math.sqrt(a_squared), self.radius_mm, final_radius)
-        (baseline, final, parameters, _), slope = self.sensitivity, self.sensitivity_per_kpa
+        (baseline, final, parameters), slope = self.sensitivity, self.sensitivity_per_kpa
         return ForceCurvePoint(
             estimate,
             ForceSensitivity(baseline + x * slope[0], final + x * slope[1], parameters + x * slope[2]),
@@ -234,17 +234,15 @@ class ContactCurve:
         end_n, end_sensitivity = node.solved.force_n, node.sensitivity
         if not end_n > 0:
             return ForceCurvePoint(NO_FORCE, _UNKNOWN_SENSITIVITY)
-        smooth = LowRiseInterpolation.smooth(node.solved, node.by_final, self._lowest_kpa)
-        line = LowRiseInterpolation(node.solved, lowest_rise_kpa=self._lowest_kpa)
-        interpolation = line if self.model.law.low == "line" else smooth
+        if self.model.law.low == "line":
+            interpolation = LowRiseInterpolation(node.solved, lowest_rise_kpa=self._lowest_kpa)
+        else:
+            interpolation = LowRiseInterpolation.smooth(node.solved, node.by_final, self._lowest_kpa)
         m, fraction = interpolation.force_end_slope, rise_kpa / self._lowest_kpa
         g = interpolant(fraction, m)
         by_final = end_n / self._lowest_kpa * interpolant_slope(max(fraction, _MIN_SLOPE_FRACTION), m)
         by_baseline = g * (end_sensitivity.baseline_n_per_kpa + end_sensitivity.final_n_per_kpa) - by_final
-        smooth_minus_line = interpolant(fraction, smooth.force_end_slope) - fraction
-        sensitivity = ForceSensitivity(
-            by_baseline, by_final, g * end_sensitivity.parameters_n, smooth_minus_line * end_n
-        )
+        sensitivity = ForceSensitivity(by_baseline, by_final, g * end_sensitivity.parameters_n)
         return ForceCurvePoint(interpolation.at(rise_kpa), sensitivity)
 
 
@@ -265,6 +263,5 @@ def apply_correction(
             factor * sensitivity.baseline_n_per_kpa + force_n * by_baseline,
             factor * sensitivity.final_n_per_kpa + force_n * by_final,
             factor * sensitivity.parameters_n,
-            factor * sensitivity.interpolation_n,
         ),
     )

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pneuforce.instrument.model.law import MethodName
+from pneuforce.instrument.model.balloon import Balloon
+from pneuforce.instrument.model.law import ForceLaw, MethodName
 from pneuforce.instrument.model.uncertainty import ModelUncertainty
 
 #: Uncertainty without a force sensor and without known weights, by method and number of pressed sides. The
-#: published methods use the radius, thickness and stiffness of the paper.
+#: published methods use the radius, thickness and stiffness of the paper, and "membrane" its radii.
 UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
     ("energetic", 1): ModelUncertainty(
         relative_stds=(0.27, 0.22, 0.19, 0.25, 0.01), absolute_stds_n=(0.01, 0.02, 0.22, 0.22, 0.54)
@@ -33,13 +34,19 @@ UNCALIBRATED: Mapping[tuple[MethodName, int], ModelUncertainty] = {
     ("shanahan", 2): ModelUncertainty(
         relative_stds=(0.43, 0.31, 0.18, 0.01, 0.01), absolute_stds_n=(0.01, 0.01, 0.26, 0.40, 0.61)
     ),
-    ("membrane", 1): ModelUncertainty.constant(0.01),
-    ("membrane", 2): ModelUncertainty.constant(0.01),
+    ("membrane", 1): ModelUncertainty(
+        relative_stds=(0.01, 0.02, 0.05, 0.12, 0.23), absolute_stds_n=(0.01, 0.01, 0.01, 0.01, 0.01)
+    ),
+    ("membrane", 2): ModelUncertainty.constant(0.01, 0.01),
 }
+#: Uncertainty of the method "membrane" after the radii of the balloon were measured.
+RADIUS_CALIBRATED = ModelUncertainty.constant(0.01)
 #: Uncertainty of the method "membrane" after the grip was calibrated with known weights.
 GRIP_CALIBRATED = ModelUncertainty.constant(0.003)
 
 
-def uncalibrated(method: MethodName, sides: int) -> ModelUncertainty:
-    """Return the uncertainty of a method without calibration."""
-    return UNCALIBRATED[method, sides]
+def without_force_reference(law: ForceLaw, balloon: Balloon) -> ModelUncertainty:
+    """Return the uncertainty of a method without known weights and without a force sensor."""
+    if law.method == "membrane" and balloon.is_measured:
+        return RADIUS_CALIBRATED
+    return UNCALIBRATED[law.method, law.sides]

@@ -72,8 +72,6 @@ class ModelUncertainty:
 
     relative_stds: BinValues
     absolute_stds_n: BinValues
-    #: True if the difference between the straight and the smooth interpolation is a part of the uncertainty.
-    interpolation: bool = False
 
     @classmethod
     def constant(cls, relative_std: float, absolute_std_n: float = 0.0) -> ModelUncertainty:
@@ -97,7 +95,6 @@ class ForceSensitivity(NamedTuple):
     baseline_n_per_kpa: float
     final_n_per_kpa: float
     parameters_n: float  #: standard uncertainty due to all inputs except pressures and gain [N]
-    interpolation_n: float = 0.0  #: force of the smooth minus force of the straight interpolation [N]
 
 
 class MeasuredPressures(NamedTuple):
@@ -149,10 +146,10 @@ def contributions_n(
 ) -> tuple[float, ...]:
     """Return the contributions to the standard uncertainty of a force [N].
 
-    The order is: ΔP_i, ΔP_f, gain of the sensor, parameters, force law, interpolation to zero. The first
-    three contributions have the sign of their sensitivity.
+    The order is: ΔP_i, ΔP_f, gain of the sensor, parameters, force law. The first three contributions have
+    the sign of their sensitivity.
     """
-    by_baseline, by_final, parameters_n, interpolation_n = sensitivity
+    by_baseline, by_final, parameters_n = sensitivity
     return (
         by_baseline * pressures.baseline_std_kpa,
         by_final * pressures.final_std_kpa,
@@ -162,5 +159,4 @@ def contributions_n(
             force_n * model_uncertainty.relative_std(pressures.baseline_kpa),
             model_uncertainty.absolute_std_n(pressures.baseline_kpa),
         ),
-        interpolation_n / math.sqrt(3) if model_uncertainty.interpolation else 0.0,
     )

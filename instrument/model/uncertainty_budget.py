@@ -8,7 +8,7 @@ from typing import NamedTuple
 from pneuforce.instrument.model.correction import ForceCorrection
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.force_model import ForceModel
-from pneuforce.instrument.model.method_uncertainty import uncalibrated
+from pneuforce.instrument.model.method_uncertainty import without_force_reference
 from pneuforce.instrument.model.uncertainty import (
     InputUncertainties,
     ModelUncertainty,
@@ -50,18 +50,16 @@ def compute_budget(
 ) -> tuple[BudgetLine, ...]:
     """Return one line for each source of uncertainty. `contact_s` is the time since the contact started."""
     inputs = input_uncertainties or InputUncertainties()
-    law = force_model.law
-    model = model_uncertainty or uncalibrated(law.method, law.sides)
+    model = model_uncertainty or without_force_reference(force_model.law, force_model.balloon)
     rise_kpa, drift_kpa = final_kpa - baseline_kpa, inputs.drift_kpa_per_s * contact_s
     curve = ContactCurve(baseline_kpa, force_model, correction, inputs)
     point = curve.at(rise_kpa)
     pressures = inputs.at_rest(baseline_kpa, final_kpa, 0.0)
     force_n, sensitivity = point.estimate.force_n, point.sensitivity
-    by_baseline, by_final, by_gain, _, by_law, by_interpolation = contributions_n(
+    by_baseline, by_final, by_gain, _, by_law = contributions_n(
         force_n, sensitivity, pressures, inputs, model
     )
     by_drift = sensitivity.baseline_n_per_kpa * drift_kpa
-    interpolation_std_n = abs(by_interpolation)
     return (
         BudgetLine("noise of ΔP_i", inputs.baseline_noise_kpa, "kPa", abs(by_baseline)),
         BudgetLine("noise of ΔP_f", inputs.final_noise_kpa, "kPa", abs(by_final)),
@@ -69,7 +67,6 @@ def compute_budget(
         BudgetLine(f"drift of ΔP_i in {contact_s:g} s", drift_kpa, "kPa", abs(by_drift)),
         *_parameter_lines(baseline_kpa, rise_kpa, sensitivity.parameters_n, force_model, inputs),
         BudgetLine("force law", by_law, "N", by_law),
-        BudgetLine("interpolation to zero", interpolation_std_n, "N", abs(by_interpolation)),
     )
 
 

@@ -45,11 +45,12 @@ Each cell of the tables has three values, with a dot between them:
 
 Each balloon is drawn at random: Mooney–Rivlin, Gent or Ogden rubber, thickness ±15 %, unevenness of the
 thickness ±10 %, grip of the contact 0 to 1, one or two pressed sides, volume of the tubes ±1 %, gas
-exponent 1.0 to 1.2. Forces are between 0.2 and 3.5 N, and ΔP_i between 4.95 and 11.45 kPa, but at most
-90 % of the limit pressure of the balloon. The number of pressed sides is configured; the other
-properties are unknown to the instrument. *Radius* is a calibration with 12 radii (scatter 0.03 mm).
-*One weight* is a calibration of the grip with {weight_g:.0f} g. *Force sensor* is a calibration with 24
-contacts.
+exponent 1.0 to 1.2. Without pressure, all balloons have the radius of the balloon of the paper. Forces
+are between 0.2 and 3.5 N, and ΔP_i between 4.95 and 11.45 kPa, but at most 90 % of the limit pressure of
+the balloon. The number of pressed sides is configured; the other properties are unknown to the
+instrument. Without *radius*, the instrument uses the radii that the paper measured. *Radius* is a
+calibration with 12 radii (scatter 0.03 mm). *One weight* is a calibration of the grip with
+{weight_g:.0f} g. *Force sensor* is a calibration with 24 contacts.
 
 {population}
 

@@ -39,6 +39,7 @@ ESTIMATORS = (
     "energetic",
     "energetic, radius",
     "energetic, force sensor",
+    "membrane",
     "membrane, radius",
     "membrane, radius, one weight",
     "membrane, radius, one weight, force sensor",

@@ -12,9 +12,11 @@ from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.grip import GRAVITY_M_PER_S2, fit_grip, weights_from_options
 from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.model import ForceLaw
+from pneuforce.instrument.model import Balloon, ForceLaw
+from pneuforce.instrument.model.method_uncertainty import without_force_reference
 
-SETTINGS = ChainSettings.of(ForceLaw(method="membrane"))
+#: A balloon whose radii were measured: they differ a little from those of the paper.
+SETTINGS = ChainSettings.of(ForceLaw(method="membrane"), Balloon(rest_radius_mm=7.51))
 
 
 def after_kpa(mass_g, before_kpa, grip):
@@ -91,6 +93,13 @@ def test_another_balloon_has_an_unknown_grip_again():
     part = parts.grip_part(fit_grip(points, SETTINGS), points, SETTINGS, date(2026, 1, 2))
     chain = Chain(apply_calibration(SETTINGS, file.empty(0).model_copy(update={"grip": part})))
     chain.remove_calibration()
-    assert chain.settings == SETTINGS
+    unknown = without_force_reference(SETTINGS.law, Balloon())
+    assert chain.settings == replace(SETTINGS, model_uncertainty=unknown)
     curve, _ = chain._curve_at(8.0, 0.01)
     assert curve.at(1.0).estimate == pytest.approx(SETTINGS.force_model.estimate(8.0, 9.0), abs=1e-3)
+
+
+def test_the_grip_is_rejected_before_the_radii_of_the_balloon_are_measured():
+    settings = ChainSettings.of(ForceLaw(method="membrane"))
+    with pytest.raises(ConfigurationError, match="calibrate radius"):
+        fit_grip(weights((100, 8.0, 8.9)), settings)

@@ -12,8 +12,9 @@ from pneuforce.instrument import config
 from pneuforce.instrument.config import Configuration, example, load, parse
 from pneuforce.instrument.core.interlocks import HARD_LIMIT_KPA
 from pneuforce.instrument.measurement.chain import Chain
-from pneuforce.instrument.model.law import MethodName
-from pneuforce.instrument.model.method_uncertainty import uncalibrated
+from pneuforce.instrument.model.balloon import Balloon
+from pneuforce.instrument.model.law import ForceLaw, MethodName
+from pneuforce.instrument.model.method_uncertainty import without_force_reference
 from pneuforce.registers.map import BY_NAME
 
 KEYS = [
@@ -266,9 +267,9 @@ def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, t
     path = tmp_path / "instrument.toml"
     path.write_text(f'[measurement]\nmethod = "{method}"\n')
     chain = Chain(load(path).chain)
-    assert chain.settings.model_uncertainty == uncalibrated(method, 1)
+    assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
     chain.remove_calibration()
-    assert chain.settings.model_uncertainty == uncalibrated(method, 1)
+    assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
 
 
 def test_the_message_about_a_wrong_token_does_not_contain_the_token():

@@ -22,7 +22,7 @@ from pneuforce.instrument.model import (
 )
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.derivatives import ContactDifferentiator, ModelInputs
-from pneuforce.instrument.model.method_uncertainty import uncalibrated
+from pneuforce.instrument.model.method_uncertainty import without_force_reference
 from pneuforce.instrument.model.pressure_bins import pressure_bin_indices
 from pneuforce.instrument.model.published_model import PublishedModel
 from pneuforce.instrument.model.uncertainty import (
@@ -39,7 +39,8 @@ from pneuforce.instrument.model.uncertainty_budget import combined_std_n, comput
 from pneuforce.sim.plants.plant import Gas, amount_kpa_mm3
 from pneuforce.sim.plants.published import PublishedPlant
 
-BALLOON, CIRCUIT, INPUTS, MODEL = Balloon(), Circuit(), InputUncertainties(), uncalibrated("energetic", 1)
+BALLOON, CIRCUIT, INPUTS = Balloon(), Circuit(), InputUncertainties()
+MODEL = without_force_reference(ForceLaw(), BALLOON)
 EXACT_MODEL = ModelUncertainty.constant(0.0)
 RELATIVE_MODEL = ModelUncertainty.constant(0.12)
 each_method = pytest.mark.parametrize("method", METHODS)
@@ -66,7 +67,7 @@ def published(law=PAPER_LAW):
 def test_the_stated_uncertainty_is_at_least_the_error_that_the_paper_found_on_its_balloon(
     method, baseline_kpa, mean_percent
 ):
-    model = uncalibrated(method, 1)
+    model = without_force_reference(ForceLaw(method=method), BALLOON)
     std_n = math.hypot(model.relative_std(baseline_kpa), model.absolute_std_n(baseline_kpa))
     assert std_n >= 0.75 * mean_percent / 100
 
@@ -209,11 +210,9 @@ def test_the_budget_adds_up_to_the_uncertainty_of_the_force(baseline_kpa, final_
 
 def test_the_contributions_agree_with_a_calculation_by_hand():
     """ΔP_i contributes 2 N/kPa × 3 Pa, ΔP_f 4 N/kPa × 5 Pa, and the gain (−2·8 + 4·9) N × 0.58 %."""
-    sensitivity, pressures = ForceSensitivity(-2.0, 4.0, 0.07, 0.3), MeasuredPressures(8.0, 9.0, 0.003, 0.005)
-    model = ModelUncertainty(
-        relative_stds=(0.1, 0.1, 0.1, 0.2, 0.2), absolute_stds_n=(0.05,) * 5, interpolation=True
-    )
-    by_baseline, by_final, by_gain, parameters, law, interpolation = contributions_n(
+    sensitivity, pressures = ForceSensitivity(-2.0, 4.0, 0.07), MeasuredPressures(8.0, 9.0, 0.003, 0.005)
+    model = ModelUncertainty(relative_stds=(0.1, 0.1, 0.1, 0.2, 0.2), absolute_stds_n=(0.05,) * 5)
+    by_baseline, by_final, by_gain, parameters, law = contributions_n(
         3.0, sensitivity, pressures, INPUTS, model
     )
     assert abs(by_baseline) == pytest.approx(0.006)
@@ -221,7 +220,6 @@ def test_the_contributions_agree_with_a_calculation_by_hand():
     assert by_gain == pytest.approx(20 * 0.01 / math.sqrt(3))
     assert parameters == 0.07
     assert law == pytest.approx(math.hypot(0.3, 0.05))
-    assert interpolation == pytest.approx(0.3 / math.sqrt(3))
     above = contributions_n(3.0, sensitivity, MeasuredPressures(9.0, 10.0, 0.0, 0.0), INPUTS, model)
     assert above[4] == pytest.approx(math.hypot(0.6, 0.05))
 
@@ -242,7 +240,6 @@ def test_a_correction_scales_the_force_and_its_sensitivity():
         factor * plain.estimate.contact_radius_mm**2
     )
     assert corrected.sensitivity.parameters_n == pytest.approx(factor * plain.sensitivity.parameters_n)
-    assert corrected.sensitivity.interpolation_n == pytest.approx(factor * plain.sensitivity.interpolation_n)
 
 
 class RandomRig:
@@ -303,3 +300,10 @@ def test_two_u_cover_95_percent_of_the_true_forces(model):
             covered += abs(force_n - truth_n) <= 2 * u
             count += 1
     assert 0.93 <= covered / count <= 0.97, covered / count
+
+
+def test_the_method_membrane_is_less_certain_until_the_radii_are_measured():
+    law, measured = ForceLaw(method="membrane"), Balloon(rest_radius_mm=7.6)
+    unmeasured = without_force_reference(law, Balloon()).relative_std(11.0)
+    assert without_force_reference(law, measured).relative_std(11.0) < 0.1 * unmeasured
+    assert without_force_reference(ForceLaw(), measured) == without_force_reference(ForceLaw(), Balloon())
