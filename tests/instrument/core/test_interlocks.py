@@ -174,12 +174,17 @@ class TestSilence:
         assert harness.snapshot().force_n == fresh.force_n
         harness.now_s += 0.0002
         stale = harness.snapshot()
-        for name in (
-            "force_n", "force_std_n", "force_uncompensated_n", "force_lower_range_limit_n",
-            "pressure_kpa", "rise_kpa", "baseline_pressure_kpa", "radius_mm", "indentation_mm",
-            "contact_radius_mm", "drift_kpa_per_s",
-            "delay_s", "setpoint_kpa",
-        ):  # fmt: skip
+        history = {"peak_force_n", "baseline_age_s", "proof_test_age_s", "age_s"}
+        requested = {
+            "setpoint_requested_kpa",
+            "force_limit_n",
+            "reference_pressure_kpa",
+            "lease_s",
+            "lease_left_s",
+        }
+        floats = {name for name, value in fresh._asdict().items() if isinstance(value, float)}
+        assert {"force_n", "force_std_n", "pressure_kpa", "setpoint_kpa"} < floats - history - requested
+        for name in floats - history - requested:
             assert math.isfinite(getattr(fresh, name)), name
             assert math.isnan(getattr(stale, name)), name
         assert {"stale", "stale_or_lost", "failure"} <= stale.status
