@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from pneuforce.sim.contacts.contact import Contact, Phase
 from pneuforce.sim.contacts.push import Push
+from pneuforce.sim.contacts.tool import MovedTool
 from pneuforce.sim.contacts.trajectory import Trajectory, constant, smooth_change
 
 #: Time for which the balloon must be held at the setpoint of the phase before the hand starts a contact.
@@ -41,6 +42,7 @@ class Hand:
         self._keeps_pressing = False  # True from a requested press until the release
         self._requested: deque[Contact] = deque()
         self._held_s = 0.0
+        self._tool: MovedTool | None = None  # a robot holds the balloon, so the hand does not press
         self._start(REST)
 
     @property
@@ -68,8 +70,22 @@ class Hand:
         """End the present contact and play `contacts` once. A hand that plays phases then continues."""
         self._request(contacts)
 
+    def give_to_robot(self, tool: MovedTool) -> None:
+        """Let a robot move the balloon until the next press, contact or release."""
+        self._request([])
+        self._tool = tool
+
+    def move(self, speed_mm_per_s: float) -> bool:
+        """Command the speed of the robot. Return False if no robot moves the balloon."""
+        if self._tool is not None:
+            self._tool.command(speed_mm_per_s)
+        return self._tool is not None
+
     def step(self, held: bool, dt_s: float) -> Push:
         """Advance the time by `dt_s` and return the push. `held` is True if the board holds the balloon."""
+        if self._tool is not None:
+            self.push = self._tool.step(dt_s)
+            return self.push
         self._held_s = self._held_s + dt_s if held else 0.0
         self._elapsed_s += dt_s
         if (
@@ -108,9 +124,16 @@ class Hand:
             self._held_s = -UNCOMMANDED_S
 
     def _request(self, contacts: Iterable[Contact]) -> None:
+        self._take_from_robot()
         self._requested = deque(contacts)
         self._keeps_pressing = False
         self._retract()
+
+    def _take_from_robot(self) -> None:
+        if self._tool is not None:
+            force_n, self._tool = self.push.last_n, None
+            self._start(REST)
+            self._value = force_n
 
     def _retract(self) -> None:
         self._in_phase_contact = False

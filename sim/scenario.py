@@ -25,6 +25,7 @@ from pneuforce.protocol.limits import SETPOINT_PA
 from pneuforce.sim.contacts.contact import Contact, Phase
 from pneuforce.sim.contacts.kinds import ContactTable
 from pneuforce.sim.contacts.scenario_table import NumberList, ScenarioTable, format_location, is_number
+from pneuforce.sim.contacts.tool import MovedTool, ToolTable
 from pneuforce.sim.faults.injection import validate_arguments
 from pneuforce.sim.pneumatics import PneumaticSettings
 from pneuforce.sim.sensor import SensorSettings
@@ -183,6 +184,14 @@ def _fits(value: Any) -> bool:
 
 
 _CONTACT_TABLE: TypeAdapter[Any] = TypeAdapter(ContactTable)
+
+
+def tool_of(table: Any) -> MovedTool:
+    """Return the tool of a table that has the keys of `ToolTable`. Raises ScenarioError."""
+    try:
+        return ToolTable.model_validate(table).tool()
+    except ValidationError as error:
+        raise ScenarioError("; ".join(format_errors(error, ToolTable, format_location))) from None
 
 
 def contacts_of(table: Any) -> tuple[Contact, ...]:

@@ -20,7 +20,7 @@ from pneuforce.sim.contacts.contact import Contact
 from pneuforce.sim.contacts.recorded_force import read_recorded_force
 from pneuforce.sim.contacts.scenario_table import NumberList, ScenarioTable
 from pneuforce.sim.contacts.tissue import Rigid
-from pneuforce.sim.contacts.tissue_tables import HertzTable, SpringTable
+from pneuforce.sim.contacts.tissue_tables import TissueTable
 from pneuforce.sim.contacts.trajectory import (
     MAX_RATE_PER_S,
     LinearChange,
@@ -62,7 +62,7 @@ class _PlateauTable(_ContactTable):
 
     force_n: Forces | None = None
     travel_mm: Travels | None = None
-    tissue: Annotated[HertzTable | SpringTable, Field(discriminator="law")] | None = None
+    tissue: TissueTable | None = None
     rise_s: RiseTime | None = None
     hold_s: Time
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -31,3 +31,6 @@ class SpringTable(ScenarioTable):
     def tissue(self) -> Tissue:
         """Return the tissue of this table."""
         return Spring(self.stiffness_n_per_mm)
+
+
+TissueTable = Annotated[HertzTable | SpringTable, Field(discriminator="law")]

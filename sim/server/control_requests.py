@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from pneuforce.sim.contacts.scenario_table import is_number
+from pneuforce.sim.contacts.tool import MAX_SPEED_MM_PER_S
 from pneuforce.sim.faults import SimulatorRequestError
 from pneuforce.sim.plants.plant import MAX_PUSH_N
-from pneuforce.sim.scenario import ScenarioError, contacts_of
+from pneuforce.sim.scenario import ScenarioError, contacts_of, tool_of
 from pneuforce.sim.world import World
 
 
@@ -44,6 +45,11 @@ def _play_phases(world: World, plays_phases: bool) -> None:
     world.rig.hand.plays_phases = plays_phases
 
 
+def _move(world: World, speed_mm_per_s: float) -> None:
+    if not world.rig.hand.move(float(speed_mm_per_s)):
+        raise SimulatorRequestError("speed_mm_per_s requires a robot: send the request robot first")
+
+
 REQUESTS: Mapping[str, ControlRequest] = {
     "press": ControlRequest(
         lambda v: is_number(v) and 0 <= v <= MAX_PUSH_N,
@@ -55,6 +61,16 @@ REQUESTS: Mapping[str, ControlRequest] = {
         lambda v: isinstance(v, dict),
         "an object with the keys of a contact in a scenario",
         lambda world, contact: world.rig.hand.play(contacts_of(contact)),
+    ),
+    "robot": ControlRequest(
+        lambda v: isinstance(v, dict),
+        "an object with distance_mm and tissue",
+        lambda world, table: world.rig.hand.give_to_robot(tool_of(table)),
+    ),
+    "speed_mm_per_s": ControlRequest(
+        lambda v: is_number(v) and abs(v) <= MAX_SPEED_MM_PER_S,
+        f"a speed from -{MAX_SPEED_MM_PER_S:g} to {MAX_SPEED_MM_PER_S:g} mm/s",
+        _move,
     ),
     "hand": ControlRequest(lambda v: isinstance(v, bool), "true or false", _play_phases),
     "fault": ControlRequest(

@@ -52,6 +52,13 @@ def answers(control, client, *requests):
     "invalid",
     [
         {"press": DIGITS},
+        {"robot": {"distance_mm": DIGITS}},
+        {"robot": {"distance_mm": -1}},
+        {"robot": {"tissue": {"law": "hertz", "modulus_kpa": 0}}},
+        {"robot": 5},
+        {"speed_mm_per_s": 101},
+        {"speed_mm_per_s": float("nan")},
+        {"speed_mm_per_s": 1},
         {"truth": DIGITS},
         {"contact": {"kind": "press", "force_n": DIGITS}},
         {"contact": {"kind": "press", "force_n": {"from": 0, "to": 1, "step": DIGITS}}},
