@@ -17,7 +17,7 @@ from tests.instrument.recording.virtual_host import VirtualHost
 
 MAX_TIME_S = 1.0
 MAX_MEMORY_BYTES = 50_000_000
-MUTATIONS = 10_000
+MUTATIONS = 4_000
 REMOVED = object()
 DEEP = 200_000
 
