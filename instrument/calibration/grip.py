@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.contacts import MAX_FORCE_N
 from pneuforce.instrument.calibration.option_points import points_from_options
 from pneuforce.instrument.calibration.ranges import GRIP_RANGE
@@ -59,7 +60,10 @@ def fit_grip(points: Points, settings: ChainSettings) -> GripFit:
     Raises ConfigurationError, which names the line, if a row cannot be a weight on this balloon.
     """
     if not settings.balloon.is_measured:
-        raise points.error("the grip needs the radii of this balloon: run `pneuforce calibrate radius` first")
+        raise ConfigurationError(
+            "the grip needs the radii of this balloon: run `pneuforce calibrate radius` first, and "
+            "write both to the same file with --out"
+        )
     points.require_rows(1)
     if len(points) > MAX_WEIGHTS:
         raise points.error(f"{len(points)} weights, and at most {MAX_WEIGHTS} are allowed")
