@@ -19,6 +19,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pneuforce.registers.advice import REJECT_REASON_ADVICE
+from pneuforce.registers.rdt.sensor_pages import SENSOR_PAGES
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.client_network import client_network
@@ -89,6 +90,7 @@ def create_app(services: WebServices) -> ASGIApp:
         Route("/", _index),
         Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
         *(Route(path, _bound(services, handler)) for path, handler in _GET_HANDLERS.items()),
+        *(Route(path, _bound(services, _sensor_page)) for path in SENSOR_PAGES),
         *(
             Route(path, _bound(services, handler), methods=["POST"])
             for path, handler in _POST_HANDLERS.items()
@@ -150,6 +152,18 @@ async def _frames(services: WebServices, _request: Request) -> Response:
     if services.feed.snapshot is None:
         return error_response(503, services.feed.down_reason)
     return json_response({"frames": can_frames(services.feed.health)})
+
+
+async def _sensor_page(services: WebServices, request: Request) -> Response:
+    """Return an XML page for clients of ATI sensors. The page exists only while RDT is enabled."""
+    header = services.feed.header
+    if not header:
+        return error_response(503, services.feed.down_reason)
+    if not header["configuration"]["rdt"]["enabled"]:
+        raise HTTPException(404)
+    simulated = bool(header["simulated"] or header.get("replay"))
+    page = SENSOR_PAGES[request.url.path](header["serial_number"], simulated)
+    return Response(page, media_type="text/xml")
 
 
 # ---- write

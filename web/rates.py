@@ -14,6 +14,7 @@ RATES: Mapping[str, tuple[tuple[str, str], ...]] = {
     "modbus_exceptions_per_s": (("modbus_tcp", "exceptions"), ("modbus_rtu", "exceptions")),
     "can_sent_per_s": (("can", "sent"),),
     "can_received_per_s": (("can", "received"),),
+    "rdt_records_per_s": (("rdt", "records"),),
 }
 
 

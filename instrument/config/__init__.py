@@ -19,6 +19,7 @@ from pneuforce.instrument.config.network_sections import (
     CanSection,
     ModbusRtuSection,
     ModbusSection,
+    RdtSection,
     WebSection,
 )
 from pneuforce.instrument.config.sections import (
@@ -41,6 +42,7 @@ __all__ = [
     "CanSection",
     "Configuration",
     "MeasurementSection",
+    "RdtSection",
     "SafetySection",
     "WebSection",
     "example",
@@ -62,6 +64,7 @@ class Configuration(Section):
     modbus: ModbusSection = ModbusSection()
     modbus_rtu: ModbusRtuSection = ModbusRtuSection()
     can: CanSection = CanSection()
+    rdt: RdtSection = RdtSection()
     events: EventsSection = EventsSection()
     local: LocalSection = LocalSection()
     web: WebSection = WebSection()
@@ -86,8 +89,8 @@ class Configuration(Section):
     @property
     def warning(self) -> str:
         """Return a warning about valid settings that are probably a mistake; empty if there is none."""
-        served = self.modbus.enabled or self.modbus_rtu.enabled or self.can.enabled
-        unserved = "no bus is enabled (modbus, modbus_rtu, can): no master can read the instrument"
+        served = any(bus.enabled for bus in (self.modbus, self.modbus_rtu, self.can, self.rdt))
+        unserved = "no bus is enabled (modbus, modbus_rtu, can, rdt): no master can read the instrument"
         return "; ".join([*([] if served else [unserved]), *self._calibration_warnings])
 
     @property

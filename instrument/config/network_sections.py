@@ -117,6 +117,20 @@ class CanSection(Section):
     )
 
 
+class RdtSection(ListenerSection):
+    """RDT server, compatible with clients for ATI Net F/T and Axia sensors. It is read-only."""
+
+    enabled: bool = Field(False, description="send the force over RDT")
+    port: Port = Field(49152, description="UDP port; most clients cannot use another port")
+    stream_timeout_s: float = Field(
+        0.0,
+        ge=0,
+        le=86_400,
+        description="time after which a stream without a new start request ends [s]; 0: never, because most "
+        "clients send one start request only",
+    )
+
+
 class WebSection(ListenerSection):
     """Web page to monitor and operate the instrument in a browser."""
 

@@ -9,6 +9,7 @@ from pneuforce.instrument.service.host_loop import HostLoop
 from pneuforce.instrument.service.rtu_server import RtuServer
 from pneuforce.registers.can.frames import find_frame
 from pneuforce.registers.modbus.tcp import ModbusTcpServer
+from pneuforce.registers.rdt.server import RdtServer
 
 
 def rig_health(host: HostLoop, age_s: float) -> dict[str, Any]:
@@ -84,6 +85,15 @@ def can_health(can: CanServer | None, now_s: float) -> dict[str, Any] | None:
         **{name: getattr(can.bus.counters, name) for name in names},
         "frames": frames,
     }
+
+
+def rdt_health(rdt: RdtServer | None) -> dict[str, Any] | None:
+    """Return counters of RDT, or None if it is disabled."""
+    if rdt is None or not rdt.is_open:
+        return None
+    names = ("records", "dropped", "requests", "refused")
+    counters = {name: getattr(rdt.counters, name) for name in names}
+    return {"port": rdt.port, "clients": len(rdt.streams), **counters}
 
 
 def events_health(file: str, down: bool) -> dict[str, Any] | None:

@@ -27,12 +27,14 @@ from pneuforce.instrument.service.health import (
     can_health,
     events_health,
     modbus_health,
+    rdt_health,
     rig_health,
     rtu_health,
 )
 from pneuforce.instrument.service.host import Host
 from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
 from pneuforce.instrument.service.local_server import WEB, LocalServer
+from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
 from pneuforce.instrument.service.recorder_process import RecorderProcess
 from pneuforce.instrument.service.rtu_server import RtuServer
 from pneuforce.instrument.service.stderr_log import log_to_stderr
@@ -103,6 +105,7 @@ class Servers:
         self.modbus = modbus_server(configuration, source)
         self.rtu = RtuServer(configuration, source, identity(configuration))
         self.can = CanServer(source, configuration.can) if configuration.can.enabled else None
+        self.rdt = rdt_server_of(source, configuration.rdt)
         self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
         self.systemd = systemd_notifier(source)
         host.channels += [self.local, self.systemd]
@@ -113,6 +116,7 @@ class Servers:
             "modbus_tcp": modbus_health(self.modbus, now_s),
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
+            "rdt": rdt_health(self.rdt),
             "events": events_health(self.configuration.events.file, self.host.instrument.log_down),
         }
 
@@ -173,6 +177,13 @@ async def _join_can(servers: Servers, stop: asyncio.Event) -> None:
         servers.host.channels.append(servers.can)
 
 
+async def _open_rdt(servers: Servers) -> None:
+    """Open the RDT server if it is enabled. Raises ServerError."""
+    if servers.rdt is not None:
+        await open_rdt(servers.rdt)
+        servers.host.channels.append(servers.rdt)
+
+
 async def _run(
     servers: Servers, web: WebProcess | None, joining: asyncio.Task[None], stop: asyncio.Event
 ) -> None:
@@ -181,6 +192,7 @@ async def _run(
     try:
         if not stop.is_set():
             await servers.rtu.open()
+            await _open_rdt(servers)
             await (joining if modbus is None else _listen(modbus, servers.configuration))
             ports = {"modbus": modbus.port if modbus else None}
             if web is not None:
@@ -193,6 +205,8 @@ async def _run(
         await running
     finally:
         servers.rtu.close()
+        if servers.rdt is not None:
+            servers.rdt.close()
         if modbus is not None:
             modbus.close()
         stop.set()

@@ -3,6 +3,7 @@
 import contextlib
 import socket
 import time
+from xml.etree import ElementTree
 
 import pytest
 
@@ -65,6 +66,27 @@ def test_can_frames_are_decoded_and_invalid_frames_have_no_values(site, instrume
     assert answer["frames"][0]["values"]["counter"] == 3
     assert answer["frames"][0]["values"]["pressure"] == pytest.approx(8.0, abs=0.1)
     assert [frame["values"] for frame in answer["frames"][1:]] == [{}, {}, {}]
+
+
+PAGES = ["/netftapi2.xml", "/netftcalapi.xml"]
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_the_pages_of_ati_sensors_exist_only_while_rdt_is_enabled(site, instrument, path):
+    for enabled, status in ((False, 404), (True, 200), (False, 404)):
+        instrument.send(header(configuration={"rdt": {"enabled": enabled}}))
+        wait_for(lambda: site.get(path)[0], lambda received, wanted=status: received == wanted)
+
+
+def test_the_pages_of_ati_sensors_contain_scale_and_units(site, instrument):
+    instrument.send(header(configuration={"rdt": {"enabled": True}}))
+    wait_for(lambda: site.get(PAGES[0])[0], lambda status: status == 200)
+    settings, calibration = (ElementTree.fromstring(site.get(path)[2]) for path in PAGES)
+    names = ("cfgcpf", "cfgcpt", "scfgfu", "scfgtu", "comrdtrate")
+    assert [settings.findtext(name) for name in names] == ["1000000", "1000000", "N", "N-m", "500"]
+    assert "simulated" in settings.findtext("prodname")
+    names = ("calcpf", "calcpt", "scalfu", "scaltu", "calsn")
+    assert [calibration.findtext(name) for name in names] == ["1000000", "1000000", "N", "N-m", "7"]
 
 
 @pytest.mark.parametrize("path", ["/api/registers", "/api/frames"])

@@ -21,6 +21,7 @@ export const COUNTERS = {
   modbus_tcp: ["invalid_frames", "timeouts", "evicted", "not_allowed"],
   modbus_rtu: ["broadcasts", "other_units", "echoes"],
   can: ["dropped", "error_frames", "reopened"],
+  rdt: ["dropped", "refused"],
 };
 
 const nonZeroCounters = (section, h) =>
@@ -84,6 +85,16 @@ const CARDS = [
       ["sent", rateAndTotal(rates.can_sent_per_s, h.sent)],
       ["received", rateAndTotal(rates.can_received_per_s, h.received)],
       ["errors", nonZeroCounters("can", h)],
+    ],
+  ],
+  [
+    "rdt",
+    "RDT",
+    (h) => (h.clients === 1 ? "1 client" : `${h.clients} clients`),
+    (h, rates) => [
+      ["UDP port", String(h.port)],
+      ["records", rateAndTotal(rates.rdt_records_per_s, h.records)],
+      ["errors", nonZeroCounters("rdt", h)],
     ],
   ],
   [
