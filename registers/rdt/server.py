@@ -108,8 +108,9 @@ class RdtServer:
                 self._send(snapshot, now_s)
 
     def _send(self, snapshot: Any, now_s: float) -> None:
-        force_n = snapshot.force_n if "force_valid" in snapshot.status else math.nan
-        self._send_records(snapshot.sample_counter, force_n)
+        # a record has no bit for a force outside the range of the model
+        valid = "force_valid" in snapshot.status and "out_of_range" not in snapshot.status
+        self._send_records(snapshot.sample_counter, snapshot.force_n if valid else math.nan)
         self._sent_s = now_s
 
     def _send_records(self, ft_sequence: int, force_n: float) -> None:

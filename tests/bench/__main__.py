@@ -16,6 +16,7 @@ from tests.bench.modbus import bench_modbus
 from tests.bench.model import bench_arrays, bench_chain
 from tests.bench.peaks import bench_peaks
 from tests.bench.quota import bench_quota
+from tests.bench.rdt import bench_rdt
 from tests.bench.rig import bench_rig
 
 BENCHMARKS = {
@@ -29,6 +30,7 @@ BENCHMARKS = {
     "keep_alive": bench_keep_alive,
     "can": bench_can,
     "burst": bench_burst,
+    "rdt": bench_rdt,
     "modbus": bench_modbus,
     "quota": bench_quota,
     "endurance": bench_endurance,

@@ -112,13 +112,13 @@ def bench_keep_alive(brief=False, seconds=SECONDS):
         ended_s = time.monotonic()
         noted = json.loads(relay.communicate("end\n")[0])
     heard_ms, looked_ms = (
-        _gaps_ms([t for t in noted[what] if begun_s + WARM_S <= t <= ended_s])
+        gaps_ms([t for t in noted[what] if begun_s + WARM_S <= t <= ended_s])
         for what in ("heard_s", "looked_s")
     )
     _print_gaps(heard_ms, looked_ms, seconds)
 
 
-def _gaps_ms(times_s):
+def gaps_ms(times_s):
     return sorted((b - a) * 1e3 for a, b in pairwise(times_s))
 
 

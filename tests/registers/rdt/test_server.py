@@ -95,6 +95,7 @@ def test_a_client_receives_as_many_records_as_it_requests():
     [
         {"status": frozenset(), "force_n": 1.25},
         {"status": frozenset(), "force_n": math.nan},
+        {"status": frozenset(("force_valid", "out_of_range")), "force_n": 0.0},
         {"force_n": math.nan},
         {"force_n": math.inf},
         {"status": STALE, "force_n": 0.0},

@@ -1,0 +1,165 @@
+"""Tests of RDT with clients of other projects: pynetft and netft read the running instrument."""
+
+import math
+import time
+from collections import deque
+from contextlib import ExitStack
+
+import NetFT
+import pynetft
+import pytest
+
+from pneuforce.registers.modbus.client import ModbusClient
+from pneuforce.registers.rdt.record import (
+    COUNTS_PER_N,
+    FULL_SCALE_COUNTS,
+    STATUS_INVALID,
+    RdtCommand,
+    encode_request,
+)
+from pneuforce.teststand.rig import LiveRig
+from pneuforce.teststand.stack import free_port, start
+from tests.bench.rdt import loopback_address
+from tests.system.waiting import wait_for
+
+RECORDS = 1000
+FORCE_N = 1.5
+TIMEOUT_S = 2.0
+#: Errors that tell a user of pynetft that there is no force.
+NO_FORCE = (pynetft.SensorFaultError, TimeoutError)
+
+
+class Bench:
+    """Running instrument with RDT and web page at one loopback address, as clients of ATI sensors need it."""
+
+    def __init__(self, children, folder):
+        self.host, page = loopback_address(), free_port()
+        listener = {"enabled": True, "host": self.host}
+        tables = {"rdt": listener, "web": {**listener, "port": page}}
+        self.stack = start(children, folder / "rig", ["--no-hand"], tables=tables)
+        self.rig = LiveRig(self.stack)
+        policy = pynetft.RecoveryPolicy.FAIL_STOP
+        self.config = pynetft.Config(sensor_host=self.host, http_port=page, recovery_policy=policy)
+        self._children = children
+        self.netft = self.new_netft()
+
+    def new_netft(self):
+        """Return a client of the package netft, which has no time-out of its own."""
+        sensor = NetFT.Sensor(self.host)
+        sensor.sock.settimeout(TIMEOUT_S)
+        self._children.callback(sensor.sock.close)
+        return sensor
+
+    def pynetft_sample(self):
+        """Return one sample. Raises one of NO_FORCE if there is no valid force."""
+        with pynetft.Client(self.config) as client:
+            return next(client.samples(timeout=TIMEOUT_S))
+
+    def check_no_client_gets_a_force(self):
+        """Check one record of each client. Both clients send their requests without reading the state."""
+        assert self.netft.getMeasurement() == [0, 0, FULL_SCALE_COUNTS, 0, 0, 0]
+        with pytest.raises(NO_FORCE):
+            self.pynetft_sample()
+
+    def state_while(self, check):
+        """Run a check. Return the state of the rig if it was the same before and after, otherwise None."""
+        before = self.rig.read()["state"]
+        check()
+        return before if before == self.rig.read()["state"] else None
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    with ExitStack() as children:
+        started = Bench(children, tmp_path_factory.mktemp("ati"))
+        started.rig.wait_for(lambda r: {"vented", "not_zeroed"} & r["status"] == {"vented"})
+        yield started
+
+
+def test_without_a_balloon_under_pressure_no_client_gets_a_force(bench):
+    """States vented, inflating, settling and venting, and a hold below the range of the model."""
+    rig, seen = bench.rig, set()
+    seen.add(bench.state_while(bench.check_no_client_gets_a_force))
+    rig.write("mode", "vent")
+    rig.write("setpoint_requested", 4.0)
+    rig.write("mode", "hold")
+    while "holding" not in seen:
+        seen.add(bench.state_while(bench.check_no_client_gets_a_force))
+    rig.write("mode", "vent")
+    seen.add(bench.state_while(bench.check_no_client_gets_a_force))
+    assert {"vented", "inflating", "holding"} <= seen
+
+
+def test_pynetft_and_modbus_show_the_same_force(bench):
+    bench.rig.inflate(8.0)
+    bench.rig.press(FORCE_N)
+    forces_n, shown = {}, []
+    with pynetft.Client(bench.config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
+        for _ in range(20):
+            shown.append(bench.rig.read())
+        last = shown[-1]["sample_counter"]
+        wait_for(lambda: max(forces_n, default=0), lambda latest: latest >= last)
+    pairs = [(forces_n[r["sample_counter"]], r["force"]) for r in shown if r["sample_counter"] in forces_n]
+    assert len(pairs) > 10
+    for (fx, fy, fz), force_n in pairs:
+        assert (fx, fy) == (0.0, 0.0)
+        assert math.isclose(fz, force_n, abs_tol=0.5 / COUNTS_PER_N + 1e-7)  # Modbus: 32-bit float
+        assert math.isclose(fz, FORCE_N, rel_tol=0.1)
+
+
+def test_pynetft_receives_a_record_for_each_sample(bench):
+    with pynetft.Client(bench.config, queue_size=RECORDS) as client:
+        stream = client.samples(timeout=TIMEOUT_S)
+        begun_s = time.monotonic()
+        samples = [next(stream) for _ in range(RECORDS)]
+        elapsed_s = time.monotonic() - begun_s
+        health = client.health()
+    first = samples[0].ft_sequence
+    assert [s.rdt_sequence for s in samples] == list(range(1, RECORDS + 1))
+    assert [s.ft_sequence for s in samples] == list(range(first, first + RECORDS))
+    assert {s.status for s in samples} == {0}
+    assert (health.lost_count, health.duplicate_count, health.malformed_count) == (0, 0, 0)
+    assert "simulated" in health.sensor_configuration.product_name
+    assert RECORDS / elapsed_s == pytest.approx(500, rel=0.1)
+
+
+def test_netft_shows_the_force(bench):
+    fx, fy, fz, *torques = bench.netft.getMeasurement()
+    assert fz / COUNTS_PER_N == pytest.approx(FORCE_N, rel=0.1)
+    assert [fx, fy, *torques] == [0] * 5
+
+
+def test_bias_does_not_change_the_force(bench):
+    with pynetft.Client(bench.config) as client:
+        stream = client.samples(timeout=TIMEOUT_S)
+        next(stream)
+        client.bias()
+        after = [next(stream).force[2] for _ in range(50)]
+    bench.netft.sock.send(encode_request(RdtCommand.SET_BIAS))
+    after.append(bench.netft.getForce()[2] / COUNTS_PER_N)
+    assert after == pytest.approx([FORCE_N] * len(after), rel=0.1)
+
+
+def test_a_burst_ends_the_stream_of_pynetft_with_an_error(bench):
+    with pynetft.Client(bench.config, queue_size=10_000) as client:
+        next(client.samples(timeout=TIMEOUT_S))
+        bench.rig.inject_fault("burst")
+        with pytest.raises(pynetft.SensorFaultError):
+            deque(client.samples(timeout=TIMEOUT_S), maxlen=0)
+        assert client.health().last_status == STATUS_INVALID
+    bench.rig.wait_for(lambda registers: registers["state"] == "tripped")
+    bench.check_no_client_gets_a_force()
+
+
+def test_after_the_rig_is_unplugged_no_client_shows_the_last_force(bench):
+    """The threads of netft only receive. Without records, netft would show the last force for ever."""
+    sensor = bench.new_netft()
+    sensor.startStreaming()
+    wait_for(lambda: getattr(sensor, "data", None), bool)
+    with ModbusClient.connect(port=bench.stack.modbus_port) as plc:
+        bench.stack.sim.stop()
+        wait_for(plc.read, lambda registers: "stale" in registers["status"])
+    bench.check_no_client_gets_a_force()
+    assert sensor.force()[2] == FULL_SCALE_COUNTS
+    sensor.stopStreaming()
+    sensor.thread.join(TIMEOUT_S)
