@@ -19,6 +19,7 @@ from tests.attack.configurations import attack_configurations
 from tests.attack.firmware import attack_firmware
 from tests.attack.modbus import attack_modbus, attack_rtu
 from tests.attack.page import attack_page
+from tests.attack.rdt import attack_rdt
 from tests.attack.recordings import attack_recordings
 from tests.attack.result import AttackResult
 from tests.attack.rig import attack_board, attack_cable
@@ -30,6 +31,7 @@ ATTACKS = {
     "rtu": (attack_rtu, 12_600, 500),
     "can": (attack_can, 18_000, 240),
     "canopen": (attack_canopen, 100_000, 1_000),
+    "rdt": (attack_rdt, 200_000, 2_000),
     "cable": (attack_cable, 200_000, 10_000),
     "board": (attack_board, 200_000, 10_000),
     "firmware": (attack_firmware, 136_000_000, 1_000_000),
