@@ -2,7 +2,8 @@
 
 All numbers are big-endian. A request has 8 bytes: the header 1234h, a command, and the number of samples.
 A record has 36 bytes: two counters, a status code, and six counts. The layout and the commands are those of
-ATI's manual 9620-05-NET FT. The meaning of the status bits is that of the client library netft-cpp.
+ATI's manuals 9620-05-net ft-11, section 10, and 9610-05-Ethernet Axia-09, section 12. The meaning of the
+status bits is that of the client library netft-cpp.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ class RdtCommand(IntEnum):
     """Command of a request."""
 
     STOP = 0x0000
-    START_REALTIME = 0x0002  #: one record per datagram
+    START_SINGLE_BLOCK = 0x0001  #: one record per datagram; only in the manual of the Axia
+    START_REALTIME = 0x0002  #: the same; the Net F/T and the Axia
     START_BUFFERED = 0x0003  #: several records per datagram; the number is a setting of the sensor
     START_MULTI_UNIT = 0x0004  #: several sensors that are synchronized by a cable
     RESET_THRESHOLD_LATCH = 0x0041

@@ -1,7 +1,7 @@
 """XML pages with which clients of ATI sensors read the scale and the units: netftapi2.xml, netftcalapi.xml.
 
-The names of the elements are those of ATI sensors. The names of the roots are those that the driver
-ros2_net_ft_driver expects; other clients ignore them.
+The names of the elements are those of ATI's manual 9610-05-Ethernet Axia-09, section 11. The names of the
+roots are those that the driver ros2_net_ft_driver expects; other clients ignore them.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ def settings_page(serial_number: int, simulated: bool) -> str:
         "cfgcpt": COUNTS_PER_NM,
         "scfgfu": "N",
         "scfgtu": "N-m",
-        "comrdte": 1,
+        "comrdte": "Enabled",
         "comrdtrate": RATE_HZ,
         "comrdtbsiz": 1,
     }
-    return _xml("netFTApi", elements)
+    return _xml("netft", elements)
 
 
 def calibration_page(serial_number: int, simulated: bool) -> str:  # noqa: ARG001

@@ -27,11 +27,11 @@ LOG_PERIOD_S = 60.0
 
 NOT_ALLOWED = "its address is not in [rdt] allow: add the address, or stop the sender"
 MALFORMED = "it is not a request of 8 bytes with the header 1234h: check which program sends it"
-UNSUPPORTED = "its command is not supported: use the commands 0, 2 or 3"
+UNSUPPORTED = "its command is not supported: use the commands 0 to 3"
 BIAS = "a new zero (bias) would hide a contact: subtract an offset in the client"
 FULL = f"{MAX_STREAMS} clients already receive records: stop one of them"
 
-_STARTS = frozenset((RdtCommand.START_REALTIME, RdtCommand.START_BUFFERED))
+_STARTS = frozenset((RdtCommand.START_SINGLE_BLOCK, RdtCommand.START_REALTIME, RdtCommand.START_BUFFERED))
 _log = logging.getLogger(__name__)
 
 

@@ -16,7 +16,7 @@ from tests.registers.rdt.serving import Loop, client_of, received, serving, star
 ALLOWED = tuple(f"127.0.0.{number}" for number in range(2, 6))
 NOT_ALLOWED = ("127.0.0.6", "127.0.0.7")
 STARTS = (RdtCommand.START_REALTIME,) * 6
-COMMANDS = (*STARTS, *RdtCommand, 1, 5, 0x40, 0x43, 0x0200, 0xFFFF)
+COMMANDS = (*STARTS, *RdtCommand, 5, 0x40, 0x43, 0x0200, 0xFFFF)
 COUNTS = (0, 0, 1, 2, 500, 0x7FFFFFFF, 0xFFFFFFFF)
 PER_SAMPLE = 4  #: datagrams between two samples
 MAX_SOCKETS = 12

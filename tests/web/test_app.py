@@ -82,6 +82,7 @@ def test_the_pages_of_ati_sensors_contain_scale_and_units(site, instrument):
     instrument.send(header(configuration={"rdt": {"enabled": True}}))
     wait_for(lambda: site.get(PAGES[0])[0], lambda status: status == 200)
     settings, calibration = (ElementTree.fromstring(site.get(path)[2]) for path in PAGES)
+    assert (settings.tag, calibration.tag) == ("netft", "netftCalibration")  # for ros2_net_ft_driver
     names = ("cfgcpf", "cfgcpt", "scfgfu", "scfgtu", "comrdtrate")
     assert [settings.findtext(name) for name in names] == ["1000000", "1000000", "N", "N-m", "500"]
     assert "simulated" in settings.findtext("prodname")

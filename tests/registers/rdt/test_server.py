@@ -42,7 +42,7 @@ REFUSED = {
     "a Modbus frame that vents": bytes.fromhex("000100000006010602040000"),
     "a CAN hub message": b"< open can0 >",
     "HTTP": b"GET /netftapi2.xml HTTP/1.0\r\n\r\n",
-    "command 1": encode_request(1),
+    "an extended request for records to a multicast address": bytes.fromhex("1234800200000000e00005806e5a"),
     "command 4, multi-unit": encode_request(RdtCommand.START_MULTI_UNIT),
     "command 5": encode_request(5),
     "command 40h": encode_request(0x40),
@@ -62,7 +62,7 @@ NO_EFFECT = {
 }
 
 
-@pytest.mark.parametrize("command", [RdtCommand.START_REALTIME, RdtCommand.START_BUFFERED])
+@pytest.mark.parametrize("command", [1, RdtCommand.START_REALTIME, RdtCommand.START_BUFFERED])
 def test_each_sample_gives_one_record(command):
     with serving() as loop, client_of(loop) as client:
         start(client, command=command)
