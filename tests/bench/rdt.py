@@ -111,8 +111,12 @@ def bench_rdt(brief=False):
         stack.callback(relay.kill)
         file = Path(folder) / "instrument.toml"
         port = json.loads(relay.stdout.readline())["port"]
-        rdt = {"enabled": True, "host": host}
-        file.write_text(toml({"rig": {"port": port}, "modbus": {"port": modbus}, "rdt": rdt}))
+        rdt, safety = (
+            {"enabled": True, "host": host},
+            {"proof_test_s": 0},
+        )  # a proof test interrupts the force
+        tables = {"rig": {"port": port}, "modbus": {"port": modbus}, "rdt": rdt, "safety": safety}
+        file.write_text(toml(tables))
         # tests.bench.probe is not installed. The host process finds it only in this folder.
         os.environ["PYTHONPATH"] = str(Path(__file__).parents[2])
         instrument = stack.enter_context(ChildProcess("host", ["tests.bench.probe", str(file)]))

@@ -1,9 +1,11 @@
 """Tests of RDT with clients of other projects: pynetft and netft read the running instrument."""
 
 import math
+import re
 import time
 from collections import deque
 from contextlib import ExitStack
+from pathlib import Path
 
 import NetFT
 import pynetft
@@ -22,6 +24,7 @@ from pneuforce.teststand.stack import free_port, start
 from tests.bench.rdt import loopback_address
 from tests.system.waiting import wait_for
 
+GUIDE = Path(__file__).parents[2] / "docs/how-to/ati-clients.md"
 RECORDS = 1000
 FORCE_N = 1.5
 TIMEOUT_S = 2.0
@@ -121,6 +124,18 @@ def test_pynetft_receives_a_record_for_each_sample(bench):
     assert (health.lost_count, health.duplicate_count, health.malformed_count) == (0, 0, 0)
     assert "simulated" in health.sensor_configuration.product_name
     assert RECORDS / elapsed_s == pytest.approx(500, rel=0.1)
+
+
+@pytest.mark.parametrize("number", [0, 1], ids=["pynetft", "netft"])
+def test_the_programs_of_the_guide_print_the_force(bench, capsys, number):
+    program = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)[number]
+    program = program.replace("192.168.1.20", bench.host).replace("=80", f"={bench.config.http_port}")
+    exec(compile(program, GUIDE.name, "exec"), {})
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == (10, 1)[number]
+    assert [float(line.removesuffix(" N")) for line in lines] == pytest.approx(
+        [FORCE_N] * len(lines), rel=0.1
+    )
 
 
 def test_netft_shows_the_force(bench):
