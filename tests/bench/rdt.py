@@ -6,7 +6,6 @@ each command to the board, first without clients and then with clients.
 
 import json
 import os
-import secrets
 import socket
 import subprocess
 import sys
@@ -26,15 +25,11 @@ from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.stack import free_port, toml
 from tests.bench.keep_alive import gaps_ms as gaps_between
 from tests.bench.latency import percentile
+from tests.registers.rdt.serving import loopback_address
 from tests.system.waiting import inflate
 
 RECORDS, BRIEF_RECORDS, RATE_HZ = 10_000, 200, 500
 TIMEOUT_S = 5.0
-
-
-def loopback_address():
-    """Return a random loopback address, so that several tests can use the port of RDT at the same time."""
-    return f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
 
 
 def pynetft_config(host, **settings):

@@ -21,7 +21,7 @@ from pneuforce.registers.rdt.record import (
 )
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import free_port, start
-from tests.bench.rdt import loopback_address
+from tests.registers.rdt.serving import loopback_address
 from tests.system.waiting import wait_for
 
 GUIDE = Path(__file__).parents[2] / "docs/how-to/ati-clients.md"

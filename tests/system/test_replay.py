@@ -19,10 +19,18 @@ from pneuforce.instrument.recording.replay_source import REPLAY_STATUS
 from pneuforce.instrument.recording.schema import checksum
 from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, encode, json_entry
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
+from pneuforce.registers.rdt.record import (
+    COUNTS_PER_N,
+    RDT_PORT,
+    RdtCommand,
+    decode_record,
+    encode_request,
+)
 from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.stack import free_port, start, toml
 from tests.command_runner import pneuforce
 from tests.instrument.recording.virtual_host import eventful, write_recording
+from tests.registers.rdt.serving import loopback_address
 from tests.system.waiting import wait_for
 
 
@@ -258,6 +266,27 @@ def test_modbus_shows_the_recorded_force_of_each_sample(recording, tmp_path):
         recorded_n = forces[now["sample_counter"] - first - 1]
         assert struct.pack("<f", now["force"]) == struct.pack("<f", recorded_n)
         assert now["sample_age"] <= 0.1
+
+
+def test_rdt_sends_the_recorded_force_of_each_sample(recording, tmp_path):
+    with open_recording(recording) as opened:
+        first = restore_session(opened.checkpoint.body).instrument.sample_counter
+        forces = [sample.force_n for sample in opened.samples()]
+    host = loopback_address()
+    with (
+        replay_server(recording, tmp_path, "--speed", "50", rdt={"enabled": True, "host": host}),
+        closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as client,
+    ):
+        client.connect((host, RDT_PORT))
+        client.settimeout(5.0)
+        client.send(encode_request(RdtCommand.START_REALTIME))
+        records = [decode_record(client.recv(64))]
+        while not records[0].is_valid or records[-1].is_valid:  # the end of the recording is not valid
+            records = [*(r for r in records if r.is_valid), decode_record(client.recv(64))]
+    valid = records[:-1]
+    assert len(valid) > 20
+    for record in valid:
+        assert abs(record.force_n - forces[record.ft_sequence - first - 1]) <= 0.5 / COUNTS_PER_N
 
 
 def test_after_the_end_values_are_stale_and_the_link_is_lost(recording, tmp_path):

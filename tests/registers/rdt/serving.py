@@ -1,5 +1,6 @@
-"""RDT server on a real UDP socket, whose host loop is the test."""
+"""RDT server on a real UDP socket, whose host loop is the test, and addresses for RDT servers."""
 
+import secrets
 import socket
 from contextlib import contextmanager
 
@@ -9,6 +10,11 @@ from pneuforce.registers.rdt.server import RdtServer
 from tests.registers.can.fake_source import FakeSource
 
 SAMPLE_S = 0.002
+
+
+def loopback_address():
+    """Return a random loopback address, so that several tests can use the port of RDT at the same time."""
+    return f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
 
 
 class Loop:
