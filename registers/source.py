@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 class Peer(NamedTuple):
     """Sender of a request: the channel, and the address on that channel. A lease belongs to a peer."""
 
-    channel: str  #: modbus_tcp, modbus_rtu, can or web, as in the register lease_holder
+    channel: str  #: modbus_tcp, modbus_rtu, can or web, as in the register lease_holder; rdt only reads
     address: str = ""
 
 
