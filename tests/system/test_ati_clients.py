@@ -11,6 +11,7 @@ import NetFT
 import pynetft
 import pytest
 
+from pneuforce.registers.map import COMMAND_KEY, REGISTERS
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.registers.rdt.record import (
     COUNTS_PER_N,
@@ -22,6 +23,7 @@ from pneuforce.registers.rdt.record import (
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import free_port, start
 from tests.registers.rdt.serving import loopback_address
+from tests.registers.rdt.test_server import REFUSED
 from tests.system.waiting import wait_for
 
 GUIDE = Path(__file__).parents[2] / "docs/how-to/ati-clients.md"
@@ -64,6 +66,12 @@ class Bench:
         with pytest.raises(NO_FORCE):
             self.pynetft_sample()
 
+    def clear_faults(self):
+        """Clear the faults of a rig whose cause of the trip is gone."""
+        for name, value in (("key", COMMAND_KEY), ("code", "clear_faults"), ("sequence", 1)):
+            self.rig.write(f"command_{name}", value)
+        self.rig.wait_for(lambda registers: registers["state"] == "vented")
+
     def state_while(self, check):
         """Run a check. Return the state of the rig if it was the same before and after, otherwise None."""
         before = self.rig.read()["state"]
@@ -77,6 +85,15 @@ def bench(tmp_path_factory):
         started = Bench(children, tmp_path_factory.mktemp("ati"))
         started.rig.wait_for(lambda r: {"vented", "not_zeroed"} & r["status"] == {"vented"})
         yield started
+
+
+@pytest.fixture
+def pressed(bench):
+    """Return the bench with a held balloon and a constant force on it. An earlier test may have made both."""
+    if bench.rig.read()["state"] != "holding":
+        bench.rig.inflate(8.0)
+        bench.rig.press(FORCE_N)
+    return bench
 
 
 def test_without_a_balloon_under_pressure_no_client_gets_a_force(bench):
@@ -93,13 +110,11 @@ def test_without_a_balloon_under_pressure_no_client_gets_a_force(bench):
     assert {"vented", "inflating", "holding"} <= seen
 
 
-def test_pynetft_and_modbus_show_the_same_force(bench):
-    bench.rig.inflate(8.0)
-    bench.rig.press(FORCE_N)
+def test_pynetft_and_modbus_show_the_same_force(pressed):
     forces_n, shown = {}, []
-    with pynetft.Client(bench.config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
+    with pynetft.Client(pressed.config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
         for _ in range(20):
-            shown.append(bench.rig.read())
+            shown.append(pressed.rig.read())
         last = shown[-1]["sample_counter"]
         wait_for(lambda: max(forces_n, default=0), lambda latest: latest >= last)
     pairs = [(forces_n[r["sample_counter"]], r["force"]) for r in shown if r["sample_counter"] in forces_n]
@@ -110,8 +125,8 @@ def test_pynetft_and_modbus_show_the_same_force(bench):
         assert math.isclose(fz, FORCE_N, rel_tol=0.1)
 
 
-def test_pynetft_receives_a_record_for_each_sample(bench):
-    with pynetft.Client(bench.config, queue_size=RECORDS) as client:
+def test_pynetft_receives_a_record_for_each_sample(pressed):
+    with pynetft.Client(pressed.config, queue_size=RECORDS) as client:
         stream = client.samples(timeout=TIMEOUT_S)
         begun_s = time.monotonic()
         samples = [next(stream) for _ in range(RECORDS)]
@@ -127,9 +142,9 @@ def test_pynetft_receives_a_record_for_each_sample(bench):
 
 
 @pytest.mark.parametrize("number", [0, 1], ids=["pynetft", "netft"])
-def test_the_programs_of_the_guide_print_the_force(bench, capsys, number):
+def test_the_programs_of_the_guide_print_the_force(pressed, capsys, number):
     program = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)[number]
-    program = program.replace("192.168.1.20", bench.host).replace("=80", f"={bench.config.http_port}")
+    program = program.replace("192.168.1.20", pressed.host).replace("=80", f"={pressed.config.http_port}")
     exec(compile(program, GUIDE.name, "exec"), {})
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == (10, 1)[number]
@@ -138,43 +153,63 @@ def test_the_programs_of_the_guide_print_the_force(bench, capsys, number):
     )
 
 
-def test_netft_shows_the_force(bench):
-    fx, fy, fz, *torques = bench.netft.getMeasurement()
+def test_netft_shows_the_force(pressed):
+    fx, fy, fz, *torques = pressed.netft.getMeasurement()
     assert fz / COUNTS_PER_N == pytest.approx(FORCE_N, rel=0.1)
     assert [fx, fy, *torques] == [0] * 5
 
 
-def test_bias_does_not_change_the_force(bench):
-    with pynetft.Client(bench.config) as client:
+def test_bias_does_not_change_the_force(pressed):
+    with pynetft.Client(pressed.config) as client:
         stream = client.samples(timeout=TIMEOUT_S)
         next(stream)
         client.bias()
         after = [next(stream).force[2] for _ in range(50)]
-    bench.netft.sock.send(encode_request(RdtCommand.SET_BIAS))
-    after.append(bench.netft.getForce()[2] / COUNTS_PER_N)
+    pressed.netft.sock.send(encode_request(RdtCommand.SET_BIAS))
+    after.append(pressed.netft.getForce()[2] / COUNTS_PER_N)
     assert after == pytest.approx([FORCE_N] * len(after), rel=0.1)
 
 
-def test_a_burst_ends_the_stream_of_pynetft_with_an_error(bench):
-    with pynetft.Client(bench.config, queue_size=10_000) as client:
+def test_malformed_requests_change_nothing_of_the_instrument(pressed):
+    """Only what a client can write is compared, because the measured values change with each sample."""
+    before = pressed.rig.read()
+    written = [register.name for register in REGISTERS if register.writable and register.name in before]
+    with pynetft.Client(pressed.config, queue_size=RECORDS) as client:
+        stream = client.samples(timeout=TIMEOUT_S)
+        samples = [next(stream)]
+        for datagram in REFUSED.values():
+            pressed.netft.sock.send(datagram)
+            samples.append(next(stream))
+        assert client.health().lost_count == 0
+    after = pressed.rig.read()
+    assert [s.rdt_sequence for s in samples] == list(range(1, len(REFUSED) + 2))
+    assert "mode" in written
+    assert {name: str(after[name]) for name in written} == {name: str(before[name]) for name in written}
+    assert (after["state"], after["reject_reason"]) == ("holding", "none")
+
+
+def test_a_burst_ends_the_stream_of_pynetft_with_an_error(pressed):
+    with pynetft.Client(pressed.config, queue_size=10_000) as client:
         next(client.samples(timeout=TIMEOUT_S))
-        bench.rig.inject_fault("burst")
+        pressed.rig.inject_fault("burst")
         with pytest.raises(pynetft.SensorFaultError):
             deque(client.samples(timeout=TIMEOUT_S), maxlen=0)
         assert client.health().last_status == STATUS_INVALID
-    bench.rig.wait_for(lambda registers: registers["state"] == "tripped")
-    bench.check_no_client_gets_a_force()
+    pressed.rig.wait_for(lambda registers: registers["state"] == "tripped")
+    pressed.check_no_client_gets_a_force()
+    pressed.rig.remove_fault("burst")
+    pressed.clear_faults()
 
 
-def test_after_the_rig_is_unplugged_no_client_shows_the_last_force(bench):
+def test_after_the_rig_is_unplugged_no_client_shows_the_last_force(pressed):
     """The threads of netft only receive. Without records, netft would show the last force for ever."""
-    sensor = bench.new_netft()
+    sensor = pressed.new_netft()
     sensor.startStreaming()
     wait_for(lambda: getattr(sensor, "data", None), bool)
-    with ModbusClient.connect(port=bench.stack.modbus_port) as plc:
-        bench.stack.sim.stop()
+    with ModbusClient.connect(port=pressed.stack.modbus_port) as plc:
+        pressed.stack.sim.stop()
         wait_for(plc.read, lambda registers: "stale" in registers["status"])
-    bench.check_no_client_gets_a_force()
+    pressed.check_no_client_gets_a_force()
     assert sensor.force()[2] == FULL_SCALE_COUNTS
     sensor.stopStreaming()
     sensor.thread.join(TIMEOUT_S)
