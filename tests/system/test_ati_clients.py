@@ -5,6 +5,7 @@ import re
 import time
 from collections import deque
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import NetFT
@@ -112,11 +113,12 @@ def test_without_a_balloon_under_pressure_no_client_gets_a_force(bench):
 
 def test_pynetft_and_modbus_show_the_same_force(pressed):
     forces_n, shown = {}, []
-    with pynetft.Client(pressed.config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
+    config = replace(pressed.config, recovery_policy=pynetft.RecoveryPolicy.RECONNECT)
+    with pynetft.Client(config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
         for _ in range(20):
             shown.append(pressed.rig.read())
         last = shown[-1]["sample_counter"]
-        wait_for(lambda: max(forces_n, default=0), lambda latest: latest >= last)
+        wait_for(lambda: max(forces_n, default=0), lambda latest: latest >= last, 10.0)
     pairs = [(forces_n[r["sample_counter"]], r["force"]) for r in shown if r["sample_counter"] in forces_n]
     assert len(pairs) > 10
     for (fx, fy, fz), force_n in pairs:
