@@ -213,5 +213,6 @@ def test_after_the_rig_is_unplugged_no_client_shows_the_last_force(pressed):
         wait_for(plc.read, lambda registers: "stale" in registers["status"])
     pressed.check_no_client_gets_a_force()
     assert sensor.force()[2] == FULL_SCALE_COUNTS
-    sensor.stopStreaming()
+    sensor.stream = False  # the thread ends at the next record
     sensor.thread.join(TIMEOUT_S)
+    sensor.stopStreaming()
