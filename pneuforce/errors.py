@@ -8,9 +8,21 @@
     │   ├── RigNotResponding (TimeoutError) no pneuforce board answers on the port
     │   ├── ProtocolMismatch (ValueError)   the board uses another version of the rig link
     │   └── TimeoutMismatch (ValueError)    the board and this program use different host timeouts
-    └── ServerError (OSError)               a bus or a local socket is not available
+    ├── ServerError (OSError)               a bus or a local socket is not available
+    └── ClientError                         errors of the Python package
+        ├── ConnectionFailed (OSError)      no instrument answers at an address
+        │   └── ConnectionLost              an open connection, or the samples, have stopped
+        ├── Rejected                        the instrument rejected a request
+        ├── InvalidForce (ValueError)       the force was used, although it is not valid
+        ├── HoldEnded                       the balloon is no longer held
+        │   └── Tripped                     the rig has tripped
+        └── UsageError                      a call that is wrong in the program
+            ├── SensorClosed                the connection was closed before
+            ├── AlreadyHeld                 a hold is active
+            └── ReadOnlySensor              the connection cannot command the instrument
 
-Invalid measurements and rejected requests raise no exception: status bits and reject reasons report them.
+In the instrument, invalid measurements and rejected requests raise no exception: status bits and reject
+reasons report them. In the Python package for clients (`pneuforce.connect`), they raise a `ClientError`.
 """
 
 from __future__ import annotations
@@ -83,3 +95,75 @@ class TimeoutMismatch(RigError, ValueError):
 
 class ServerError(PneuforceError, OSError):
     """Bus or local socket that is not available."""
+
+
+class ClientError(PneuforceError):
+    """Error of a connection that `pneuforce.connect` opened, or of a call of the Python package."""
+
+
+class ConnectionFailed(ClientError, OSError):
+    """Missing answer: no instrument answers at the address."""
+
+
+class ConnectionLost(ConnectionFailed):
+    """Lost connection: the instrument no longer answers, or no new samples arrive.
+
+    If the program held the balloon with a lease, the instrument vents when the lease expires.
+    """
+
+
+class Rejected(ClientError):
+    """Request that the instrument rejected. A rejected request moves no valve.
+
+    `reason` is the name of the reject reason (docs/faults.md), and `remedy` describes what to do.
+    """
+
+    def __init__(self, request: str, reason: str, remedy: str) -> None:
+        super().__init__(f"{request} was rejected, reason {reason}: {remedy}")
+        self.request = request
+        self.reason = reason
+        self.remedy = remedy
+
+
+class InvalidForce(ClientError, ValueError):
+    """Use of a force that is not valid. A robot must then move back, and never assume 0 N.
+
+    `reasons` contains the names of the status bits that explain the cause.
+    """
+
+    def __init__(self, reasons: tuple[str, ...], explanation: str) -> None:
+        super().__init__(f"the force is not valid: {explanation}")
+        self.reasons = reasons
+        self.explanation = explanation
+
+
+class HoldEnded(ClientError):
+    """End of a hold: the balloon is no longer held at the setpoint, or did not reach the setpoint."""
+
+
+class Tripped(HoldEnded):
+    """Trip of the rig: the instrument has vented because of a fault, and stays vented until it is cleared.
+
+    `fault` is the name of the first-out fault ("" if it is unknown), and `remedy` describes what to do.
+    """
+
+    def __init__(self, fault: str, cause: str, remedy: str) -> None:
+        super().__init__(f"the rig has tripped ({fault or 'unknown fault'}): {cause} {remedy}".strip())
+        self.fault = fault
+        self.remedy = remedy
+
+
+class UsageError(ClientError):
+    """Call that is wrong in the program, independent of the state of the instrument."""
+
+
+class SensorClosed(UsageError):
+    """Use of a connection after `close`, or after the end of its `with` statement."""
+
+
+class AlreadyHeld(UsageError):
+    """Second hold on a connection whose balloon is already held."""
+
+
+class ReadOnlySensor(UsageError):
+    """Command over a connection that can only read, for example RDT."""

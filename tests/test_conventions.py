@@ -33,7 +33,10 @@ UNCLEAR = re.compile(
     re.IGNORECASE,
 )
 #: Class names that several modules declare, with the reason.
-SHARED_CLASS_NAMES: dict[str, str] = {}
+SHARED_CLASS_NAMES: dict[str, str] = {
+    "Measurement": "values of a sample: in the measuring chain, and in the Python package for clients",
+    "Recording": "file that is open for reading, and its samples in the Python package for clients",
+}
 DOCUMENTS = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
@@ -78,7 +81,8 @@ def public_members(node, prefix=""):
     for child in node.body:
         if isinstance(child, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             is_setter = any(isinstance(d, ast.Attribute) and d.attr == "setter" for d in child.decorator_list)
-            if child.name.startswith("_") or is_setter:
+            is_overload = any(isinstance(d, ast.Name) and d.id == "overload" for d in child.decorator_list)
+            if child.name.startswith("_") or is_setter or is_overload:
                 continue
             yield f"{prefix}{child.name}", child
             if isinstance(child, ast.ClassDef):

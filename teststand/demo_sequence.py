@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from typing import Any
 
 from pneuforce.instrument.core.faults import HostFault
 from pneuforce.protocol.frames import Fault
-from pneuforce.registers.map import COMMAND_KEY
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
 from pneuforce.teststand.observer import value_or_nan
 
@@ -18,7 +16,6 @@ OVERLOAD_FAULTS = frozenset(
     (Fault.HOST_SILENT, HostFault.LINK_LOST, HostFault.DISAGREEMENT, HostFault.NOT_VENTED)
 )
 ANSWER_TIMEOUT_S = 2.0
-POLL_PERIOD_S = 0.05
 
 
 class DemoSequence:
@@ -90,14 +87,4 @@ def cleared_after_overload(plc: ModbusClient) -> bool:
     values = plc.read_all()
     if values["first_out_fault"] not in OVERLOAD_FAULTS:
         return False
-    sequence = (values["answer_sequence"] + 1) % 0x10000
-    plc.write("command_key", COMMAND_KEY)
-    plc.write("command_code", "clear_faults")
-    plc.write("command_sequence", sequence)
-    until_s = time.monotonic() + ANSWER_TIMEOUT_S
-    while time.monotonic() < until_s:
-        values = plc.read()
-        if values["answer_sequence"] == sequence and values["answer_state"] != "busy":
-            return bool(values["answer_state"] == "done")
-        time.sleep(POLL_PERIOD_S)
-    return False
+    return plc.run_command("clear_faults", timeout_s=ANSWER_TIMEOUT_S) == "none"

@@ -35,8 +35,9 @@ class MarkerArguments:
 
     def simulator_arguments(self) -> list[str]:
         """Return the arguments of `pneuforce sim run`."""
-        scenario = ["--no-hand"] if self.scenario is None else ["--scenario", str(self.scenario)]
-        return [*scenario, "--seed", str(self.seed)]
+        from pneuforce.teststand.running import simulator_arguments
+
+        return simulator_arguments(self.scenario, self.seed)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -53,6 +53,20 @@ class LiveRig:
     # ---- instrument
 
     @property
+    def url(self) -> str:
+        """Return the address of the instrument on Modbus TCP, for `pneuforce.connect`."""
+        return f"tcp://127.0.0.1:{self.modbus_port}?unit={self._unit}"
+
+    @property
+    def can_url(self) -> str:
+        """Return the address of the instrument on CAN, as soon as the CAN node sends. Raises WaitTimeout."""
+        arguments = self.can_arguments
+        return (
+            f"can://{arguments['interface']}/{arguments['channel']}?host={arguments['host']}"
+            f"&port={arguments['port']}&node={self._stack.can_node}"
+        )
+
+    @property
     def can_arguments(self) -> Values:
         """Return the arguments of python-can's `Bus` as soon as the CAN node sends. Raises WaitTimeout."""
         self.wait_for(lambda registers: "can_down" not in registers["status"], CAN_TIMEOUT_S)

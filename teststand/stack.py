@@ -14,6 +14,7 @@ from threading import Event
 from typing import Any
 
 from pneuforce.errors import ServerError
+from pneuforce.registers.can.frames import DEFAULT_NODE_ID
 from pneuforce.sim.line.proxy import SerialProxy
 from pneuforce.teststand.child_process import ChildProcess
 
@@ -38,6 +39,7 @@ class Stack:
     can_port: int
     control_port: int
     line: SerialProxy | None  #: disturbable serial line between rig and instrument
+    can_node: int = DEFAULT_NODE_ID
 
     def check(self) -> None:
         """Raise ChildProcessFailed, with the reason, if one of the processes has ended."""
@@ -86,7 +88,8 @@ def start(
         toml({**given, "rig": rig_table, "modbus": modbus, "can": can, "events": events, "local": local})
     )
     host.ready(stop)  # before the instrument is ready, another program could answer on its port
-    return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line)
+    node_id = can.get("node_id", DEFAULT_NODE_ID)
+    return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line, node_id)
 
 
 def toml(tables: Tables) -> str:

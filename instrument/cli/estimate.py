@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration.apply import apply_calibration
-from pneuforce.instrument.calibration.file import load
+from pneuforce.instrument.calibration.estimation import Grip, estimation_settings, pressure_problem
 from pneuforce.instrument.cli.output import progress
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.force_tables import force_table
@@ -19,8 +17,6 @@ from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.energies import ContactEnergies, contact_energies
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
-
-MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
 
 
 class EstimatedContact(NamedTuple):
@@ -60,29 +56,13 @@ class EstimatedContact(NamedTuple):
         return reasons
 
 
-class Grip(NamedTuple):
-    """Grip of a contact as the user states it. None: the default, or the grip of the calibration."""
-
-    value: float | None
-    std: float | None
-
-
 def chain_settings(law: ForceLaw, grip: Grip, calibration: Path | None) -> ChainSettings:
     """Return the settings of an estimate.
 
     A force calibration for another method is not used. Raises ConfigurationError if the calibration does not
     fit to the law.
     """
-    chain = ChainSettings.of(law)
-    if calibration is not None:
-        content = load(calibration)
-        if content.force and content.force.made_for.method != law.method:
-            content = content.model_copy(update={"force": None})
-        chain = apply_calibration(chain, content)
-    if grip.value is not None:
-        chain = replace(chain, law=replace(chain.law, grip=grip.value))
-    if grip.std is not None:
-        chain = replace(chain, input_uncertainties=replace(chain.input_uncertainties, grip=grip.std))
+    chain = estimation_settings(law, grip, calibration)
     if law.method == "membrane":
         with progress("force table of the balloon") as report:
             force_table(chain.balloon, chain.circuit, law.sides, report)
@@ -91,7 +71,9 @@ def chain_settings(law: ForceLaw, grip: Grip, calibration: Path | None) -> Chain
 
 def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:
     """Return the contact between two gauge pressures. Raises ConfigurationError for impossible pressures."""
-    _check(baseline_kpa, final_kpa)
+    problem = pressure_problem(baseline_kpa, final_kpa, ("--dpi", "--dpf"))
+    if problem:
+        raise ConfigurationError(problem)
     model, correction = settings.force_model, settings.correction
     inputs, uncertainty = settings.input_uncertainties, settings.model_uncertainty
     solution = model.estimate(baseline_kpa, final_kpa)
@@ -174,24 +156,6 @@ def budget_json(contact: EstimatedContact) -> str:
     """Return the contact with its uncertainty budget as JSON."""
     lines = [line._asdict() for line in contact.budget]
     return json.dumps(_facts(contact) | {"budget": lines}, indent=2, ensure_ascii=False)
-
-
-def _check(baseline_kpa: float, final_kpa: float) -> None:
-    """Raise ConfigurationError if the pressures cannot belong to a contact."""
-    if not (math.isfinite(baseline_kpa) and math.isfinite(final_kpa)):
-        raise ConfigurationError("--dpi and --dpf must be finite pressures in kPa")
-    if not baseline_kpa > 0:
-        raise ConfigurationError(
-            f"--dpi {baseline_kpa:g} is invalid: the balloon must be inflated, so ΔP_i is above 0 kPa"
-        )
-    if not final_kpa > baseline_kpa:
-        raise ConfigurationError(
-            f"--dpf {final_kpa:g} is invalid: a contact raises the pressure above --dpi {baseline_kpa:g}"
-        )
-    if not final_kpa <= MAX_PRESSURE_KPA:
-        raise ConfigurationError(
-            f"--dpf {final_kpa:g} is invalid: the sensor's full scale is {MAX_PRESSURE_KPA:g} kPa"
-        )
 
 
 def _finite_or_none(value: float) -> float | None:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from pneuforce.instrument.calibration.estimation import Grip as ContactGrip
 from pneuforce.instrument.cli import estimate as output
 from pneuforce.instrument.cli.options import Json, Low, Method, Switch
 from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
@@ -57,7 +58,7 @@ def estimate(
     """
     law = ForceLaw(method=method, switch=switch, low=low, sides=pressed_sides)
     contact = output.estimate_contact(
-        dpi, dpf, output.chain_settings(law, output.Grip(grip, grip_std), calibration)
+        dpi, dpf, output.chain_settings(law, ContactGrip(grip, grip_std), calibration)
     )
     typer.echo(output.estimate_json(contact) if as_json else output.format_estimate(contact))
 
@@ -81,7 +82,7 @@ def uncertainty(
     """
     law = ForceLaw(method=method, switch=switch, low=low, sides=pressed_sides)
     contact = output.estimate_contact(
-        dpi, dpf, output.chain_settings(law, output.Grip(grip, grip_std), calibration)
+        dpi, dpf, output.chain_settings(law, ContactGrip(grip, grip_std), calibration)
     )
     typer.echo(output.budget_json(contact) if as_json else output.format_budget(contact))
 

@@ -78,17 +78,19 @@ def estimate_forces(
     pressures_kpa: Iterable[tuple[float, float]], settings: ChainSettings
 ) -> tuple[Numbers, Numbers]:
     """Return force and standard uncertainty [N] for each pair of constant pressures ΔP_i and ΔP_f."""
-    pairs = [
-        _force(float(baseline_kpa), float(final_kpa - baseline_kpa), settings)
-        for baseline_kpa, final_kpa in pressures_kpa
-    ]
+    model, curve, pairs = settings.force_model, None, []
+    for baseline_kpa, final_kpa in pressures_kpa:
+        if curve is None or curve.baseline_kpa != baseline_kpa:  # pairs of one contact share their curve
+            curve = ContactCurve(
+                float(baseline_kpa), model, settings.correction, settings.input_uncertainties
+            )
+        pairs.append(_force(curve, float(final_kpa - baseline_kpa), settings))
     forces, stds = np.array(pairs).reshape(-1, 2).T
     return forces, stds
 
 
-def _force(baseline_kpa: float, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:
-    inputs = settings.input_uncertainties
-    curve = ContactCurve(baseline_kpa, settings.force_model, settings.correction, inputs)
+def _force(curve: ContactCurve, rise_kpa: float, settings: ChainSettings) -> tuple[float, float]:
+    inputs, baseline_kpa = settings.input_uncertainties, curve.baseline_kpa
     point = curve.at(rise_kpa)
     pressures = inputs.at_rest(baseline_kpa, baseline_kpa + rise_kpa, CONTACT_S)
     force_n = point.estimate.force_n

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import threading
+import time
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from pneuforce.registers.document_text import ascii_text, format_range
 from pneuforce.registers.field import quantity_unit
-from pneuforce.registers.map import BY_NAME, REGISTERS, Register
+from pneuforce.registers.map import BY_NAME, COMMAND_KEY, REGISTERS, Register
 from pneuforce.registers.modbus.exception_codes import ExceptionCode
 from pneuforce.registers.modbus.register_bank import MODE, RegisterBank
 from pneuforce.registers.modbus.rtu_port import PARITIES, open_port, supported_parity
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 _CHANGING_RANGES = (range(38), range(64, 74), range(512, 547))
 #: Ranges of the registers that change seldom or never.
 _CONSTANT_RANGES = (range(768, 784), range(3840, 3845))
+#: Registers with the answer to a command.
+_ANSWER = range(524, 527)
+_COMMAND_POLL_S = 0.02
 _TEST = BY_NAME["test_float"]
 _REJECT_REASON = BY_NAME["reject_reason"]
 _EXCEPTION_NAMES = {code.value: code.name.lower().replace("_", " ") for code in ExceptionCode}
@@ -37,13 +42,29 @@ class SerialPortError(ModbusClientError):
     """Error for a serial port that cannot be opened."""
 
 
+class NoAnswerError(ModbusClientError):
+    """Error for a request without an answer: no instrument, or a closed connection."""
+
+
+class WriteRejectedError(ModbusClientError):
+    """Error for a rejected write. `reason` is the reject reason, or the name of the exception."""
+
+    def __init__(self, message: str, reason: str) -> None:
+        super().__init__(message)
+        self.reason = reason
+
+
 class ModbusClient:
-    """Client with one Modbus connection to an instrument. Every call blocks until the answer arrives."""
+    """Client with one Modbus connection to an instrument. Every call blocks until the answer arrives.
+
+    Several threads may use a client. Their requests are sent one after the other.
+    """
 
     def __init__(self, client: ModbusBaseSyncClient, unit: int) -> None:
         self._client = client
         self._unit = unit
         self._bank = RegisterBank()
+        self._lock = threading.RLock()
 
     @classmethod
     def connect(
@@ -85,7 +106,7 @@ class ModbusClient:
     @classmethod
     def _connect(cls, client: ModbusBaseSyncClient, unit: int, error_message: str) -> ModbusClient:
         if not client.connect():
-            raise ModbusClientError(error_message)
+            raise NoAnswerError(error_message)
         connected = cls(client, unit)
         try:
             connected._determine_word_order()
@@ -96,7 +117,8 @@ class ModbusClient:
 
     def close(self) -> None:
         """Close the connection."""
-        self._client.close()  # type: ignore[no-untyped-call]
+        with self._lock:
+            self._client.close()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> ModbusClient:
         return self
@@ -136,15 +158,44 @@ class ModbusClient:
         except (LookupError, TypeError, ValueError, OverflowError):
             raise ModbusClientError(f"{name} = {value}: invalid value{_allowed_values(register)}") from None
         numbers = [int.from_bytes(words[at : at + 2], "big") for at in range(0, len(words), 2)]
-        answer = self._request(self._client.write_registers, register.address, values=numbers)
+        with self._lock:  # the reject reason is that of the last write
+            answer = self._request(self._client.write_registers, register.address, values=numbers)
+            reason = self._reject_reason(answer) if answer.isError() else ""
         if answer.isError():
             is_illegal_value = answer.exception_code == ExceptionCode.ILLEGAL_VALUE
             allowed = _allowed_values(register) if is_illegal_value else ""
-            raise ModbusClientError(f"{name} = {value} was rejected: {self._describe_error(answer)}{allowed}")
+            message = f"{name} = {value} was rejected: {_describe_error(answer, reason)}{allowed}"
+            raise WriteRejectedError(message, reason or _exception_name(answer))
 
     def vent(self) -> None:
         """Open the vent. Raises ModbusClientError if the instrument cannot be reached."""
         self.write(MODE.name, "vent")
+
+    def read_block(self, addresses: range) -> dict[str, Any]:
+        """Return the values of the registers in one range of addresses, by register name, from one request.
+
+        All values belong to the same instant. Raises ModbusClientError.
+        """
+        return self._read_values(addresses)
+
+    def run_command(self, code: str, argument: int = 0, *, timeout_s: float = 2.0) -> str:
+        """Run a command of registers 520–523, and return its reject reason; "none" if it is done.
+
+        Raises WriteRejectedError if the command does not start, NoAnswerError if it does not finish within
+        `timeout_s`, and ModbusClientError.
+        """
+        sequence = (self.read_block(_ANSWER)["answer_sequence"] + 1) % 0x10000
+        self.write("command_key", COMMAND_KEY)
+        self.write("command_code", code)
+        self.write("command_argument", argument)
+        self.write("command_sequence", sequence)
+        until_s = time.monotonic() + timeout_s
+        while time.monotonic() < until_s:
+            answer = self.read_block(_ANSWER)
+            if answer["answer_sequence"] == sequence and answer["answer_state"] != "busy":
+                return str(answer["answer_result"])
+            time.sleep(_COMMAND_POLL_S)
+        raise NoAnswerError(f"the command {code} was not finished within {timeout_s:g} s")
 
     def _determine_word_order(self) -> None:
         words = self._read_words(range(_TEST.address, _TEST.end))
@@ -167,7 +218,7 @@ class ModbusClient:
         answer = self._request(self._client.read_input_registers, range_.start, count=len(range_))
         if answer.isError() or len(answer.registers) != len(range_):
             raise ModbusClientError(
-                f"reading registers {range_.start}–{range_.stop - 1} failed: {self._describe_error(answer)}"
+                f"reading registers {range_.start}–{range_.stop - 1} failed: {_describe_error(answer)}"
             )
         return b"".join(word.to_bytes(2, "big") for word in answer.registers)
 
@@ -175,20 +226,26 @@ class ModbusClient:
         from pymodbus.exceptions import ModbusException
 
         try:
-            answer: ModbusPDU = function(address, device_id=self._unit, **arguments)
+            with self._lock:
+                answer: ModbusPDU = function(address, device_id=self._unit, **arguments)
         except (ModbusException, OSError) as error:
-            raise ModbusClientError(
-                "the Modbus server does not answer, or has closed the connection"
-            ) from error
+            raise NoAnswerError("the Modbus server does not answer, or has closed the connection") from error
         return answer
 
-    def _describe_error(self, answer: ModbusPDU) -> str:
-        code = getattr(answer, "exception_code", 0)
-        name = _EXCEPTION_NAMES.get(code, "unexpected answer")
-        if code != ExceptionCode.DEVICE_BUSY:
-            return f"{name} ({code:02X}h)"
-        reason = self._read_values(range(_REJECT_REASON.address, _REJECT_REASON.end))[_REJECT_REASON.name]
-        return f"{name} ({code:02X}h), reason {reason}"
+    def _reject_reason(self, answer: ModbusPDU) -> str:
+        """Return the reject reason of a rejected write; "" if the exception itself is the reason."""
+        if getattr(answer, "exception_code", 0) != ExceptionCode.DEVICE_BUSY:
+            return ""
+        return str(self.read_block(range(_REJECT_REASON.address, _REJECT_REASON.end))[_REJECT_REASON.name])
+
+
+def _exception_name(answer: ModbusPDU) -> str:
+    return _EXCEPTION_NAMES.get(getattr(answer, "exception_code", 0), "unexpected answer")
+
+
+def _describe_error(answer: ModbusPDU, reason: str = "") -> str:
+    description = f"{_exception_name(answer)} ({getattr(answer, 'exception_code', 0):02X}h)"
+    return f"{description}, reason {reason}" if reason else description
 
 
 def _raise_port_error(device: str, baud: int, parity: str, stop_bits: int) -> None:

@@ -20,7 +20,6 @@ class RecordingPlc:
     def __init__(self):
         self.writes = []
         self.rejects = False
-        self._answer_sequence = 0
 
     def __enter__(self):
         return self
@@ -32,14 +31,13 @@ class RecordingPlc:
         if self.rejects:
             raise ModbusClientError("rejected")
         self.writes.append((name, value))
-        if name == "command_sequence":
-            self._answer_sequence = value
 
     def read_all(self):
-        return {"first_out_fault": 34, "answer_sequence": self._answer_sequence}
+        return {"first_out_fault": 34}
 
-    def read(self):
-        return {"answer_state": "done", "answer_sequence": self._answer_sequence}
+    def run_command(self, code, timeout_s):
+        self.write("command_code", code)
+        return "none"
 
 
 @pytest.fixture

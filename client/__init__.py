@@ -1,0 +1,1 @@
+"""Python package for programs that use the instrument. `pneuforce` contains its public names."""

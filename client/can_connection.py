@@ -1,0 +1,194 @@
+"""Connection to the instrument over CAN, with the frames of docs/robot.md."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pneuforce.client.can_receiver import CanReceiver
+from pneuforce.client.connection import Command
+from pneuforce.client.latest_sample import LatestSample
+from pneuforce.client.measurement import Measurement, State
+from pneuforce.client.rejection import rejected
+from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded
+from pneuforce.registers.can.bus import CanAddress
+from pneuforce.registers.can.connection import CanConnection
+from pneuforce.registers.can.frames import COMMAND, encode
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.codes import REJECT_REASONS
+from pneuforce.registers.map_hash import MAP_HASH
+
+FIRST_FRAMES_TIMEOUT_S = 3.0  #: the instrument sends the frame Identity each second
+SILENCE_LOST_S = 1.0  #: time without any frame after which the connection is lost
+ANSWER_TIMEOUT_S = 0.1  #: time after which a Command is repeated (docs/robot.md)
+ATTEMPTS = 10  #: a busy computer can delay an Answer
+COMMAND_ATTEMPTS = 40  #: a command, for example a zero adjustment, can take some seconds
+_REJECTED = "rejected_"
+_INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
+
+
+class CanSensorConnection:
+    """Connection over CAN.
+
+    The lease is renewed by a repetition of the last Command. A repeated "hold" could inflate a balloon again
+    that was vented meanwhile. Therefore the Command is repeated only while the frames of the instrument show
+    that the balloon is inflated and that no other node has sent a Command to vent.
+    """
+
+    def __init__(self, url: str, address: CanAddress, node_id: int, silence_s: float) -> None:
+        """Open the interface and wait for the frames of the node. Raises ConnectionFailed."""
+        self.silence_s = silence_s
+        self._url = url
+        self._receiver = CanReceiver(node_id, silence_s)
+        self._command_id = COMMAND.base_id + node_id
+        self._bus = CanConnection(address, self._receiver.receive)
+        self._sending = threading.Lock()
+        self._exchange = threading.Lock()
+        self._sequence = time.time_ns() & 0xFF
+        self._repeated: bytes | None = None  #: Command whose repetition renews the lease
+        self._inflated = False
+        try:
+            self._bus.open()
+        except OSError as error:
+            raise ConnectionFailed(f"{url}: {error}") from None
+        self._check_identity(node_id)
+
+    def _check_identity(self, node_id: int) -> None:
+        map_hash = self._receiver.wait_for_identity(FIRST_FRAMES_TIMEOUT_S)
+        if map_hash == MAP_HASH:
+            return
+        self.close()
+        if map_hash is None:
+            raise ConnectionFailed(
+                f"{self._url}: node {node_id} does not send all frames; check that the instrument runs, that "
+                "the node id is right, and that the mode of its CAN section is raw"
+            )
+        raise ConnectionFailed(
+            f"{self._url}: the frames of node {node_id} belong to another version of the register map: "
+            "install the same version of pneuforce on both computers"
+        )
+
+    def close(self) -> None:
+        """Send the waiting frames and close the interface."""
+        self._receiver.close()
+        self._bus.close()
+
+    # ---- measure
+
+    def read(self) -> Measurement:
+        """Return the latest measurement. Raises ConnectionLost if no frame arrives."""
+        age_s = self._receiver.silent_s()
+        if age_s > SILENCE_LOST_S:
+            raise ConnectionLost(
+                f"{self._url}: no frame has arrived for {age_s:.1f} s; check that the instrument runs, and "
+                "check the CAN bus"
+            )
+        return self._receiver.measurement()
+
+    @contextmanager
+    def sampling(self) -> Iterator[LatestSample]:
+        """Receive the Force frames while the context is active."""
+        slot = LatestSample()
+        self._receiver.add(slot)
+        try:
+            yield slot
+        finally:
+            self._receiver.remove(slot)
+            slot.close()
+
+    # ---- command
+
+    def vent(self) -> None:
+        """Send the Command vent until its Answer arrives."""
+        self._run({"mode": "vent"}, attempts=ATTEMPTS)
+
+    def prepare_hold(self, lease_s: float) -> None:
+        """Vent, and take a lease."""
+        self._inflated = False
+        self._run({"mode": "vent", "lease": lease_s}, attempts=ATTEMPTS, renews=True)
+
+    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:
+        """Request an inflation. The instrument executes a repeated Command only once."""
+        values = {"mode": "hold", "setpoint": setpoint_kpa, "lease": lease_s}
+        self._run(values, attempts=ATTEMPTS, renews=True)
+
+    def renew_lease(self, lease_s: float) -> None:  # noqa: ARG002
+        """Repeat the last Command of the hold, if the balloon was not vented meanwhile."""
+        if self._receiver.silent_s() > self.silence_s:
+            raise ConnectionLost(f"{self._url}: no frame has arrived for {self.silence_s:g} s")
+        state = self._receiver.measurement().state
+        self._inflated = self._inflated or state in _INFLATED
+        if self._receiver.vented_by_another_node or (self._inflated and state not in _INFLATED):
+            self._repeated = None
+        with self._sending:
+            data = self._repeated
+            if data is None:
+                raise HoldEnded("the balloon was vented, so its lease is not renewed")
+            self._bus.send(CanFrame(self._command_id, data))
+
+    def end_hold(self) -> None:
+        """Vent, and end the lease."""
+        self.vent()
+
+    def run_command(self, command: Command) -> None:
+        """Run a command. Raises Rejected."""
+        self._run({"mode": command}, attempts=COMMAND_ATTEMPTS)
+
+    def first_out_fault(self) -> int:
+        """Return the code of the first fault in the Emergency frames since the connection was opened."""
+        return self._receiver.first_out_fault
+
+    def _run(self, values: dict[str, Any], *, attempts: int, renews: bool = False) -> None:
+        """Send a Command until its Answer arrives. Raises Rejected, ConnectionLost.
+
+        A vent does not wait for another Command to finish.
+        """
+        if values["mode"] == "vent":
+            self._repeated = None
+            self._exchange_command(values, attempts, renews)
+            return
+        with self._exchange:
+            self._exchange_command(values, attempts, renews)
+
+    def _exchange_command(self, values: dict[str, Any], attempts: int, renews: bool) -> None:
+        for _ in range(3):  # another program can have used the same sequence number for another Command
+            result = self._send_until_answered(values, attempts, renews)
+            if result != "sequence_reused":
+                break
+        if result not in ("accepted", "renewed"):
+            raise rejected(f"the Command {values['mode']}", _reason(result))
+
+    def _send_until_answered(self, values: dict[str, Any], attempts: int, renews: bool) -> str:
+        """Return the result in the Answer."""
+        with self._sending:
+            self._sequence = sequence = (self._sequence + 1) & 0xFF
+            fields = {"setpoint": 0.0, "lease": 0.0, "proof_test": "allowed", **values}
+            data = encode(COMMAND, None, sequence=sequence, **fields)
+            self._receiver.expect(sequence, values["mode"] == "vent")
+            if renews:
+                self._repeated = data
+        for _ in range(attempts):
+            with self._sending:
+                self._check_not_vented(sequence, values["mode"])
+                self._bus.send(CanFrame(self._command_id, data))
+            result = self._receiver.wait_for_answer(sequence, ANSWER_TIMEOUT_S)
+            if result is not None:
+                return result
+        raise ConnectionLost(
+            f"{self._url}: the instrument does not answer a Command; check the instrument and the CAN bus"
+        )
+
+    def _check_not_vented(self, sequence: int, mode: str) -> None:
+        """Raise HoldEnded if a vent was requested after a Command that is not a vent."""
+        vented = self._sequence != sequence or (mode == "hold" and self._receiver.vented_by_another_node)
+        if vented and mode != "vent":
+            raise HoldEnded(f"the Command {mode} was cancelled by a vent")
+
+
+def _reason(result: str) -> str:
+    """Return the reject reason of a result."""
+    name = result.removeprefix(_REJECTED)
+    return name if name in REJECT_REASONS.codes else result

@@ -1,0 +1,64 @@
+"""Interface of a connection to the instrument. Each bus has a module that implements this interface."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Literal, Protocol
+
+from pneuforce.client.latest_sample import LatestSample
+from pneuforce.client.measurement import Measurement
+
+Command = Literal["clear_faults", "zero_pressure"]
+
+
+class SensorConnection(Protocol):
+    """Connection over one bus. Its methods are called from several threads, and may block.
+
+    Each method raises ConnectionLost if the instrument does not answer. A method that commands the instrument
+    raises Rejected, or ReadOnlySensor over a bus that can only read.
+    """
+
+    @property
+    def silence_s(self) -> float:
+        """Return the time without a new sample after which the force is no longer valid."""
+        ...
+
+    def read(self) -> Measurement:
+        """Return the latest measurement."""
+        ...
+
+    def sampling(self) -> AbstractContextManager[LatestSample]:
+        """Return a context in which another thread receives the samples."""
+        ...
+
+    def vent(self) -> None:
+        """Open the vent valve."""
+        ...
+
+    def prepare_hold(self, lease_s: float) -> None:
+        """Vent, and take a lease."""
+        ...
+
+    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:
+        """Request an inflation to the setpoint, after `prepare_hold`."""
+        ...
+
+    def renew_lease(self, lease_s: float) -> None:
+        """Renew the lease. A renewal must never inflate a balloon that was vented meanwhile."""
+        ...
+
+    def end_hold(self) -> None:
+        """Vent, and end the lease."""
+        ...
+
+    def run_command(self, command: Command) -> None:
+        """Run a command, and wait until the command is done."""
+        ...
+
+    def first_out_fault(self) -> int:
+        """Return the code of the first-out fault, 0 if it is unknown or if there is no fault."""
+        ...
+
+    def close(self) -> None:
+        """Close the connection."""
+        ...

@@ -1,0 +1,170 @@
+"""Force of a contact from the pressures before and during the contact, for floats and arrays."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar, get_args, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pneuforce.errors import ConfigurationError, InvalidForce
+from pneuforce.instrument.calibration.estimation import (
+    MAX_PRESSURE_KPA,
+    Grip,
+    estimation_settings,
+    pressure_problem,
+)
+from pneuforce.instrument.calibration.file import Calibration, load
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model import ForceLaw
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.law import Low, MethodName, Switch
+from pneuforce.instrument.validation.accuracy import estimate_forces
+
+Number = TypeVar("Number", float, NDArray[np.float64])
+
+
+class ForceEstimate(NamedTuple, Generic[Number]):
+    """Force and its standard uncertainty [N]: two floats, or two arrays of equal shape."""
+
+    force_n: Number
+    force_std_n: Number
+
+
+@overload
+def force(
+    dpi_kpa: float,
+    dpf_kpa: float,
+    *,
+    method: MethodName = ...,
+    calibration: str | os.PathLike[str] | None = ...,
+    switch: Switch | None = ...,
+    low: Low | None = ...,
+    grip: float | None = ...,
+    grip_std: float | None = ...,
+    pressed_sides: int = ...,
+    extrapolate: bool = ...,
+) -> ForceEstimate[float]: ...
+@overload
+def force(
+    dpi_kpa: ArrayLike,
+    dpf_kpa: ArrayLike,
+    *,
+    method: MethodName = ...,
+    calibration: str | os.PathLike[str] | None = ...,
+    switch: Switch | None = ...,
+    low: Low | None = ...,
+    grip: float | None = ...,
+    grip_std: float | None = ...,
+    pressed_sides: int = ...,
+    extrapolate: bool = ...,
+) -> ForceEstimate[NDArray[np.float64]]: ...
+def force(
+    dpi_kpa: ArrayLike,
+    dpf_kpa: ArrayLike,
+    *,
+    method: MethodName = "energetic",
+    calibration: str | os.PathLike[str] | None = None,
+    switch: Switch | None = None,
+    low: Low | None = None,
+    grip: float | None = None,
+    grip_std: float | None = None,
+    pressed_sides: int = 1,
+    extrapolate: bool = False,
+) -> Any:
+    """Return the force of a contact and its standard uncertainty [N].
+
+    `dpi_kpa` is the gauge pressure before the contact, ΔP_i, and `dpf_kpa` the gauge pressure during the
+    contact, ΔP_f [kPa]. Two floats give two floats. Arrays are broadcast.
+
+    `method` is "energetic", "lulevich", "shanahan" or "membrane". `calibration` is the path of a calibration
+    file (`pneuforce calibrate`). `switch` ("paper", "blend") and `low` ("line", "smooth") are variants of the
+    law; by default, they are those of the force calibration, otherwise those of the paper. `grip`, `grip_std`
+    and `pressed_sides` apply to the method "membrane". docs/model.md explains all of them.
+
+    The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa. This function does the same, unless
+    `extrapolate` is True. Without a valid force, two floats raise InvalidForce, and the element of an array
+    is NaN. Raises ConfigurationError for an invalid argument or calibration.
+
+    Example:
+        estimate = pneuforce.force(8.0, 9.2)
+        print(f"{estimate.force_n:.3f} N ± {estimate.force_std_n:.3f} N")
+
+    Example:
+        force_n, force_std_n = pneuforce.force(8.0, np.linspace(8.2, 10.0, 5), method="lulevich")
+    """
+    if method not in get_args(MethodName):
+        raise ConfigurationError(
+            f"the method {method!r} is unknown: it must be {', '.join(get_args(MethodName))}"
+        )
+    settings = _settings(method, calibration, switch, low, Grip(grip, grip_std), pressed_sides)
+    try:
+        pressures = np.broadcast_arrays(np.asarray(dpi_kpa, float), np.asarray(dpf_kpa, float))
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"dpi_kpa and dpf_kpa must be numbers or arrays: {error}") from None
+    baseline_kpa, final_kpa = pressures
+    if baseline_kpa.ndim == 0:
+        return _scalar_force(float(baseline_kpa), float(final_kpa), settings, extrapolate)
+    return _array_force(baseline_kpa, final_kpa, settings, extrapolate)
+
+
+def _settings(
+    method: MethodName,
+    path: str | os.PathLike[str] | None,
+    switch: Switch | None,
+    low: Low | None,
+    grip: Grip,
+    sides: int,
+) -> ChainSettings:
+    """Return the settings of the estimate. Raises ConfigurationError."""
+    for name, value in (("grip", grip.value), ("grip_std", grip.std)):
+        if value is not None and not 0 <= value <= 1:
+            raise ConfigurationError(f"{name} = {value!r} is invalid: it must be 0 to 1")
+    if sides not in (1, 2):
+        raise ConfigurationError(f"pressed_sides = {sides!r} is invalid: it must be 1 or 2")
+    content: Calibration | None = None if path is None else load(Path(path))
+    made_for = content.force.made_for if content and content.force else None
+    if made_for is not None and made_for.method == method:
+        switch, low = switch or made_for.switch, low or made_for.low
+    law = ForceLaw(method=method, switch=switch or "paper", low=low or "line", sides=sides)
+    return estimation_settings(law, grip, content)
+
+
+def _scalar_force(
+    baseline_kpa: float, final_kpa: float, settings: ChainSettings, extrapolate: bool
+) -> ForceEstimate[float]:
+    problem = pressure_problem(baseline_kpa, final_kpa, ("dpi_kpa", "dpf_kpa"))
+    if problem:
+        raise ConfigurationError(problem)
+    if not (extrapolate or VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA):
+        raise InvalidForce(
+            ("out_of_range",),
+            f"dpi_kpa {baseline_kpa:g} is outside the validated {VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa; with "
+            "extrapolate=True, the force is computed nevertheless",
+        )
+    force_n, std_n = estimate_forces([(baseline_kpa, final_kpa)], settings)
+    if not (math.isfinite(force_n[0]) and math.isfinite(std_n[0])):
+        raise InvalidForce(
+            ("out_of_range",), "the model has no plausible solution for these pressures; check both pressures"
+        )
+    return ForceEstimate(float(force_n[0]), float(std_n[0]))
+
+
+def _array_force(
+    baseline_kpa: NDArray[np.float64],
+    final_kpa: NDArray[np.float64],
+    settings: ChainSettings,
+    extrapolate: bool,
+) -> ForceEstimate[NDArray[np.float64]]:
+    usable = (baseline_kpa > 0) & (final_kpa > baseline_kpa) & (final_kpa <= MAX_PRESSURE_KPA)
+    if not extrapolate:
+        usable &= (baseline_kpa >= VALID_LOW_KPA) & (baseline_kpa <= VALID_HIGH_KPA)
+    force_n, std_n = np.full(usable.shape, np.nan), np.full(usable.shape, np.nan)
+    pairs = zip(baseline_kpa[usable], final_kpa[usable], strict=True)
+    force_n[usable], std_n[usable] = estimate_forces(pairs, settings)
+    invalid = ~(np.isfinite(force_n) & np.isfinite(std_n))
+    force_n[invalid] = std_n[invalid] = np.nan
+    return ForceEstimate(force_n, std_n)

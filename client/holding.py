@@ -1,0 +1,249 @@
+"""Hold of a balloon: inflation in the documented order, renewal of the lease, and vent at the end."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+from pneuforce.client.connection import SensorConnection
+from pneuforce.client.measurement import Measurement, State, Status
+from pneuforce.errors import (
+    AlreadyHeld,
+    ClientError,
+    ConfigurationError,
+    ConnectionFailed,
+    ConnectionLost,
+    HoldEnded,
+    Tripped,
+)
+from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE
+from pneuforce.registers.codes import FAULTS
+from pneuforce.registers.field import Field
+from pneuforce.registers.map import BY_NAME
+
+POLL_S = 0.02
+VENT_TIMEOUT_S = 10.0
+INFLATION_START_S = 1.0  #: longest time from the request until the state of the rig shows the inflation
+VALID_TIMEOUT_S = 1.0  #: longest wait for a valid force after the setpoint was reached
+RENEWALS_PER_LEASE = 3
+INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
+NOT_INFLATED = (State.BOOT, State.VENTED, State.VENTING)
+
+
+class CurrentHold:
+    """Hold that is active on a connection. A connection has at most one hold."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._hold: Hold | None = None
+
+    def begin(self, hold: Hold) -> None:
+        """Make `hold` the active hold. Raises AlreadyHeld if another hold is active."""
+        with self._lock:
+            if self._hold is not None:
+                raise AlreadyHeld(
+                    "the balloon is already held through this connection: leave the first with statement "
+                    "before the next hold"
+                )
+            self._hold = hold
+
+    def end(self) -> None:
+        """End the active hold, if there is one: vent, and end the lease."""
+        hold = self._hold
+        if hold is not None:
+            hold.end()
+
+    def forget(self, hold: Hold) -> None:
+        """Allow another hold after the end of `hold`."""
+        with self._lock:
+            if self._hold is hold:
+                self._hold = None
+
+    def check(self, measurement: Measurement) -> None:
+        """Raise HoldEnded, Tripped, or the error of the lease if the active hold has failed."""
+        hold = self._hold
+        if hold is not None:
+            hold.check(measurement)
+
+
+class Hold:
+    """Context in which the balloon is held at a setpoint. `ForceSensor.hold` creates it.
+
+    The end of the context vents the balloon, also after an exception. While the context is active, a thread
+    renews the lease. If the process dies, the lease expires, and the instrument vents.
+    """
+
+    def __init__(
+        self,
+        connection: SensorConnection,
+        current: CurrentHold,
+        setpoint_kpa: float,
+        lease_s: float,
+        timeout_s: float,
+    ) -> None:
+        _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", setpoint_kpa, 1.0)
+        _check_range(BY_NAME["lease"], "lease_s", "s", lease_s, 1e-3)
+        if not timeout_s > 0:
+            raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
+        self.setpoint_kpa = setpoint_kpa
+        self.lease_s = lease_s
+        self._timeout_s = timeout_s
+        self._connection = connection
+        self._current = current
+        self._settled = False
+        self._ended = False
+        self._cancelled = threading.Event()
+        self._failure: ClientError | None = None
+        self._renewal = threading.Thread(target=self._renew_lease, name="lease-renewal", daemon=True)
+
+    def __enter__(self) -> Hold:
+        if self._ended:
+            raise AlreadyHeld("this hold has ended: call hold() again")
+        self._current.begin(self)
+        try:
+            self._connection.prepare_hold(self.lease_s)
+            self._renewal.start()
+            self._wait_until_vented()
+            self._connection.begin_hold(self.setpoint_kpa, self.lease_s)
+            self._wait_until_held()
+            self._settled = True
+            self._wait_until_valid()
+        except BaseException as error:
+            self._end_after(error)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None:
+            self._end_after(error)
+            return
+        failure = None if self._ended else self._failure
+        self.end()
+        if failure is not None:
+            raise failure
+
+    def end(self) -> None:
+        """Vent, and end the lease. Raises ConnectionLost if the instrument does not answer."""
+        if self._ended:
+            return
+        self._ended = True
+        self._cancelled.set()
+        try:
+            self._connection.end_hold()
+        finally:
+            self._current.forget(self)
+
+    def cancel(self) -> None:
+        """Make a waiting `__enter__` in another thread vent and raise HoldEnded. Does not block."""
+        self._cancelled.set()
+
+    def check(self, measurement: Measurement) -> None:
+        """Raise HoldEnded, Tripped, or the error of the lease, if the hold has failed."""
+        if self._settled and not self._ended:
+            if self._failure is not None:
+                raise self._failure
+            self._check_state(measurement)
+
+    # ---- steps
+
+    def _wait_until_vented(self) -> None:
+        """Wait for a verified vent and a zero adjustment. A rig that has tripped rejects the next step."""
+
+        def reached(m: Measurement) -> bool:
+            return m.state is State.TRIPPED or (m.state is State.VENTED and Status.NOT_ZEROED not in m.status)
+
+        if not self._wait_for(reached, VENT_TIMEOUT_S):
+            raise HoldEnded(
+                f"the instrument did not verify within {VENT_TIMEOUT_S:g} s that the rig is vented and the "
+                "pressure sensor is zeroed: check the vent valve and the tube (pneuforce doctor)"
+            )
+
+    def _wait_until_held(self) -> None:
+        begun_s = time.monotonic()
+
+        def reached(m: Measurement) -> bool:
+            if m.state is State.TRIPPED or time.monotonic() - begun_s > INFLATION_START_S:
+                self._check_state(m)
+            return m.state is State.HOLDING
+
+        if not self._wait_for(reached, self._timeout_s):
+            raise HoldEnded(
+                f"the balloon did not reach {self.setpoint_kpa:g} kPa within {self._timeout_s:g} s: check "
+                "the gas supply, or raise timeout_s"
+            )
+
+    def _wait_until_valid(self) -> None:
+        self._wait_for(lambda m: m.valid or Status.OUT_OF_RANGE in m.status, VALID_TIMEOUT_S)
+
+    def _wait_for(self, reached: Callable[[Measurement], bool], timeout_s: float) -> bool:
+        """Return True if `reached` becomes true in time. Raises the error of the lease."""
+        until_s = time.monotonic() + timeout_s
+        while time.monotonic() < until_s:
+            if reached(self._connection.read()):
+                return True
+            if self._failure is not None:
+                raise self._failure
+            if self._cancelled.wait(POLL_S):
+                raise HoldEnded("the hold was cancelled, and the instrument vents")
+        return False
+
+    def _check_state(self, measurement: Measurement) -> None:
+        if measurement.state is State.TRIPPED:
+            raise self._tripped()
+        if measurement.state in NOT_INFLATED:
+            raise HoldEnded(
+                f"the balloon is no longer held (state {measurement.state}): an operator or another client "
+                "has vented; begin another hold when the cause is known"
+            )
+
+    def _tripped(self) -> Tripped:
+        code = self._connection.first_out_fault()
+        if code not in FAULT_ADVICE or not code:
+            return Tripped("", "", REJECT_REASON_ADVICE["fault_latched"])
+        advice = FAULT_ADVICE[code]
+        return Tripped(FAULTS.names[code], advice.what, advice.do)
+
+    def _end_after(self, error: BaseException) -> None:
+        """End the hold after `error`. A vent that cannot be sent is noted in `error`."""
+        try:
+            self.end()
+        except ConnectionFailed as failure:
+            error.add_note(
+                f"The vent could not be sent: {failure}. The instrument vents when the lease of "
+                f"{self.lease_s:g} s expires"
+            )
+
+    # ---- thread that renews the lease
+
+    def _renew_lease(self) -> None:
+        renewed_s = time.monotonic()
+        while not self._cancelled.wait(self.lease_s / RENEWALS_PER_LEASE):
+            try:
+                if self._settled:
+                    self._check_state(self._connection.read())
+                if self._cancelled.is_set():
+                    return
+                self._connection.renew_lease(self.lease_s)
+                renewed_s = time.monotonic()
+            except ConnectionLost as failure:  # the next renewal can still be in time
+                if time.monotonic() - renewed_s > self.lease_s:
+                    self._failure = failure
+                    return
+            except ClientError as failure:
+                self._failure = failure
+                return
+
+
+def _check_range(register: Field, name: str, unit: str, value: float, unit_per_wire: float) -> None:
+    """Raise ConfigurationError if the instrument would reject a value."""
+    assert register.low is not None
+    assert register.high is not None
+    low, high = register.low * unit_per_wire, register.high * unit_per_wire
+    if not low <= value <= high:
+        raise ConfigurationError(
+            f"{name} = {value!r} is invalid: it must be {low:g} to {high:g} {unit}; nothing was sent"
+        )

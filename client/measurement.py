@@ -1,0 +1,147 @@
+"""Measurement of the instrument as a program receives it, with its state and its status."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from pneuforce.errors import InvalidForce
+from pneuforce.registers.advice import STATE_DESCRIPTIONS, STATUS_ADVICE
+
+
+class State(StrEnum):
+    """State of the rig. The force is measured only in the state `HOLDING`."""
+
+    BOOT = "boot"
+    VENTED = "vented"
+    INFLATING = "inflating"
+    SETTLING = "settling"
+    HOLDING = "holding"
+    VENTING = "venting"
+    TRIPPED = "tripped"
+
+
+class Status(StrEnum):
+    """Condition that the instrument reports. docs/faults.md explains each condition and its remedy."""
+
+    IN_CONTACT = "in_contact"
+    INFLATING = "inflating"
+    HOLDING = "holding"
+    VENTED = "vented"
+    INTERPOLATED = "interpolated"
+    OUT_OF_RANGE = "out_of_range"
+    FORCE_HIGH_ALARM = "force_high_alarm"
+    SETPOINT_NOT_REACHED = "setpoint_not_reached"
+    STALE = "stale"
+    LINK_LOST = "link_lost"
+    SENSOR_FAULT = "sensor_fault"
+    OVERPRESSURE = "overpressure"
+    LEAK = "leak"
+    BURST = "burst"
+    LEASE_EXPIRED = "lease_expired"
+    SIMULATED = "simulated"
+    NOT_ZEROED = "not_zeroed"
+    WRITE_PROTECT = "write_protect"
+    BOARD_WATCHDOG = "board_watchdog"
+    CAN_DOWN = "can_down"
+    INLET_FAULT = "inlet_fault"
+    VENT_FAULT = "vent_fault"
+    BOARD_RESET = "board_reset"
+    BASELINE_OLD = "baseline_old"
+    MAINTENANCE_REQUIRED = "maintenance_required"
+    OUT_OF_SPECIFICATION = "out_of_specification"
+    FUNCTION_CHECK = "function_check"
+    FAILURE = "failure"
+    CALIBRATED = "calibrated"
+    PROOF_TEST_OVERDUE = "proof_test_overdue"
+    ANY_FAILURE = "any_failure"
+
+
+#: Conditions that can be the reason for a missing force. The first condition is the most important.
+_REASONS = (
+    Status.LINK_LOST,
+    Status.STALE,
+    Status.SENSOR_FAULT,
+    Status.NOT_ZEROED,
+    Status.OUT_OF_RANGE,
+    Status.BASELINE_OLD,
+    Status.FUNCTION_CHECK,
+    Status.FAILURE,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measurement:
+    """Values of one sample. A value that is not available, or that the bus does not transmit, is None.
+
+    The force is different: `force_n` raises an exception if the force is not valid, so that a program cannot
+    use an invalid force by mistake. `force_or_nan` returns NaN instead.
+    """
+
+    force_or_nan: float = math.nan  #: contact force [N], NaN if the force is not valid
+    force_std_or_nan: float = math.nan  #: standard uncertainty of the force [N], NaN if not available
+    pressure_kpa: float | None = None  #: filtered gauge pressure
+    radius_mm: float | None = None  #: radius R_i of the inflated balloon before contact
+    setpoint_kpa: float | None = None  #: setpoint in effect; None while the rig is vented or tripped
+    state: State | None = None  #: state of the rig
+    status: frozenset[Status] = frozenset()  #: all conditions that the instrument reports
+    #: Number of the sample. Modbus and RDT count samples, CAN counts Force frames. None without a new sample.
+    sample_counter: int | None = None
+    age_s: float | None = None  #: age of the sample when it was read; on CAN, the age of the Force frame
+
+    @property
+    def valid(self) -> bool:
+        """Return True if the force is valid. Only a valid force may be used."""
+        return math.isfinite(self.force_or_nan)
+
+    @property
+    def force_n(self) -> float:
+        """Return the contact force [N]. Raises InvalidForce if the force is not valid."""
+        if not self.valid:
+            raise InvalidForce(self.reasons, self.explanation)
+        return self.force_or_nan
+
+    @property
+    def force_std_n(self) -> float | None:
+        """Return the standard uncertainty of the force [N], None if the bus does not transmit it.
+
+        Without contact, this value is the detection limit. Raises InvalidForce if the force is not valid.
+        """
+        if not self.valid:
+            raise InvalidForce(self.reasons, self.explanation)
+        return number_or_none(self.force_std_or_nan)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Return the names of the conditions that explain a missing force; empty if the force is valid."""
+        return () if self.valid else tuple(bit.value for bit in _REASONS if bit in self.status)
+
+    @property
+    def explanation(self) -> str:
+        """Return a text for people that explains a missing force; "" if the force is valid."""
+        if self.valid:
+            return ""
+        texts = [f"{name}: {STATUS_ADVICE[name].what}" for name in self.reasons]
+        if self.state not in (None, State.HOLDING):
+            texts.insert(0, f"state {self.state}: {STATE_DESCRIPTIONS[str(self.state)]}")
+        return " ".join(texts) or "the instrument reports no reason"
+
+
+def number_or_none(value: float) -> float | None:
+    """Return a decoded value, None for NaN (not available)."""
+    return value if math.isfinite(value) else None
+
+
+def state_of(name: str) -> State | None:
+    """Return the state with this name, None for a state that this version does not know."""
+    return State(name) if name in _STATE_NAMES else None
+
+
+def status_of(names: Iterable[str]) -> frozenset[Status]:
+    """Return the conditions with these names. Names that this version does not know are ignored."""
+    return frozenset(Status(name) for name in names if name in _STATUS_NAMES)
+
+
+_STATE_NAMES, _STATUS_NAMES = frozenset(State), frozenset(Status)

@@ -1,0 +1,184 @@
+"""Connection to the instrument over Modbus TCP or RTU."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from typing import Any, TypeVar
+
+from pneuforce.client.connection import Command
+from pneuforce.client.latest_sample import LatestSample
+from pneuforce.client.measurement import Measurement, number_or_none, state_of, status_of
+from pneuforce.client.rejection import rejected
+from pneuforce.errors import ConnectionFailed, ConnectionLost, Rejected
+from pneuforce.registers.map import MAP_VERSION
+from pneuforce.registers.modbus.client import (
+    ModbusClient,
+    ModbusClientError,
+    WriteRejectedError,
+)
+
+Result = TypeVar("Result")
+
+POLL_S = 0.01
+_MEASURED = range(26)
+_MAP_VERSION = range(768, 769)
+_FIRST_OUT_FAULT = range(778, 779)
+
+
+class ModbusSensorConnection:
+    """Connection over Modbus. Each request that may be repeated is tried a second time over a new connection.
+
+    The second attempt is necessary because the instrument closes a connection that was idle for a minute.
+    """
+
+    def __init__(self, url: str, open_client: Callable[[], ModbusClient], silence_s: float) -> None:
+        """Open the connection. Raises ConnectionFailed."""
+        self.silence_s = silence_s
+        self._url = url
+        self._open_client = open_client
+        self._replacement = threading.Lock()
+        self._closed = False
+        self._client: ModbusClient | None = None
+        try:
+            self._client = open_client()
+            version = self._client.read_block(_MAP_VERSION)["map_version"]
+        except ModbusClientError as error:
+            self.close()
+            raise ConnectionFailed(f"{url}: {error}; {_hint(url)}") from None
+        if version != MAP_VERSION:
+            self.close()
+            raise ConnectionFailed(
+                f"{url}: the instrument has version {version} of the register map, and this program needs "
+                f"version {MAP_VERSION}: install the same version of pneuforce on both computers"
+            )
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._closed = True
+        with self._replacement:
+            client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
+    # ---- measure
+
+    def read(self) -> Measurement:
+        """Return the measurement of one request."""
+        return _measurement(self._repeatable(lambda client: client.read_block(_MEASURED)))
+
+    @contextmanager
+    def sampling(self) -> Iterator[LatestSample]:
+        """Poll in another thread while the context is active."""
+        slot, stop = LatestSample(), threading.Event()
+
+        def poll() -> None:
+            while not stop.wait(POLL_S):
+                try:
+                    slot.put(self.read())
+                except ConnectionLost as error:
+                    slot.fail(str(error))
+
+        thread = threading.Thread(target=poll, name="modbus-poll", daemon=True)
+        thread.start()
+        try:
+            yield slot
+        finally:
+            stop.set()
+            slot.close()
+
+    # ---- command
+
+    def vent(self) -> None:
+        """Open the vent valve."""
+        self._repeatable(ModbusClient.vent)
+
+    def prepare_hold(self, lease_s: float) -> None:
+        """Take a lease, then vent.
+
+        The lease is taken first: if another client has the lease, its balloon is not vented.
+        """
+        self.renew_lease(lease_s)
+        self.vent()
+
+    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:  # noqa: ARG002
+        """Write the setpoint, then request the inflation. The second write must not be repeated."""
+        self._repeatable(lambda client: client.write("setpoint_requested", setpoint_kpa))
+        self._once(lambda client: client.write("mode", "hold"))
+
+    def renew_lease(self, lease_s: float) -> None:
+        """Write the lease time. This write never inflates a balloon."""
+        self._repeatable(lambda client: client.write("lease", lease_s))
+
+    def end_hold(self) -> None:
+        """Vent, and end the lease. Another client that has the lease keeps it."""
+        self.vent()
+        with suppress(Rejected):
+            self._repeatable(lambda client: client.write("lease", 0.0))
+
+    def run_command(self, command: Command) -> None:
+        """Run a command. Raises Rejected."""
+        reason = self._repeatable(lambda client: client.run_command(command))
+        if reason != "none":
+            raise rejected(command, reason)
+
+    def first_out_fault(self) -> int:
+        """Return the code of the first-out fault."""
+        return int(self._repeatable(lambda client: client.read_block(_FIRST_OUT_FAULT))["first_out_fault"])
+
+    # ---- requests
+
+    def _repeatable(self, request: Callable[[ModbusClient], Result]) -> Result:
+        """Return the result of a request. Repeat the request once over a new connection."""
+        client = self._client
+        try:
+            return self._once(request)
+        except ConnectionLost:
+            self._replace(client)
+            return self._once(request)
+
+    def _once(self, request: Callable[[ModbusClient], Result]) -> Result:
+        """Return the result of a request. Raises Rejected, ConnectionLost."""
+        client = self._client
+        if client is None:
+            raise ConnectionLost(f"{self._url}: there is no connection; {_hint(self._url)}")
+        try:
+            return request(client)
+        except WriteRejectedError as error:
+            raise rejected(str(error).partition(" was rejected")[0], error.reason) from None
+        except ModbusClientError as error:
+            raise ConnectionLost(f"{self._url}: {error}; {_hint(self._url)}") from None
+
+    def _replace(self, failed: ModbusClient | None) -> None:
+        """Open a new connection, unless another thread has already replaced the failed connection."""
+        with self._replacement:
+            if self._client is not failed or self._closed:
+                return
+            if failed is not None:
+                self._client = None
+                failed.close()
+            try:
+                self._client = self._open_client()
+            except ModbusClientError as error:
+                raise ConnectionLost(f"{self._url}: {error}; {_hint(self._url)}") from None
+
+
+def _hint(url: str) -> str:
+    where = "cable, the unit and the baud rate" if url.startswith("rtu") else "address and the network"
+    return f"check that the instrument runs, and check the {where}"
+
+
+def _measurement(values: Mapping[str, Any]) -> Measurement:
+    return Measurement(
+        force_or_nan=values["force"],
+        force_std_or_nan=values["force_uncertainty"] if math.isfinite(values["force"]) else math.nan,
+        pressure_kpa=number_or_none(values["pressure"]),
+        radius_mm=number_or_none(values["radius"]),
+        setpoint_kpa=number_or_none(values["setpoint"]),
+        state=state_of(values["state"]),
+        status=status_of(values["status"]),
+        sample_counter=values["sample_counter"],
+        age_s=values["sample_age"],
+    )

@@ -1,0 +1,22 @@
+"""Exception for a rejected request, with the remedy of the fault catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pneuforce.errors import Rejected
+from pneuforce.registers.advice import REJECT_REASON_ADVICE
+
+#: Remedies for rejections that have no reject reason: Modbus exceptions and results of a CAN Command.
+_OTHER_REMEDIES: Mapping[str, str] = {
+    "illegal value": "A value is outside its range: see docs/registers.md for the range.",
+    "out_of_range": "A value is outside its range: see docs/registers.md for the range.",
+    "sequence_reused": "Another node sends Commands with the same sequence number: stop this node.",
+}
+_UNKNOWN = "The instrument gives no advice: see docs/faults.md."
+
+
+def rejected(request: str, reason: str) -> Rejected:
+    """Return the exception for a request that the instrument rejected for this reason."""
+    remedy = REJECT_REASON_ADVICE.get(reason) or _OTHER_REMEDIES.get(reason, _UNKNOWN)
+    return Rejected(request, reason, remedy)

@@ -1,0 +1,192 @@
+"""Force sensor as a program uses it: read, stream, hold, vent and clear, over any bus."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+
+from pneuforce.client.connection import SensorConnection
+from pneuforce.client.holding import CurrentHold, Hold
+from pneuforce.client.latest_sample import LatestSample
+from pneuforce.client.measurement import Measurement, Status
+from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed
+
+
+class ForceSensor:
+    """Connection to one instrument. `pneuforce.connect` opens it; a `with` statement closes it.
+
+    All methods block. They may be called from several threads.
+    """
+
+    def __init__(self, url: str, connection: SensorConnection) -> None:
+        self.url = url
+        self._connection = connection
+        self._current_hold = CurrentHold()
+        self._closed = False
+
+    def __enter__(self) -> ForceSensor:
+        self._check_open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.url}{' (closed)' if self._closed else ''}>"
+
+    def close(self) -> None:
+        """Close the connection. If the balloon is held through this connection, vent before."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._current_hold.end()
+        finally:
+            self._connection.close()
+
+    # ---- measure
+
+    def read(self) -> Measurement:
+        """Return the latest measurement.
+
+        A measurement can be invalid: test `valid` before you use `force_n`. Raises ConnectionLost if the
+        instrument does not answer, and HoldEnded or Tripped if the balloon is no longer held.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                measurement = sensor.read()
+                if measurement.valid:
+                    print(f"{measurement.force_n:.3f} N ± {measurement.force_std_n:.3f} N")
+                else:
+                    print(f"no force: {measurement.explanation}")
+        """
+        self._check_open()
+        return self._checked(self._connection.read())
+
+    def stream(self, timeout_s: float = 1.0) -> Iterator[Measurement]:
+        """Yield each new measurement. No sample is repeated.
+
+        If the program is slower than the instrument, samples are skipped, so that a measurement is never old.
+        If no new sample arrives for about 0.1 s, an invalid measurement without sample counter is yielded, so
+        that the loop can react. If no new sample arrives for `timeout_s`, ConnectionLost is raised. HoldEnded
+        or Tripped is raised if the balloon is no longer held.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                with sensor.hold(6.0):
+                    for number, measurement in enumerate(sensor.stream()):
+                        speed_mm_per_s = 2.0 * (1.5 - measurement.force_n) if measurement.valid else -5.0
+                        if number == 20:
+                            break
+        """
+        self._check_open()
+        if not 0 < timeout_s < math.inf:
+            raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
+        return self._samples(timeout_s)
+
+    def _samples(self, timeout_s: float) -> Iterator[Measurement]:
+        counter: int | None = None
+        with self._connection.sampling() as slot:
+            waiting_since_s = time.monotonic()
+            while True:
+                sample = slot.wait_for_new(counter, min(self._connection.silence_s, timeout_s))
+                self._check_open()
+                if sample is None:
+                    if time.monotonic() - waiting_since_s >= timeout_s:
+                        raise ConnectionLost(self._silence_message(slot, timeout_s))
+                    yield self._checked(_without_sample(slot, self._connection.silence_s))
+                else:
+                    counter = sample.sample_counter
+                    yield self._checked(sample)
+                    waiting_since_s = time.monotonic()
+
+    def _silence_message(self, slot: LatestSample, timeout_s: float) -> str:
+        cause = "the instrument does not answer: check the cable and the instrument"
+        if slot.received_within(timeout_s):
+            cause = (
+                "the instrument answers, but receives no samples from the rig: check the rig and its cable"
+            )
+        return f"no new sample arrived over {self.url} for {timeout_s:g} s; {cause}"
+
+    # ---- command
+
+    def hold(self, setpoint_kpa: float, *, lease_s: float = 2.0, timeout_s: float = 20.0) -> Hold:
+        """Return a context in which the balloon is held at `setpoint_kpa` (2 to 12 kPa).
+
+        The begin of the context vents, waits for the zero adjustment, takes a lease of `lease_s` (0.2
+        to 60 s), inflates the balloon, and returns when the setpoint is reached. If the setpoint is not
+        reached within `timeout_s`, the hold fails. The end of the context vents and ends the lease, also
+        after an exception.
+
+        A background thread renews the lease. If the process dies, the lease expires, and the instrument
+        vents. If the program hangs, the thread still renews the lease, so the balloon stays inflated.
+
+        Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
+        raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost, and then vents. A
+        trip inside the context is raised by the next `read` or by the stream.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                with sensor.hold(8.0, lease_s=2.0):
+                    print(sensor.read().pressure_kpa)
+        """
+        self._check_open()
+        return Hold(self._connection, self._current_hold, setpoint_kpa, lease_s, timeout_s)
+
+    def vent(self) -> None:
+        """Open the vent valve. The instrument always accepts a vent, from every client.
+
+        If the balloon is held through this connection, the hold ends, and its lease ends. If the connection
+        is lost, one new connection is tried. Raises ConnectionLost if the instrument does not answer.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                sensor.vent()
+        """
+        self._check_open()
+        self._connection.vent()
+        self._current_hold.end()
+
+    def clear(self) -> None:
+        """Clear the latched faults. Remove their cause before. This command moves no valve.
+
+        Raises Rejected if the cause persists, and ConnectionLost.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                try:
+                    sensor.clear()
+                except pneuforce.Rejected as error:
+                    print(error.reason, error.remedy)
+        """
+        self._check_open()
+        self._connection.run_command("clear_faults")
+
+    def zero(self) -> None:
+        """Make a zero adjustment. This command is possible only while the rig is vented.
+
+        The instrument also makes a zero adjustment itself while the rig is vented.
+        Raises Rejected and ConnectionLost.
+        """
+        self._check_open()
+        self._connection.run_command("zero_pressure")
+
+    # ---- checks
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise SensorClosed(f"the connection to {self.url} is closed: call pneuforce.connect again")
+
+    def _checked(self, measurement: Measurement) -> Measurement:
+        """Return the measurement. Raises an error if the hold of this connection has failed."""
+        self._current_hold.check(measurement)
+        return measurement
+
+
+def _without_sample(slot: LatestSample, silence_s: float) -> Measurement:
+    """Return an invalid measurement, with the state and the status if they are known."""
+    known = slot.received_within(silence_s)
+    if known is None:
+        return Measurement(status=frozenset({Status.STALE}))
+    return Measurement(state=known.state, status=known.status | {Status.STALE}, age_s=known.age_s)

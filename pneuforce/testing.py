@@ -1,0 +1,18 @@
+"""Instrument on a simulated rig, for tests of programs. docs/integrators.md describes the pytest fixture."""
+
+from pneuforce.registers.modbus.client import ModbusClientError
+from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.teststand.child_process import ChildProcessFailed
+from pneuforce.teststand.rig import BalloonNotHeld, LiveRig, RigTripped, WaitTimeout
+from pneuforce.teststand.running import simulated_rig
+
+__all__ = [
+    "BalloonNotHeld",
+    "ChildProcessFailed",
+    "LiveRig",
+    "ModbusClientError",
+    "RigTripped",
+    "SimulatorRequestError",
+    "WaitTimeout",
+    "simulated_rig",
+]
