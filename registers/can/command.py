@@ -51,7 +51,9 @@ class CommandHandler:
         if not _in_range(data):
             return CommandResult(sequence, "out_of_range")
         if self._last and sequence == self._last[_SEQUENCE_OFFSET]:
-            return CommandResult(sequence, self._repeat(data, values, now_s))
+            result = self._repeat(data, values, now_s)
+            is_unfinished = result == "renewed" and sequence == self._busy
+            return None if is_unfinished else CommandResult(sequence, result)
         result = self._execute(values, now_s)
         self._last, self._last_result = data, result
         if result == "accepted" and values["mode"] != "hold" and self._is_busy(sequence, now_s):

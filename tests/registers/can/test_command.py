@@ -189,6 +189,16 @@ def test_a_command_that_takes_time_is_answered_when_it_has_finished(node, source
     assert not [frame for frame in node.tick(0.03) if frame.id == 0x485]
 
 
+def test_a_repeated_command_is_not_answered_before_it_has_finished(node, source):
+    source.set(answer_state="busy")
+    for _ in range(3):
+        assert answers(node, command(mode="clear_faults")) == []
+    source.set(answer_state="failed", answer_result="cause_persists")
+    replies = [decode(ANSWER, frame.data) for frame in node.tick(0.02) if frame.id == 0x485]
+    assert [(r["sequence"], r["result"]) for r in replies] == [(1, "rejected_cause_persists")]
+    assert answers(node, command(mode="clear_faults")) == [(1, "rejected_cause_persists")]
+
+
 def test_the_real_instrument_accepts_a_vent_and_rejects_a_hold_without_a_rig():
     instrument = Instrument(Settings())
     node = CanNode(instrument, CanOptions())
