@@ -13,7 +13,7 @@ from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import ConfigurationError
 
 TCP_WAIT_S, TCP_SILENCE_S = 1.0, 0.1
-CAN_SILENCE_S = 0.1
+CAN_SILENCE_S = RDT_SILENCE_S = 0.1
 #: Characters of a request and of an answer with registers 0–25, and bits per character.
 RTU_CHARACTERS, RTU_BITS = 8 + 57, 11
 RTU_OVERHEAD_S = 0.05
@@ -161,6 +161,13 @@ def _open_rtu(url: Url) -> SensorConnection:
     return ModbusSensorConnection(url.text, open_client, max(TCP_SILENCE_S, 3 * request_s))
 
 
+def _open_rdt(url: Url) -> SensorConnection:
+    from pneuforce.client.rdt_connection import RdtSensorConnection
+    from pneuforce.registers.rdt.record import RDT_PORT
+
+    return RdtSensorConnection(url.text, *url.host_and_port(RDT_PORT), RDT_SILENCE_S)
+
+
 def _open_can(url: Url) -> SensorConnection:
     from pneuforce.client.can_connection import CanSensorConnection
     from pneuforce.registers.can.bus import CanAddress
@@ -185,4 +192,5 @@ SCHEMES: Mapping[str, Scheme] = {
     "tcp": Scheme("tcp://192.168.1.10:5020?unit=1", frozenset({"unit"}), _open_tcp),
     "rtu": Scheme("rtu:///dev/ttyUSB0?unit=1&baud=19200", frozenset({"unit", "baud", "parity"}), _open_rtu),
     "can": Scheme("can://socketcan/can0?node=5", frozenset({"node", "host", "port", "silence"}), _open_can),
+    "rdt": Scheme("rdt://192.168.1.10:49152", frozenset(), _open_rdt),
 }

@@ -21,9 +21,10 @@ from pneuforce.registers.can.wire import CanFrame
 from pneuforce.registers.codes import REJECT_REASONS
 from pneuforce.registers.map_hash import MAP_HASH
 
-FIRST_FRAMES_TIMEOUT_S = 3.0  #: the instrument sends the frame Identity each second
+FIRST_FRAMES_TIMEOUT_S = 2.0  #: the instrument sends the frame Identity each second
 SILENCE_LOST_S = 1.0  #: time without any frame after which the connection is lost
 ANSWER_TIMEOUT_S = 0.1  #: time after which a Command is repeated (docs/robot.md)
+MIN_ATTEMPTS = 3  #: attempts over a bus without any frame of the instrument
 ATTEMPTS = 10  #: a busy computer can delay an Answer
 COMMAND_ATTEMPTS = 40  #: a command, for example a zero adjustment, can take some seconds
 _REJECTED = "rejected_"
@@ -170,7 +171,9 @@ class CanSensorConnection:
             self._receiver.expect(sequence, values["mode"] == "vent")
             if renews:
                 self._repeated = data
-        for _ in range(attempts):
+        for attempt in range(attempts):
+            if attempt >= MIN_ATTEMPTS and self._receiver.silent_s() > SILENCE_LOST_S:
+                break
             with self._sending:
                 self._check_not_vented(sequence, values["mode"])
                 self._bus.send(CanFrame(self._command_id, data))

@@ -1,0 +1,170 @@
+"""Connection to the instrument over RDT, which transmits only the force and cannot command the instrument."""
+
+from __future__ import annotations
+
+import math
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import NoReturn
+
+from pneuforce.client.connection import Command
+from pneuforce.client.latest_sample import LatestSample
+from pneuforce.client.measurement import Measurement, Status
+from pneuforce.errors import ConnectionFailed, ConnectionLost, ReadOnlySensor
+from pneuforce.registers.rdt.record import RdtCommand, RdtRecord, decode_record, encode_request
+
+RECEIVE_TIMEOUT_S = 0.1
+FIRST_RECORD_TIMEOUT_S = 1.0
+SILENCE_LOST_S = 1.0
+RESTART_S = 0.5  #: time without a record after which the stream is requested again
+LATE_RECORDS = 16  #: largest number of records by which the network can delay a record
+COUNTER_VALUES = 1 << 32
+RECORD_BYTES = 64  #: more than a record, so that a longer datagram is detected
+
+
+class RdtSensorConnection:
+    """Connection over RDT. A thread receives the records of a stream, from the first to the last call."""
+
+    def __init__(self, url: str, host: str, port: int, silence_s: float) -> None:
+        """Request the stream and wait for the first record. Raises ConnectionFailed."""
+        self.silence_s = silence_s
+        self._url = url
+        self._lock = threading.Lock()
+        self._record: RdtRecord | None = None
+        self._received_s = -math.inf
+        self._first = threading.Event()
+        self._closing = threading.Event()
+        self._slots: tuple[LatestSample, ...] = ()
+        self._socket = self._open_socket(host, port)
+        self._thread = threading.Thread(target=self._receive, name="rdt-receive", daemon=True)
+        self._thread.start()
+        if not self._first.wait(FIRST_RECORD_TIMEOUT_S):
+            self.close()
+            raise ConnectionFailed(
+                f"{url}: no record arrives; check that the instrument runs, that its section rdt is enabled, "
+                "and that the section allows this computer"
+            )
+
+    def _open_socket(self, host: str, port: int) -> socket.socket:
+        """Return a socket that receives only from the instrument. Raises ConnectionFailed."""
+        try:
+            family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+            receiver = socket.socket(family, kind, protocol)
+            receiver.settimeout(RECEIVE_TIMEOUT_S)
+            receiver.connect(address)
+        except OSError as error:
+            raise ConnectionFailed(f"{self._url}: {error.strerror or error}") from None
+        return receiver
+
+    def close(self) -> None:
+        """Stop the stream and close the socket."""
+        self._closing.set()
+        self._thread.join(2 * RECEIVE_TIMEOUT_S)
+        self._request(RdtCommand.STOP)
+        self._socket.close()
+
+    # ---- measure
+
+    def read(self) -> Measurement:
+        """Return the latest measurement. Raises ConnectionLost if no record arrives."""
+        with self._lock:
+            record, age_s = self._record, time.monotonic() - self._received_s
+        if record is None or age_s > SILENCE_LOST_S:
+            raise ConnectionLost(
+                f"{self._url}: no record has arrived for {age_s:.1f} s; check the instrument, its rig "
+                "and the network"
+            )
+        return _measurement(record, age_s, self.silence_s)
+
+    @contextmanager
+    def sampling(self) -> Iterator[LatestSample]:
+        """Receive the records while the context is active."""
+        slot = LatestSample()
+        with self._lock:
+            self._slots = (*self._slots, slot)
+        try:
+            yield slot
+        finally:
+            with self._lock:
+                self._slots = tuple(each for each in self._slots if each is not slot)
+            slot.close()
+
+    # ---- thread
+
+    def _receive(self) -> None:
+        requested_s = -math.inf
+        while not self._closing.is_set():
+            now_s = time.monotonic()
+            if now_s > max(requested_s, self._received_s) + RESTART_S:
+                requested_s = now_s
+                self._request(RdtCommand.START_REALTIME)
+            with suppress(
+                OSError, ValueError
+            ):  # a wrong datagram is ignored; a lost stream is requested again
+                self._store(decode_record(self._socket.recv(RECORD_BYTES)))
+
+    def _request(self, command: RdtCommand) -> None:
+        with suppress(OSError):  # no instrument listens: the missing records show it
+            self._socket.send(encode_request(command))
+
+    def _store(self, record: RdtRecord) -> None:
+        """Store a record with a new sample. A repeated or late record is ignored."""
+        with self._lock:
+            before = self._record
+            if before is not None and _is_old(record, before):
+                return
+            self._record, self._received_s = record, time.monotonic()
+            slots = self._slots
+        self._first.set()
+        for slot in slots:
+            slot.put(_measurement(record, 0.0, self.silence_s))
+
+    # ---- command
+
+    def vent(self) -> None:
+        """Raise ReadOnlySensor."""
+        self._reject("vent")
+
+    def prepare_hold(self, lease_s: float) -> None:  # noqa: ARG002
+        """Raise ReadOnlySensor."""
+        self._reject("hold")
+
+    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:  # noqa: ARG002
+        """Raise ReadOnlySensor."""
+        self._reject("hold")
+
+    def renew_lease(self, lease_s: float) -> None:  # noqa: ARG002
+        """Raise ReadOnlySensor."""
+        self._reject("renew a lease")
+
+    def end_hold(self) -> None:
+        """Do nothing, because this connection cannot hold the balloon."""
+
+    def run_command(self, command: Command) -> None:
+        """Raise ReadOnlySensor."""
+        self._reject(command)
+
+    def first_out_fault(self) -> int:
+        """Return 0, because RDT does not transmit the fault."""
+        return 0
+
+    def _reject(self, request: str) -> NoReturn:
+        raise ReadOnlySensor(
+            f"{self._url} cannot {request.replace('_', ' ')}, because RDT transmits only the force: "
+            "connect to a tcp:// or can:// address to command the instrument"
+        )
+
+
+def _is_old(record: RdtRecord, before: RdtRecord) -> bool:
+    late = (before.rdt_sequence - record.rdt_sequence) % COUNTER_VALUES
+    return record.ft_sequence == before.ft_sequence or 0 < late <= LATE_RECORDS
+
+
+def _measurement(record: RdtRecord, age_s: float, silence_s: float) -> Measurement:
+    """Return the measurement of a record. RDT transmits no reason for a missing force."""
+    if age_s > silence_s:
+        return Measurement(status=frozenset({Status.STALE}), age_s=age_s)
+    return Measurement(force_or_nan=record.force_n, sample_counter=record.ft_sequence, age_s=age_s)

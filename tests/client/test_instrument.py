@@ -1,0 +1,242 @@
+"""Tests of the Python package with a running instrument: each bus, each refusal, each lost connection."""
+
+import asyncio
+import math
+import signal
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+
+import pytest
+
+import pneuforce
+from pneuforce import State, Status
+from tests.client.instruments import FACES, running_instrument
+from tests.system.waiting import wait_for
+
+#: Low setpoints, because their inflation is short. The force of a contact is valid only at the first.
+SETPOINT_KPA, LOW_KPA = 5.3, 2.0
+
+
+@pytest.fixture(scope="module")
+def instrument(tmp_path_factory):
+    with running_instrument(tmp_path_factory.mktemp("client")) as instrument:
+        yield instrument
+
+
+@pytest.fixture(scope="module")
+def open_sensors(instrument):
+    with ExitStack() as sensors:
+        yield {face: sensors.enter_context(pneuforce.connect(instrument.url(face))) for face in FACES}
+
+
+@pytest.fixture
+def sensors(instrument, open_sensors):
+    """Return a sensor for each bus. At the end, the rig is vented, without a fault and without a lease."""
+    yield open_sensors
+    open_sensors["tcp"].vent()
+    wait_for(instrument.registers, lambda r: r["lease_holder"] == "none", 5.0)
+    open_sensors["tcp"].clear()
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_without_pressure_no_force_can_be_used(sensors, face):
+    measurement = sensors[face].read()
+    assert not measurement.valid
+    assert measurement.state in (State.VENTED, State.VENTING)
+    assert measurement.setpoint_kpa is None
+    assert measurement.pressure_kpa is not None
+    assert math.isnan(measurement.force_or_nan)
+    assert "function_check" in measurement.reasons
+    with pytest.raises(pneuforce.InvalidForce) as caught:
+        measurement.force_n  # noqa: B018
+    assert caught.value.reasons == measurement.reasons
+
+
+def test_every_bus_shows_the_same_contact_and_new_samples_only(instrument, sensors):
+    with sensors["tcp"].hold(SETPOINT_KPA, lease_s=1.0):
+        instrument.rig.press(1.5)
+        registers = instrument.registers()
+        for sensor in sensors.values():
+            measurement = sensor.read()
+            assert measurement.force_n == pytest.approx(registers["force"], abs=0.15)
+            assert measurement.force_std_n == pytest.approx(registers["force_uncertainty"], abs=0.15)
+            assert measurement.pressure_kpa == pytest.approx(registers["pressure"], abs=0.05)
+            assert measurement.radius_mm == pytest.approx(registers["radius"], abs=0.01)
+            assert measurement.setpoint_kpa == pytest.approx(SETPOINT_KPA)
+            assert Status.IN_CONTACT in measurement.status
+            samples = [sample for sample, _ in zip(sensor.stream(), range(20), strict=False)]
+            counters = [sample.sample_counter for sample in samples if sample.sample_counter is not None]
+            assert len(counters) > 5
+            assert counters == sorted(set(counters))
+        instrument.rig.release()
+        sensors["tcp"].vent()  # the hold ends without an error
+        wait_for(sensors["tcp"].read, lambda measurement: measurement.state is not State.HOLDING, 3.0)
+    registers = instrument.registers()
+    assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+    assert registers["active_fault_count"] == 0
+
+
+def test_a_hold_on_a_serial_line_renews_its_lease_and_ends_it(instrument, sensors):
+    with sensors["rtu"].hold(LOW_KPA, lease_s=0.4):
+        time.sleep(0.5)
+        registers = instrument.registers()
+        assert (registers["state"], registers["lease_holder"]) == ("holding", "modbus_rtu")
+    registers = instrument.registers()
+    assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+
+
+def hold_until_it_fails(sensor, setpoint_kpa, act, **options):
+    """Hold, call `act()`, and use the sensor as a program does, until an exception ends the hold."""
+    with sensor.hold(setpoint_kpa, **options):
+        act()
+        for _ in sensor.stream():
+            pass
+
+
+@pytest.mark.parametrize("face", ["tcp", "can"])
+def test_a_trip_is_raised_at_the_next_call_and_can_be_cleared(instrument, sensors, face):
+    sensor = sensors[face]
+    try:
+        with pytest.raises(pneuforce.Tripped) as caught:
+            hold_until_it_fails(sensor, 3.0, lambda: instrument.rig.inject_fault("burst"))
+    finally:
+        instrument.rig.remove_fault("burst")
+    assert caught.value.fault == "burst"
+    assert caught.value.remedy
+    with pytest.raises(pneuforce.Rejected) as rejected:
+        hold_until_it_fails(sensor, 3.0, lambda: None)
+    assert rejected.value.reason == "fault_latched"
+    assert "clear" in rejected.value.remedy
+    sensor.clear()
+    assert instrument.registers()["active_fault_count"] == 0
+
+
+def test_another_peer_cannot_hold_but_can_vent(instrument, sensors):
+    robot, plc = sensors["can"], sensors["tcp"]
+
+    def interfere():
+        with pytest.raises(pneuforce.Rejected) as caught:
+            plc.hold(LOW_KPA).__enter__()
+        assert caught.value.reason == "lease"
+        assert robot.read().state is State.HOLDING
+        plc.vent()
+
+    with pytest.raises(pneuforce.HoldEnded):
+        hold_until_it_fails(robot, LOW_KPA, interfere)
+
+
+def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sensors):
+    def vent():
+        time.sleep(0.5)
+        assert instrument.registers()["lease_holder"] == "can"
+        with pneuforce.connect(instrument.url("can")) as other:
+            other.vent()
+        for _ in range(20):
+            time.sleep(0.03)
+            assert instrument.registers()["mode"] == "vent"
+
+    with pytest.raises(pneuforce.HoldEnded):
+        hold_until_it_fails(sensors["can"], LOW_KPA, vent, lease_s=0.4)
+    assert instrument.registers()["active_fault_count"] == 0
+
+
+def test_a_second_hold_is_an_error_and_an_exception_vents(instrument, sensors):
+    sensor = sensors["tcp"]
+
+    def use():
+        with pytest.raises(pneuforce.AlreadyHeld):
+            sensor.hold(4.0).__enter__()
+        assert sensor.read().state is State.HOLDING
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        hold_until_it_fails(sensor, LOW_KPA, use)
+    registers = instrument.registers()
+    assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+
+
+KILLED = """
+import os, signal, sys, pneuforce
+with pneuforce.connect(sys.argv[1]) as sensor, sensor.hold(2.0, lease_s=0.4):
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_if_the_process_dies_the_instrument_vents(instrument, sensors):
+    done = subprocess.run([sys.executable, "-c", KILLED, instrument.url("tcp")], timeout=30, check=False)
+    assert done.returncode == -signal.SIGKILL
+    registers = wait_for(instrument.registers, lambda r: r["state"] == "tripped", 3.0)
+    assert "lease_expired" in registers["status"]
+
+
+def test_a_cancelled_task_vents(instrument, sensors):
+    async def hold_and_cancel():
+        async with pneuforce.aio.connect(instrument.url("tcp")) as sensor:
+            begin = asyncio.ensure_future(sensor.hold(9.0).__aenter__())
+            while instrument.registers()["mode"] != "hold":
+                await asyncio.sleep(0.02)
+            begin.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await begin
+            registers = instrument.registers()
+            assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+
+    asyncio.run(hold_and_cancel())
+
+
+def test_a_stream_over_a_dead_line_becomes_invalid_then_raises_and_the_sensor_recovers(instrument, sensors):
+    sensor = pneuforce.connect(instrument.url("proxy"))
+    stream = sensor.stream(timeout_s=0.5)
+    samples = [next(stream)]
+    instrument.proxy.noise.cut = True
+    try:
+        with pytest.raises(pneuforce.ConnectionLost):
+            samples.extend(stream)
+    finally:
+        instrument.proxy.noise.cut = False
+    assert samples[0].sample_counter is not None
+    assert samples[-1].sample_counter is None
+    assert Status.STALE in samples[-1].status
+    assert sensor.read().sample_counter is not None  # over a new connection
+    sensor.close()
+
+
+@pytest.mark.parametrize("face", ["tcp", "can"])
+def test_a_pulled_cable_of_the_rig_makes_the_stream_invalid(instrument, sensors, face):
+    samples, stream = [], sensors[face].stream(timeout_s=0.6)
+    samples.append(next(stream))
+    instrument.stack.line.noise.cut = True
+    try:
+        with pytest.raises(pneuforce.ConnectionLost):
+            samples.extend(stream)
+    finally:
+        instrument.stack.line.noise.cut = False
+    assert samples[-1].sample_counter is None
+    assert {Status.STALE, Status.LINK_LOST} <= samples[-1].status
+    assert not any(sample.valid for sample in samples)
+    wait_for(instrument.registers, lambda r: "link_lost" not in r["status"], 5.0)
+
+
+def test_a_wrong_node_and_a_wrong_unit_are_reported(instrument):
+    with pytest.raises(pneuforce.ConnectionFailed):
+        pneuforce.connect(instrument.url("can").replace("node=5", "node=6"))
+    with pytest.raises(pneuforce.ConnectionFailed):
+        pneuforce.connect(instrument.url("tcp").replace("unit=1", "unit=7"))
+
+
+def test_a_killed_instrument_is_reported_by_every_call(instrument, open_sensors):
+    """This test is the last, because it kills the instrument of this file."""
+    sensors = [open_sensors[face] for face in ("tcp", "can")]
+    streams = [sensor.stream(timeout_s=1.1) for sensor in sensors]
+    for stream in streams:
+        next(stream)
+    instrument.stack.host.send(signal.SIGKILL)
+    for stream in streams:
+        with pytest.raises(pneuforce.ConnectionLost):
+            list(stream)
+    for sensor in sensors:
+        for call in (sensor.read, sensor.vent, sensor.clear, sensor.hold(5.0).__enter__):
+            with pytest.raises(pneuforce.ConnectionLost):
+                call()
