@@ -28,7 +28,7 @@ def connect(url: str) -> Connecting:
 
         async def main():
             async with pneuforce.aio.connect("tcp://127.0.0.1:5020") as sensor:
-                async with sensor.hold(6.0):
+                async with sensor.hold(5.5):
                     number = 0
                     async for measurement in sensor.stream():
                         number += 1

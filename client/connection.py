@@ -36,7 +36,7 @@ class SensorConnection(Protocol):
         ...
 
     def prepare_hold(self, lease_s: float) -> None:
-        """Vent, and take a lease."""
+        """Vent, and take a lease. Raises Rejected only if nothing was changed."""
         ...
 
     def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:

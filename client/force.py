@@ -74,7 +74,7 @@ def force(
     grip_std: float | None = None,
     pressed_sides: int = 1,
     extrapolate: bool = False,
-) -> Any:
+) -> ForceEstimate[Any]:
     """Return the force of a contact and its standard uncertainty [N].
 
     `dpi_kpa` is the gauge pressure before the contact, ΔP_i, and `dpf_kpa` the gauge pressure during the
@@ -94,12 +94,10 @@ def force(
         print(f"{estimate.force_n:.3f} N ± {estimate.force_std_n:.3f} N")
 
     Example:
+        import numpy as np
+
         force_n, force_std_n = pneuforce.force(8.0, np.linspace(8.2, 10.0, 5), method="lulevich")
     """
-    if method not in get_args(MethodName):
-        raise ConfigurationError(
-            f"the method {method!r} is unknown: it must be {', '.join(get_args(MethodName))}"
-        )
     settings = _settings(method, calibration, switch, low, Grip(grip, grip_std), pressed_sides)
     try:
         pressures = np.broadcast_arrays(np.asarray(dpi_kpa, float), np.asarray(dpf_kpa, float))
@@ -120,6 +118,14 @@ def _settings(
     sides: int,
 ) -> ChainSettings:
     """Return the settings of the estimate. Raises ConfigurationError."""
+    for name, choice, choices in (
+        ("method", method, MethodName),
+        ("switch", switch, Switch),
+        ("low", low, Low),
+    ):
+        if choice is not None and choice not in get_args(choices):
+            allowed = ", ".join(get_args(choices))
+            raise ConfigurationError(f"{name} = {choice!r} is invalid: it must be one of {allowed}")
     for name, value in (("grip", grip.value), ("grip_std", grip.std)):
         if value is not None and not 0 <= value <= 1:
             raise ConfigurationError(f"{name} = {value!r} is invalid: it must be 0 to 1")

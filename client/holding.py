@@ -16,6 +16,7 @@ from pneuforce.errors import (
     ConnectionFailed,
     ConnectionLost,
     HoldEnded,
+    Rejected,
     Tripped,
 )
 from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE
@@ -65,7 +66,7 @@ class CurrentHold:
         """Raise HoldEnded, Tripped, or the error of the lease if the active hold has failed."""
         hold = self._hold
         if hold is not None:
-            hold.check(measurement)
+            hold._check(measurement)
 
 
 class Hold:
@@ -103,7 +104,7 @@ class Hold:
             raise AlreadyHeld("this hold has ended: call hold() again")
         self._current.begin(self)
         try:
-            self._connection.prepare_hold(self.lease_s)
+            self._prepare()
             self._renewal.start()
             self._wait_until_vented()
             self._connection.begin_hold(self.setpoint_kpa, self.lease_s)
@@ -141,7 +142,7 @@ class Hold:
         """Make a waiting `__enter__` in another thread vent and raise HoldEnded. Does not block."""
         self._cancelled.set()
 
-    def check(self, measurement: Measurement) -> None:
+    def _check(self, measurement: Measurement) -> None:
         """Raise HoldEnded, Tripped, or the error of the lease, if the hold has failed."""
         if self._settled and not self._ended:
             if self._failure is not None:
@@ -149,6 +150,15 @@ class Hold:
             self._check_state(measurement)
 
     # ---- steps
+
+    def _prepare(self) -> None:
+        """Vent and take a lease. Raises Rejected, and changes nothing, if another client has the lease."""
+        try:
+            self._connection.prepare_hold(self.lease_s)
+        except Rejected:
+            self._ended = True
+            self._current.forget(self)
+            raise
 
     def _wait_until_vented(self) -> None:
         """Wait for a verified vent and a zero adjustment. A rig that has tripped rejects the next step."""

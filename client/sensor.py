@@ -74,11 +74,10 @@ class ForceSensor:
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
-                with sensor.hold(6.0):
-                    for number, measurement in enumerate(sensor.stream()):
-                        speed_mm_per_s = 2.0 * (1.5 - measurement.force_n) if measurement.valid else -5.0
-                        if number == 20:
-                            break
+                for number, measurement in enumerate(sensor.stream()):
+                    speed_mm_per_s = 2.0 * (1.5 - measurement.force_n) if measurement.valid else -5.0
+                    if number == 20:
+                        break
         """
         self._check_open()
         if not 0 < timeout_s < math.inf:
@@ -128,7 +127,7 @@ class ForceSensor:
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
-                with sensor.hold(8.0, lease_s=2.0):
+                with sensor.hold(5.5, lease_s=2.0):
                     print(sensor.read().pressure_kpa)
         """
         self._check_open()

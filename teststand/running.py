@@ -27,7 +27,7 @@ def simulated_rig(
 
     Example:
         with pneuforce.testing.simulated_rig() as rig, pneuforce.connect(rig.url) as sensor:
-            with sensor.hold(6.0):
+            with sensor.hold(5.5):
                 rig.press(1.5)
                 print(sensor.read().force_n)
     """

@@ -120,6 +120,7 @@ def test_another_peer_cannot_hold_but_can_vent(instrument, sensors):
         with pytest.raises(pneuforce.Rejected) as caught:
             plc.hold(LOW_KPA).__enter__()
         assert caught.value.reason == "lease"
+        time.sleep(0.2)
         assert robot.read().state is State.HOLDING
         plc.vent()
 

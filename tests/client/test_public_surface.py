@@ -1,0 +1,169 @@
+"""Public names of the Python package and their signatures. A change here needs a line in CHANGELOG.md."""
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pneuforce
+
+CHANGELOG = Path(__file__).parents[2] / "CHANGELOG.md"
+FORCE = (
+    "(dpi_kpa, dpf_kpa, *, method='energetic', calibration=None, switch=None, low=None, grip=None, "
+    "grip_std=None, pressed_sides=1, extrapolate=False)"
+)
+HOLD = "(setpoint_kpa, *, lease_s=2.0, timeout_s=20.0)"
+SENSOR = {
+    "clear": "()",
+    "close": "()",
+    "hold": HOLD,
+    "read": "()",
+    "stream": "(timeout_s=1.0)",
+    "vent": "()",
+    "zero": "()",
+}
+FUNCTIONS = {
+    "connect": "(url)",
+    "force": FORCE,
+    "aio.connect": "(url)",
+    "testing.simulated_rig": "(scenario=None, *, seed=1, instrument=None)",
+}
+METHODS = {
+    "ForceSensor": SENSOR,
+    "Hold": {"cancel": "()", "end": "()"},
+    "Recording": {"get": None, "items": None, "keys": None, "values": None}
+    | {"to_pandas": "()", "to_polars": "()"},
+    "aio.AsyncForceSensor": SENSOR,
+    "aio.AsyncHold": {},
+    "testing.LiveRig": {
+        "inflate": "(setpoint_kpa)",
+        "inject_fault": "(name, **arguments)",
+        "press": "(force_n, wait=True)",
+        "read": "()",
+        "release": "(wait=True)",
+        "remove_fault": "(name)",
+        "start_contact": "(**contact)",
+        "truth": "()",
+        "vent": "()",
+        "wait_for": "(condition, timeout_s=10.0)",
+        "write": "(name, value)",
+    },
+}
+ATTRIBUTES = {
+    "Measurement": {
+        "age_s",
+        "explanation",
+        "force_n",
+        "force_or_nan",
+        "force_std_n",
+        "force_std_or_nan",
+        "pressure_kpa",
+        "radius_mm",
+        "reasons",
+        "sample_counter",
+        "setpoint_kpa",
+        "state",
+        "status",
+        "valid",
+    },
+    "ForceEstimate": {"count", "force_n", "force_std_n", "index"},
+}
+CLIENT_ERROR = "ClientError"
+ERRORS = {
+    "AlreadyHeld": "UsageError",
+    "ClientError": "PneuforceError",
+    "ConfigurationError": "PneuforceError",
+    "ConnectionFailed": CLIENT_ERROR,
+    "ConnectionLost": "ConnectionFailed",
+    "HoldEnded": CLIENT_ERROR,
+    "InvalidForce": CLIENT_ERROR,
+    "PneuforceError": "Exception",
+    "ReadOnlySensor": "UsageError",
+    "Rejected": CLIENT_ERROR,
+    "SensorClosed": "UsageError",
+    "Tripped": "HoldEnded",
+    "UsageError": CLIENT_ERROR,
+}
+ENUMERATIONS = {"State", "Status"}  # test_measurement.py compares their members with the register map
+SUBMODULES = {
+    "aio": {"AsyncForceSensor", "AsyncHold", "connect"},
+    "testing": {
+        "BalloonNotHeld",
+        "ChildProcessFailed",
+        "LiveRig",
+        "ModbusClientError",
+        "RigTripped",
+        "SimulatorRequestError",
+        "WaitTimeout",
+        "simulated_rig",
+    },
+}
+
+
+def public(name):
+    value = pneuforce
+    for part in name.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def signature(function):
+    """Return the signature without `self` and without annotations."""
+    parameters = [
+        each.replace(annotation=inspect.Parameter.empty)
+        for each in inspect.signature(function).parameters.values()
+        if each.name != "self"
+    ]
+    return str(inspect.Signature(parameters))
+
+
+def members(value):
+    return {name: member for name, member in inspect.getmembers(value) if not name.startswith("_")}
+
+
+def test_the_public_names_are_listed():
+    top = {name for name in (*FUNCTIONS, *METHODS, *ATTRIBUTES) if "." not in name}
+    assert set(pneuforce.__all__) == top | set(ERRORS) | ENUMERATIONS | set(SUBMODULES)
+    assert {name: set(public(name).__all__) for name in SUBMODULES} == SUBMODULES
+    assert set(pneuforce.__all__) <= set(dir(pneuforce))
+
+
+def test_the_functions_are_listed():
+    assert {name: signature(public(name)) for name in FUNCTIONS} == FUNCTIONS
+
+
+def test_the_methods_are_listed():
+    found = {
+        name: {
+            each: signature(member) if f"{each}" in vars(public(name)) else None
+            for each, member in members(public(name)).items()
+            if inspect.isfunction(member)
+        }
+        for name in METHODS
+    }
+    assert found == METHODS
+
+
+def test_the_attributes_are_listed():
+    assert {name: set(members(public(name))) for name in ATTRIBUTES} == ATTRIBUTES
+
+
+def test_the_exceptions_are_listed():
+    assert {name: public(name).__bases__[0].__name__ for name in ERRORS} == ERRORS
+
+
+def test_the_import_loads_no_other_module():
+    program = (
+        "import sys, pneuforce; print([n for n in sys.modules if n.startswith(('pneuforce.', 'numpy'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_changelog_names_each_public_name():
+    changelog = CHANGELOG.read_text(encoding="utf-8")
+    assert [name for name in pneuforce.__all__ if f"`{name}`" not in changelog] == []
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    assert not hasattr(pneuforce, "conect")
