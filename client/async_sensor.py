@@ -26,6 +26,7 @@ def connect(url: str) -> Connecting:
     Example:
         import asyncio
 
+
         async def main():
             async with pneuforce.aio.connect("tcp://127.0.0.1:5020") as sensor:
                 async with sensor.hold(5.5):
@@ -34,6 +35,7 @@ def connect(url: str) -> Connecting:
                         number += 1
                         if number == 20:
                             break
+
 
         asyncio.run(main())
     """
