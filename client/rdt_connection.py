@@ -19,7 +19,7 @@ from pneuforce.registers.rdt.record import RdtCommand, RdtRecord, decode_record,
 RECEIVE_TIMEOUT_S = 0.1
 FIRST_RECORD_TIMEOUT_S = 1.0
 SILENCE_LOST_S = 1.0
-RESTART_S = 0.5  #: time without a record after which the stream is requested again
+RENEWAL_S = 0.25  #: period of the start request, because the instrument can end a stream that is not renewed
 LATE_RECORDS = 16  #: largest number of records by which the network can delay a record
 COUNTER_VALUES = 1 << 32
 RECORD_BYTES = 64  #: more than a record, so that a longer datagram is detected
@@ -34,7 +34,7 @@ class RdtSensorConnection:
         self._url = url
         self._lock = threading.Lock()
         self._record: RdtRecord | None = None
-        self._received_s = -math.inf
+        self._sample_s = self._received_s = -math.inf  #: times of the last new sample, and of the last record
         self._first = threading.Event()
         self._closing = threading.Event()
         self._slots: tuple[LatestSample, ...] = ()
@@ -70,11 +70,12 @@ class RdtSensorConnection:
 
     def read(self) -> Measurement:
         """Return the latest measurement. Raises ConnectionLost if no record arrives."""
+        now_s = time.monotonic()
         with self._lock:
-            record, age_s = self._record, time.monotonic() - self._received_s
-        if record is None or age_s > SILENCE_LOST_S:
+            record, age_s, silent_s = self._record, now_s - self._sample_s, now_s - self._received_s
+        if record is None or silent_s > SILENCE_LOST_S:
             raise ConnectionLost(
-                f"{self._url}: no record has arrived for {age_s:.1f} s; check the instrument, its rig "
+                f"{self._url}: no record has arrived for {silent_s:.1f} s; check the instrument "
                 "and the network"
             )
         return _measurement(record, age_s, self.silence_s)
@@ -98,7 +99,7 @@ class RdtSensorConnection:
         requested_s = -math.inf
         while not self._closing.is_set():
             now_s = time.monotonic()
-            if now_s > max(requested_s, self._received_s) + RESTART_S:
+            if now_s > requested_s + RENEWAL_S:
                 requested_s = now_s
                 self._request(RdtCommand.START_REALTIME)
             with suppress(
@@ -111,16 +112,23 @@ class RdtSensorConnection:
             self._socket.send(encode_request(command))
 
     def _store(self, record: RdtRecord) -> None:
-        """Store a record with a new sample. A repeated or late record is ignored."""
+        """Store a record. A late record is ignored.
+
+        If the instrument receives no samples, its records repeat the last counter and have no valid force.
+        """
+        now_s = time.monotonic()
         with self._lock:
             before = self._record
-            if before is not None and _is_old(record, before):
+            if before is not None and _is_late(record, before):
                 return
-            self._record, self._received_s = record, time.monotonic()
+            is_new = before is None or record.ft_sequence != before.ft_sequence
+            self._record, self._received_s = record, now_s
+            self._sample_s = now_s if is_new else self._sample_s
+            measurement = _measurement(record, now_s - self._sample_s, self.silence_s)
             slots = self._slots
         self._first.set()
         for slot in slots:
-            slot.put(_measurement(record, 0.0, self.silence_s))
+            slot.put(measurement)
 
     # ---- command
 
@@ -158,9 +166,8 @@ class RdtSensorConnection:
         )
 
 
-def _is_old(record: RdtRecord, before: RdtRecord) -> bool:
-    late = (before.rdt_sequence - record.rdt_sequence) % COUNTER_VALUES
-    return record.ft_sequence == before.ft_sequence or 0 < late <= LATE_RECORDS
+def _is_late(record: RdtRecord, before: RdtRecord) -> bool:
+    return 0 < (before.rdt_sequence - record.rdt_sequence) % COUNTER_VALUES <= LATE_RECORDS
 
 
 def _measurement(record: RdtRecord, age_s: float, silence_s: float) -> Measurement:

@@ -20,7 +20,6 @@ REAL_TIME = [
     "tests/bench",
     "tests/client/test_examples.py",
     "tests/client/test_instrument.py",
-    "tests/client/test_rdt.py",
     "tests/hostile",
     "tests/instrument/audit/test_anchors.py",
     "tests/instrument/audit/test_damaged_files.py",

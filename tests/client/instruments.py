@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from pneuforce.sim.line.proxy import TcpProxy
 from pneuforce.teststand.rig import LiveRig
-from pneuforce.teststand.stack import Stack, start
+from pneuforce.teststand.stack import Stack, free_port, start
 from tests.registers.modbus.serial_lines import Cable
 
-FACES = ("tcp", "rtu", "can")
+FACES = ("tcp", "rtu", "can", "rdt")
 
 
 @dataclass
@@ -19,12 +19,15 @@ class RunningInstrument:
     rig: LiveRig
     line: Cable
     proxy: TcpProxy
+    rdt_port: int
 
     def url(self, face):
         if face == "rtu":
             return f"rtu://{self.line.ports[1]}?parity=none&baud=115200"
         if face == "proxy":
             return f"tcp://127.0.0.1:{self.proxy.port}"
+        if face == "rdt":
+            return f"rdt://127.0.0.1:{self.rdt_port}"
         return {"tcp": self.rig.url, "can": f"{self.rig.can_url}&silence=0.3"}[face]
 
     def registers(self):
@@ -32,12 +35,14 @@ class RunningInstrument:
 
 
 @contextmanager
-def running_instrument(folder, **tables):
-    """Run an instrument with Modbus TCP, Modbus RTU on a pty, and CAN."""
+def running_instrument(folder):
+    """Run an instrument with Modbus TCP, Modbus RTU on a pty, CAN and RDT."""
     with ExitStack() as children:
         line = Cable()
         children.callback(line.unplug)
         serial = {"enabled": True, "port": line.ports[0], "baud": 115200}
-        stack = start(children, folder / "rig", ["--no-hand"], {"modbus_rtu": serial, **tables}, line_seed=1)
+        rdt = {"enabled": True, "port": free_port()}
+        tables = {"modbus_rtu": serial, "rdt": rdt}
+        stack = start(children, folder / "rig", ["--no-hand"], tables, line_seed=1)
         proxy = children.enter_context(TcpProxy(("127.0.0.1", stack.modbus_port)))
-        yield RunningInstrument(stack, LiveRig(stack), line, proxy)
+        yield RunningInstrument(stack, LiveRig(stack), line, proxy, rdt["port"])
