@@ -96,6 +96,7 @@ class Hold:
         self._settled = False
         self._ended = False
         self._cancelled = threading.Event()
+        self._sending = threading.Lock()  #: held while the hold is requested or ended
         self._failure: ClientError | None = None
         self._renewal = threading.Thread(target=self._renew_lease, name="lease-renewal", daemon=True)
 
@@ -107,10 +108,11 @@ class Hold:
             self._prepare()
             self._renewal.start()
             self._wait_until_vented()
-            self._connection.begin_hold(self.setpoint_kpa, self.lease_s)
+            self._begin()
             self._wait_until_held()
             self._settled = True
             self._wait_until_valid()
+            self._check_not_cancelled()
         except BaseException as error:
             self._end_after(error)
             raise
@@ -129,14 +131,15 @@ class Hold:
 
     def end(self) -> None:
         """Vent, and end the lease. Raises ConnectionLost if the instrument does not answer."""
-        if self._ended:
-            return
-        self._ended = True
         self._cancelled.set()
-        try:
-            self._connection.end_hold()
-        finally:
-            self._current.forget(self)
+        with self._sending:
+            if self._ended:
+                return
+            self._ended = True
+            try:
+                self._connection.end_hold()
+            finally:
+                self._current.forget(self)
 
     def cancel(self) -> None:
         """Make a waiting `__enter__` in another thread vent and raise HoldEnded. Does not block."""
@@ -159,6 +162,12 @@ class Hold:
             self._ended = True
             self._current.forget(self)
             raise
+
+    def _begin(self) -> None:
+        """Request the inflation. A vent in another thread is sent after the request, or prevents it."""
+        with self._sending:
+            self._check_not_cancelled()
+            self._connection.begin_hold(self.setpoint_kpa, self.lease_s)
 
     def _wait_until_vented(self) -> None:
         """Wait for a verified vent and a zero adjustment. A rig that has tripped rejects the next step."""
@@ -197,9 +206,13 @@ class Hold:
                 return True
             if self._failure is not None:
                 raise self._failure
-            if self._cancelled.wait(POLL_S):
-                raise HoldEnded("the hold was cancelled, and the instrument vents")
+            self._cancelled.wait(POLL_S)
+            self._check_not_cancelled()
         return False
+
+    def _check_not_cancelled(self) -> None:
+        if self._cancelled.is_set():
+            raise HoldEnded("a vent was requested during the begin of the hold, so the instrument vents")
 
     def _check_state(self, measurement: Measurement) -> None:
         if measurement.state is State.TRIPPED:

@@ -89,8 +89,10 @@ class ForceSensor:
         with self._connection.sampling() as slot:
             waiting_since_s = time.monotonic()
             while True:
-                sample = slot.wait_for_new(counter, min(self._connection.silence_s, timeout_s))
-                self._check_open()
+                try:
+                    sample = slot.wait_for_new(counter, min(self._connection.silence_s, timeout_s))
+                finally:
+                    self._check_open()
                 if sample is None:
                     if time.monotonic() - waiting_since_s >= timeout_s:
                         raise ConnectionLost(self._silence_message(slot, timeout_s))
@@ -144,8 +146,10 @@ class ForceSensor:
                 sensor.vent()
         """
         self._check_open()
-        self._connection.vent()
-        self._current_hold.end()
+        try:
+            self._connection.vent()
+        finally:  # even if the vent was not sent, the lease must no longer be renewed
+            self._current_hold.end()
 
     def clear(self) -> None:
         """Clear the latched faults. Remove their cause before. This command moves no valve.

@@ -5,7 +5,9 @@ import math
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
 import pytest
@@ -160,6 +162,54 @@ def test_a_second_hold_is_an_error_and_an_exception_vents(instrument, sensors):
         hold_until_it_fails(sensor, LOW_KPA, use)
     registers = instrument.registers()
     assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+
+
+def test_a_vent_of_another_thread_wins_over_a_hold_that_is_just_requested(instrument, sensors, monkeypatch):
+    """Stop the hold at the worst moment: after all checks, and before the request to inflate is sent."""
+    sensor = sensors["tcp"]
+    connection = sensor._connection
+    begin_hold, requested, vented = connection.begin_hold, threading.Event(), threading.Event()
+
+    def begin_hold_late(*arguments):
+        requested.set()
+        vented.wait(0.3)
+        begin_hold(*arguments)
+
+    monkeypatch.setattr(connection, "begin_hold", begin_hold_late)
+    with ThreadPoolExecutor(1) as executor:
+        entering = executor.submit(sensor.hold(LOW_KPA).__enter__)
+        assert requested.wait(10.0)
+        sensor.vent()
+        vented.set()
+        with pytest.raises(pneuforce.HoldEnded):
+            entering.result(10.0)
+    registers = instrument.registers()
+    assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"setpoint_kpa": 99}, {"setpoint_kpa": 1.9}, {"setpoint_kpa": math.nan}]
+    + [{"setpoint_kpa": 8, "lease_s": s} for s in (0, 0.1, 61, math.nan)]
+    + [{"setpoint_kpa": 8, "timeout_s": 0}],
+    ids=str,
+)
+def test_a_hold_with_a_wrong_argument_sends_nothing(instrument, sensors, arguments):
+    before = instrument.registers()["mode"]
+    with pytest.raises(pneuforce.ConfigurationError):
+        sensors["tcp"].hold(**arguments)
+    assert instrument.registers()["mode"] == before
+
+
+def test_a_closed_sensor_raises_and_closes_again_without_an_error(instrument):
+    sensor = pneuforce.connect(instrument.url("tcp"))
+    stream = sensor.stream()
+    next(stream)
+    sensor.close()
+    sensor.close()
+    for use in (sensor.read, sensor.vent, sensor.stream, lambda: sensor.hold(8.0), lambda: next(stream)):
+        with pytest.raises(pneuforce.SensorClosed):
+            use()
 
 
 KILLED = """
