@@ -80,9 +80,16 @@ class AsyncForceSensor:
                 await asyncio.wait([step])
             samples.close()  # type: ignore[attr-defined]
 
-    def hold(self, setpoint_kpa: float, *, lease_s: float = 2.0, timeout_s: float = 20.0) -> AsyncHold:
+    def hold(
+        self,
+        setpoint_kpa: float,
+        *,
+        lease_s: float = 2.0,
+        timeout_s: float = 20.0,
+        proof_tests: bool = True,
+    ) -> AsyncHold:
         """Return an asynchronous context in which the balloon is held. See `ForceSensor.hold`."""
-        hold = self._sensor.hold(setpoint_kpa, lease_s=lease_s, timeout_s=timeout_s)
+        hold = self._sensor.hold(setpoint_kpa, lease_s=lease_s, timeout_s=timeout_s, proof_tests=proof_tests)
         return AsyncHold(hold, self._executor)
 
     async def vent(self) -> None:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from pneuforce.client.can_receiver import CanReceiver
-from pneuforce.client.connection import Command
+from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, State
 from pneuforce.client.rejection import rejected
@@ -111,10 +111,11 @@ class CanSensorConnection:
         self._inflated = False
         self._run({"mode": "vent", "lease": lease_s}, attempts=ATTEMPTS, renews=True)
 
-    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:
+    def begin_hold(self, request: HoldRequest) -> None:
         """Request an inflation. The instrument executes a repeated Command only once."""
-        values = {"mode": "hold", "setpoint": setpoint_kpa, "lease": lease_s}
-        self._run(values, attempts=ATTEMPTS, renews=True)
+        proof_test = "allowed" if request.proof_tests else "forbidden"
+        values = {"setpoint": request.setpoint_kpa, "lease": request.lease_s, "proof_test": proof_test}
+        self._run({"mode": "hold", **values}, attempts=ATTEMPTS, renews=True)
 
     def renew_lease(self, lease_s: float) -> None:  # noqa: ARG002
         """Repeat the last Command of the hold, if the balloon was not vented meanwhile."""

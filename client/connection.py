@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement
 
 Command = Literal["clear_faults", "zero_pressure"]
+
+
+class HoldRequest(NamedTuple):
+    """Request of a program to hold the balloon."""
+
+    setpoint_kpa: float
+    lease_s: float
+    proof_tests: bool  #: False forbids the proof tests during the hold
 
 
 class SensorConnection(Protocol):
@@ -39,7 +47,7 @@ class SensorConnection(Protocol):
         """Vent, and take a lease. Raises Rejected only if nothing was changed."""
         ...
 
-    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:
+    def begin_hold(self, request: HoldRequest) -> None:
         """Request an inflation to the setpoint, after `prepare_hold`."""
         ...
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from types import TracebackType
 
-from pneuforce.client.connection import SensorConnection
+from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.errors import (
     AlreadyHeld,
@@ -27,6 +27,7 @@ from pneuforce.registers.map import BY_NAME
 POLL_S = 0.02
 VENT_TIMEOUT_S = 10.0
 INFLATION_START_S = 1.0  #: longest time from the request until the state of the rig shows the inflation
+FAULT_TIMEOUT_S = 0.2
 VALID_TIMEOUT_S = 1.0  #: longest wait for a valid force after the setpoint was reached
 RENEWALS_PER_LEASE = 3
 INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
@@ -80,16 +81,14 @@ class Hold:
         self,
         connection: SensorConnection,
         current: CurrentHold,
-        setpoint_kpa: float,
-        lease_s: float,
+        request: HoldRequest,
         timeout_s: float,
     ) -> None:
-        _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", setpoint_kpa, 1.0)
-        _check_range(BY_NAME["lease"], "lease_s", "s", lease_s, 1e-3)
+        _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", request.setpoint_kpa, 1.0)
+        _check_range(BY_NAME["lease"], "lease_s", "s", request.lease_s, 1e-3)
         if not timeout_s > 0:
             raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
-        self.setpoint_kpa = setpoint_kpa
-        self.lease_s = lease_s
+        self._request = request
         self._timeout_s = timeout_s
         self._connection = connection
         self._current = current
@@ -157,7 +156,7 @@ class Hold:
     def _prepare(self) -> None:
         """Vent and take a lease. Raises Rejected, and changes nothing, if another client has the lease."""
         try:
-            self._connection.prepare_hold(self.lease_s)
+            self._connection.prepare_hold(self._request.lease_s)
         except Rejected:
             self._ended = True
             self._current.forget(self)
@@ -167,7 +166,7 @@ class Hold:
         """Request the inflation. A vent in another thread is sent after the request, or prevents it."""
         with self._sending:
             self._check_not_cancelled()
-            self._connection.begin_hold(self.setpoint_kpa, self.lease_s)
+            self._connection.begin_hold(self._request)
 
     def _wait_until_vented(self) -> None:
         """Wait for a verified vent and a zero adjustment. A rig that has tripped rejects the next step."""
@@ -191,8 +190,8 @@ class Hold:
 
         if not self._wait_for(reached, self._timeout_s):
             raise HoldEnded(
-                f"the balloon did not reach {self.setpoint_kpa:g} kPa within {self._timeout_s:g} s: check "
-                "the gas supply, or raise timeout_s"
+                f"the balloon did not reach {self._request.setpoint_kpa:g} kPa within {self._timeout_s:g} s: "
+                "check the gas supply, or raise timeout_s"
             )
 
     def _wait_until_valid(self) -> None:
@@ -224,7 +223,12 @@ class Hold:
             )
 
     def _tripped(self) -> Tripped:
-        code = self._connection.first_out_fault()
+        code, until_s = 0, time.monotonic() + FAULT_TIMEOUT_S
+        while (
+            not code and time.monotonic() < until_s
+        ):  # the state can change some milliseconds before the fault
+            code = self._connection.first_out_fault()
+            time.sleep(0 if code else POLL_S)
         if code not in FAULT_ADVICE or not code:
             return Tripped("", "", REJECT_REASON_ADVICE["fault_latched"])
         advice = FAULT_ADVICE[code]
@@ -237,23 +241,23 @@ class Hold:
         except ConnectionFailed as failure:
             error.add_note(
                 f"The vent could not be sent: {failure}. The instrument vents when the lease of "
-                f"{self.lease_s:g} s expires"
+                f"{self._request.lease_s:g} s expires"
             )
 
     # ---- thread that renews the lease
 
     def _renew_lease(self) -> None:
         renewed_s = time.monotonic()
-        while not self._cancelled.wait(self.lease_s / RENEWALS_PER_LEASE):
+        while not self._cancelled.wait(self._request.lease_s / RENEWALS_PER_LEASE):
             try:
                 if self._settled:
                     self._check_state(self._connection.read())
                 if self._cancelled.is_set():
                     return
-                self._connection.renew_lease(self.lease_s)
+                self._connection.renew_lease(self._request.lease_s)
                 renewed_s = time.monotonic()
             except ConnectionLost as failure:  # the next renewal can still be in time
-                if time.monotonic() - renewed_s > self.lease_s:
+                if time.monotonic() - renewed_s > self._request.lease_s:
                     self._failure = failure
                     return
             except ClientError as failure:

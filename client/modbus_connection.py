@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
-from pneuforce.client.connection import Command
+from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, number_or_none, state_of, status_of
 from pneuforce.client.rejection import rejected
@@ -40,7 +40,7 @@ class ModbusSensorConnection:
         self._url = url
         self._open_client = open_client
         self._replacement = threading.Lock()
-        self._closed = False
+        self._closed = self._forbids_proof_tests = False
         self._client: ModbusClient | None = None
         try:
             self._client = open_client()
@@ -103,9 +103,10 @@ class ModbusSensorConnection:
         self.renew_lease(lease_s)
         self.vent()
 
-    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:  # noqa: ARG002
-        """Write the setpoint, then request the inflation. The second write must not be repeated."""
-        self._repeatable(lambda client: client.write("setpoint_requested", setpoint_kpa))
+    def begin_hold(self, request: HoldRequest) -> None:
+        """Write the setpoint, then request the inflation. The last write must not be repeated."""
+        self._allow_proof_tests(request.proof_tests)
+        self._repeatable(lambda client: client.write("setpoint_requested", request.setpoint_kpa))
         self._once(lambda client: client.write("mode", "hold"))
 
     def renew_lease(self, lease_s: float) -> None:
@@ -116,7 +117,14 @@ class ModbusSensorConnection:
         """Vent, and end the lease. Another client that has the lease keeps it."""
         self.vent()
         with suppress(Rejected):
+            if self._forbids_proof_tests:
+                self._allow_proof_tests(True)
             self._repeatable(lambda client: client.write("lease", 0.0))
+
+    def _allow_proof_tests(self, allowed: bool) -> None:
+        proof_test = "allowed" if allowed else "forbidden"
+        self._repeatable(lambda client: client.write("proof_test", proof_test))
+        self._forbids_proof_tests = not allowed
 
     def run_command(self, command: Command) -> None:
         """Run a command. Raises Rejected."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import NoReturn
 
-from pneuforce.client.connection import Command
+from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.errors import ConnectionFailed, ConnectionLost, ReadOnlySensor
@@ -140,7 +140,7 @@ class RdtSensorConnection:
         """Raise ReadOnlySensor."""
         self._reject("hold")
 
-    def begin_hold(self, setpoint_kpa: float, lease_s: float) -> None:  # noqa: ARG002
+    def begin_hold(self, request: HoldRequest) -> None:  # noqa: ARG002
         """Raise ReadOnlySensor."""
         self._reject("hold")
 

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterator
 
-from pneuforce.client.connection import SensorConnection
+from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
@@ -112,7 +112,14 @@ class ForceSensor:
 
     # ---- command
 
-    def hold(self, setpoint_kpa: float, *, lease_s: float = 2.0, timeout_s: float = 20.0) -> Hold:
+    def hold(
+        self,
+        setpoint_kpa: float,
+        *,
+        lease_s: float = 2.0,
+        timeout_s: float = 20.0,
+        proof_tests: bool = True,
+    ) -> Hold:
         """Return a context in which the balloon is held at `setpoint_kpa` (2 to 12 kPa).
 
         The begin of the context vents, waits for the zero adjustment, takes a lease of `lease_s` (0.2
@@ -122,6 +129,9 @@ class ForceSensor:
 
         A background thread renews the lease. If the process dies, the lease expires, and the instrument
         vents. If the program hangs, the thread still renews the lease, so the balloon stays inflated.
+
+        Every 60 s without contact, a proof test makes the force invalid for 0.7 s. `proof_tests=False`
+        forbids the proof tests during the hold, for example during a movement of a robot.
 
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
         raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost, and then vents. A
@@ -133,7 +143,8 @@ class ForceSensor:
                     print(sensor.read().pressure_kpa)
         """
         self._check_open()
-        return Hold(self._connection, self._current_hold, setpoint_kpa, lease_s, timeout_s)
+        request = HoldRequest(setpoint_kpa, lease_s, proof_tests)
+        return Hold(self._connection, self._current_hold, request, timeout_s)
 
     def vent(self) -> None:
         """Open the vent valve. The instrument always accepts a vent, from every client.

@@ -84,11 +84,19 @@ def test_every_bus_shows_the_same_contact_and_new_samples_only(instrument, senso
     assert registers["active_fault_count"] == 0
 
 
+def proof_test_of(sensor):
+    """Return the register proof_test as the peer of this sensor reads it."""
+    return sensor._connection._client.read_block(range(546, 547))["proof_test"]
+
+
 def test_a_hold_on_a_serial_line_renews_its_lease_and_ends_it(instrument, sensors):
-    with sensors["rtu"].hold(LOW_KPA, lease_s=0.4):
+    sensor = sensors["rtu"]
+    with sensor.hold(LOW_KPA, lease_s=0.4, proof_tests=False):
         time.sleep(0.5)
         registers = instrument.registers()
         assert (registers["state"], registers["lease_holder"]) == ("holding", "modbus_rtu")
+        assert proof_test_of(sensor) == "forbidden"
+    assert proof_test_of(sensor) == "allowed"
     registers = instrument.registers()
     assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
 

@@ -12,7 +12,7 @@ FORCE = (
     "(dpi_kpa, dpf_kpa, *, method='energetic', calibration=None, switch=None, low=None, grip=None, "
     "grip_std=None, pressed_sides=1, extrapolate=False)"
 )
-HOLD = "(setpoint_kpa, *, lease_s=2.0, timeout_s=20.0)"
+HOLD = "(setpoint_kpa, *, lease_s=2.0, timeout_s=20.0, proof_tests=True)"
 SENSOR = {
     "clear": "()",
     "close": "()",
