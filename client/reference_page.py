@@ -28,7 +28,7 @@ of this project run each example of this page with an instrument on a simulated 
 import pneuforce
 
 with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
-    with sensor.hold(5.5):
+    with sensor.hold(5.5, lease_s=2.0):
         measurement = sensor.read()
         if measurement.valid:
             print(f"{measurement.force_n:.3f} N")

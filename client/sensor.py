@@ -136,11 +136,6 @@ class ForceSensor:
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
         raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost, and then vents. A
         trip inside the context is raised by the next `read` or by the stream.
-
-        Example:
-            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
-                with sensor.hold(5.5, lease_s=2.0):
-                    print(sensor.read().pressure_kpa)
         """
         self._check_open()
         request = HoldRequest(setpoint_kpa, lease_s, proof_tests)

@@ -1,6 +1,7 @@
 """Tests of docs/reference/python.md: the committed page is current, and each of its examples runs."""
 
 import re
+from contextlib import nullcontext
 
 import pytest
 
@@ -20,9 +21,9 @@ def name_of(block):
 
 
 @pytest.fixture(scope="module")
-def url():
+def rig():
     with pneuforce.testing.simulated_rig() as rig:
-        yield rig.url
+        yield rig
 
 
 @pytest.fixture
@@ -36,8 +37,10 @@ def test_the_committed_page_is_current():
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=name_of)
-def test_the_example_runs(block, url, recording, capsys):
-    exec(block.replace(EXAMPLE_URL, url), {"pneuforce": pneuforce})
+def test_the_example_runs(block, rig, recording, capsys):
+    """Run an example with the instrument of this file, which `simulated_rig` has started."""
+    program = block.replace(EXAMPLE_URL, rig.url).replace("pneuforce.testing.simulated_rig()", "running")
+    exec(program, {"pneuforce": pneuforce, "running": nullcontext(rig)})
     printed = capsys.readouterr().out
     assert bool(printed) == ("print(" in block) or "except" in block
     assert "nan" not in printed
