@@ -3,6 +3,7 @@
 import asyncio
 import math
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -109,7 +110,8 @@ def test_another_peer_cannot_hold_but_can_vent(instrument, sensors):
             plc.hold(LOW_KPA).__enter__()
         assert caught.value.reason == "lease"
         time.sleep(0.2)
-        assert robot.read().state is State.HOLDING
+        registers = instrument.registers()
+        assert (registers["mode"], registers["state"]) == ("hold", "holding")
         plc.vent()
 
     with pytest.raises(pneuforce.HoldEnded):
@@ -122,7 +124,9 @@ def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sens
         assert instrument.registers()["lease_holder"] == "can"
         with can.Bus(**instrument.rig.can_arguments) as other:
             other.send(can.Message(arbitration_id=0x205, data=bytes(8), is_extended_id=False))
-        wait_for(instrument.registers, lambda r: r["mode"] == "vent", 3.0)
+            wait_for(instrument.registers, lambda r: r["mode"] == "vent", 3.0)
+            with pytest.raises(pneuforce.HoldEnded):
+                sensors["can"]._connection.renew_lease(0.3)
         for _ in range(10):
             time.sleep(0.03)
             assert instrument.registers()["mode"] == "vent"
@@ -130,6 +134,22 @@ def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sens
     with pytest.raises(pneuforce.HoldEnded):
         hold_until_it_fails(sensors["can"], LOW_KPA, vent, lease_s=0.3)
     assert instrument.registers()["active_fault_count"] == 0
+
+
+def test_on_can_the_renewal_never_undoes_the_own_vent(instrument, sensors):
+    connection = sensors["can"]._connection
+    with sensors["can"].hold(LOW_KPA):
+        connection.vent()
+        with pytest.raises(pneuforce.HoldEnded):
+            connection.renew_lease(2.0)
+        assert instrument.registers()["mode"] == "vent"
+        sensors["can"].vent()
+
+
+def test_a_connection_that_the_instrument_has_closed_is_opened_again(sensors):
+    sensor = sensors["tcp"]
+    sensor._connection._client._client.socket.shutdown(socket.SHUT_RDWR)
+    assert sensor.read().sample_counter is not None
 
 
 def test_a_second_hold_is_an_error_and_an_exception_vents(instrument, sensors):
@@ -257,10 +277,11 @@ def test_a_pulled_cable_of_the_rig_makes_the_stream_invalid(instrument, sensors,
     try:
         with pytest.raises(pneuforce.ConnectionLost):
             samples.extend(stream)
+        samples.append(sensors[face].read())
     finally:
         instrument.stack.line.noise.cut = False
-    assert samples[-1].sample_counter is None
-    assert Status.STALE in samples[-1].status
+    assert samples[-2].sample_counter is None
+    assert all(Status.STALE in sample.status for sample in samples[-2:])
     assert face == "rdt" or Status.LINK_LOST in samples[-1].status
     assert not any(sample.valid for sample in samples)
     wait_for(instrument.registers, lambda r: "link_lost" not in r["status"], 5.0)
