@@ -90,7 +90,7 @@ def test_a_repeated_frame_is_no_new_sample_and_becomes_stale(receiver):
         {"status": frozenset({"holding"})},
         {"status": frozenset({"force_valid", "stale_or_lost"})},
     ],
-    ids=str,
+    ids=["not_available", "bit_not_set", "stale"],
 )
 def test_every_invalid_force_frame_gives_no_force(receiver, invalid):
     receiver.receive(force(0, **invalid))
