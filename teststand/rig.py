@@ -73,6 +73,11 @@ class LiveRig:
         address = {"channel": "can0", "host": "127.0.0.1", "port": self._stack.can_port}
         return {"interface": "socketcand", **address, "tcp_tune": True, "ignore_config": True}
 
+    @property
+    def control_port(self) -> int:
+        """Return the control port of the simulator (docs/simulator.md)."""
+        return self._simulator.port
+
     def read(self) -> Values:
         """Return the values of all registers by name, in N, kPa, mm or s. NaN means not available."""
         with self._plc() as plc:

@@ -10,6 +10,7 @@ from tests.bench.avr import bench_avr
 from tests.bench.can import bench_burst, bench_can
 from tests.bench.command import bench_estimate
 from tests.bench.endurance import bench_endurance
+from tests.bench.force_control import bench_force_control
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
@@ -32,6 +33,7 @@ BENCHMARKS = {
     "burst": bench_burst,
     "rdt": bench_rdt,
     "modbus": bench_modbus,
+    "force_control": bench_force_control,
     "quota": bench_quota,
     "endurance": bench_endurance,
 }
