@@ -169,7 +169,8 @@ class Chain:
         """Return the measurement of a balloon without contact. Its force is zero.
 
         The uncertainty is the detection limit: the force at the onset of a contact, or half the force that a
-        slow press can have, whichever is larger. If the baseline is unknown, the force is NaN.
+        slow press can have, whichever is larger. If the baseline is unknown or outside the range of the
+        model, the force is NaN.
         """
         baseline_kpa = self.tracker.baseline_kpa
         if self.tracker.baseline_unknown:
@@ -184,6 +185,7 @@ class Chain:
         before_kpa = self.tracker.unexplained.before_kpa
         hidden_n = self._hidden_press.std_n(curve, before_kpa, self.settings.model_uncertainty)
         limit_n = max(onset_n, hidden_n) if math.isfinite(onset_n + hidden_n) else math.nan
+        in_range = VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA and math.isfinite(limit_n)
         return Measurement(
             t_s=t_s,
             pressure_kpa=pressure_kpa,
@@ -193,11 +195,11 @@ class Chain:
             radius_mm=self.settings.balloon.radius_mm(baseline_kpa - self.reference_kpa),
             indentation_mm=0.0,
             contact_radius_mm=0.0,
-            force_n=0.0,
-            force_std_n=limit_n,
+            force_n=0.0 if in_range else math.nan,
+            force_std_n=limit_n if in_range else math.nan,
             force_uncompensated_n=0.0,
             force_lower_range_limit_n=curve.lower_range_limit_n,
-            quality=Quality.GOOD if math.isfinite(limit_n) else Quality.OUT_OF_RANGE,
+            quality=Quality.GOOD if in_range else Quality.OUT_OF_RANGE,
         )
 
     def _measure_contact(

@@ -33,6 +33,7 @@ TESTS = [
     "tests/instrument/core",
     *(f"tests/instrument/measurement/test_{name}.py" for name in ("chain", "implausible_force", "contact")),
     "tests/instrument/config/test_calibrated.py",
+    "tests/instrument/calibration/test_grip.py",
     "tests/instrument/audit/test_audit_logger.py",
 ]
 #: The wording of the log is not a safety function.
@@ -42,11 +43,21 @@ NOT_MUTATED = [r"log\.(info|warning|error)\("]
 EXPLAINED = {
     "clearing.count -= 1": "the board compares the count with the last one; each change has the same effect",
     "clearing.count += 2": "the board compares the count with the last one; each change has the same effect",
-    "if not VALID_LOW_KPA < curve.baseline_kpa <= VALID_HIGH_KPA:": "only exactly 4.95 kPa differs",
-    "if not VALID_LOW_KPA <= curve.baseline_kpa < VALID_HIGH_KPA:": "only exactly 11.45 kPa differs",
-    "quality = Quality.INTERPOLATED if rise_kpa <= MIN_RISE_KPA else Quality.GOOD": (
+    "elif not VALID_LOW_KPA < curve.baseline_kpa <= VALID_HIGH_KPA:": "only exactly 4.95 kPa differs",
+    "elif not VALID_LOW_KPA <= curve.baseline_kpa < VALID_HIGH_KPA:": "only exactly 11.45 kPa differs",
+    "in_range = VALID_LOW_KPA < curve.baseline_kpa <= VALID_HIGH_KPA and math.isfinite(limit_n)": (
+        "only exactly 4.95 kPa differs"
+    ),
+    "in_range = VALID_LOW_KPA <= curve.baseline_kpa < VALID_HIGH_KPA and math.isfinite(limit_n)": (
+        "only exactly 11.45 kPa differs"
+    ),
+    "quality = Quality.INTERPOLATED if rise_kpa <= curve.model.lower_range_rise_kpa else Quality.GOOD": (
         "only a rise of exactly 0.5 kPa differs"
     ),
+    "if not abs(reference_kpa - self.reference_kpa) < REFERENCE_TOLERANCE_KPA:": (
+        "only a change of exactly the tolerance differs"
+    ),
+    "self._wait_s = 1.0": "the balloon must be free for two seconds before the next test, which is longer",
     'mode = values.get("mode", "hold" if context.arming is Arming.HOLDING else "XXventXX")': (
         "every mode except hold has the same effect"
     ),

@@ -4,8 +4,10 @@ import math
 
 import pytest
 
+from pneuforce.instrument.core import operations
 from pneuforce.instrument.core.faults import HostFault
-from pneuforce.instrument.model import known_results
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model import ForceLaw, known_results
 from pneuforce.protocol.frames import Fault
 from tests.instrument.instrument_harness import HOLD_8, KEY, PLC, ROBOT, VENT, InstrumentHarness
 
@@ -311,6 +313,14 @@ def test_a_self_test_fails_if_the_computer_computes_wrong_forces(monkeypatch):
     harness = InstrumentHarness.zeroed()
     monkeypatch.setitem(known_results.KNOWN_N, "energetic", (0.7571816619, 1.4380119859, 2.38))
     assert harness.run_command("self_test") == ("failed", "cause_persists")
+
+
+@pytest.mark.parametrize(("method", "known"), [("membrane", "energetic"), ("lulevich", "lulevich")])
+def test_a_self_test_computes_known_forces_of_a_published_method(method, known, monkeypatch):
+    computed = []
+    monkeypatch.setattr(operations, "computes_known_forces", computed.append)
+    assert not operations._computes_correctly(ChainSettings(law=ForceLaw(method=method)))
+    assert computed == [known]
 
 
 def test_a_self_test_of_a_held_balloon_makes_a_proof_test_due():

@@ -236,7 +236,7 @@ class TestFlappingStates:
         board = ForgedBoard.holding()
         board.state_of = lambda *_: S.HOLDING
         board.write_ok(VENT)
-        board.run(0.5)
+        board.run(0.05)
         assert "force_valid" in board.snapshot().status
 
     def test_one_odd_state_does_not_trip(self):

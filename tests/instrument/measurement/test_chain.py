@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 from hypothesis import given, settings
@@ -13,7 +13,7 @@ from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.measurement import Quality
 from pneuforce.instrument.measurement.zero import ZeroAdjustment
 from pneuforce.instrument.model import METHODS, ForceCorrection, ForceLaw, estimate
-from pneuforce.instrument.model.uncertainty import InputUncertainties
+from pneuforce.instrument.model.uncertainty import InputUncertainties, ModelUncertainty
 from pneuforce.instrument.model.uncertainty_budget import combined_std_n, compute_budget
 from pneuforce.instrument.rig.link import MAX_STEP_S, RawSample
 from pneuforce.protocol.frames import MAX_ADC_SUM, BoardState, Sample
@@ -242,8 +242,36 @@ def test_without_a_root_of_the_force_law_there_is_no_geometry_of_the_contact(ris
     assert [math.isfinite(value) for value in values] == [has_force] * 4
 
 
+@pytest.mark.parametrize(("baseline_kpa", "inside"), [(4.0, False), (5.0, True), (11.4, True), (12.0, False)])
+def test_a_free_balloon_outside_the_validated_range_shows_no_force(baseline_kpa, inside):
+    m = ChainHarness.locked(baseline_kpa).move_to(baseline_kpa)
+    assert (m.quality == Quality.OUT_OF_RANGE) is not inside
+    assert math.isfinite(m.force_n) is math.isfinite(m.force_std_n) is inside
+
+
 class TestUncertainty:
     """Tests of the live uncertainty: equal to the uncertainty budget at rest, larger in motion."""
+
+    def test_the_noise_of_the_pressure_is_a_part_of_the_uncertainty(self):
+        exact = InputUncertainties(**dict.fromkeys((f.name for f in fields(InputUncertainties)), 0.0))
+        model = ModelUncertainty.constant(0.0)
+        m = ChainHarness.locked(input_uncertainties=exact, model_uncertainty=model).move_to(9.5, 3.0)
+        force_model = ChainSettings().force_model
+        step_kpa = InputUncertainties().final_noise_kpa
+        by_noise_n = (
+            force_model.estimate(8.0, 9.5 + step_kpa).force_n - force_model.estimate(8.0, 9.5).force_n
+        )
+        assert m.force_std_n == pytest.approx(by_noise_n, rel=0.4)
+
+    def test_a_slow_rise_during_a_contact_is_a_part_of_the_uncertainty(self):
+        model = ModelUncertainty.constant(0.0)
+        pressed = ChainHarness.locked(model_uncertainty=model).move_to(9.3, 6.0)
+        harness = ChainHarness.locked(model_uncertainty=model)
+        harness.move_to(9.0, 1.0)
+        for step in range(2500):
+            m = harness.set_pressure(9.0 + 0.3 * step / 2500)
+        assert m.force_n == pytest.approx(pressed.force_n, rel=0.02)
+        assert m.force_std_n > 1.2 * pressed.force_std_n
 
     @pytest.mark.parametrize("rise_kpa", [0.3, 1.5])
     @pytest.mark.parametrize("inputs", [InputUncertainties(), InputUncertainties(gain=0.1)])
