@@ -40,6 +40,7 @@ REAL_TIME = [
     "tests/registers/modbus/test_rtu_server.py",
     "tests/registers/modbus/test_tcp.py",
     "tests/registers/modbus/test_tcp_limits.py",
+    "tests/ros",
     "tests/sim/line",
     "tests/sim/server",
     "tests/sim/test_fault_control.py",
@@ -50,6 +51,8 @@ REAL_TIME = [
 ]
 #: Tests in these folders that use virtual time.
 VIRTUAL_TIME = [
+    "tests/ros/test_diagnosis.py",
+    "tests/ros/test_package.py",
     "tests/sim/line/test_line_noise.py",
     "tests/system/test_accuracy.py",
     "tests/system/test_accuracy_document.py",
