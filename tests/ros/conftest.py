@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[2] / "docs/examples/ros2"
-sys.path.insert(0, str(PACKAGE))  # for the tests of the modules that need no ROS
+sys.path.append(str(PACKAGE))  # for the tests of the modules that need no ROS
 BIN = Path(sys.executable).parent
 
 
