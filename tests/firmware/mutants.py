@@ -31,7 +31,7 @@ NUMBERS = "numbers.h"
 #: Headers without mutants: the rig link has its own tests, and hardware.h is used on the chip only.
 NOT_MUTATED = {"board.h", "wire.h", "hardware.h"}
 #: Files of the contract tests. The file that detects most mutants runs first.
-CONTRACT = [f"tests/sim/test_board{name}.py" for name in ("_filling", "_limits", "")]
+CONTRACT = [f"tests/sim/test_board{name}.py" for name in ("_filling", "_limits", "_proof_test", "")]
 #: Arguments of Python that run the contract tests on the board "c" only, without bytecode files.
 ON_C = ("-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-k", "[c] or [c-", *CONTRACT)
 #: CPU time limit, so that an endless loop is detected too. The contract tests take 12 s of one core.

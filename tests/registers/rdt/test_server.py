@@ -100,7 +100,7 @@ def test_a_client_receives_as_many_records_as_it_requests():
         {"force_n": math.inf},
         {"status": STALE, "force_n": 0.0},
     ],
-    ids=str,
+    ids=["not valid", "not valid, NaN", "out of range", "NaN", "infinite", "stale"],
 )
 def test_without_a_valid_force_the_record_is_serious_and_at_full_scale(values):
     with serving() as loop, client_of(loop) as client:
