@@ -155,7 +155,9 @@ constexpr double RETRY_S = 0.1, RENEW_S = LEASE_MS / 3000.0;
 
 class Inflation {
   public:
-    explicit Inflation(double setpoint_kpa) : setpoint_kpa_(setpoint_kpa) {}
+    // Begin with another sequence number at each start of your program: the instrument rejects a hold that it already
+    // had before the last vent.
+    Inflation(double setpoint_kpa, std::uint8_t first_sequence) : setpoint_kpa_(setpoint_kpa), sequence_(first_sequence) {}
 
     // Return the Command to send now, or nothing.
     std::optional<Frame> due(double now_s)
@@ -188,7 +190,7 @@ class Inflation {
   private:
     enum class Step { venting, inflating, held, rejected };
     double setpoint_kpa_, next_s_ = 0;
-    std::uint8_t sequence_ = 1, result_ = ACCEPTED;
+    std::uint8_t sequence_, result_ = ACCEPTED;
     Step step_ = Step::venting;
 };
 

@@ -211,6 +211,14 @@ void run(Link &link, std::optional<pneuforce::Inflation> inflation)
         link.send(inflation->vent_and_release());
 }
 
+// Return a number that differs at each start. For lines of candump it is always 1, so that a run can be repeated.
+std::uint8_t first_sequence(const char *interface)
+{
+    using namespace std::chrono;
+    auto now = duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+    return std::strcmp(interface, "-") == 0 ? 1 : static_cast<std::uint8_t>(now);
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 2 || argc > 3) {
@@ -228,7 +236,7 @@ int main(int argc, char **argv)
         std::signal(number, [](int) { stopped = 1; });
     std::optional<pneuforce::Inflation> inflation;
     if (argc == 3)
-        inflation.emplace(std::atof(argv[2]));
+        inflation.emplace(std::atof(argv[2]), first_sequence(argv[1]));
     run(*link, inflation);
     std::fflush(stdout);
     return 0;

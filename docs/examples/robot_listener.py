@@ -85,7 +85,9 @@ class Inflation:
     def __init__(self, setpoint_kpa):
         self.rejected = None
         self._setpoint_kpa = setpoint_kpa
-        self._mode, self._sequence, self._wait_s = "vent", 1, RETRY_S
+        # A number that differs after a restart of the program: the instrument rejects a hold that it already
+        # had before the last vent.
+        self._mode, self._sequence, self._wait_s = "vent", time.time_ns() // 1_000_000 % 256, RETRY_S
         self._next_s = -math.inf
 
     def due(self, now_s):
@@ -103,13 +105,13 @@ class Inflation:
             self.rejected = str(answer["result"])  # do not retry: a person must first remove the cause
         elif self._mode == "vent":
             self._mode, self._next_s = "hold", -math.inf
-            self._sequence += 1
+            self._sequence = (self._sequence + 1) % 256
         else:
             self._wait_s = LEASE_S / 3
 
     def vent_and_release(self):
         """Return the Command that vents and releases the lease. A lease that expires trips the rig."""
-        self._sequence += 1
+        self._sequence = (self._sequence + 1) % 256
         return self._command("vent", 0.0, 0.0)
 
     def _command(self, mode, setpoint_kpa, lease_s):

@@ -31,12 +31,18 @@ class CommandHandler:
     """Handler that checks length, range and sequence of a Command, in this order, and carries it out.
 
     A vent of full length is carried out even if the range or the sequence is invalid.
+
+    All nodes of the bus are one peer, because a Command does not name its sender. If one node repeats its
+    hold to renew a lease, and another node vents, the next repetition would be a new hold. Therefore a hold
+    that is equal to one from before the last vent is rejected as "sequence_reused".
     """
 
     def __init__(self, source: Source) -> None:
         self._source = source
         self._last = b""
         self._last_result = ""
+        self._holds: dict[int, bytes] = {}  # accepted holds since the last vent, by sequence
+        self._ended_holds: dict[int, bytes] = {}  # accepted holds before the last vent
         self._busy: int | None = None  #: sequence of a Command that is not finished yet
 
     def handle(self, data: bytes, now_s: float) -> CommandResult | None:
@@ -54,8 +60,12 @@ class CommandHandler:
             result = self._repeat(data, values, now_s)
             is_unfinished = result == "renewed" and sequence == self._busy
             return None if is_unfinished else CommandResult(sequence, result)
+        if data == self._ended_holds.get(sequence):
+            return CommandResult(sequence, "sequence_reused")
         result = self._execute(values, now_s)
         self._last, self._last_result = data, result
+        if result == "accepted" and values["mode"] == "hold":
+            self._holds[sequence] = data
         if result == "accepted" and values["mode"] != "hold" and self._is_busy(sequence, now_s):
             return None
         return CommandResult(sequence, self._last_result)
@@ -76,6 +86,8 @@ class CommandHandler:
         written = {"mode": "vent"} | (_setpoint_and_lease(values) if _in_range(data) else {})
         self._source.write(CAN_PEER, written, now_s)
         self._last, self._last_result = data, "accepted"
+        if self._holds:
+            self._ended_holds, self._holds = self._holds, {}
         return "renewed" if repeated else "accepted"
 
     def _execute(self, values: dict[str, Any], now_s: float) -> str:

@@ -75,6 +75,20 @@ def test_without_gas_supply_no_gas_is_vented(bench):
     assert bench.gas_kpa == before_kpa
 
 
+def test_a_second_test_has_the_same_pulses_as_the_first(bench):
+    bench.holding()
+    pulses = []
+    for count in (1, 2):
+        before = len(bench.frames)
+        bench.keep_sending(hold(8000, proof_test=count))
+        bench.run(2.0)
+        pulses.append([(valves, duration_ms) for valves, duration_ms in valve_times_ms(bench, before)])
+    assert pulses[0][0] == pulses[1][0] == (FILL, 16)
+    assert sum(duration_ms for _, duration_ms in pulses[1]) == sum(
+        duration_ms for _, duration_ms in pulses[0]
+    )
+
+
 def test_only_a_changed_count_starts_a_test(bench):
     bench.holding()
     start_test(bench)

@@ -227,3 +227,26 @@ def test_a_rejected_command_is_answered_at_once_while_another_one_is_busy(node, 
 def test_a_command_can_forbid_proof_tests(node, source):
     assert answers(node, command(proof_test="forbidden")) == [(1, "accepted")]
     assert source.written == [HELD | {"proof_test": "forbidden"}]
+
+
+def test_a_node_that_renews_its_hold_does_not_inflate_after_the_vent_of_another_node(node, source):
+    mine, vent = command(lease=1.0), command(mode="vent", sequence=77, setpoint=0.0)
+    assert answers(node, mine) == [(1, "accepted")]
+    assert answers(node, mine, vent) == [(77, "accepted")]
+    source.written.clear()
+    assert answers(node, mine) == [(1, "sequence_reused")]
+    assert answers(node, vent, mine) == [(1, "sequence_reused")]
+    assert not any(write.get("mode") == "hold" for write in source.written)
+
+
+def test_after_a_vent_a_hold_with_a_new_sequence_number_inflates(node, source):
+    assert answers(node, command(), command(mode="vent", sequence=2, setpoint=0.0)) == [(2, "accepted")]
+    assert answers(node, command(sequence=3)) == [(3, "accepted")]
+    assert source.written[-1] == HELD
+
+
+def test_a_hold_that_was_rejected_before_a_vent_can_be_sent_again(node, source):
+    source.reject_reason = "state"
+    assert answers(node, command())[0][1].startswith("rejected")
+    source.reject_reason = "none"
+    assert answers(node, command(mode="vent", sequence=2, setpoint=0.0), command()) == [(1, "accepted")]
