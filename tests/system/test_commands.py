@@ -17,6 +17,7 @@ from pneuforce.registers.views import VIEWS
 from pneuforce.teststand.child_process import ChildProcessFailed
 from pneuforce.teststand.stack import start
 from tests.command_runner import pneuforce
+from tests.source_tree import ROOT
 
 
 def estimate(*arguments):
@@ -59,6 +60,9 @@ def test_the_method_membrane_uses_the_grip_and_the_calibration(tmp_path):
     assert estimate(*pressures)["force_std_n"] > estimate(*pressures, "--grip-std", "0")["force_std_n"]
     file = str(tmp_path / "calibration.toml")
     weight = ("--mass-g", "120", "--before-kpa", "8", "--after-kpa", "9.1", "--out", file)
+    assert "calibrate radius" in pneuforce("calibrate", "grip", *weight).stderr
+    radii = str(ROOT / "docs/examples/radius.csv")
+    assert pneuforce("calibrate", "radius", radii, "--out", file).returncode == 0
     assert pneuforce("calibrate", "grip", *weight).returncode == 0
     calibrated = estimate(*pressures, "--calibration", file)
     assert calibrated["grip"] not in (0.5, None)
