@@ -22,10 +22,11 @@ FAST = (SHAPES["half sine of 0.2 s"], SHAPES["rise and fall at 10 N/s"])
 def bench_peaks(brief=False):
     """Print the error of the peak force, and that of the greatest sample, for each shape of a press."""
     seeds, setpoints_kpa = (SEEDS[:1], SETPOINTS_KPA[:1]) if brief else (SEEDS, SETPOINTS_KPA)
+    plants = ("published",) if brief else ("published", "membrane")
     found = {(shape, force_n): [] for force_n in FORCES_N for shape in SHAPES}
     wrong_count = 0
     contacts = [SHAPES[shape](force_n) for shape, force_n in found]
-    for plant in ("membrane",) if brief else ("published", "membrane"):
+    for plant in plants:
         for setpoint_kpa in setpoints_kpa:
             cells = {key: [] for key in found}
             for seed in seeds:
@@ -44,23 +45,23 @@ def bench_peaks(brief=False):
             f"deviation {statistics.pstdev(errors):.2f} %; largest sample {statistics.fmean(greatest):+.2f} %"
         )
     print(f"presses with another number of peaks than 1: {wrong_count} (target 0)")
-    _print_limits(seeds[:3], setpoints_kpa)
+    _print_limits(plants, seeds[:3], setpoints_kpa)
     _print_time(3 if brief else 30)
 
 
-def _print_limits(seeds, setpoints_kpa):
+def _print_limits(plants, seeds, setpoints_kpa):
     """Print the greatest mean error at one setpoint for very short presses, and for a wrong lag."""
     short = [half_sine(force_n, 0.1) for force_n in FORCES_N] + [half_sine(n, 0.05) for n in FORCES_N]
-    _print_worst("half sine of 0.1 s and of 0.05 s", short, seeds, setpoints_kpa, TUBE_S)
+    _print_worst("half sine of 0.1 s and of 0.05 s", short, plants, seeds, setpoints_kpa, TUBE_S)
     usual = [shape(force_n) for force_n in FORCES_N for shape in (SHAPES["plateau of 0.5 s"], *FAST)]
     for tube_s in (0.7 * TUBE_S, 1.3 * TUBE_S):
         name = f"lag of {tube_s:.3f} s instead of {TUBE_S} s; plateau of 0.5 s, half sine of 0.2 s, 10 N/s"
-        _print_worst(name, usual, seeds, setpoints_kpa, tube_s)
+        _print_worst(name, usual, plants, seeds, setpoints_kpa, tube_s)
 
 
-def _print_worst(name, contacts, seeds, setpoints_kpa, tube_s):
+def _print_worst(name, contacts, plants, seeds, setpoints_kpa, tube_s):
     settings, worst = ChainSettings(tube_time_constant_s=tube_s), [0.0] * len(contacts)
-    for plant in ("published", "membrane"):
+    for plant in plants:
         for setpoint_kpa in setpoints_kpa:
             rows = [
                 simulated_presses(contacts, setpoint_kpa, plant, seed, settings=settings) for seed in seeds
