@@ -82,22 +82,27 @@ def relay_process(link):
     print(json.dumps({"heard_s": relay.heard_s, "looked_s": relay.looked_s}))
 
 
+def start_relayed_rig(stack, link):
+    """Start a simulated rig, and a relay on its serial cable. Return the relay and its port."""
+    simulator = ["pneuforce", "sim", "run", "--link", str(link)]
+    stack.enter_context(ChildProcess("simulator", simulator)).ready()
+    relay = subprocess.Popen(
+        [sys.executable, "-m", "tests.bench.keep_alive", "--relay", str(link)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    stack.callback(relay.kill)
+    return relay, json.loads(relay.stdout.readline())["port"]
+
+
 def bench_keep_alive(brief=False, seconds=SECONDS):
     """Print the longest gap between two commands."""
     seconds = 3 if brief else seconds
     with TemporaryDirectory() as folder, ExitStack() as stack:
-        link, modbus, page = Path(folder) / "rig", free_port(), free_port()
-        simulator = ["pneuforce", "sim", "run", "--link", str(link)]
-        stack.enter_context(ChildProcess("simulator", simulator)).ready()
-        relay = subprocess.Popen(
-            [sys.executable, "-m", "tests.bench.keep_alive", "--relay", str(link)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        stack.callback(relay.kill)
+        modbus, page = free_port(), free_port()
+        relay, port = start_relayed_rig(stack, Path(folder) / "rig")
         file = Path(folder) / "instrument.toml"
-        port = json.loads(relay.stdout.readline())["port"]
         tables = {"rig": {"port": port}, "modbus": {"port": modbus}, "web": {"enabled": True, "port": page}}
         file.write_text(toml(tables))
         words = ["pneuforce", "run", "--config", str(file), "--record", str(Path(folder) / "a.recording")]

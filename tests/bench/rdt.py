@@ -24,6 +24,7 @@ from pneuforce.registers.rdt.streams import MAX_STREAMS
 from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.stack import free_port, toml
 from tests.bench.keep_alive import gaps_ms as gaps_between
+from tests.bench.keep_alive import start_relayed_rig
 from tests.bench.latency import percentile
 from tests.registers.rdt.serving import loopback_address
 from tests.system.waiting import inflate
@@ -94,22 +95,11 @@ def bench_rdt(brief=False):
     """Print losses, gaps between the commands, processor time and latency, with and without clients."""
     count, host = (BRIEF_RECORDS if brief else RECORDS), loopback_address()
     with TemporaryDirectory() as folder, ExitStack() as stack:
-        link, modbus = Path(folder) / "rig", free_port()
-        simulator = ["pneuforce", "sim", "run", "--link", str(link)]
-        stack.enter_context(ChildProcess("simulator", simulator)).ready()
-        relay = subprocess.Popen(
-            [sys.executable, "-m", "tests.bench.keep_alive", "--relay", str(link)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        stack.callback(relay.kill)
+        modbus = free_port()
+        relay, port = start_relayed_rig(stack, Path(folder) / "rig")
         file = Path(folder) / "instrument.toml"
-        port = json.loads(relay.stdout.readline())["port"]
-        rdt, safety = (
-            {"enabled": True, "host": host},
-            {"proof_test_s": 0},
-        )  # a proof test interrupts the force
+        rdt = {"enabled": True, "host": host}
+        safety = {"proof_test_s": 0}  # a proof test interrupts the force
         tables = {"rig": {"port": port}, "modbus": {"port": modbus}, "rdt": rdt, "safety": safety}
         file.write_text(toml(tables))
         # tests.bench.probe is not installed. The host process finds it only in this folder.
