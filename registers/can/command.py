@@ -41,8 +41,8 @@ class CommandHandler:
         self._source = source
         self._last = b""
         self._last_result = ""
-        self._holds: dict[int, bytes] = {}  # accepted holds since the last vent, by sequence
-        self._ended_holds: dict[int, bytes] = {}  # accepted holds before the last vent
+        self._holds: dict[int, bytes] = {}  # holds since the last vent, by sequence
+        self._ended_holds: dict[int, bytes] = {}  # holds before the last vent
         self._busy: int | None = None  #: sequence of a Command that is not finished yet
 
     def handle(self, data: bytes, now_s: float) -> CommandResult | None:
@@ -62,10 +62,10 @@ class CommandHandler:
             return None if is_unfinished else CommandResult(sequence, result)
         if data == self._ended_holds.get(sequence):
             return CommandResult(sequence, "sequence_reused")
+        if values["mode"] == "hold":
+            self._holds[sequence] = data
         result = self._execute(values, now_s)
         self._last, self._last_result = data, result
-        if result == "accepted" and values["mode"] == "hold":
-            self._holds[sequence] = data
         if result == "accepted" and values["mode"] != "hold" and self._is_busy(sequence, now_s):
             return None
         return CommandResult(sequence, self._last_result)
