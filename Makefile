@@ -31,15 +31,10 @@ check: $(VENV)/test-tools
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && $(BIN)/mypy
 	@$(BIN)/python -m pytest -n 2 --dist loadfile -k "not linters" $(FAST_TESTS) $(ARGS)
 
-# First the tests in virtual time, which use both processors fully. Then the tests in real time, which mostly wait. Python
-# may keep its bytecode even where the environment forbids it, because the tests start a thousand processes.
-# Exit code 5 means that ARGS selects no test of one kind. The options have a "=", because pytest takes an existing file
-# after a space for a test file, and then does not know the option. Tests that starved are repeated at the end, one after the other.
+# Python may keep its bytecode even where the environment forbids it, because the tests start a thousand processes.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/web/tried
-	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --time=virtual $(ARGS) || [ $$? -eq 5 ]
-	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --time=real --repeat-later=build/starved-tests $(ARGS) || [ $$? -eq 5 ]
-	@[ ! -s build/starved-tests ] || $(BIN)/python -m pytest @build/starved-tests
+	@$(BIN)/python -m tests $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
 	@$(BIN)/python -m pytest -m "avr or slow" tests/sim tests/firmware $(ARGS)

@@ -83,7 +83,9 @@ LONG = [
     "tests/system/test_readme.py",
     "tests/system/test_demo.py",
     "tests/web/test_web_process.py",
+    "tests/system/test_accuracy.py",
     "tests/instrument/test_occlusion.py",
+    "tests/rules/test_rules.py",
 ]
 real_time_paths = [ROOT / name for name in REAL_TIME]
 virtual_time_paths = [ROOT / name for name in VIRTUAL_TIME]

@@ -124,7 +124,7 @@ def poll(folder, port, seconds):
 
 def bench_can(brief=False, seconds=SECONDS):
     """Print the lost frames, the intervals, and the delays from the last byte of a sample to its frame."""
-    seconds = 3 if brief else seconds
+    seconds = 2.5 if brief else seconds
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus = Path(folder) / "rig", free_port()
         simulator = ["pneuforce", "sim", "run", "--link", str(link)]

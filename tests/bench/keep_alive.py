@@ -98,7 +98,7 @@ def start_relayed_rig(stack, link):
 
 def bench_keep_alive(brief=False, seconds=SECONDS):
     """Print the longest gap between two commands."""
-    seconds = 3 if brief else seconds
+    seconds = 2.5 if brief else seconds
     with TemporaryDirectory() as folder, ExitStack() as stack:
         modbus, page = free_port(), free_port()
         relay, port = start_relayed_rig(stack, Path(folder) / "rig")

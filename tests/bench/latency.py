@@ -22,7 +22,7 @@ def percentile(values, share):
 
 def bench_latency(brief=False):
     """Print the time from a sample to its CAN frame, while Modbus clients poll."""
-    seconds = 2 if brief else SECONDS
+    seconds = 1 if brief else SECONDS
     with TemporaryDirectory() as folder, ExitStack() as stack:
         link, modbus, hub_port = Path(folder) / "rig", free_port(), free_port()
         sim = stack.enter_context(ChildProcess("simulator", ["pneuforce", "sim", "run", "--link", str(link)]))

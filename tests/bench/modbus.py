@@ -98,22 +98,22 @@ def instrument(folder):
 
 def bench_modbus(brief=False, seconds=SECONDS):
     """Print the speed of fast clients, and the delays of slow clients and of one client during a flood."""
-    seconds = 1 if brief else seconds
+    seconds = 0.3 if brief else seconds
     with TemporaryDirectory() as folder, instrument(folder) as stack, rivals(folder) as others:
         program = built(folder, "load")
         servers = {"pneuforce": stack.modbus_port, **others}
         for clients in CLIENTS[:1] if brief else CLIENTS:
-            _bench_speed(program, servers, clients, 1 if brief else ROUNDS)
-        _bench_calm(program, stack, 1 if brief else 3 * seconds)
-        _bench_endurance(program, stack, *((10**3, 10**2) if brief else (REQUESTS, CONNECTIONS)))
+            _bench_speed(program, servers, clients, *((1, 0.2) if brief else (ROUNDS, 1)))
+        _bench_calm(program, stack, seconds if brief else 3 * seconds)
+        _bench_endurance(program, stack, *((10**3, 10**2, 0.1) if brief else (REQUESTS, CONNECTIONS, 5)))
 
 
-def _bench_speed(program, servers, clients, rounds):
-    """Print the medians of interleaved rounds. A round measures each server once."""
+def _bench_speed(program, servers, clients, rounds, seconds):
+    """Print the medians of interleaved rounds. A round measures each server once, for some seconds."""
     seen = {name: [] for name in servers}
     for _ in range(rounds):
         for name, port in servers.items():
-            seen[name].append(load(program, port, clients, 1))
+            seen[name].append(load(program, port, clients, seconds))
     ours = seen["pneuforce"]
     for name, reports in seen.items():
         rate, p50_ms, p99_ms = (
@@ -141,12 +141,12 @@ def _bench_calm(program, stack, seconds):
     print(f"samples used in this time: {used} of {due} (±3)")
 
 
-def _bench_endurance(program, stack, requests, connections):
+def _bench_endurance(program, stack, requests, connections, seconds):
     """Print the growth of memory and open descriptors during many requests and connections."""
-    load(program, stack.modbus_port, 32, 1)
+    load(program, stack.modbus_port, 32, seconds / 5)
     before, begun_s, asked = occupied(stack.host.pid), time.monotonic(), 0
     while asked < requests:
-        asked += load(program, stack.modbus_port, 32, 1 if requests < REQUESTS else 5)["trips"]
+        asked += load(program, stack.modbus_port, 32, seconds)["trips"]
     for n in range(connections):
         with socket.create_connection(("127.0.0.1", stack.modbus_port)) as client:
             client.sendall(READ[: n % len(READ)])  # most connections close in the middle of a request

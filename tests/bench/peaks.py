@@ -23,7 +23,8 @@ def bench_peaks(brief=False):
     """Print the error of the peak force, and that of the greatest sample, for each shape of a press."""
     seeds, setpoints_kpa = (SEEDS[:1], SETPOINTS_KPA[:1]) if brief else (SEEDS, SETPOINTS_KPA)
     plants = ("published",) if brief else ("published", "membrane")
-    found = {(shape, force_n): [] for force_n in FORCES_N for shape in SHAPES}
+    shapes = ["plateau of 0.2 s"] if brief else SHAPES
+    found = {(shape, force_n): [] for force_n in FORCES_N for shape in shapes}
     wrong_count = 0
     contacts = [SHAPES[shape](force_n) for shape, force_n in found]
     for plant in plants:
@@ -45,15 +46,15 @@ def bench_peaks(brief=False):
             f"deviation {statistics.pstdev(errors):.2f} %; largest sample {statistics.fmean(greatest):+.2f} %"
         )
     print(f"presses with another number of peaks than 1: {wrong_count} (target 0)")
-    _print_limits(plants, seeds[:3], setpoints_kpa)
+    _print_limits(plants, seeds[:3], setpoints_kpa, FORCES_N[-1:] if brief else FORCES_N)
     _print_time(3 if brief else 30)
 
 
-def _print_limits(plants, seeds, setpoints_kpa):
+def _print_limits(plants, seeds, setpoints_kpa, forces_n):
     """Print the greatest mean error at one setpoint for very short presses, and for a wrong lag."""
-    short = [half_sine(force_n, 0.1) for force_n in FORCES_N] + [half_sine(n, 0.05) for n in FORCES_N]
+    short = [half_sine(force_n, duration_s) for duration_s in (0.1, 0.05) for force_n in forces_n]
     _print_worst("half sine of 0.1 s and of 0.05 s", short, plants, seeds, setpoints_kpa, TUBE_S)
-    usual = [shape(force_n) for force_n in FORCES_N for shape in (SHAPES["plateau of 0.5 s"], *FAST)]
+    usual = [shape(force_n) for force_n in forces_n for shape in (SHAPES["plateau of 0.5 s"], *FAST)]
     for tube_s in (0.7 * TUBE_S, 1.3 * TUBE_S):
         name = f"lag of {tube_s:.3f} s instead of {TUBE_S} s; plateau of 0.5 s, half sine of 0.2 s, 10 N/s"
         _print_worst(name, usual, plants, seeds, setpoints_kpa, tube_s)
@@ -70,8 +71,8 @@ def _print_worst(name, contacts, plants, seeds, setpoints_kpa, tube_s):
                 statistics.fmean(100 * press.error for press in column) for column in zip(*rows, strict=True)
             ]
             worst = [max(pair, key=abs) for pair in zip(worst, means, strict=True)]
-    forces = "; ".join(f"{error:+.1f} %" for error in worst)
-    print(f"{name}, worst mean error at one setpoint for each press (at 0.8 N and 1.5 N): {forces}")
+    errors = "; ".join(f"{error:+.1f} %" for error in worst)
+    print(f"{name}, worst mean error at one setpoint for each press (at 0.8 N and 1.5 N): {errors}")
 
 
 def _print_time(repeats):

@@ -56,7 +56,7 @@ def bench_quota(brief=False):
     if not os.access(GROUPS, os.W_OK):
         print("CPU quota: 0 runs, because this user may not create a control group")
         return
-    seconds, page = 5 if brief else SECONDS, free_port()
+    seconds, page = 1 if brief else SECONDS, free_port()
     tables = {"web": {"enabled": True, "port": page}, "can": {"force_rate_hz": 100}}
     with TemporaryDirectory() as folder, ExitStack() as stack:
         parts = start(stack, Path(folder) / "rig", ["--scenario", "taps"], tables)

@@ -61,11 +61,15 @@ def demo(tmp_path_factory):
 
 
 def adapted(line, demo, folder):
-    """Return a shell line with the ports of the demo, the Python of the tests, and files in `folder`."""
+    """Return a shell line with the ports of the demo, the Python of the tests, and files in `folder`.
+
+    Commands that end after some seconds end after one second.
+    """
     line = line.replace(".venv/bin/pneuforce", f"{sys.executable} -m pneuforce")
     line = line.replace("-p 5020", f"-p {demo.modbus_port}").replace(
         "/tmp/pneuforce-rig", str(folder / "rig")
     )
+    line = re.sub(r"--seconds \d+", "--seconds 1", line)
     if "watch modbus" in line and "--device" not in line:
         line += f" --port {demo.modbus_port}"
     if "watch can" in line:
