@@ -13,7 +13,6 @@ from pneuforce.registers.field import quantity_unit
 from pneuforce.registers.map import BY_NAME, COMMAND_KEY, REGISTERS, Register
 from pneuforce.registers.modbus.exception_codes import ExceptionCode
 from pneuforce.registers.modbus.register_bank import MODE, RegisterBank
-from pneuforce.registers.modbus.rtu_port import PARITIES, open_port, supported_parity
 
 if TYPE_CHECKING:
     from pymodbus.client.base import ModbusBaseSyncClient
@@ -89,6 +88,9 @@ class ModbusClient:
         opened, otherwise ModbusClientError as in `connect`.
         """
         from pymodbus.client import ModbusSerialClient
+
+        # rtu_port needs termios, which Windows lacks. Clients over TCP also work on Windows.
+        from pneuforce.registers.modbus.rtu_port import PARITIES, supported_parity
 
         stop_bits = 2 if parity == "none" else 1
         client = ModbusSerialClient(
@@ -250,6 +252,8 @@ def _describe_error(answer: ModbusPDU, reason: str = "") -> str:
 
 def _raise_port_error(device: str, baud: int, parity: str, stop_bits: int) -> None:
     """Raise SerialPortError with the cause, which pymodbus does not report."""
+    from pneuforce.registers.modbus.rtu_port import open_port
+
     try:
         open_port(device, baud, parity, stop_bits).close()
     except OSError as error:

@@ -229,6 +229,25 @@ def test_if_the_process_dies_the_instrument_vents(instrument, sensors):
     assert "lease_expired" in registers["status"]
 
 
+WITHOUT_POSIX = """
+import socket, sys
+sys.modules |= dict.fromkeys(["fcntl", "grp", "pty", "pwd", "resource", "syslog", "termios", "tty"])
+del socket.AF_UNIX
+import pneuforce
+with pneuforce.connect(sys.argv[1]) as sensor:
+    print(sensor.read().sample_counter is not None)
+"""
+
+
+@pytest.mark.parametrize("face", ["tcp", "rdt"])
+def test_a_sensor_on_a_network_needs_no_module_that_windows_lacks(instrument, face):
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_POSIX, instrument.url(face)],
+        capture_output=True, text=True, timeout=30, check=False,
+    )  # fmt: skip
+    assert (done.stdout, done.stderr) == ("True\n", "")
+
+
 def test_a_cancelled_task_vents(instrument, sensors):
     async def hold_and_cancel():
         async with pneuforce.aio.connect(instrument.url("tcp")) as sensor:
