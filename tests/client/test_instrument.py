@@ -237,6 +237,13 @@ import pneuforce
 with pneuforce.connect(sys.argv[1]) as sensor:
     print(sensor.read().sample_counter is not None)
 """
+WATCH_WITHOUT_POSIX = (
+    WITHOUT_POSIX.partition("import pneuforce")[0]
+    + """
+from pneuforce.instrument.cli import main
+main()
+"""
+)
 
 
 @pytest.mark.parametrize("face", ["tcp", "rdt"])
@@ -246,6 +253,16 @@ def test_a_sensor_on_a_network_needs_no_module_that_windows_lacks(instrument, fa
         capture_output=True, text=True, timeout=30, check=False,
     )  # fmt: skip
     assert (done.stdout, done.stderr) == ("True\n", "")
+
+
+def test_watching_modbus_tcp_needs_no_module_that_windows_lacks(instrument):
+    port = instrument.url("tcp").rpartition(":")[2].partition("?")[0]
+    done = subprocess.run(
+        [sys.executable, "-c", WATCH_WITHOUT_POSIX, "watch", "modbus", "--port", port, "--seconds", "0.1"],
+        capture_output=True, text=True, timeout=30, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "sample_counter" in done.stdout
 
 
 def test_a_cancelled_task_vents(instrument, sensors):

@@ -19,10 +19,16 @@ TOP = Path(__file__).parents[3]
 GUIDE = (TOP / "docs/plc.md").read_text(encoding="utf-8")
 
 
-def rows(columns):
+#: Documents with a table of the notations of an address.
+NOTATIONS = {"plc.md": GUIDE} | {
+    path.name: path.read_text(encoding="utf-8") for path in sorted((TOP / "docs/tutorials").glob("*.md"))
+}
+
+
+def rows(columns, text=GUIDE):
     """Return the cells of each table row with this number of columns."""
     cells = [
-        [cell.strip() for cell in line.strip("|").split("|")] for line in GUIDE.splitlines() if "|" in line
+        [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if "|" in line
     ]
     return [row for row in cells if len(row) == columns]
 
@@ -38,9 +44,10 @@ def test_each_reject_reason_is_named():
     assert [name for name in plain if name not in GUIDE] == []
 
 
-def test_each_notation_of_an_address_agrees_with_the_map():
-    listed = {row[0]: row[1:] for row in rows(6) if row[0] in BY_NAME}
-    assert {"force", "status", "mode", "test_float"} == set(listed)
+@pytest.mark.parametrize("document", NOTATIONS)
+def test_each_notation_of_an_address_agrees_with_the_map(document):
+    listed = {row[0]: row[1:] for row in rows(6, NOTATIONS[document]) if row[0] in BY_NAME}
+    assert {"force", "mode", "test_float"} <= set(listed)
     for name, (wire, number, input_, holding, six) in listed.items():
         at = BY_NAME[name].address
         assert wire == f"{at} ({at:04X}h)"

@@ -23,7 +23,7 @@ SOURCE = structured_text.render()
 CONSTANTS, LIBRARY = SOURCE.split("END_VAR\n", 1)
 GUIDE = (Path(__file__).parents[4] / "docs/plc.md").read_text(encoding="utf-8")
 [PROGRAM] = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
-BLOCKS = re.findall(r"^(?:FUNCTION_BLOCK|PROGRAM) (\w+)$", LIBRARY + PROGRAM, re.MULTILINE)
+TEXT = LIBRARY + PROGRAM
 _VARIABLE = re.compile(r"^    (\w+) : (\w+)(?: := [^;]*)?;", re.MULTILINE)
 _NUMBERS = {"BOOL", "INT", "UINT", "DINT", "WORD", "DWORD", "REAL"}
 _HARNESS = """\
@@ -57,56 +57,75 @@ def iec2c(source, folder):
     return library / "C"
 
 
-def members(kind, name):
+def blocks_of(text):
+    """Return the names of the function blocks and programs in a text."""
+    return re.findall(r"^(?:FUNCTION_BLOCK|PROGRAM) (\w+)$", text, re.MULTILINE)
+
+
+BLOCKS = blocks_of(TEXT)
+
+
+def members(kind, name, text=TEXT):
     """Return the name and type of each variable of a block or structure."""
-    text = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", LIBRARY + PROGRAM, re.MULTILINE | re.DOTALL)
-    return _VARIABLE.findall(text[1])
+    found = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", text, re.MULTILINE | re.DOTALL)
+    return _VARIABLE.findall(found[1])
 
 
-def members_of(block):
-    """Return the name and type of each variable of a function block or of the program in the guide."""
-    return members("PROGRAM" if f"PROGRAM {block}\n" in PROGRAM else "FUNCTION_BLOCK", block)
+def members_of(block, text=TEXT):
+    """Return the name and type of each variable of a function block or of a program."""
+    return members("PROGRAM" if f"PROGRAM {block}\n" in text else "FUNCTION_BLOCK", block, text)
+
+
+def nested_members_of(block, text):
+    """Return name, C expression and type of each variable of a block and of its inner blocks."""
+    for name, type_ in members_of(block, text):
+        yield name, name.upper(), type_
+        if type_ in blocks_of(text):
+            for inner, path, inner_type in nested_members_of(type_, text):
+                yield f"{name}.{inner}", f"{name.upper()}.{path}", inner_type
 
 
 @cache
-def variables():
+def variables(text=TEXT):
     """Return a dictionary from (block, variable name) to the C expression of each numeric variable."""
     found = {}
-    for block in BLOCKS:
-        for name, type_ in members_of(block):
+    for block in blocks_of(text):
+        for name, path, type_ in nested_members_of(block, text):
             if type_ in _NUMBERS:
-                found[block, name] = f"{block}_.{name.upper()}.value"
+                found[block, name] = f"{block}_.{path}.value"
             elif type_ in ("PF_VALUES", "PF_STATUS"):
-                for inner, _ in members("TYPE", type_):
-                    found[block, f"{name}.{inner}"] = f"{block}_.{name.upper()}.value.{inner.upper()}"
+                for inner, _ in members("TYPE", type_, text):
+                    found[block, f"{name}.{inner}"] = f"{block}_.{path}.value.{inner.upper()}"
     return found
 
 
 @cache
-def arrays():
-    """Return the block and the name of each array of words."""
-    return [
-        (block, name) for block in BLOCKS for name, type_ in members_of(block) if type_.endswith("_WORDS")
-    ]
+def arrays(text=TEXT):
+    """Return a dictionary from (block, variable name) to the C expression of each array of words."""
+    return {
+        (block, name): f"{block}_.{path}.value.table"
+        for block in blocks_of(text)
+        for name, path, type_ in nested_members_of(block, text)
+        if type_.endswith("_WORDS")
+    }
 
 
 @cache
-def library():
-    """Return the compiled library, which is built once per test run."""
-    numbered = list(enumerate(variables().values()))
+def library(text=TEXT):
+    """Return the compiled text, which is built once per test run."""
+    numbered, names = list(enumerate(variables(text).values())), blocks_of(text)
     cases = {
-        "blocks": "\n".join(f"static {block.upper()} {block}_;" for block in BLOCKS),
-        "new": "".join(f"case {i}: {b.upper()}_init__(&{b}_, 0); break; " for i, b in enumerate(BLOCKS)),
-        "cycle": "".join(f"case {i}: {b.upper()}_body__(&{b}_); break; " for i, b in enumerate(BLOCKS)),
+        "blocks": "\n".join(f"static {block.upper()} {block}_;" for block in names),
+        "new": "".join(f"case {i}: {b.upper()}_init__(&{b}_, 0); break; " for i, b in enumerate(names)),
+        "cycle": "".join(f"case {i}: {b.upper()}_body__(&{b}_); break; " for i, b in enumerate(names)),
         "get": "".join(f"case {i}: return (double){path};\n" for i, path in numbered),
         "set": "".join(f"case {i}: {path} = value; break;\n" for i, path in numbered),
         "word": "".join(
-            f"case {i}: {block}_.{name.upper()}.value.table[at] = (WORD)value; break; "
-            for i, (block, name) in enumerate(arrays())
+            f"case {i}: {path}[at] = (WORD)value; break; " for i, path in enumerate(arrays(text).values())
         ),
     }
     with tempfile.TemporaryDirectory() as folder:
-        include = iec2c(LIBRARY + PROGRAM, folder)
+        include = iec2c(text, folder)
         (Path(folder) / "harness.c").write_text(_HARNESS.format(**cases))
         built = Path(folder) / "blocks.so"
         subprocess.run(
@@ -122,11 +141,11 @@ def library():
 class Block:
     """The single instance of a function block or of the program: a mapping from names to values."""
 
-    def __init__(self, name):
-        self._c = library()
-        self._name = name
-        self._number = BLOCKS.index(name)
-        self._variables = {variable: i for i, (block, variable) in enumerate(variables()) if block == name}
+    def __init__(self, name, text=TEXT):
+        self._c = library(text)
+        self._number = blocks_of(text).index(name)
+        self._variables = {at: i for i, (block, at) in enumerate(variables(text)) if block == name}
+        self._arrays = {at: i for i, (block, at) in enumerate(arrays(text)) if block == name}
         self._c.new(self._number)
 
     def __getitem__(self, name):
@@ -136,9 +155,8 @@ class Block:
         self._c.set(self._variables[name], ctypes.c_double(value))
 
     def words(self, words, array="Words"):
-        number = arrays().index((self._name, array))
         for at, word in enumerate(words):
-            self._c.word(number, at, word)
+            self._c.word(self._arrays[array], at, word)
 
     def cycle(self, now_s=0.0, **inputs):
         self._c.at(ctypes.c_double(now_s))

@@ -1,0 +1,190 @@
+"""Tests of the programs in the PLC tutorials: syntax, names, and runs with the instrument in virtual time."""
+
+import re
+import struct
+
+import pytest
+from blark.parse import parse_source_code
+
+from pneuforce.registers.codes import REJECT_REASONS
+from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
+from pneuforce.registers.map import BY_NAME
+from pneuforce.registers.modbus.device_identification import DeviceIdentification
+from pneuforce.registers.modbus.pdu import RequestHandler
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from pneuforce.registers.source import Peer
+from tests.instrument.instrument_harness import PLC, ROBOT, InstrumentHarness
+from tests.registers.modbus.serving import IDENTITY
+from tests.registers.views.structured_text.compiled import PYTESTMARKS, SOURCE, Block, members, members_of
+from tests.registers.views.structured_text.test_reading import words_of
+from tests.registers.views.structured_text.tutorials import FOLDER, TUTORIALS
+
+REQUEST_NAMES = ("FunctionCode", "Address", "Count", "Value")
+LEASE = next(code for code, name in REJECT_REASONS.names.items() if name == "lease")
+each_tutorial = pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda tutorial: tutorial.file)
+
+
+@each_tutorial
+def test_blark_parses_the_programs(tutorial):
+    sources = tutorial.sources()
+    assert len(sources) == 2
+    for source in sources:
+        parsed = parse_source_code(source)
+        assert parsed.exception is None
+        assert parsed.transform() is not None
+
+
+@each_tutorial
+def test_the_read_requests_agree_with_the_map(tutorial):
+    master = tutorial.sources()[0]
+    requests = re.findall(r"First := (\d+);\s+Quantity := (\d+);", master)
+    ranges = [range(int(first), int(first) + int(count)) for first, count in requests]
+    answers = range(BY_NAME["answer_sequence"].address, BY_NAME["answer_result"].end)
+    assert {TEST_BLOCK, MEASURED_BLOCK, answers} == set(ranges)
+    assert ("3840", "5") in requests
+    assert "First : UDINT := 3840" in master or "First : UINT := 3840" in master
+
+
+@each_tutorial
+def test_the_program_uses_existing_names_of_the_blocks(tutorial):
+    master, program = tutorial.sources()
+    blocks = {"Order": "PF_WordOrder", "Reading": "PF_Reading", "Pressure": "PF_Pressure"}
+    names = {variable: {name for name, _ in members_of(block)} for variable, block in blocks.items()}
+    names["Master"] = set(re.findall(r"^    (\w+) : ", master, re.MULTILINE))
+    for variable, known in names.items():
+        assert set(re.findall(rf"\b{variable}\.(\w+)", program)) <= known
+        [call] = re.findall(rf"^    {variable}\((.*?)\);", program, re.MULTILINE | re.DOTALL)
+        assert set(re.findall(r"(\w+) :=", call)) <= known
+    values = {name for name, _ in members("TYPE", "PF_VALUES")}
+    assert set(re.findall(r"Reading\.Values\.(\w+)", program)) <= values
+
+
+def test_the_changes_for_tia_portal_are_complete():
+    text = (FOLDER / "tia-portal.md").read_text(encoding="utf-8")
+    table = text[text.index("| part of pneuforce.st |") : text.index("`PF_Decode` computes a REAL")]
+    parts = [
+        part
+        for row in re.findall(r"^\| (.*?) \|", table, re.MULTILINE)
+        for part in re.findall("`(.*?)`", row)
+    ]
+    code = re.sub(r"\(\*.*?\*\)", "", SOURCE, flags=re.DOTALL)
+    assert [part for part in parts if part not in code] == []
+    assert set(re.findall(r"D?WORD#\d+\b(?!#)", code)) == {p for p in parts if "WORD#" in p}
+    shifts = re.findall(r"SH[LR]\((?:\w+\(\w+\)|\w+), \d+\)", code)
+    assert set(shifts) == {p for p in parts if p.startswith("SH")}
+    assert len(shifts) == len(re.findall(r"\bSH[LR]\(", code))
+    assert set(re.findall(r"(?<= : )TON\b", code)) == {"TON"}
+
+
+class Controller:
+    """Simulated PLC with one task of 10 ms that runs the program of a tutorial."""
+
+    def __init__(self, tutorial, word_swap=False):
+        self.tutorial = tutorial
+        self.harness = InstrumentHarness.zeroed()
+        self.request_handler = RequestHandler(
+            RegisterBank(word_swap=word_swap), self.harness.instrument, DeviceIdentification(IDENTITY)
+        )
+        self.program = Block(tutorial.program, tutorial.text())
+        self.line_cut = False
+        self.waited_s = 0.0
+        self.reads_s = []
+
+    def serve(self, request):
+        """Answer a waiting request, or let it time out."""
+        get = {name: int(self.program[f"{request}.{name}"]) for name in REQUEST_NAMES}
+        if self.line_cut or self.connection_is_broken:
+            self.waited_s += 0.01
+            if self.waited_s < self.tutorial.timeout_s:
+                return
+            failed, code = True, self.tutorial.no_answer_code
+        else:
+            last = get["Value"] if get["FunctionCode"] == 6 else get["Count"]
+            pdu = struct.pack(">BHH", get["FunctionCode"], get["Address"], last)
+            answer = self.request_handler.answer(pdu, Peer(*PLC), self.harness.now_s)
+            failed, code = answer[0] > 0x80, 0
+            if failed:
+                code = self.tutorial.exception_base + answer[1]
+            elif get["FunctionCode"] == 4:
+                self.program.words(words_of(answer[2:]), "Master.Words")
+                if get["Address"] == 0:
+                    self.reads_s.append(self.harness.now_s)
+        self.waited_s = 0.0
+        for name, value in {"Reply": 1, "ReplyFailed": failed, "ReplyCode": code}.items():
+            self.program[f"{request}.{name}"] = value
+
+    @property
+    def connection_is_broken(self):
+        """Return True if only a new connection helps, which the program for ModbusFB must request."""
+        return self.tutorial.file == "codesys.md" and self.program["Master.Client.Broken"]
+
+    def cycle(self):
+        self.harness.run(0.01)
+        for name in self.tutorial.requests:
+            if self.program[f"Master.{name}.Waiting"]:
+                self.serve(f"Master.{name}")
+        if self.tutorial.file == "codesys.md":
+            self.program["Master.Client.LineOk"] = not self.line_cut
+        self.program.cycle(self.harness.now_s)
+
+    def run(self, seconds, **inputs):
+        for name, value in inputs.items():
+            self.program[name] = value
+        for _ in range(round(seconds / 0.01)):
+            self.cycle()
+        return self
+
+    @property
+    def state(self):
+        return self.harness.snapshot().state
+
+
+@each_tutorial
+class TestCompiled:
+    pytestmark = PYTESTMARKS
+
+    @pytest.mark.parametrize("word_swap", [False, True])
+    def test_the_force_is_read_and_a_vent_follows_at_once(self, tutorial, word_swap):
+        plc = Controller(tutorial, word_swap).run(1.0)
+        assert (plc.program["Order.Known"], plc.program["Reading.Fresh"]) == (1, 1)
+        assert plc.program["MayPush"] == 0
+        plc.run(3.0, Inflate=1)
+        assert plc.state == "holding"
+        assert plc.program["MayPush"] == 1
+        plc.harness.push_kpa = 5.0
+        plc.run(1.0)
+        assert plc.program["Reading.Values.Force_N"] == pytest.approx(
+            plc.harness.snapshot().force_n, abs=0.05
+        )
+        assert plc.program["MayPush"] == 0
+        plc.harness.push_kpa = 0.0
+        plc.run(0.3, Inflate=0)
+        assert plc.state in ("venting", "vented")
+        gaps_s = [b - a for a, b in zip(plc.reads_s, plc.reads_s[1:], strict=False)]
+        assert (round(min(gaps_s), 2), round(max(gaps_s), 2)) == (0.06, 0.09)
+        assert "60 to 90 ms" in (FOLDER / tutorial.file).read_text(encoding="utf-8")
+
+    def test_a_pulled_cable_makes_the_force_invalid_and_requests_no_inflation_afterwards(self, tutorial):
+        plc = Controller(tutorial).run(1.0).run(3.0, Inflate=1)
+        assert plc.program["MayPush"] == 1
+        plc.line_cut = True
+        plc.run(1.0)
+        assert (plc.program["MayPush"], plc.program["Reading.Values.Force_N"]) == (0, 5.0)
+        plc.run(3.0)
+        assert plc.state == "tripped"
+        plc.line_cut = False
+        plc.run(4.0)
+        assert plc.program["Reading.Fresh"] == 1
+        assert plc.state == "tripped"
+        plc.run(1.0, Inflate=0)
+        plc.run(1.5, ClearFaults=1)
+        assert plc.program["Pressure.CommandDone"] == 1
+        plc.run(4.0, Inflate=1, ClearFaults=0)
+        assert plc.program["MayPush"] == 1
+
+    def test_a_rejected_inflation_is_reported_with_its_reason(self, tutorial):
+        plc = Controller(tutorial).run(1.0)
+        plc.harness.write_ok({"lease_s": 60.0}, ROBOT)
+        plc.run(2.0, Inflate=1)
+        assert (plc.program["Pressure.Rejected"], plc.program["Pressure.Reason"]) == (1, LEASE)
+        assert (plc.program["MayPush"], plc.state) == (0, "vented")
