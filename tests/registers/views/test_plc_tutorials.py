@@ -8,11 +8,13 @@ import pytest
 
 from pneuforce.instrument import config
 from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATES, STATUS
+from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
 from pneuforce.registers.map import BLOCKS, BY_NAME, REGISTERS
 from pneuforce.registers.modbus.device_identification import DeviceIdentification
 from pneuforce.registers.modbus.pdu import RequestHandler
 from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.source import Peer
+from pneuforce.registers.views import structured_text
 from tests.instrument.instrument_harness import PLC, InstrumentHarness
 from tests.registers.modbus.serving import IDENTITY
 
@@ -47,6 +49,25 @@ def test_each_register_number_is_a_register(name):
         assert int(first) in starts
         assert not last or int(last) in ends
         assert any(low <= int(first) <= int(last or first) <= high for low, high in BLOCKS)
+
+
+def test_the_numbers_of_the_modes_of_mb_client_agree_with_the_map():
+    """A number such as 40517 is the address plus 40001. An example names the registers that it reads."""
+    rows = re.findall(r"^\| \d+ \| \d\d, .* \| (\d+).*: registers? (\d+)", TUTORIALS["tia-portal.md"], re.M)
+    assert len(rows) == 7
+    for number, address in rows:
+        assert int(address) in {int(number), int(number) - 30001, int(number) - 40001}
+
+
+def test_the_channels_of_codesys_agree_with_the_map():
+    text = TUTORIALS["codesys.md"]
+    channels = re.findall(r"^\| (\w+) words \| .* 04\) \| (\d+) \| (\d+) \|", text, re.M)
+    ranges = {name: range(int(first), int(first) + int(count)) for name, first, count in channels}
+    answers = range(BY_NAME["answer_sequence"].address, BY_NAME["answer_result"].end)
+    assert ranges == {"measured": MEASURED_BLOCK, "answer": answers, "test": TEST_BLOCK}
+    [listed] = re.findall(r"one channel for each register: ([\d, ]+)", text)
+    written = re.findall(r"Address := (\d+);", structured_text.render())
+    assert sorted(set(written)) == sorted(listed.strip().split(", "))
 
 
 POWERSHELL = re.findall(r"```powershell\n(.*?)```", TUTORIALS["windows.md"], re.DOTALL)
