@@ -70,6 +70,7 @@ class MapFormat(Enum):
     EDS = "eds"
     OBJECTS = "objects"
     ST = "st"
+    SCL = "scl"
     H = "h"
 
 

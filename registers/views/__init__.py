@@ -12,6 +12,7 @@ from pneuforce.registers.views import (
     faults_page,
     markdown,
     object_table,
+    siemens_scl,
     structured_text,
     table_csv,
     tree_json,
@@ -35,5 +36,6 @@ VIEWS = {
     "eds": View(eds.render, "docs/pneuforce.eds"),
     "objects": View(object_table.render, "docs/canopen-objects.md"),
     "st": View(structured_text.render, "docs/plc/pneuforce.st"),
+    "scl": View(siemens_scl.render, "docs/plc/pneuforce.scl"),
     "h": View(c_header.render, "docs/plc/pneuforce_registers.h"),
 }

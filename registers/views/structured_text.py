@@ -1,9 +1,10 @@
 """Structured Text library (IEC 61131-3) for PLC programs: constants, types and function blocks.
 
-The library uses only language elements that CODESYS, TwinCAT, Siemens SCL and matiec support. It contains no
-pragmas, pointers, unions or methods. It contains no enumeration types, because Siemens SCL does not support
-them, and because a newer instrument may send a code that has no name in the library. It does not convert
-between REAL and DWORD, because some PLCs copy the bits and others convert the number.
+The library uses only language elements that CODESYS, TwinCAT and matiec support, and that `siemens_scl` can
+write in the notation of TIA Portal. It contains no pragmas, pointers, unions or methods. It contains no
+enumeration types, because Siemens SCL does not support them, and because a newer instrument may send a code
+that has no name in the library. It does not convert between REAL and DWORD, because some PLCs copy the bits
+and others convert the number.
 """
 
 from __future__ import annotations

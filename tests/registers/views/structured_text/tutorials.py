@@ -8,9 +8,12 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+from pneuforce.registers.views import siemens_scl
 from tests.registers.views.structured_text.compiled import LIBRARY
 
 FOLDER = Path(__file__).parents[4] / "docs/tutorials"
+#: Arrays that the library in Structured Text names. SCL has no names for arrays.
+ALIASES = {"PF_MEASURED_WORDS": "ARRAY[0..35] OF WORD", "PF_TEST_WORDS": "ARRAY[0..4] OF WORD"}
 #: Variables of each model: the waiting request, and the reply that the test writes.
 REQUEST = """
     Waiting : BOOL; FunctionCode : UINT; Address : UINT; Count : UINT; Value : UINT;
@@ -162,10 +165,7 @@ class Tutorial(NamedTuple):
         """Return the code blocks of the tutorial, in plain Structured Text."""
         text = (FOLDER / self.file).read_text(encoding="utf-8")
         found = re.findall(rf"```{self.fence}\n(.*?)```", text, re.DOTALL)
-        if self.fence != "scl":
-            return found
-        plain = [re.sub(r"(?<!\w)#(?=\w)", "", source).replace('"', "") for source in found]
-        return [re.sub(r"^(VERSION : .*|BEGIN)\n", "", source, flags=re.MULTILINE) for source in plain]
+        return [plain_text(source) for source in found] if self.fence == "scl" else found
 
     def text(self):
         """Return the library, the models and the program of the tutorial, for the compiler."""
@@ -173,7 +173,23 @@ class Tutorial(NamedTuple):
         for old, new in self.replaced.items():
             assert old in source, old
             source = source.replace(old, new)
-        return separate_lines(self.models) + LIBRARY + source
+        library = structured_text_of(siemens_scl.render()) if self.fence == "scl" else LIBRARY
+        return separate_lines(self.models) + library + source
+
+
+def plain_text(scl):
+    """Return SCL without the marks of names and without the lines that Structured Text lacks."""
+    text = re.sub(r"(?<!\w)#(?=\w)", "", scl).replace('"', "")
+    return re.sub(r"^(VERSION : .*|BEGIN)\n", "", text, flags=re.MULTILINE)
+
+
+def structured_text_of(scl):
+    """Return the library in SCL as Structured Text that the compiler of the tests accepts."""
+    text = plain_text(scl).replace(": TON_TIME;", ": TON;")
+    text = re.sub(r"^TYPE (\w+)$", r"TYPE \1 :", text, flags=re.MULTILINE)
+    for name, array in ALIASES.items():
+        text = text.replace(f": {array};", f": {name};")
+    return "".join(f"TYPE {name} : {array}; END_TYPE\n" for name, array in ALIASES.items()) + text
 
 
 def separate_lines(text):
