@@ -18,7 +18,6 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from pneuforce.registers.advice import REJECT_REASON_ADVICE
 from pneuforce.registers.rdt.sensor_pages import SENSOR_PAGES
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
@@ -38,12 +37,13 @@ from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
 from pneuforce.web.login import Logins, address_of
+from pneuforce.web.operator_texts import REJECT_TEXTS
 from pneuforce.web.request_guard import RequestGuard
 from pneuforce.web.request_pacer import RequestPacer
 
 STATIC = Path(__file__).parent / "static"
-VENT_UNCONFIRMED = "It is unknown whether the balloon is vented. Use the stop switch."
-WRITE_UNCONFIRMED = "It is unknown whether the request was executed. Check the state before you try again."
+VENT_UNCONFIRMED = "Press the stop switch at the rig, or vent again."
+WRITE_UNCONFIRMED = "The request was possibly executed: check the state."
 STATUS_TEXTS = {
     HTTPStatus.NOT_FOUND: "This address does not exist.",
     HTTPStatus.METHOD_NOT_ALLOWED: "This address does not support the method of the request.",
@@ -202,7 +202,7 @@ def _answer_response(answer: Mapping[str, Any]) -> Response:
     reject_reason, invalid = str(answer.get("reject_reason")), answer.get("why")
     if invalid:
         return json_response({"reject_reason": reject_reason, "text": invalid}, 400)
-    text = REJECT_REASON_ADVICE.get(reject_reason, reject_reason)
+    text = REJECT_TEXTS.get(reject_reason, reject_reason)
     return json_response({"reject_reason": reject_reason, "text": text})
 
 

@@ -30,8 +30,8 @@ SNAPSHOT_TIMEOUT_S = 1.0
 STATE = (
     "t_s",
     *("force_n", "force_std_n", "pressure_kpa", "radius_mm", "setpoint_kpa", "setpoint_requested_kpa"),
-    *("force_limit_n", "state", "mode", "status", "faults", "lease_holder", "lease_left_s"),
-    *("answer_sequence", "answer_state", "answer_result"),
+    *("force_lower_range_limit_n", "force_limit_n", "state", "mode", "status", "faults"),
+    *("lease_holder", "lease_left_s", "answer_sequence", "answer_state", "answer_result"),
 )
 #: Quantities whose change is sent at once.
 URGENT = ("state", "status", "faults")
@@ -139,8 +139,7 @@ class BrowserFeed:
         if self.snapshot is not None and not now_s - self._snapshot_s <= SNAPSHOT_TIMEOUT_S:
             self.snapshot = None
             self._set_link(
-                f"The instrument has sent nothing for {SNAPSHOT_TIMEOUT_S:g} s. "
-                "It may be stopped, or its computer may be overloaded."
+                f"The instrument has sent nothing for {SNAPSHOT_TIMEOUT_S:g} s: it is stopped or overloaded."
             )
         messages, self._outbox = self._outbox, []
         return [*messages, *self._samples_due(), *self._state_due(now_s), *self._contacts_due(now_s)]

@@ -7,15 +7,14 @@ from typing import Any
 
 from pneuforce.registers.advice import (
     FAULT_ADVICE,
-    REJECT_REASON_ADVICE,
     STATE_DESCRIPTIONS,
     STATUS_ADVICE,
-    Advice,
 )
 from pneuforce.registers.codes import FAULTS, STATUS
 from pneuforce.registers.document_text import TYPE_NAMES
 from pneuforce.registers.map import MAP_VERSION, REGISTERS, Register
 from pneuforce.registers.map_hash import MAP_HASH
+from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS
 
 _IDENTITY = ("version", "configuration_hash", "serial_number", "simulated")
 
@@ -33,17 +32,25 @@ def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]
         "map_hash": f"{MAP_HASH:08x}",
         "writable": writable,
         "registers": [_register(register) for register in REGISTERS],
-        "faults": {
-            code: {"name": FAULTS.names[code], **_advice(advice)} for code, advice in FAULT_ADVICE.items()
-        },
-        "status": {bit.name: {"bit": bit.number, **_advice(STATUS_ADVICE[bit.name])} for bit in STATUS.bits},
-        "reject_reasons": dict(REJECT_REASON_ADVICE),
+        "faults": {code: _fault(code) for code in FAULT_TITLES},
+        "status": {bit.name: _status_bit(bit.number, bit.name) for bit in STATUS.bits},
+        "reject_reasons": dict(REJECT_TEXTS),
         "states": dict(STATE_DESCRIPTIONS),
     }
 
 
-def _advice(advice: Advice) -> dict[str, str]:
-    return {"meaning": advice.what, "action": advice.do}
+def _fault(code: int) -> dict[str, str]:
+    advice = FAULT_ADVICE[code]
+    return {
+        "name": FAULTS.names[code],
+        "title": FAULT_TITLES[code],
+        "meaning": advice.what,
+        "action": advice.do,
+    }
+
+
+def _status_bit(number: int, name: str) -> dict[str, Any]:
+    return {"bit": number, "meaning": STATUS_ADVICE[name].what, "action": STATUS_ACTIONS[name]}
 
 
 def _register(register: Register) -> dict[str, Any]:

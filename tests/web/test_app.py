@@ -26,7 +26,7 @@ def test_about_describes_the_instrument_and_its_codes(site):
     assert info["writable"] is True
     assert {r["name"] for r in info["registers"]} == {r.name for r in REGISTERS}
     assert info["faults"]["5"]["name"] == "burst"
-    assert all(fault.keys() == {"name", "meaning", "action"} for fault in info["faults"].values())
+    assert all(fault.keys() == {"name", "title", "meaning", "action"} for fault in info["faults"].values())
     assert info["status"]["burst"]["bit"] == 13
 
 

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from pneuforce.registers.advice import REJECT_REASON_ADVICE
+from pneuforce.web.operator_texts import REJECT_TEXTS
 from tests.system.waiting import wait_for
 from tests.web.serving import Site
 
@@ -77,7 +77,7 @@ def test_a_reject_reason_is_returned_with_its_advice(site, instrument):
     instrument.reject_reason = "not_zeroed"
     status, _, answer = site.write({"mode": "hold"})
     assert (status, answer["reject_reason"]) == (200, "not_zeroed")
-    assert answer["text"] == REJECT_REASON_ADVICE["not_zeroed"]
+    assert answer["text"] == REJECT_TEXTS["not_zeroed"]
 
 
 def test_wrong_tokens_are_rejected_and_soon_rate_limited(site, instrument):

@@ -1,0 +1,82 @@
+"""Short texts for the operator at the web page. `registers/advice.py` contains the complete advice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+#: Name of each fault in words, by fault code.
+FAULT_TITLES: Mapping[int, str] = {
+    1: "pressure sensor failed",
+    2: "pressure sensor frozen",
+    3: "supply voltage out of range",
+    4: "overpressure",
+    5: "burst",
+    6: "balloon past its limit point",
+    7: "no gas flows in",
+    8: "inlet valve does not close",
+    9: "vent valve stuck",
+    10: "tube blocked",
+    11: "leak",
+    12: "setpoint not reached",
+    13: "host process was silent",
+    14: "watchdog restarted the board",
+    32: "lease expired",
+    33: "board restarted",
+    34: "no samples from the rig",
+    35: "pressure out of range",
+    36: "sensor signal out of range",
+    37: "board does not respond",
+    38: "board does not hold",
+    39: "board does not vent",
+    40: "force limit exceeded",
+    41: "CANopen master silent",
+}
+
+#: What each status bit asks of an operator; empty if nothing. A bit that a fault sets asks nothing, because
+#: the page shows the advice for the fault. The page replaces {quantity} by the value of the state.
+STATUS_ACTIONS: Mapping[str, str] = {
+    "in_contact": "",
+    "inflating": "Do not touch the balloon yet.",
+    "holding": "",
+    "vented": "",
+    "interpolated": "Below {force_lower_range_limit_n} N: touch only, not a measurement.",
+    "out_of_range": "No force: the pressure is outside the range of the model. Assume the highest force.",
+    "force_high_alarm": "Back off.",
+    "setpoint_not_reached": "",
+    "stale": "No force: no current samples. Assume the highest force.",
+    "link_lost": "Check the cable and the power supply of the rig.",
+    "sensor_fault": "",
+    "overpressure": "",
+    "leak": "",
+    "burst": "",
+    "lease_expired": "",
+    "simulated": "",
+    "not_zeroed": "Keep the rig vented: the zero is taken when the pressure is steady.",
+    "write_protect": "",
+    "board_watchdog": "",
+    "can_down": "Check the CAN bus and its adapter. The other buses work.",
+    "inlet_fault": "",
+    "vent_fault": "",
+    "board_reset": "",
+    "baseline_old": "Lift off for a moment. If this message stays, vent and inflate again.",
+    "maintenance_required": "Check the instrument soon. The log of the host process names the cause.",
+    "out_of_specification": "",
+    "function_check": "",
+    "failure": "",
+    "calibrated": "",
+    "proof_test_overdue": "A blocked tube might be undetected. Lift off for 5 s.",
+    "any_failure": "",
+}
+
+#: Text for each reject reason. The words are those of the buttons of the page.
+REJECT_TEXTS: Mapping[str, str] = {
+    "none": "Accepted.",
+    "state": "Not possible in this state. Press VENT, set a setpoint, then inflate.",
+    "fault_latched": "A fault is latched. Remove its cause, clear the fault, then press VENT.",
+    "lease": "Another client has the lease, or the configuration requires a lease.",
+    "write_protect": "The configuration disables writing. VENT works.",
+    "cause_persists": "The cause of the fault is still present. See the list of faults.",
+    "link_lost": "No samples from the rig. Check its cable and its power supply.",
+    "not_zeroed": "No zero yet. Press VENT, and wait until the pressure is steady.",
+    "in_contact": "Not possible during a contact. Lift off, and wait.",
+}
