@@ -105,6 +105,8 @@ def site(instrument):
 @pytest.fixture
 def page(live, browser):
     """Return the browser with the web page of a vented instrument. The operator is logged in."""
+    if not browser.evaluate("location.href").startswith(live.url):
+        browser("open", url=live.operator_url)
     live.recover()
     browser("resize", **DESKTOP)
     browser.wait_for_state("vented")

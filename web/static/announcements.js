@@ -2,8 +2,9 @@
 // Measured values are not announced.
 
 import { setText } from "./elements.js";
-import { attentionBits, faultName } from "./faults.js";
+import { attentionBits, faultTitle, fillIn } from "./faults.js";
 import { formatName, formatNumber } from "./format.js";
+import { UNKNOWN_INFO } from "./requests.js";
 
 /** Delay that joins related changes in one announcement, for example a trip and its faults. */
 const DELAY_MS = 700;
@@ -19,8 +20,13 @@ export class Announcer {
     this.#alarms = new LiveRegion(alarmRegion);
   }
 
-  /** Announce the differences from the previous state; null means that there is no state. */
+  /**
+   * Announce the differences from the previous state; null means that there is no state.
+   *
+   * Faults have no names until the facts about the instrument are loaded.
+   */
   update(state, info) {
+    if (info === UNKNOWN_INFO) return;
     const previous = this.#previous;
     this.#previous = state;
     if (!state) return;
@@ -28,10 +34,10 @@ export class Announcer {
     if (state.state !== previous?.state)
       (isTripped ? this.#alarms : this.#polite).announce("state", stateSentence(state));
     for (const code of added(state.faults, previous?.faults))
-      this.#alarms.announce(code, `Fault: ${faultName(code, info)}. ${info.faults[code]?.meaning ?? ""}`);
+      this.#alarms.announce(code, `Fault: ${faultTitle(code, info)}. ${info.faults[code]?.meaning ?? ""}`);
     if (previous?.faults.length && !state.faults.length) this.#polite.announce("cleared", "Faults cleared.");
     for (const name of isTripped ? [] : added(attentionBits(state), attentionBits(previous)))
-      this.#polite.announce(name, `Status: ${formatName(name)}. ${info.status[name]?.action ?? ""}`);
+      this.#polite.announce(name, `Status: ${formatName(name)}. ${fillIn(info.status[name]?.action ?? "", state)}`);
   }
 }
 

@@ -2,7 +2,7 @@
 
 import { Arming } from "./arming.js";
 import { askConfirmation, cancelConfirmation, startConfirmation } from "./confirm.js";
-import { byId, setText, showText } from "./elements.js";
+import { byId, setText, showFieldError, showText } from "./elements.js";
 import { formatDuration, formatName, formatNumber, formatTime } from "./format.js";
 import { blockedBy } from "./permissions.js";
 import { post } from "./requests.js";
@@ -38,6 +38,7 @@ export class Controls {
         else handler();
       });
     byId("setpoint-form").addEventListener("submit", (event) => event.preventDefault());
+    byId("setpoint-input").addEventListener("input", () => showSetpointError(""));
   }
 
   /** Update the panel from the current state, and remove a question or message that is no longer valid. */
@@ -61,13 +62,13 @@ export class Controls {
     const requested = state && formatNumber(state.setpoint_requested_kpa, 2);
     setText(
       byId("setpoint-requested"),
-      requested ? `Requested: ${requested} kPa, mode ${formatName(state.mode)}` : "",
+      requested ? `Requested: ${requested} kPa, ${formatName(state.mode)}` : "",
     );
     const isHeld = state && state.lease_holder !== "none";
     setText(
       byId("lease"),
       isHeld
-        ? `Lease: held by ${formatName(state.lease_holder)}, ${formatDuration(state.lease_left_s)} left`
+        ? `Lease: ${formatName(state.lease_holder)}, ${formatDuration(state.lease_left_s)} left`
         : "",
     );
   }
@@ -77,10 +78,8 @@ export class Controls {
     const { low, high } = setpointSpan(info);
     const setpoint_kpa = Number(byId("setpoint-input").value.trim().replace(",", ".") || NaN);
     if (!(setpoint_kpa >= low && setpoint_kpa <= high))
-      return this.#showError(
-        "invalid_setpoint",
-        `The setpoint is invalid. Enter a number from ${low} to ${high} kPa.`,
-      );
+      return showSetpointError(`Enter a number from ${low} to ${high} kPa.`);
+    showSetpointError("");
     if (state.mode === "hold" && !(await this.#confirm("setpoint", moveQuestion(setpoint_kpa)))) return;
     if (await this.#write({ setpoint_requested: setpoint_kpa }))
       this.#showResult(
@@ -166,6 +165,7 @@ export class Controls {
     showText(box, text && `${formatTime(new Date())} ${text}`);
     box.dataset.code = code;
     box.dataset.error = isError;
+    if (text) box.scrollIntoView({ block: "nearest" });
     this.#result = { holds, from_s: (this.#getModel().state?.t_s ?? 0) + STATE_DELAY_S };
   }
 }
@@ -176,21 +176,23 @@ const isOutdated = ({ action, values }, model) =>
 
 const isContradicted = ({ holds, from_s }, { state }) => state?.t_s > from_s && !holds(state);
 
+const showSetpointError = (text) => showFieldError("setpoint", text, "setpoint-input");
+
 const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
 
 const moveQuestion = (to_kpa) => ({
   title: `Move to ${formatNumber(to_kpa, 2)} kPa?`,
   text:
-    `The balloon is held. Its pressure will move to ${formatNumber(to_kpa, 3)} kPa ` +
-    "as soon as the balloon is not in contact.",
+    `The pressure will move to ${formatNumber(to_kpa, 3)} kPa ` +
+    "as soon as nothing touches the balloon.",
   confirmLabel: "Move",
 });
 
 const inflateQuestion = (from_kpa, to_kpa) => ({
   title: `Inflate to ${formatNumber(to_kpa, 2)} kPa?`,
   text:
-    `The balloon will be inflated from ${formatNumber(from_kpa, 2)} kPa to ` +
-    `${formatNumber(to_kpa, 3)} kPa and held. Nothing may touch the balloon until the state is holding.`,
+    `From ${formatNumber(from_kpa, 2)} kPa to ${formatNumber(to_kpa, 3)} kPa. ` +
+    "Nothing may touch the balloon until the state is holding.",
   confirmLabel: `Inflate to ${formatNumber(to_kpa, 2)} kPa`,
 });
 

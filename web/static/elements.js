@@ -13,6 +13,14 @@ export function showText(element, text) {
   element.hidden = !text;
 }
 
+/** Show an error beside a field and mark the field as invalid; remove both if the text is empty. */
+export function showFieldError(id, text, fieldId = id) {
+  const box = byId(`${id}-error`);
+  showText(box, text);
+  byId(fieldId).setAttribute("aria-invalid", String(Boolean(text)));
+  if (text) box.scrollIntoView({ block: "nearest" });
+}
+
 /** Create an element with a class and child nodes or texts. */
 export function create(tag, className, ...children) {
   const element = document.createElement(tag);

@@ -6,7 +6,7 @@ const MAX_AGE_S = 1;
 const SILENT_MS = 2500; // an instrument that is up sends several messages per second
 const DISCONNECTED_SILENT_MS = 15000; // without an instrument the server sends a comment each 10 s
 const CHECK_PERIOD_MS = 500;
-const SERVER_SILENT = "The web server sends no data.";
+const SERVER_SILENT = "The web server sends nothing.";
 const SERVER_UNREACHABLE = "The web server does not answer.";
 const SERVER_FULL = "Too many browsers are connected. Close one of them.";
 const PAGE_HIDDEN = "This page was hidden.";
@@ -60,7 +60,7 @@ export function followEventStream(handlers, onLink) {
   const checkAge = ({ t_s }) => {
     const age_s = ageEstimator.age(t_s, performance.now() / 1e3);
     const isOld = age_s > MAX_AGE_S;
-    setLink(!isOld, isOld ? `The data is ${age_s.toFixed(0)} s old: the network is too slow.` : "");
+    setLink(!isOld, isOld ? `The values are ${age_s.toFixed(0)} s old: the network is too slow.` : "");
   };
 
   const listen = (type, handle) => {

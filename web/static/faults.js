@@ -1,7 +1,7 @@
 // Lists of the active faults and status bits, with their meanings and the required actions.
 
 import { byId, create, setText, withCode } from "./elements.js";
-import { formatName } from "./format.js";
+import { formatName, formatNumber } from "./format.js";
 
 /** Status bits that need attention even without a fault. The first three are signals of NAMUR NE 107. */
 const ATTENTION_BITS = ["failure", "out_of_specification", "maintenance_required", "baseline_old"];
@@ -14,16 +14,17 @@ export function showFaults(state, info) {
   const faults = state?.faults ?? [];
   const [previousFaults, previousStatus] = [shownFaults, shownStatus];
   shownFaults = JSON.stringify([faults, info.faults]);
-  shownStatus = JSON.stringify([state?.status ?? null, info.status]);
+  const limit = formatNumber(state?.force_lower_range_limit_n, 2);
+  shownStatus = JSON.stringify([state?.status ?? null, info.status, limit, faults.length]);
   if (shownFaults !== previousFaults) listFaults(faults, info);
-  if (shownStatus !== previousStatus) listStatus(state?.status, info);
+  if (shownStatus !== previousStatus) listStatus(state, info);
 }
 
 /** Return the status bits of a state that need attention. */
 export const attentionBits = (state) => ATTENTION_BITS.filter((name) => state?.status.includes(name));
 
-/** Return the name of a fault as words. */
-export const faultName = (code, info) => formatName(info.faults[code]?.name ?? `fault ${code}`);
+/** Return the name of a fault in words. */
+export const faultTitle = (code, info) => info.faults[code]?.title ?? `fault ${code}`;
 
 function listFaults(faults, info) {
   byId("faults").hidden = faults.length === 0;
@@ -33,7 +34,7 @@ function listFaults(faults, info) {
 
 function faultItem(code, info) {
   const { meaning = "", action = "" } = info.faults[code] ?? {};
-  const title = create("h3", "", `${faultName(code, info)} `, create("span", "code", `fault ${code}`));
+  const title = create("h3", "", `${faultTitle(code, info)} `, codeText(`fault ${code}`));
   const item = create(
     "li",
     "",
@@ -45,17 +46,41 @@ function faultItem(code, info) {
   return item;
 }
 
-function listStatus(names, info) {
-  const known = (names ?? [])
+/** List the status bits that ask something of an operator, and all others in the details. */
+function listStatus(state, info) {
+  const known = (state?.status ?? [])
     .filter((name) => name in info.status)
-    .map((name) => ({ name, ...info.status[name] }));
-  const items = known.sort((a, b) => a.bit - b.bit).map(statusItem);
-  byId("status-bits").replaceChildren(...(names ? items : [create("li", "muted", "not available")]));
+    .map((name) => ({ name, ...info.status[name] }))
+    .sort((a, b) => a.bit - b.bit);
+  const asking = known.filter(({ action }) => action);
+  const others = known.filter(({ action }) => !action);
+  const nothing = create("li", "muted", nothingText(state));
+  byId("status-bits").replaceChildren(...(asking.length ? asking.map((bit) => askingItem(bit, state)) : [nothing]));
+  byId("other-status-bits").replaceChildren(...others.map(otherItem));
+  byId("status-details").hidden = !others.length;
 }
 
-function statusItem({ name, bit, meaning = "", action = "" }) {
-  const title = create("strong", "", formatName(name));
-  const number = create("span", "code", bit === undefined ? "" : `bit ${bit}`);
-  const actions = action ? [create("p", "action", ...withCode(action))] : [];
-  return create("li", "", title, " ", number, create("p", "", ...withCode(meaning)), ...actions);
+function nothingText(state) {
+  if (!state) return "not available";
+  return state.faults.length ? "See the list of faults." : "Nothing to do.";
+}
+
+function askingItem({ name, bit, action }, state) {
+  const text = create("p", "action", fillIn(action, state));
+  return create("li", "", create("strong", "", formatName(name)), " ", codeText(`bit ${bit}`), text);
+}
+
+function otherItem({ name, bit, meaning }) {
+  const text = create("p", "", ...withCode(meaning));
+  return create("li", "", create("strong", "", formatName(name)), " ", codeText(`bit ${bit}`), text);
+}
+
+/** Return a text in which the values of the state replace {quantity}. */
+export const fillIn = (text, state) => text.replace(/\{(\w+)\}/g, (_, name) => formatNumber(state[name], 2));
+
+/** Return a number of a fault or bit, which screen readers skip, because the name is beside it. */
+function codeText(text) {
+  const code = create("span", "code", text);
+  code.setAttribute("aria-hidden", "true");
+  return code;
 }

@@ -1,8 +1,8 @@
 // Login form for the operator's token, and the read-only banner.
 
-import { byId, setText, showText } from "./elements.js";
+import { byId, setText, showFieldError, showText } from "./elements.js";
 
-const WAITING = "Too many wrong tokens or requests from your address. The page sends your token again …";
+const WAITING = "Too many wrong tokens from your address. The page sends yours again …";
 
 /** Connect the login form with the token. */
 export function startLogin(token) {
@@ -10,10 +10,13 @@ export function startLogin(token) {
     event.preventDefault();
     if (token.value) return token.logOut();
     const field = byId("token");
+    showFieldError("token", "");
     const error = await token.logIn(field.value, () => setText(byId("token-message"), WAITING));
-    setText(byId("token-message"), error);
+    setText(byId("token-message"), "");
+    showFieldError("token", error);
     if (token.value) field.value = "";
   });
+  byId("token").addEventListener("input", () => showFieldError("token", ""));
 }
 
 /** Show whether the operator is logged in. */
@@ -26,6 +29,6 @@ export function showLogin(token, info, isConnected) {
   if (token.value) setText(byId("token-message"), "");
   showText(
     byId("read-only"),
-    token.isExpired ? "READ-ONLY: the operator’s token is no longer valid. VENT still works." : "",
+    token.isExpired ? "READ-ONLY: the operator’s token is no longer valid. VENT works." : "",
   );
 }

@@ -7,19 +7,19 @@ import { byId, setText, showText } from "./elements.js";
 import { followEventStream } from "./event-stream.js";
 import { clearEvents, showEvent } from "./events.js";
 import { showFaults } from "./faults.js";
-import { NOT_AVAILABLE, formatTime } from "./format.js";
+import { NOT_AVAILABLE } from "./format.js";
 import { showHealth } from "./health.js";
 import { setRegisters, startInspector } from "./inspector.js";
 import { showLogin, startLogin } from "./login.js";
 import { showReadings } from "./readings.js";
 import { UNKNOWN_INFO, get } from "./requests.js";
+import { showStateBar } from "./state-bar.js";
 import { OperatorToken } from "./token.js";
 
 const PLOT_LABEL_PERIOD_MS = 2000;
 const RETRY_MS = 1000;
 
-const model = { link: { up: false, reason: "" }, info: UNKNOWN_INFO, state: null };
-let disconnectedSince = new Date();
+const model = { link: { up: false, reason: "", since: new Date() }, info: UNKNOWN_INFO, state: null };
 let contacts = [];
 let infoOf = null; // start time of the instrument whose info was loaded
 
@@ -29,8 +29,9 @@ const token = new OperatorToken(() => refresh());
 model.token = token;
 const controls = new Controls(() => model);
 
-/** Return the plots; null if uPlot is not installed. The page works without plots. */
+/** Return the plots; null in the compact view, and if uPlot is not installed. The page works without plots. */
 async function loadPlots() {
+  if (document.documentElement.dataset.view === "compact") return null;
   const module = await import("./plots.js").catch(() => null);
   if (module) return new module.Plots(byId("force-plot"), byId("pressure-plot"));
   showText(byId("no-plots"), "No plots, because uPlot is not installed. Run: make vendor.");
@@ -39,6 +40,7 @@ async function loadPlots() {
 
 function refresh() {
   const { link, info, state } = model;
+  showStateBar(model);
   showReadings(state, info);
   showFaults(state, info);
   announcer.update(state, info);
@@ -51,27 +53,22 @@ function refresh() {
 }
 
 function sourceText({ replay, simulated }, state) {
-  if (replay) return `REPLAY of ${replay}: the data is not live`;
-  return simulated || state?.status.includes("simulated") ? "SIMULATED: no real rig is connected" : "";
+  if (replay) return `REPLAY of ${replay}: not live`;
+  return simulated || state?.status.includes("simulated") ? "SIMULATED: no real rig" : "";
 }
 
 function showLink({ up, reason, started_s }) {
-  if (model.link.up && !up) disconnectedSince = new Date();
   if (up && started_s !== infoOf) {
     infoOf = started_s;
     loadInfo();
     token.check();
   }
-  model.link = { up, reason };
+  model.link = { up, reason, since: model.link.up ? new Date() : model.link.since };
   if (!up) {
     model.state = null;
     showHealth(null);
   }
   document.body.classList.toggle("disconnected", !up);
-  byId("link").dataset.link = up ? "up" : "down";
-  setText(byId("link"), up ? "connected" : "not connected");
-  const since = `NOT CONNECTED since ${formatTime(disconnectedSince)}`;
-  showText(byId("disconnected"), up ? "" : `${since}${reason ? `: ${reason}` : ""}`);
   refresh();
 }
 
@@ -117,7 +114,7 @@ for (const choice of document.querySelectorAll("input[name=span]")) {
   if (choice.checked) plots?.setSpan(Number(choice.value)); // browsers restore the choice after a reload
 }
 const belowTopBar = {
-  rootMargin: `-${document.querySelector(".top-bar").offsetHeight}px 0px 0px`,
+  rootMargin: `-${byId("vent").offsetHeight}px 0px`,
   threshold: 1,
 };
 new IntersectionObserver((entries) => {

@@ -1,75 +1,77 @@
 // Check whether an action is possible now. The instrument decides; this check avoids useless requests.
 
-import { formatName } from "./format.js";
+/** Return the name of a bus as words, for example "Modbus TCP" for the code modbus_tcp. */
+const busName = (code) => ({ modbus_tcp: "Modbus TCP", modbus_rtu: "Modbus RTU", can: "CAN" })[code] ?? code;
 
 const isUntripped = ({ state }) => !state.faults.length && state.state !== "tripped";
 
 /** Conditions of all actions: code, predicate, and the text if the predicate is false. */
 const COMMON = [
-  ["disconnected", ({ link, state }) => link.up && state, () => "Not connected to the instrument."],
+  ["disconnected", ({ link, state }) => link.up && state, () => "Not connected."],
   [
     "loading",
     ({ info }) => info.writable !== undefined,
-    () => "The data of the instrument is still loading. Please wait.",
+    () => "Loading the data of the instrument.",
   ],
   [
     "no_token_configured",
     ({ info }) => info.writable,
-    () => "No operator’s token is configured. This page can only show values and vent.",
+    () => "No operator’s token is configured: this page can only vent.",
   ],
   [
     "token_expired",
     ({ token }) => token.value || !token.isExpired,
-    () => "The operator’s token is no longer valid. Log in again.",
+    () => "The token is no longer valid. Log in again.",
   ],
-  ["logged_out", ({ token }) => token.value, () => "Log in with the operator’s token first."],
+  ["logged_out", ({ token }) => token.value, () => "Log in to use the controls."],
   [
     "lease",
     ({ state }) => ["none", "web"].includes(state.lease_holder),
-    ({ state }) => `The lease is held by ${formatName(state.lease_holder)}. This page can only vent.`,
+    ({ state }) => `A client on ${busName(state.lease_holder)} has the lease: this page can only vent.`,
   ],
   [
     "write_protect",
     ({ state }) => !state.status.includes("write_protect"),
-    () => "The configuration disables writing. VENT still works.",
+    () => "The configuration disables writing. VENT works.",
   ],
 ];
 
 const VENTED = [
   "not_vented",
   ({ state }) => state.state === "vented",
-  () => "The balloon is not vented. Vent first.",
+  ({ state }) =>
+    state.state === "venting" ? "Venting: wait until the balloon is empty." : "Only while vented.",
 ];
 
 /** Action → further conditions. */
 const CONDITIONS = {
   setpoint: [],
   hold: [
-    ["tripped", isUntripped, () => "The rig is tripped. Clear the faults first, then vent."],
+    ["tripped", isUntripped, () => "Tripped. Clear the faults, then press VENT once."],
     [
       "holding",
       ({ state }) => state.mode !== "hold",
-      () => "The mode is already hold. Vent first to inflate again.",
+      ({ state }) => `Already ${state.state === "holding" ? "holding" : "inflating"}. Vent to start over.`,
     ],
     [
       "vent_due",
       ({ arming }) => !arming.isVentDue,
-      () => "Vent first. Each inflation needs a vent from this page before it.",
+      () => "Press VENT once to enable Inflate.",
     ],
     [
       "no_setpoint",
       ({ state }) => Number.isFinite(state.setpoint_requested_kpa),
-      () => "Set a setpoint first.",
+      () => "Set a setpoint to enable Inflate.",
     ],
     VENTED,
     [
       "not_zeroed",
       ({ state }) => !state.status.includes("not_zeroed"),
-      () => "The pressure sensor is not zeroed yet.",
+      () => "No zero yet: wait until the pressure is steady.",
     ],
   ],
-  clear: [["no_fault", (model) => !isUntripped(model), () => "No fault is latched."]],
-  zero: [["tripped", isUntripped, () => "The rig is tripped. Clear the faults first."], VENTED],
+  clear: [["no_fault", (model) => !isUntripped(model), () => "No faults."]],
+  zero: [["tripped", isUntripped, () => "Tripped. Clear the faults."], VENTED],
 };
 
 /**

@@ -11,6 +11,12 @@ const QUANTITIES = [
   ["setpoint", "setpoint_kpa", 2, "kPa", "kilopascals"],
 ];
 
+const isCompact = document.documentElement.dataset.view === "compact";
+/** Factor of the standard uncertainty that the page shows, and its names for the eye and for screen readers. */
+const UNCERTAINTY = isCompact
+  ? [2, "± 2 u", "expanded uncertainty"]
+  : [1, "± u", "standard uncertainty"];
+
 /** Show the numbers of a state; a state of null shows dashes. */
 export function showReadings(state, info) {
   showForce(state ?? {});
@@ -27,16 +33,17 @@ export function showReadings(state, info) {
 }
 
 function showForce({ force_n, force_std_n, force_limit_n, status = [] }) {
-  const [force, u] = [formatNumber(force_n, 2), formatNumber(force_std_n, 2)];
+  const [factor, symbol, uncertaintyName] = UNCERTAINTY;
+  const [force, u] = [formatNumber(force_n, 2), formatNumber(factor * force_std_n, 2)];
+  setText(byId("force-name"), `Force ${symbol}`);
   const isAvailable = force !== NOT_AVAILABLE;
   const sentence = isAvailable
-    ? `${force} newtons, plus or minus ${u} newtons standard uncertainty`
+    ? `${force} newtons, plus or minus ${u} newtons ${uncertaintyName}`
     : "not available";
   const isHigh = status.includes("force_high_alarm");
   const above = isHigh ? `above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
   showReading(byId("force"), force, isAvailable ? `± ${u} N` : "N", sentence);
   showText(byId("force-above"), above);
-  showText(byId("force-limit"), above && `FORCE ${above}. Stop pushing and back off.`);
 }
 
 function showState(state, info) {
@@ -53,10 +60,4 @@ function showState(state, info) {
   showText(byId("attention"), attentionBits(state).map(formatName).join(" · "));
   box.title = info.states[state?.state] ?? "";
   document.title = state ? `${name} · pneuforce` : "not connected · pneuforce";
-  setText(
-    byId("summary"),
-    state
-      ? `${formatNumber(state.force_n, 2)} N   ${formatNumber(state.pressure_kpa, 2)} kPa   ${name}`
-      : NOT_AVAILABLE,
-  );
 }

@@ -15,7 +15,7 @@ export async function post(path, body, timeout_ms = TIMEOUT_MS) {
   } catch {
     return {
       status: 0,
-      answer: { text: "No answer. It is unknown whether the instrument received the request." },
+      answer: { text: "No answer: the request was possibly executed. Check the state." },
     };
   }
 }

@@ -22,7 +22,7 @@ export class OperatorToken {
   /** Load the token from the link or from the tab. Remove the token from the address bar and the history. */
   load() {
     const linkToken = new URLSearchParams(location.hash.slice(1)).get(KEY);
-    if (linkToken) history.replaceState(null, "", location.pathname);
+    if (linkToken) history.replaceState(null, "", location.pathname + location.search);
     this.#unchecked = linkToken ?? storedToken();
     return this.check();
   }
@@ -42,7 +42,7 @@ export class OperatorToken {
    */
   async logIn(token, onWait) {
     const { status, answer } = await this.#send(token, onWait);
-    return status === 200 ? "" : (answer.text ?? "The operator’s token is wrong.");
+    return status === 200 ? "" : (answer.text ?? "The token is wrong.");
   }
 
   /**

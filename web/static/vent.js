@@ -2,7 +2,11 @@
 
 const TIMEOUT_MS = 3000;
 const VERIFY_TIMEOUT_MS = 10000;
-const USE_STOP_SWITCH = "use the stop switch of the rig, which cuts the current of both valves and vents.";
+const VENT_FAULT =
+  "NOT VENTED. The balloon may be inflated: do not pull it out. Press the stop switch at the rig.";
+const NOT_VERIFIED =
+  `NOT VERIFIED: no report of an empty balloon within ${VERIFY_TIMEOUT_MS / 1e3} s. ` +
+  "Press the stop switch at the rig.";
 
 const form = document.getElementById("vent");
 const status = document.getElementById("vent-status");
@@ -12,25 +16,25 @@ const isReplay = () => document.body.classList.contains("replay");
 
 let requestCount = 0;
 let verifyTimer = 0;
+let request = { state: "", text: "", alarm: "" }; // the last request for a vent, and why it failed
+let isVentFault = false; // true while the instrument reports that a vent failed
 
 /** Request a vent and show the result. Other modules are informed with DOM events. */
 async function vent() {
-  const request = ++requestCount;
+  const number = ++requestCount;
   document.dispatchEvent(new Event("vent-requested"));
   show("requested", "Vent requested …");
   const error = await errorOf(sendRequest());
   if (!error) document.dispatchEvent(new Event("vent-accepted"));
-  if (request !== requestCount) return;
-  if (error) return fail(`NOT VENTED at ${timeOfDay()}: ${error} ${remedy(error)}`);
+  if (number !== requestCount) return;
+  stopTimer();
+  if (error) return show("failed", "", `NOT VENTED at ${timeOfDay()}: ${error} ${remedy(error)}`);
   if (isReplay()) return show("accepted", "Accepted. A replay has no balloon to vent.");
   show("accepted", `Accepted ${timeOfDay()}, venting …`);
-  clearTimeout(verifyTimer);
+  if (isVentFault) return;
   verifyTimer = setTimeout(() => {
     verifyTimer = 0;
-    fail(
-      `The vent was accepted, but the instrument did not report a vented balloon within ` +
-        `${VERIFY_TIMEOUT_MS / 1e3} s: ${USE_STOP_SWITCH}`,
-    );
+    show("failed", "", NOT_VERIFIED);
   }, VERIFY_TIMEOUT_MS);
 }
 
@@ -63,22 +67,28 @@ async function errorOf(request) {
 }
 
 const remedy = (error) =>
-  error.includes("stop switch") ? "Or press VENT again." : `Press VENT again, or ${USE_STOP_SWITCH}`;
+  error.includes("stop switch") ? "" : "Press VENT again, or the stop switch at the rig.";
 
 const asSentence = (text) => (/[.!?]$/.test(text) ? text : `${text}.`);
 
 /** Show the status of the request, and an alarm if there is one. `state` is for the style and the tests. */
 function show(state, text, alarm = "") {
-  status.textContent = text;
-  status.dataset.state = state;
-  failed.textContent = alarm;
+  request = { state, text, alarm };
+  draw();
+}
+
+/** Show the last request, or a vent fault, which no later request hides. */
+function draw() {
+  const alarm = isVentFault ? VENT_FAULT : request.alarm;
+  status.textContent = alarm ? "" : request.text;
+  status.dataset.state = alarm ? "failed" : request.state;
+  if (failed.textContent !== alarm) failed.textContent = alarm; // screen readers repeat a text that is set again
   failed.hidden = !alarm;
 }
 
-function fail(alarm) {
+function stopTimer() {
   clearTimeout(verifyTimer);
   verifyTimer = 0;
-  show("failed", "NOT VENTED", alarm);
 }
 
 form.addEventListener("submit", (event) => {
@@ -101,10 +111,16 @@ addEventListener(
 );
 
 document.addEventListener("instrument-state", ({ detail: state }) => {
-  const isVented = !isReplay() && state?.status?.includes("vented");
-  if ((verifyTimer || !failed.hidden) && isVented) {
-    clearTimeout(verifyTimer);
-    verifyTimer = 0;
+  if (!state || isReplay()) return;
+  const wasVentFault = isVentFault;
+  isVentFault = state.status.includes("vent_fault");
+  if (isVentFault) {
+    stopTimer();
+    return draw();
+  }
+  const isVented = state.status.includes("vented");
+  if ((verifyTimer || request.alarm) && isVented) {
+    stopTimer();
     show("verified", `Vented, verified ${timeOfDay()}.`);
-  } else if (!verifyTimer && state && !isVented && status.dataset.state === "verified") show("", "");
+  } else if (wasVentFault || (!verifyTimer && !isVented && request.state === "verified")) show("", "");
 });

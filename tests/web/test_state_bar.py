@@ -1,0 +1,206 @@
+"""Tests of the bar with VENT, the compact view and the messages, in a real browser at three sizes."""
+
+import json
+import math
+import threading
+import time
+
+import pytest
+
+from pneuforce.registers.codes import FAULTS
+from pneuforce.web.operator_texts import FAULT_TITLES
+from tests.system.waiting import wait_for
+from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
+from tests.web.entries import header, real_snapshot, snapshot
+from tests.web.serving import TOKEN, FakeInstrument, Site
+
+pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
+
+SIZES = {
+    "desktop": {"width": 1440, "height": 900},
+    "tablet": {"width": 1024, "height": 768},
+    "phone": {"width": 390, "height": 844},
+}
+VENT_SHUT = 9
+BURST = 5
+MAX_DELAY_S = 1.0
+
+#: Elements that are not completely in view, or are covered, at one of three scroll positions.
+NOT_IN_VIEW = """((selectors) => [0, 0.5, 1].flatMap((part) => {
+  scrollTo(0, part * document.body.scrollHeight);
+  return selectors.filter((selector) => {
+    const element = document.querySelector(selector);
+    const { top, left, bottom, right } = element.getBoundingClientRect();
+    const isInside = top >= 0 && left >= 0 && bottom <= innerHeight && right <= innerWidth && bottom > top;
+    const points = [[0.5, 0.5], [0.1, 0.2], [0.9, 0.8]].map(([x, y]) =>
+      document.elementFromPoint(left + x * (right - left), top + y * (bottom - top)));
+    return !isInside || !points.every((found) => element.contains(found));
+  }).map((selector) => `${selector} at ${part}`);
+}))(%s)"""
+#: The same at the present scroll position.
+NOT_IN_VIEW_NOW = NOT_IN_VIEW.replace("scrollTo(0, part * document.body.scrollHeight);", "")
+FONT_SIZE_PX = "parseFloat(getComputedStyle(document.querySelector('%s')).fontSize)"
+
+DIGIT_HEIGHT = 0.73  #: height of a digit, as a part of the font size
+#: Height of a digit that is seen under 16 arc minutes from 3 m (minimum of ISO 9241-303); a pixel has 0.2 mm
+MIN_DIGIT_PX = 3000 * math.radians(16 / 60) / 0.2
+
+#: Whether a field is invalid, and its errors that screen readers read with it.
+FIELD_ERROR = """((id) => {
+  const field = document.getElementById(id);
+  const described = field.getAttribute("aria-describedby").split(" ");
+  const errors = described.map((name) => document.getElementById(name)).filter(
+    (element) => element.classList.contains("field-error") && element.textContent);
+  return [field.ariaInvalid, ...errors.map(({ id }) => `#${id}`)];
+})('%s')"""
+
+
+def not_in_view(page, *selectors):
+    """Return the elements that an operator cannot see at each scroll position."""
+    return page.evaluate(NOT_IN_VIEW % json.dumps(selectors))
+
+
+def test_a_failed_vent_is_announced_when_the_instrument_reports_it(page, live):
+    """The vent valve of the simulated rig is stuck. The board reports the fault after 3 s."""
+    live.rig.inflate(2.0)
+    with live.rig.inject_fault("vent_shut"):
+        page("press", key="Alt+v")
+        live.rig.wait_for(lambda registers: registers["first_out_fault"] == VENT_SHUT)
+        reported_s = time.monotonic()
+        page.wait_for_visible("#vent-failed")
+        assert time.monotonic() - reported_s <= MAX_DELAY_S
+        page.wait_for_visible("#bar-fault[data-fault=vent_shut]")
+        for name, size in SIZES.items():
+            page("resize", **size)
+            missing = not_in_view(page, "#vent-button", "#bar-state", "#bar-fault", "#vent-failed")
+            assert (name, missing) == (name, [])
+        page("press", key="Alt+v")  # a second vent does not hide the alarm
+        assert not page.is_hidden("#vent-failed")
+    live.recover()
+    page.wait_for_hidden("#vent-failed")
+
+
+def test_an_invalid_setpoint_is_reported_beside_its_field_and_in_view(page):
+    page("resize", **SIZES["phone"])
+    page("fill", on="#setpoint-input", text="12.5")
+    page("press", key="Enter")
+    page.wait_for_visible("#setpoint-error")
+    assert page.evaluate(FIELD_ERROR % "setpoint-input") == ["true", "#setpoint-error"]
+    assert page.evaluate(NOT_IN_VIEW_NOW % '["#setpoint-error", "#vent-button"]') == []
+    page("fill", on="#setpoint-input", text="5")
+    assert page.evaluate(FIELD_ERROR % "setpoint-input") == ["false"]
+
+
+class ShownState:
+    """State that a fake instrument sends to a real web server until `close`: a held balloon, with changes."""
+
+    def __init__(self, path, browser):
+        self._instrument, self._browser = FakeInstrument(path), browser
+        self._site = Site(path)
+        wait_for(lambda: self._instrument.subscriptions, bool)
+        self._instrument.send(header())
+        self._normal = {**real_snapshot()[1], "status": ["holding"]}
+        self._changes, self._ended = {}, threading.Event()
+        self._thread = threading.Thread(target=self._send)
+        self._thread.start()
+
+    def _send(self):
+        while not self._ended.wait(0.1):
+            self._instrument.send(snapshot(time.monotonic(), **{**self._normal, **self._changes}))
+
+    def set(self, **changes):
+        self._changes = changes
+
+    def open(self, address=""):
+        self._browser("open", url=f"http://127.0.0.1:{self._site.port}/{address}")
+
+    @property
+    def requests(self):
+        return self._instrument.requests
+
+    def close(self):
+        self._ended.set()
+        self._thread.join()
+        self._site.stop()
+        self._instrument.close()
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory, browser):
+    shown = ShownState(tmp_path_factory.mktemp("shown") / "pneuforce.sock", browser)
+    yield shown
+    shown.close()
+
+
+def test_a_fault_is_named_for_the_eye_and_the_ear(shown, browser):
+    """The fault is active when the page is opened, before the page knows the names of the faults."""
+    shown.set(state="tripped", faults=[BURST, 34], status=["burst", "failure"], force_n=None)
+    shown.open()
+    browser.wait_for_visible(f"#bar-fault[data-fault={FAULTS.names[BURST]}]")
+    assert FAULT_TITLES[BURST] in browser.text("#bar-fault")
+    for name, size in SIZES.items():
+        browser("resize", **size)
+        assert (name, not_in_view(browser, "#vent-button", "#bar-state", "#bar-fault")) == (name, [])
+    browser.wait_for_text("#alarm-announcements", FAULT_TITLES[BURST])
+    browser.wait_for_text("#alarm-announcements", FAULT_TITLES[34])
+    assert "fault 5" not in browser.text("#alarm-announcements")
+    spoken = "[...document.querySelector('#faults h3').childNodes].filter((n) => !n.ariaHidden)"
+    assert browser.evaluate(f"{spoken}.map((n) => n.textContent).join('').trim()") == FAULT_TITLES[BURST]
+
+
+def test_the_link_to_the_rig_has_its_own_state(shown, browser):
+    links = "['link', 'rig-link'].map((id) => document.getElementById(id).dataset.link).join()"
+    shown.set()
+    browser.wait(f"{links} === 'up,up'")
+    shown.set(status=["stale", "link_lost", "failure"], state="tripped", force_n=None)
+    browser.wait(f"{links} === 'up,down'")
+
+
+def test_status_bits_that_ask_nothing_are_in_the_details(shown, browser):
+    normal = ["holding", "in_contact", "simulated", "calibrated"]
+    shown.set(status=normal)
+    browser.wait("document.querySelectorAll('#other-status-bits li').length === 4")
+    assert browser.evaluate("document.querySelectorAll('#status-bits .action').length") == 0
+    assert not browser.evaluate("document.querySelector('#other-status-bits').checkVisibility()")
+    shown.set(status=[*normal, "interpolated"], force_lower_range_limit_n=1.234)
+    browser.wait_for_text("#status-bits .action", "1.23 N")
+
+
+def test_a_wrong_token_is_reported_beside_its_field(shown, browser):
+    browser("resize", **SIZES["phone"])
+    browser("fill", on="#token", text="wrong")
+    browser("press", key="Enter")
+    browser.wait_for_visible("#token-error")
+    assert browser.evaluate(FIELD_ERROR % "token") == ["true", "#token-error"]
+    assert browser.evaluate(NOT_IN_VIEW_NOW % '["#token-error", "#vent-button"]') == []
+    browser("fill", on="#token", text=TOKEN)
+    assert browser.evaluate(FIELD_ERROR % "token") == ["false"]
+
+
+def test_the_compact_view_shows_the_force_and_vents_without_a_token(shown, browser):
+    """A phone is too small for digits that can be read from 3 m."""
+    shown.set(force_n=-12.34, force_std_n=0.05, status=["holding", "in_contact", "simulated"])
+    shown.open("?view=compact")
+    browser.wait_for_text("#force", "12.34")
+    assert "0.10" in browser.text("#force .unit")
+    assert not browser.evaluate("document.querySelector('#controls').checkVisibility()")
+    for name, size in SIZES.items():
+        browser("resize", **size)
+        missing = not_in_view(browser, "#vent-button", "#bar-state", "#force .number", "#force .unit")
+        assert (name, missing) == (name, [])
+        digit_px = browser.evaluate(FONT_SIZE_PX % "#force .number") * DIGIT_HEIGHT
+        assert name == "phone" or digit_px >= MIN_DIGIT_PX, name
+    browser("click", on="#vent-button")  # fails if VENT moves under the pointer
+    wait_for(lambda: shown.requests, lambda requests: requests == [{"mode": "vent"}])
+    shown.set(state="tripped", faults=[VENT_SHUT], status=["vent_fault", "failure"], force_n=None)
+    browser.wait_for_visible("#vent-failed")
+    for name, size in SIZES.items():
+        browser("resize", **size)
+        missing = not_in_view(browser, "#vent-button", "#bar-state", "#bar-fault", "#vent-failed")
+        assert (name, missing) == (name, [])
+
+
+def test_the_address_of_the_compact_view_may_contain_the_token(shown, browser):
+    shown.open(f"?view=compact#operator={TOKEN}")
+    browser.wait("sessionStorage.getItem('operator')")
+    assert browser.evaluate("location.search + location.hash") == "?view=compact"

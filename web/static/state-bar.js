@@ -1,0 +1,68 @@
+// State bar: the state of the rig and the alarms, in the bar that contains VENT and is always in view.
+
+import { byId, setText, showText } from "./elements.js";
+import { faultTitle } from "./faults.js";
+import { NOT_AVAILABLE, formatName, formatNumber, formatTime } from "./format.js";
+
+/** Show the link, the state and the alarms. `link` is {up, reason, since}; `state` is null if it is unknown. */
+export function showStateBar({ link, info, state }) {
+  showLinks(link, info, state);
+  setText(byId("source"), sourceTag(info, state));
+  setText(byId("bar-state"), state ? stateText(state) : "no values");
+  setText(byId("summary"), state ? summaryText(state) : NOT_AVAILABLE);
+  showFirstOutFault(state?.faults ?? [], info);
+  showText(byId("force-limit"), forceLimitText(state));
+  const reason = link.reason && ` ${link.reason}`;
+  showText(byId("disconnected"), link.up ? "" : `No values since ${formatTime(link.since)}.${reason}`);
+}
+
+/** Return the state of the rig in words, with a contact or a proof test in progress. */
+export function stateText({ state, status }) {
+  const isTesting = status.includes("holding") && status.includes("function_check");
+  const parts = [
+    formatName(state),
+    isTesting && "proof test",
+    status.includes("in_contact") && "in contact",
+  ];
+  return parts.filter(Boolean).join(" · ");
+}
+
+function showLinks(link, info, state) {
+  showChip("link", link.up ? "up" : "down", link.up ? "Page: connected" : "Page: not connected");
+  showChip("rig-link", ...rigLink(info, state));
+}
+
+function showChip(id, linkState, text) {
+  const chip = byId(id);
+  chip.dataset.link = linkState;
+  setText(chip, text);
+}
+
+/** Return the state of the link between the instrument and the rig: up, down or unknown, and its text. */
+function rigLink({ replay }, state) {
+  if (!state) return ["unknown", "Rig: unknown"];
+  if (replay) return ["unknown", "Rig: replay"];
+  if (state.state === "boot") return ["down", "Rig: no answer yet"];
+  const isSilent = ["stale", "link_lost"].some((name) => state.status.includes(name));
+  return isSilent ? ["down", "Rig: no samples"] : ["up", "Rig: connected"];
+}
+
+function sourceTag({ replay, simulated }, state) {
+  if (replay) return "REPLAY";
+  return simulated || state?.status.includes("simulated") ? "SIMULATED" : "";
+}
+
+function showFirstOutFault([first, ...others], info) {
+  const box = byId("bar-fault");
+  box.dataset.fault = info.faults[first]?.name ?? "";
+  const more = others.length ? ` (+ ${others.length} more)` : "";
+  showText(box, first === undefined ? "" : `Fault: ${faultTitle(first, info)}${more}`);
+}
+
+function forceLimitText(state) {
+  if (!state?.status.includes("force_high_alarm")) return "";
+  return `Force above ${formatNumber(state.force_limit_n, 2)} N. Back off.`;
+}
+
+const summaryText = ({ force_n, pressure_kpa }) =>
+  `${formatNumber(force_n, 2)} N   ${formatNumber(pressure_kpa, 2)} kPa`;
