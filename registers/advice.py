@@ -35,23 +35,21 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "Use another USB port or cable. Give the relay coils a separate supply. Then clear.",
     ),
     4: Advice(
-        "The pressure exceeded a limit. The limits are 0.5 kPa above the setpoint and 12.5 kPa while "
-        "filling, contact_limit_kpa while holding, and 25 kPa always.",
-        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. If it was not "
-        "pressed, check the regulator, and check that the inlet valve closes. Then clear.",
+        "The pressure exceeded a limit: 0.5 kPa above the setpoint or 12.5 kPa while filling, "
+        "contact_limit_kpa while holding, 25 kPa always.",
+        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. Otherwise check the "
+        "regulator and the inlet valve. Then clear.",
     ),
     5: Advice(
-        "The balloon lost half its pressure within 0.1 s: the balloon has burst, or its joint or a valve "
-        "has opened.",
-        "Check the balloon. If the balloon has burst, fit a new balloon and send command 5 with its "
-        "number. Otherwise check the joint and the vent valve. A contact during inflation can cause the "
-        "same fault. Then clear.",
+        "The pressure fell by half within 0.1 s: the balloon has burst, or its joint or a valve has opened.",
+        "Check the balloon, the joint and the vent valve. After a change of the balloon, send command 5 with "
+        "its number. Then clear. A contact during inflation can also be the cause.",
     ),
     6: Advice(
-        "The pressure fell while gas flowed in. The balloon leaks badly, or is past its limit point, at "
+        "The pressure fell while gas flowed in: the balloon leaks badly, or is past its limit point, at "
         "which a balloon grows although its pressure falls.",
-        "Check the balloon. If the balloon is damaged, fit a new balloon and send command 5 with its "
-        "number. Then clear, and use a lower setpoint.",
+        "Check the balloon. After a change of the balloon, send command 5 with its number. Then clear, and "
+        "use a lower setpoint.",
     ),
     7: Advice(
         "The inlet valve was open, but the pressure did not rise: no gas flows in.",
@@ -66,11 +64,10 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         _INFLATED + "Check the vent valve and its relay. Clear when the rig is vented.",
     ),
     10: Advice(
-        "The pressure changed too fast, in less than 60 % of the time that tubes and balloon need, or too "
-        "much in two proof tests: the tube is blocked. The balloon may be inflated although the measured "
-        "pressure is zero.",
-        _INFLATED + "Check whether the tube is kinked. Also check the regulator: a supply pressure that is "
-        "far too high can cause the same fault. Then clear.",
+        "The tube is blocked: the pressure changed in less than 60 % of the expected time, or too much in "
+        "two proof tests. The balloon may be inflated although the measured pressure is zero.",
+        _INFLATED + "Check whether the tube is kinked, and whether the supply pressure is far too high. Then "
+        "clear.",
     ),
     11: Advice(
         "The pressure fell again after three top-ups within ten minutes: the balloon or a joint leaks.",
@@ -83,8 +80,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     13: Advice(
         "The board received nothing from the host process within the time limit (2 s by default), and "
         "vented.",
-        "Check whether the host process was stopped, whether the computer was overloaded, and whether the "
-        "cable was unplugged. Then clear.",
+        "Check whether the host process was stopped, the computer overloaded or the cable unplugged. Then "
+        "clear.",
     ),
     14: Advice(
         "The board restarted without a command. The cause is its watchdog, or a supply voltage that was "
@@ -98,8 +95,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     33: Advice(
         "The board restarted, or another board was plugged in.",
-        "Check the supply and the RESET pin of the board. Check whether another program opens the serial "
-        "port of the board. Then clear.",
+        "Check the supply and the RESET pin of the board, and whether another program opens its serial "
+        "port. Then clear.",
     ),
     34: Advice(
         "No sample arrived from the rig for more than 0.25 s, or the serial port of the rig disappeared.",
@@ -108,24 +105,23 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     35: Advice(
         "The host process measured a pressure above contact_limit_kpa or 25 kPa, or below −5 kPa.",
-        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. If it was not "
-        "pressed, check the inlet valve and the regulator. Then clear.",
+        "Back off. If the balloon was pressed, press less, or raise contact_limit_kpa. Otherwise check the "
+        "regulator and the inlet valve. Then clear.",
     ),
     36: Advice(
         "The host process measured a sensor voltage or a supply voltage outside its limits.",
         "Check the sensor, its cable, its 5 V supply and the 100 kΩ resistor from A0 to ground. Then clear.",
     ),
     37: Advice(
-        "The clock of the board has stopped or is wrong: the times of several samples do not match their "
-        "sequence numbers, or are ahead of the host's clock. The firmware hangs, or the board is defective.",
+        "The clock of the board has stopped or is wrong: the firmware hangs, or the board is defective.",
         "Unplug the board, which vents the rig. Plug the board in again. Then clear. If the fault occurs "
         "again, install the firmware again (pneuforce flash).",
     ),
     38: Advice(
         "For 1 s, the board did not follow a hold command, or its state changed too often. The board has "
         "most likely restarted.",
-        "Check the supply and the RESET pin of the board. Check whether another program opens the serial "
-        "port of the board. Then clear.",
+        "Check the supply and the RESET pin of the board, and whether another program opens its serial "
+        "port. Then clear.",
     ),
     39: Advice(
         "The board did not follow a vent command for 1 s, or its state changed too often.",

@@ -151,7 +151,7 @@ export class Controls {
     if (status === 429) token.check();
     const isAccepted = status === 200 && answer.reject_reason === "none";
     if (!isAccepted)
-      this.#showError("rejected", `Rejected. ${answer.text || rejectText(info, answer.reject_reason)}`);
+      this.#showError("rejected", `Rejected. ${rejectSentence(info, answer)}`);
     return isAccepted;
   }
 
@@ -199,6 +199,8 @@ const inflateQuestion = (from_kpa, to_kpa) => ({
 const setpointSpan = (info) => info.registers.find(({ name }) => name === "setpoint_requested") ?? {};
 
 const rejectText = (info, reason) => info.reject_reasons[reason] ?? capitalized(formatName(reason));
+
+const rejectSentence = (info, { text, reject_reason }) => capitalized(text || rejectText(info, reject_reason));
 
 const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 

@@ -57,7 +57,7 @@ function draw() {
 
 function message(count) {
   if (!words) return "Not available: the instrument does not answer.";
-  return count ? "" : `No register or frame has “${filter}” in its name, address, unit or meaning.`;
+  return count ? "" : `No register or frame contains “${filter}”.`;
 }
 
 function registerCells(register) {
