@@ -156,6 +156,19 @@ def test_the_link_to_the_rig_has_its_own_state(shown, browser):
     browser.wait(f"{links} === 'up,down'")
 
 
+def test_an_alarm_does_not_move_vent(shown, browser):
+    """VENT must not move while an operator is about to press the button."""
+    box = "JSON.stringify(document.querySelector('#vent-button').getBoundingClientRect())"
+    for name, size in SIZES.items():
+        browser("resize", **size)
+        shown.set()
+        browser.wait_for_hidden("#vent-failed")
+        before = browser.evaluate(box)
+        shown.set(state="tripped", faults=[VENT_SHUT], status=["vent_fault", "failure"], force_n=None)
+        browser.wait_for_visible("#vent-failed")
+        assert (name, browser.evaluate(box)) == (name, before)
+
+
 def test_status_bits_that_ask_nothing_are_in_the_details(shown, browser):
     normal = ["holding", "in_contact", "simulated", "calibrated"]
     shown.set(status=normal)
@@ -164,6 +177,7 @@ def test_status_bits_that_ask_nothing_are_in_the_details(shown, browser):
     assert not browser.evaluate("document.querySelector('#other-status-bits').checkVisibility()")
     shown.set(status=[*normal, "interpolated"], force_lower_range_limit_n=1.234)
     browser.wait_for_text("#status-bits .action", "1.23 N")
+    browser.wait_for_text("#force-touch", "1.23 N")
 
 
 def test_a_wrong_token_is_reported_beside_its_field(shown, browser):

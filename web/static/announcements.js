@@ -36,8 +36,10 @@ export class Announcer {
     for (const code of added(state.faults, previous?.faults))
       this.#alarms.announce(code, `Fault: ${faultTitle(code, info)}. ${info.faults[code]?.meaning ?? ""}`);
     if (previous?.faults.length && !state.faults.length) this.#polite.announce("cleared", "Faults cleared.");
-    for (const name of isTripped ? [] : added(attentionBits(state), attentionBits(previous)))
-      this.#polite.announce(name, `Status: ${formatName(name)}. ${fillIn(info.status[name]?.action ?? "", state)}`);
+    for (const name of isTripped ? [] : added(attentionBits(state), attentionBits(previous))) {
+      const action = fillIn(info.status[name]?.action ?? "", state);
+      this.#polite.announce(name, `Status: ${formatName(name)}. ${action}`);
+    }
   }
 }
 

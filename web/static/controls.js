@@ -200,7 +200,8 @@ const setpointSpan = (info) => info.registers.find(({ name }) => name === "setpo
 
 const rejectText = (info, reason) => info.reject_reasons[reason] ?? capitalized(formatName(reason));
 
-const rejectSentence = (info, { text, reject_reason }) => capitalized(text || rejectText(info, reject_reason));
+const rejectSentence = (info, { text, reject_reason }) =>
+  capitalized(text || rejectText(info, reject_reason));
 
 const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 

@@ -52,10 +52,10 @@ function listStatus(state, info) {
     .filter((name) => name in info.status)
     .map((name) => ({ name, ...info.status[name] }))
     .sort((a, b) => a.bit - b.bit);
-  const asking = known.filter(({ action }) => action);
+  const asking = known.filter(({ action }) => action).map((bit) => askingItem(bit, state));
   const others = known.filter(({ action }) => !action);
-  const nothing = create("li", "muted", nothingText(state));
-  byId("status-bits").replaceChildren(...(asking.length ? asking.map((bit) => askingItem(bit, state)) : [nothing]));
+  if (!asking.length) asking.push(create("li", "muted", nothingText(state)));
+  byId("status-bits").replaceChildren(...asking);
   byId("other-status-bits").replaceChildren(...others.map(otherItem));
   byId("status-details").hidden = !others.length;
 }

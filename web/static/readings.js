@@ -32,7 +32,7 @@ export function showReadings(state, info) {
   showState(state, info);
 }
 
-function showForce({ force_n, force_std_n, force_limit_n, status = [] }) {
+function showForce({ force_n, force_std_n, force_limit_n, force_lower_range_limit_n, status = [] }) {
   const [factor, symbol, uncertaintyName] = UNCERTAINTY;
   const [force, u] = [formatNumber(force_n, 2), formatNumber(factor * force_std_n, 2)];
   setText(byId("force-name"), `Force ${symbol}`);
@@ -44,6 +44,9 @@ function showForce({ force_n, force_std_n, force_limit_n, status = [] }) {
   const above = isHigh ? `above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
   showReading(byId("force"), force, isAvailable ? `± ${u} N` : "N", sentence);
   showText(byId("force-above"), above);
+  const isTouch = isAvailable && status.includes("interpolated");
+  const touch = `below ${formatNumber(force_lower_range_limit_n, 2)} N: touch only`;
+  showText(byId("force-touch"), isTouch ? touch : "");
 }
 
 function showState(state, info) {

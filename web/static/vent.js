@@ -82,7 +82,7 @@ function draw() {
   const alarm = isVentFault ? VENT_FAULT : request.alarm;
   status.textContent = alarm ? "" : request.text;
   status.dataset.state = alarm ? "failed" : request.state;
-  if (failed.textContent !== alarm) failed.textContent = alarm; // screen readers repeat a text that is set again
+  if (failed.textContent !== alarm) failed.textContent = alarm; // a text that is set again is read again
   failed.hidden = !alarm;
 }
 
