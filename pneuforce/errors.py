@@ -2,6 +2,7 @@
 
     PneuforceError
     ├── ConfigurationError (ValueError)     a file, a key or an argument is invalid
+    │   └── ConfigurationFileError          the configuration file of the instrument is invalid
     ├── RigError
     │   ├── PortBusy (OSError)              another process uses the port
     │   ├── PortUnavailable (OSError)       the port does not exist, or the permission is missing
@@ -34,6 +35,10 @@ class PneuforceError(Exception):
 
 class ConfigurationError(PneuforceError, ValueError):
     """Invalid configuration file, key or argument."""
+
+
+class ConfigurationFileError(ConfigurationError):
+    """Invalid configuration file of the instrument. A person must correct the file before another attempt."""
 
 
 class RigError(PneuforceError):

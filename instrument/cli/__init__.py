@@ -14,9 +14,10 @@ INTERRUPTED = 128 + signal.SIGINT
 
 
 def main() -> None:
-    """Run the command line. An expected failure prints one sentence on stderr and exits with code 2.
+    """Run the command line. An expected failure prints one sentence on stderr.
 
-    Ctrl-C exits with code 130 if the command has not installed its own signal handler yet.
+    `pneuforce.instrument.cli.exit_codes` contains the exit codes. Ctrl-C exits with code 130 if the command
+    has not installed its own signal handler yet.
     """
     with _exit_at_once_on_interrupt():
         from pneuforce.errors import PneuforceError
@@ -30,12 +31,12 @@ def main() -> None:
     except KeyboardInterrupt:
         _exit("", INTERRUPTED)
     except PneuforceError as error:
-        _exit(f"pneuforce: {error}", 2)
+        _fail(error, str(error))
     except BrokenPipeError:
         _exit("", 0)
     except OSError as error:
         prefix = "the output cannot be written: " if error.errno == errno.ENOSPC else ""
-        _exit(f"pneuforce: {prefix}{error.strerror or error}", 2)
+        _fail(error, f"{prefix}{error.strerror or error}")
 
 
 @contextmanager
@@ -46,6 +47,13 @@ def _exit_at_once_on_interrupt() -> Iterator[None]:
         signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
     yield
     signal.signal(signal.SIGINT, before)
+
+
+def _fail(error: Exception, message: str) -> None:
+    """Print the message of an error and exit with the code of the error."""
+    from pneuforce.instrument.cli.exit_codes import exit_code_of
+
+    _exit(f"pneuforce: {message}", exit_code_of(error))
 
 
 def _exit(message: str, code: int) -> None:

@@ -29,6 +29,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},  # the sub-commands inherit this setting
 )
 app.add_typer(model_commands.commands)
 app.add_typer(rig_commands.commands)

@@ -1,4 +1,4 @@
-"""The command `pneuforce canlog`."""
+"""The commands for a CAN bus: canlog, hub."""
 
 from __future__ import annotations
 
@@ -50,3 +50,25 @@ def canlog(
 
     address = CanAddress(interface=interface, channel=channel, host=host, port=port)
     record(address, form.value, output, seconds)
+
+
+@commands.command()
+def hub(
+    port: Annotated[
+        int, typer.Option(help="TCP port on the loopback interface; 0 selects a free port.", min=0, max=65535)
+    ] = 29536,
+) -> None:
+    """Run a CAN hub, a CAN bus between the programs on this computer, until Ctrl-C or SIGTERM.
+
+    For a computer whose kernel does not support CAN. Prints one JSON line with the port.
+    Programs connect with the interface socketcand and the channel can0.
+
+    Example: pneuforce hub --port 29536
+    """
+    from pneuforce.errors import ServerError
+    from pneuforce.registers.can.hub import run
+
+    try:
+        run(port)
+    except OSError as error:
+        raise ServerError(str(error)) from None

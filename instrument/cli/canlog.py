@@ -19,8 +19,8 @@ from pneuforce.registers.can.wire import CanFrame
 def record(address: CanAddress, log_format: str, output: Path | None, seconds: float | None) -> None:
     """Write all frames to the new file `output`, or to stdout, until `seconds` have passed or Ctrl-C.
 
-    Raises ConfigurationError if the file cannot be created, ServerError if the bus is not available or the
-    file cannot be written.
+    Raises ConfigurationError if the file cannot be created, ServerError if the bus is not available, and
+    OSError if the file cannot be written.
     """
     frames = _frames(address, stop_after(seconds))
     next(frames)
@@ -32,7 +32,7 @@ def record(address: CanAddress, log_format: str, output: Path | None, seconds: f
     except (ServerError, BrokenPipeError):
         raise
     except OSError as error:
-        raise ServerError(
+        raise OSError(
             f"{output or 'stdout'} cannot be written: {error.strerror}; it contains {log.frame_count} frames"
         ) from None
     print(f"pneuforce: {log.frame_count} frames on {address}", file=sys.stderr)

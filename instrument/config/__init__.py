@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, ConfigurationFileError
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.file import load as load_calibration
@@ -163,7 +163,7 @@ def resolve_path(configuration_file: Path, name: str) -> Path | None:
 def load(path: Path) -> Configuration:
     """Return the configuration of a TOML file, with the calibration that the file names.
 
-    Raises ConfigurationError with file, key and allowed values.
+    Raises ConfigurationFileError with file, key and allowed values.
     """
     configuration = read(path)
     file = resolve_path(path, configuration.measurement.calibration)
@@ -172,23 +172,29 @@ def load(path: Path) -> Configuration:
     try:
         calibration = load_calibration(file)
     except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: measurement.calibration: {error}") from None
+        raise ConfigurationFileError(f"{path}: measurement.calibration: {error}") from None
     try:
         configuration = configuration.with_calibration(calibration)
     except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: measurement.calibration: {file}: {error}") from None
+        raise ConfigurationFileError(f"{path}: measurement.calibration: {file}: {error}") from None
     warnings = warnings_about(calibration, configuration.chain, date.today())
     configuration._calibration_warnings = tuple(warnings)
     return configuration
 
 
 def read(path: Path) -> Configuration:
-    """Return the configuration of a TOML file without its calibration. Raises ConfigurationError."""
+    """Return the configuration of a TOML file without its calibration.
+
+    Raises ConfigurationFileError.
+    """
     remedy = f"pneuforce config --example > {path} writes an example"
-    tables = read_tables(path, remedy)
-    if not tables:
-        raise ConfigurationError(f"{path}: the file contains no table; {remedy}")
-    return parse(tables, str(path))
+    try:
+        tables = read_tables(path, remedy)
+        if not tables:
+            raise ConfigurationError(f"{path}: the file contains no table; {remedy}")
+        return parse(tables, str(path))
+    except ConfigurationError as error:
+        raise ConfigurationFileError(str(error)) from None
 
 
 def parse(tables: dict[str, Any], name: str) -> Configuration:

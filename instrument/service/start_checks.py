@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from pneuforce.errors import ConfigurationError, PneuforceError
+from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
 from pneuforce.instrument.config import Configuration, load, resolve_path
 from pneuforce.instrument.service.can_server import options_of
 from pneuforce.instrument.service.rtu_server import check_ports
@@ -17,7 +17,7 @@ MAX_SOCKET_PATH_BYTES = 107  #: longest path of a Unix socket (sun_path in sys/u
 def load_checked(path: Path) -> Configuration:
     """Return the configuration of a TOML file after all checks that need no port.
 
-    Raises ConfigurationError with file, key and remedy.
+    Raises ConfigurationFileError with file, key and remedy.
     """
     configuration = load(path)
     try:
@@ -28,7 +28,7 @@ def load_checked(path: Path) -> Configuration:
         check_socket_path(socket)
         web_process_of(configuration.web, socket)
     except PneuforceError as error:
-        raise ConfigurationError(f"{path}: {error}") from None
+        raise ConfigurationFileError(f"{path}: {error}") from None
     return configuration
 
 

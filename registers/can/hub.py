@@ -1,9 +1,9 @@
 """CAN hub: a CAN bus between processes on a machine whose kernel does not support CAN.
 
-The hub is a socketcand server. Start it with `python -m pneuforce.registers.can.hub --port 29536`, and
-connect with python-can's `socketcand` interface. The hub supports raw mode and data frames with 11-bit and
-29-bit identifiers. Remote frames are not supported, as in socketcand. A client that does not begin with the
-handshake is disconnected, because a web page in a browser can connect to the hub as well.
+The hub is a socketcand server. Start it with `pneuforce hub --port 29536`, and connect with python-can's
+`socketcand` interface. The hub supports raw mode and data frames with 11-bit and 29-bit identifiers. Remote
+frames are not supported, as in socketcand. A client that does not begin with the handshake is disconnected,
+because a web page in a browser can connect to the hub as well.
 """
 
 from __future__ import annotations
@@ -105,6 +105,19 @@ class Hub:
                 member.send_frames(data)
 
 
+def run(port: int) -> None:
+    """Run a CAN hub until SIGTERM or Ctrl-C; print one JSON line with the port when the hub listens.
+
+    0 selects a free port. Raises OSError with the cause and the remedy if the hub cannot listen.
+    """
+    try:
+        asyncio.run(_serve(port))
+    except (OSError, OverflowError) as error:
+        in_use = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
+        reason = "the port is in use. Choose another port with --port" if in_use else error
+        raise OSError(f"the CAN hub cannot listen on {HOST}:{port}: {reason}") from None
+
+
 async def _serve(port: int) -> None:
     hub = Hub()
     stop = asyncio.Event()
@@ -117,16 +130,13 @@ async def _serve(port: int) -> None:
 
 
 def main() -> int:
-    """Run a CAN hub until SIGTERM or Ctrl-C; print one JSON line with the port when the hub listens."""
-    parser = argparse.ArgumentParser(prog="python -m pneuforce.registers.can.hub", description=main.__doc__)
+    """Run a CAN hub as `pneuforce hub` does. Return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m pneuforce.registers.can.hub", description=run.__doc__)
     parser.add_argument("--port", type=int, default=PORT, help="TCP port on loopback; 0 selects a free port")
-    port: int = parser.parse_args().port
     try:
-        asyncio.run(_serve(port))
-    except (OSError, OverflowError) as error:
-        in_use = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
-        reason = "the port is in use. Choose another port with --port" if in_use else error
-        print(f"the CAN hub cannot listen on {HOST}:{port}: {reason}", file=sys.stderr)
+        run(parser.parse_args().port)
+    except OSError as error:
+        print(error, file=sys.stderr)
         return 2
     return 0
 

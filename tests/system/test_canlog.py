@@ -119,7 +119,7 @@ def test_a_file_that_cannot_grow_ends_the_recording_with_an_error(shared_stack, 
     limit = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))}
     with recording(shared_stack.can_port, "--output", file, **limit) as process:
         _, stderr = process.communicate(timeout=10)
-    assert process.returncode == 2
+    assert process.returncode == 74
     assert stderr.startswith(f"pneuforce: {file} cannot be written: File too large; ")
     assert "Traceback" not in stderr
     complete_lines = file.read_text().rpartition("\n")[0].splitlines()
@@ -129,7 +129,7 @@ def test_a_file_that_cannot_grow_ends_the_recording_with_an_error(shared_stack, 
 def test_a_full_stdout_is_reported_in_one_sentence(shared_stack):
     with open("/dev/full", "w") as full, recording(shared_stack.can_port, stdout=full) as process:
         _, stderr = process.communicate(timeout=10)
-    assert process.returncode == 2
+    assert process.returncode == 74
     assert stderr.startswith("pneuforce: stdout cannot be written: No space left on device; ")
     assert len(stderr.splitlines()) == 1
 
@@ -146,7 +146,7 @@ def test_a_lost_bus_ends_the_recording_with_an_error(hub, tmp_path):
         wait_for(file.exists, bool)
         hub.stop()
         _, stderr = process.communicate(timeout=10)
-    assert (process.returncode, len(stderr.splitlines())) == (2, 1)
+    assert (process.returncode, len(stderr.splitlines())) == (69, 1)
     assert "is an instrument running there?" in stderr
 
 
@@ -154,17 +154,17 @@ def test_a_rejected_recording_leaves_no_file(shared_stack, tmp_path):
     existing, absent = tmp_path / "existing.log", tmp_path / "absent.log"
     existing.write_text("precious")
 
-    def error_of(*words, port=shared_stack.can_port):
+    def error_of(*words, port=shared_stack.can_port, code=2):
         done = pneuforce("canlog", "--seconds", "1", "--port", port, *words)
-        assert (done.returncode, done.stdout) == (2, "")
+        assert (done.returncode, done.stdout) == (code, "")
         return done.stderr
 
     assert f"{existing} already exists" in error_of("--output", existing)
     assert existing.read_text() == "precious"
     assert "--output" in error_of("--format", "blf")
     assert "cannot be created: No such file or directory" in error_of("--output", tmp_path / "no" / "x.log")
-    assert "is an instrument running there?" in error_of("--output", absent, port=1)
-    assert "CAN interface 'foo' not supported" in error_of("--output", absent, "--interface", "foo")
+    assert "is an instrument running there?" in error_of("--output", absent, port=1, code=69)
+    assert "CAN interface 'foo' not supported" in error_of("--output", absent, "--interface", "foo", code=69)
     assert not absent.exists()
 
 

@@ -124,7 +124,7 @@ def test_a_port_in_use_is_reported_with_its_option_and_its_user_is_not_disturbed
     for name, port in taken.items():
         options = [word for key, at in {**free, name: port}.items() for word in (f"--{key}-port", at)]
         refused = pneuforce("demo", *options)
-        assert refused.returncode == 2
+        assert refused.returncode == 69
         assert refused.stderr == (
             f"pneuforce: --{name}-port {port} is in use by another program: choose another port\n"
         )

@@ -45,6 +45,6 @@ def test_without_a_compiler_the_error_message_names_the_package(tmp_path):
         timeout=30,
         check=False,
     )
-    assert rejected.returncode == 2
+    assert rejected.returncode == 69
     assert rejected.stderr.startswith("pneuforce: the simulator cannot start: the emulated board needs gcc: ")
     assert len(rejected.stderr.splitlines()) == 1

@@ -84,9 +84,9 @@ def samples_in(file):
         return 0
 
 
-def error_line(*words):
+def error_line(*words, code=2):
     rejected = pneuforce(*words)
-    assert (rejected.returncode, rejected.stdout) == (2, ""), rejected
+    assert (rejected.returncode, rejected.stdout) == (code, ""), rejected
     (line,) = rejected.stderr.strip().splitlines()
     return line
 
@@ -221,7 +221,7 @@ def test_a_full_disk_ends_the_recording_and_sets_the_maintenance_bit(rig, socket
 
 def test_without_an_instrument_the_error_is_one_line_and_no_file_is_left(tmp_path):
     file = tmp_path / "a.recording"
-    assert "none.sock" in error_line("record", file, "--socket", tmp_path / "none.sock")
+    assert "none.sock" in error_line("record", file, "--socket", tmp_path / "none.sock", code=69)
     (tmp_path / "off.toml").write_text('[rig]\nport = "/dev/null"\n[local]\nsocket = ""\n')
     assert "local.socket" in error_line("record", file, "--config", tmp_path / "off.toml")
     both = ("--config", tmp_path / "off.toml", "--socket", "x")
@@ -243,7 +243,7 @@ def test_a_server_that_is_not_an_instrument_is_not_recorded(tmp_path, data):
         link.recv(1000)
         link.close()
         _, err = recorder.communicate(timeout=20)
-    assert recorder.returncode == 2
+    assert recorder.returncode == 69
     assert len(err.strip().splitlines()) == 1
     assert os.listdir(tmp_path) == ["other.sock"]
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import typer.main
+from typer.testing import CliRunner
 
 from pneuforce.instrument.cli.app import app
 from pneuforce.instrument.cli.panel import _program_to_type
@@ -30,6 +31,12 @@ def test_the_help_of_every_command_and_option_is_a_sentence(name):
     for text in texts:
         assert not re.search(LOOKS_LIKE_MARKUP, text), text
         assert text.split("\n\n")[0].rstrip().endswith((".", ":", "!")), text
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_short_option_prints_the_help_of_every_command(name):
+    shown = CliRunner().invoke(app, [*name.split()[1:], "-h"])
+    assert (shown.exit_code, shown.output.count("Usage: ")) == (0, 1)
 
 
 def test_the_demo_names_the_program_as_the_user_typed_it(tmp_path, monkeypatch):

@@ -139,7 +139,7 @@ def test_the_check_of_a_configuration_prints_no_control_characters(tmp_path, as_
     file = tmp_path / "evil\x1b[2J.toml"
     file.write_text('[modbus]\n"key\\u001b[2J\\u202e" = 1\nhost = "\\u001b[2J\\n\\u009b"\n')
     done = pneuforce("config", "--check", file, *(["--json"] if as_json else []))
-    assert done.returncode == 2
+    assert done.returncode == 78
     assert_printable((done.stdout if as_json else done.stderr).rstrip("\n"))
 
 

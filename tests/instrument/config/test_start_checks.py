@@ -42,7 +42,7 @@ def test_what_stops_the_start_is_reported_with_file_and_key(tmp_path, command, k
     file = tmp_path / "instrument.toml"
     file.write_text(text)
     done = pneuforce(*command, file)
-    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (78, "", 1)
     assert done.stderr.startswith(f"pneuforce: {file}: ")
     assert key in done.stderr
     assert done.stderr.strip().isprintable()

@@ -1,0 +1,69 @@
+"""Exit codes of all commands, and the code of each error. docs/how-to/command-line.md contains the table."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Mapping
+from enum import IntEnum
+
+from pneuforce.errors import (
+    ConfigurationError,
+    ConfigurationFileError,
+    ConnectionFailed,
+    HoldEnded,
+    PneuforceError,
+    Rejected,
+    RigError,
+    ServerError,
+    UsageError,
+)
+from pneuforce.instrument.stream.entry import StreamError
+
+
+class ExitCode(IntEnum):
+    """Exit codes. The codes from 64 to 78 are those of sysexits.h."""
+
+    DONE = 0
+    FAILED = 1
+    USAGE = 2
+    REJECTED = 3
+    HOLD_ENDED = 4
+    VENT_NOT_CONFIRMED = 5
+    UNAVAILABLE = 69
+    IO_ERROR = 74
+    CONFIGURATION = 78
+    INTERRUPTED = 128 + signal.SIGINT  #: the code that a shell reports after Ctrl-C
+
+
+MEANINGS: Mapping[ExitCode, str] = {
+    ExitCode.DONE: "the command is done",
+    ExitCode.FAILED: "a check failed, a file is damaged, or the command was not completed",
+    ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
+    ExitCode.REJECTED: "the instrument rejected the request; nothing was changed",
+    ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
+    ExitCode.VENT_NOT_CONFIRMED: "the vent was sent, but the balloon was not confirmed to be empty",
+    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers, or it cannot be opened",
+    ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk",
+    ExitCode.CONFIGURATION: "the configuration file of the instrument is invalid; systemd does not retry",
+    ExitCode.INTERRUPTED: "Ctrl-C ended the command before it could react",
+}
+
+#: Code of each class of errors. The first class that matches determines the code.
+_CODES: tuple[tuple[type[BaseException], ExitCode], ...] = (
+    (ConfigurationFileError, ExitCode.CONFIGURATION),
+    (RigError, ExitCode.UNAVAILABLE),
+    (ConfigurationError, ExitCode.USAGE),
+    (UsageError, ExitCode.USAGE),
+    (StreamError, ExitCode.USAGE),
+    (Rejected, ExitCode.REJECTED),
+    (HoldEnded, ExitCode.HOLD_ENDED),
+    (ServerError, ExitCode.UNAVAILABLE),
+    (ConnectionFailed, ExitCode.UNAVAILABLE),
+    (OSError, ExitCode.IO_ERROR),
+    (PneuforceError, ExitCode.FAILED),
+)
+
+
+def exit_code_of(error: BaseException) -> ExitCode:
+    """Return the exit code of a command that ends with this error."""
+    return next((code for kind, code in _CODES if isinstance(error, kind)), ExitCode.FAILED)
