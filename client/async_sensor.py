@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 from pneuforce.client.address import connect as connect_blocking
+from pneuforce.client.details import Details
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import Measurement
 from pneuforce.client.sensor import ForceSensor
@@ -95,6 +96,22 @@ class AsyncForceSensor:
     async def vent(self) -> None:
         """Open the vent valve. See `ForceSensor.vent`."""
         await run_in(self._executor, self._sensor.vent)
+
+    async def wait_until_vented(self, timeout_s: float = 10.0) -> Measurement:
+        """Wait until the balloon is verified to be empty. See `ForceSensor.wait_until_vented`."""
+        return await run_in(self._executor, lambda: self._sensor.wait_until_vented(timeout_s))
+
+    async def set_setpoint(self, setpoint_kpa: float) -> None:
+        """Write the setpoint of the next hold. See `ForceSensor.set_setpoint`."""
+        await run_in(self._executor, lambda: self._sensor.set_setpoint(setpoint_kpa))
+
+    async def release(self) -> None:
+        """Vent, and end the lease. See `ForceSensor.release`."""
+        await run_in(self._executor, self._sensor.release)
+
+    async def details(self) -> Details:
+        """Return the fault, the lease and the versions. See `ForceSensor.details`."""
+        return await run_in(self._executor, self._sensor.details)
 
     async def clear(self) -> None:
         """Clear the latched faults. See `ForceSensor.clear`."""

@@ -10,10 +10,11 @@ from typing import Any
 
 from pneuforce.client.can_receiver import CanReceiver
 from pneuforce.client.connection import Command, HoldRequest
+from pneuforce.client.details import Details, fault_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, State
 from pneuforce.client.rejection import rejected
-from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded
+from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded, UsageError
 from pneuforce.registers.can.bus import CanAddress
 from pneuforce.registers.can.connection import CanConnection
 from pneuforce.registers.can.frames import COMMAND, encode
@@ -117,6 +118,13 @@ class CanSensorConnection:
         values = {"setpoint": request.setpoint_kpa, "lease": request.lease_s, "proof_test": proof_test}
         self._run({"mode": "hold", **values}, attempts=ATTEMPTS, renews=True)
 
+    def set_setpoint(self, setpoint_kpa: float) -> None:  # noqa: ARG002
+        """Raise UsageError: a Command hold with a new setpoint could inflate after a vent of another node."""
+        raise UsageError(
+            f"{self._url} cannot write only a setpoint, because a CAN Command with a setpoint is a "
+            "hold: end the hold and begin another, or connect to a tcp:// or rtu:// address"
+        )
+
     def renew_lease(self, lease_s: float) -> None:  # noqa: ARG002
         """Repeat the last Command of the hold, if the balloon was not vented meanwhile."""
         if self._receiver.silent_s() > self.silence_s:
@@ -135,6 +143,10 @@ class CanSensorConnection:
         """Vent, and end the lease."""
         self.vent()
 
+    def release(self) -> None:
+        """Vent, and end the lease of all nodes of this bus. A lease of another bus stays."""
+        self.end_hold()
+
     def run_command(self, command: Command) -> None:
         """Run a command. Raises Rejected."""
         self._run({"mode": command}, attempts=COMMAND_ATTEMPTS)
@@ -142,6 +154,15 @@ class CanSensorConnection:
     def first_out_fault(self) -> int:
         """Return the code of the first fault in the Emergency frames since the connection was opened."""
         return self._receiver.first_out_fault
+
+    def details(self) -> Details:
+        """Return the fault of the Emergency frames, and the content of the frame Identity."""
+        identity = self._receiver.identity()
+        return Details(
+            first_out_fault=fault_of(self._receiver.first_out_fault),
+            map_hash=identity["map_hash"],
+            serial_number=identity["serial_number"],
+        )
 
     def _run(self, values: dict[str, Any], *, attempts: int, renews: bool = False) -> None:
         """Send a Command until its Answer arrives. Raises Rejected, ConnectionLost.

@@ -128,6 +128,11 @@ class CanReceiver:
                 return None
             return int(self._frames[IDENTITY.name]["map_hash"])
 
+    def identity(self) -> dict[str, Any]:
+        """Return the values of the latest frame Identity."""
+        with self._changed:
+            return self._frames[IDENTITY.name]
+
     def expect(self, sequence: int, is_vent: bool) -> None:
         """Forget an earlier Answer with this sequence number. Before a vent, also forget vents of others."""
         with self._changed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from typing import Literal, NamedTuple, Protocol
 
+from pneuforce.client.details import Details
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement
 
@@ -56,7 +57,15 @@ class SensorConnection(Protocol):
         ...
 
     def end_hold(self) -> None:
-        """Vent, and end the lease."""
+        """Vent, and end the lease. Another client that has the lease keeps it."""
+        ...
+
+    def release(self) -> None:
+        """Vent, and end the lease. Raises Rejected, after the vent, if another client has the lease."""
+        ...
+
+    def set_setpoint(self, setpoint_kpa: float) -> None:
+        """Write the setpoint of the present or of the next hold."""
         ...
 
     def run_command(self, command: Command) -> None:
@@ -65,6 +74,10 @@ class SensorConnection(Protocol):
 
     def first_out_fault(self) -> int:
         """Return the code of the first-out fault, 0 if it is unknown or if there is no fault."""
+        ...
+
+    def details(self) -> Details:
+        """Return the fault, the requested values, the lease and the versions, if the bus transmits them."""
         ...
 
     def close(self) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from types import TracebackType
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
+from pneuforce.client.details import fault_of
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.errors import (
     AlreadyHeld,
@@ -19,8 +20,7 @@ from pneuforce.errors import (
     Rejected,
     Tripped,
 )
-from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE
-from pneuforce.registers.codes import FAULTS
+from pneuforce.registers.advice import REJECT_REASON_ADVICE
 from pneuforce.registers.field import Field
 from pneuforce.registers.map import BY_NAME
 
@@ -84,7 +84,7 @@ class Hold:
         request: HoldRequest,
         timeout_s: float,
     ) -> None:
-        _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", request.setpoint_kpa, 1.0)
+        check_setpoint(request.setpoint_kpa)
         _check_range(BY_NAME["lease"], "lease_s", "s", request.lease_s, 1e-3)
         if not timeout_s > 0:
             raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
@@ -229,10 +229,10 @@ class Hold:
         ):  # the state can change some milliseconds before the fault
             code = self._connection.first_out_fault()
             time.sleep(0 if code else POLL_S)
-        if code not in FAULT_ADVICE or not code:
+        fault = fault_of(code)
+        if fault is None:
             return Tripped("", "", REJECT_REASON_ADVICE["fault_latched"])
-        advice = FAULT_ADVICE[code]
-        return Tripped(FAULTS.names[code], advice.what, advice.do)
+        return Tripped(fault.name, fault.cause, fault.remedy)
 
     def _end_after(self, error: BaseException) -> None:
         """End the hold after `error`. A vent that cannot be sent is noted in `error`."""
@@ -263,6 +263,11 @@ class Hold:
             except ClientError as failure:
                 self._failure = failure
                 return
+
+
+def check_setpoint(setpoint_kpa: float) -> None:
+    """Raise ConfigurationError if the instrument would reject a setpoint."""
+    _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", setpoint_kpa, 1.0)
 
 
 def _check_range(register: Field, name: str, unit: str, value: float, unit_per_wire: float) -> None:

@@ -72,6 +72,10 @@ _REASONS = (
 )
 
 
+#: Conditions in which the pressure does not prove that the balloon is empty.
+_CONTRADICTING_VENTED = frozenset({Status.STALE, Status.LINK_LOST, Status.SENSOR_FAULT, Status.VENT_FAULT})
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measurement:
     """Values of one sample. A value that is not available, or that the bus does not transmit, is None.
@@ -112,6 +116,11 @@ class Measurement:
         if not self.valid:
             raise InvalidForce(self.reasons, self.explanation)
         return number_or_none(self.force_std_or_nan)
+
+    @property
+    def balloon_empty(self) -> bool:
+        """Return True if the instrument has verified that the balloon is empty, and no fault contradicts."""
+        return Status.VENTED in self.status and not self.status & _CONTRADICTING_VENTED
 
     @property
     def reasons(self) -> tuple[str, ...]:

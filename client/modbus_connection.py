@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 from pneuforce.client.connection import Command, HoldRequest
+from pneuforce.client.details import Details, details_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, number_or_none, state_of, status_of
 from pneuforce.client.rejection import rejected
@@ -26,6 +27,8 @@ POLL_S = 0.01
 _MEASURED = range(26)
 _MAP_VERSION = range(768, 769)
 _FIRST_OUT_FAULT = range(778, 779)
+_REQUESTED = range(512, 547)
+_IDENTITY = range(768, 784)
 
 
 class ModbusSensorConnection:
@@ -106,7 +109,7 @@ class ModbusSensorConnection:
     def begin_hold(self, request: HoldRequest) -> None:
         """Write the setpoint, then request the inflation. The last write must not be repeated."""
         self._allow_proof_tests(request.proof_tests)
-        self._repeatable(lambda client: client.write("setpoint_requested", request.setpoint_kpa))
+        self.set_setpoint(request.setpoint_kpa)
         self._once(lambda client: client.write("mode", "hold"))
 
     def renew_lease(self, lease_s: float) -> None:
@@ -119,7 +122,19 @@ class ModbusSensorConnection:
         with suppress(Rejected):
             if self._forbids_proof_tests:
                 self._allow_proof_tests(True)
-            self._repeatable(lambda client: client.write("lease", 0.0))
+            self._end_lease()
+
+    def release(self) -> None:
+        """Vent, then write the lease time 0."""
+        self.vent()
+        self._end_lease()
+
+    def _end_lease(self) -> None:
+        self._repeatable(lambda client: client.write("lease", 0.0))
+
+    def set_setpoint(self, setpoint_kpa: float) -> None:
+        """Write the setpoint. This write never inflates a balloon that is vented."""
+        self._repeatable(lambda client: client.write("setpoint_requested", setpoint_kpa))
 
     def _allow_proof_tests(self, allowed: bool) -> None:
         proof_test = "allowed" if allowed else "forbidden"
@@ -135,6 +150,11 @@ class ModbusSensorConnection:
     def first_out_fault(self) -> int:
         """Return the code of the first-out fault."""
         return int(self._repeatable(lambda client: client.read_block(_FIRST_OUT_FAULT))["first_out_fault"])
+
+    def details(self) -> Details:
+        """Return the details of two requests."""
+        requested = self._repeatable(lambda client: client.read_block(_REQUESTED))
+        return details_of(requested | self._repeatable(lambda client: client.read_block(_IDENTITY)))
 
     # ---- requests
 

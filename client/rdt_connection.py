@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from typing import NoReturn
 
 from pneuforce.client.connection import Command, HoldRequest
+from pneuforce.client.details import Details
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.errors import ConnectionFailed, ConnectionLost, ReadOnlySensor
@@ -151,6 +152,14 @@ class RdtSensorConnection:
     def end_hold(self) -> None:
         """Do nothing, because this connection cannot hold the balloon."""
 
+    def release(self) -> None:
+        """Raise ReadOnlySensor."""
+        self._reject("end a lease")
+
+    def set_setpoint(self, setpoint_kpa: float) -> None:  # noqa: ARG002
+        """Raise ReadOnlySensor."""
+        self._reject("write a setpoint")
+
     def run_command(self, command: Command) -> None:
         """Raise ReadOnlySensor."""
         self._reject(command)
@@ -158,6 +167,10 @@ class RdtSensorConnection:
     def first_out_fault(self) -> int:
         """Return 0, because RDT does not transmit the fault."""
         return 0
+
+    def details(self) -> Details:
+        """Return no details, because RDT does not transmit them."""
+        return Details()
 
     def _reject(self, request: str) -> NoReturn:
         raise ReadOnlySensor(

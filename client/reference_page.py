@@ -52,7 +52,7 @@ balloon, because another program of the same peer is not rejected.
 
 """
 _SECTIONS = (
-    ("Connect", ("connect", "ForceSensor", "Hold")),
+    ("Connect", ("connect", "ForceSensor", "Hold", "Details", "LatchedFault")),
     ("Measurements", ("Measurement", "State", "Status")),
     ("Force of two pressures", ("force", "ForceEstimate")),
     ("Recordings", ("Recording",)),

@@ -7,10 +7,13 @@ import time
 from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
-from pneuforce.client.holding import CurrentHold, Hold
+from pneuforce.client.details import Details
+from pneuforce.client.holding import CurrentHold, Hold, check_setpoint
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
-from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed
+from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentNotConfirmed
+
+VENT_POLL_S = 0.05
 
 
 class ForceSensor:
@@ -156,6 +159,61 @@ class ForceSensor:
             self._connection.vent()
         finally:  # even if the vent was not sent, the lease must no longer be renewed
             self._current_hold.end()
+
+    def wait_until_vented(self, timeout_s: float = 10.0) -> Measurement:
+        """Wait after a vent until the instrument has verified that the balloon is empty.
+
+        Returns the measurement that shows the empty balloon. Raises VentNotConfirmed after `timeout_s`, and
+        ConnectionLost.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                sensor.vent()
+                print(sensor.wait_until_vented().pressure_kpa)
+        """
+        until_s = time.monotonic() + timeout_s
+        while True:
+            self._check_open()
+            measurement = self._connection.read()
+            if measurement.balloon_empty:
+                return measurement
+            if not time.monotonic() < until_s:
+                raise VentNotConfirmed(timeout_s, measurement.pressure_kpa)
+            time.sleep(VENT_POLL_S)
+
+    def set_setpoint(self, setpoint_kpa: float) -> None:
+        """Write the setpoint (2 to 12 kPa) of the next hold. A held balloon gets the setpoint at once.
+
+        During a contact, the setpoint takes effect after the contact. This call needs Modbus: over CAN, it
+        raises UsageError. Raises ConfigurationError, Rejected and ConnectionLost.
+        """
+        self._check_open()
+        check_setpoint(setpoint_kpa)
+        self._connection.set_setpoint(setpoint_kpa)
+
+    def release(self) -> None:
+        """Vent, and end the lease of this peer, as at the normal end of a program.
+
+        Raises Rejected, after the vent, if another peer has the lease. Raises ConnectionLost.
+        """
+        self._check_open()
+        try:
+            self._connection.release()
+        finally:
+            self._current_hold.end()
+
+    def details(self) -> Details:
+        """Return the first-out fault with its remedy, the requested setpoint, the lease and the versions.
+
+        Raises ConnectionLost.
+
+        Example:
+            with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
+                fault = sensor.details().first_out_fault
+                print(fault.remedy if fault else "no fault is latched")
+        """
+        self._check_open()
+        return self._connection.details()
 
     def clear(self) -> None:
         """Clear the latched faults. Remove their cause before. This command moves no valve.

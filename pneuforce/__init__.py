@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pneuforce import aio, testing
     from pneuforce.client.address import connect
+    from pneuforce.client.details import Details, LatchedFault
     from pneuforce.client.force import ForceEstimate, force
     from pneuforce.client.holding import Hold
     from pneuforce.client.measurement import Measurement, State, Status
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
         SensorClosed,
         Tripped,
         UsageError,
+        VentNotConfirmed,
     )
 
 __all__ = [
@@ -38,11 +40,13 @@ __all__ = [
     "ConfigurationError",
     "ConnectionFailed",
     "ConnectionLost",
+    "Details",
     "ForceEstimate",
     "ForceSensor",
     "Hold",
     "HoldEnded",
     "InvalidForce",
+    "LatchedFault",
     "Measurement",
     "PneuforceError",
     "ReadOnlySensor",
@@ -53,6 +57,7 @@ __all__ = [
     "Status",
     "Tripped",
     "UsageError",
+    "VentNotConfirmed",
     "aio",
     "connect",
     "force",
@@ -61,9 +66,11 @@ __all__ = [
 
 #: Module of each public name. Names that are not listed are exceptions.
 _MODULES = {
+    "Details": "client.details",
     "ForceEstimate": "client.force",
     "ForceSensor": "client.sensor",
     "Hold": "client.holding",
+    "LatchedFault": "client.details",
     "Measurement": "client.measurement",
     "Recording": "client.recording",
     "State": "client.measurement",

@@ -14,6 +14,7 @@
         ├── ConnectionFailed (OSError)      no instrument answers at an address
         │   └── ConnectionLost              an open connection, or the samples, have stopped
         ├── Rejected                        the instrument rejected a request
+        ├── VentNotConfirmed                the balloon was not verified to be empty after a vent
         ├── InvalidForce (ValueError)       the force was used, although it is not valid
         ├── HoldEnded                       the balloon is no longer held
         │   └── Tripped                     the rig has tripped
@@ -128,6 +129,23 @@ class Rejected(ClientError):
         self.request = request
         self.reason = reason
         self.remedy = remedy
+
+
+class VentNotConfirmed(ClientError):
+    """Vent that was sent, but after which the instrument did not verify that the balloon is empty.
+
+    `pressure_kpa` is the last measured pressure, None if no pressure is available.
+    """
+
+    def __init__(self, waited_s: float, pressure_kpa: float | None) -> None:
+        pressure = (
+            "no pressure is available" if pressure_kpa is None else f"the pressure is {pressure_kpa:.2f} kPa"
+        )
+        super().__init__(
+            f"the vent was sent, but the instrument did not verify within {waited_s:g} s that the balloon is "
+            f"empty ({pressure}): press the stop switch at the rig, then check the vent valve and the tube"
+        )
+        self.pressure_kpa = pressure_kpa
 
 
 class InvalidForce(ClientError, ValueError):

@@ -16,6 +16,7 @@ from pneuforce.errors import (
     RigError,
     ServerError,
     UsageError,
+    VentNotConfirmed,
 )
 from pneuforce.instrument.stream.entry import StreamError
 
@@ -57,6 +58,7 @@ _CODES: tuple[tuple[type[BaseException], ExitCode], ...] = (
     (StreamError, ExitCode.USAGE),
     (Rejected, ExitCode.REJECTED),
     (HoldEnded, ExitCode.HOLD_ENDED),
+    (VentNotConfirmed, ExitCode.VENT_NOT_CONFIRMED),
     (ServerError, ExitCode.UNAVAILABLE),
     (ConnectionFailed, ExitCode.UNAVAILABLE),
     (OSError, ExitCode.IO_ERROR),

@@ -10,6 +10,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 
 import can
 import pytest
@@ -71,6 +72,16 @@ def test_a_hold_on_a_serial_line_renews_its_lease_and_ends_it(instrument, sensor
         registers = instrument.registers()
         assert (registers["state"], registers["lease_holder"]) == ("holding", "modbus_rtu")
         assert proof_test_of(sensor) == "forbidden"
+        details = sensor.details()
+        assert (details.lease_holder, details.setpoint_requested_kpa) == ("modbus_rtu", LOW_KPA)
+        assert 0.0 < details.lease_left_s <= 0.6
+        sensor.set_setpoint(LOW_KPA + 0.1)
+        assert instrument.registers()["setpoint_requested"] == pytest.approx(LOW_KPA + 0.1)
+        with pytest.raises(pneuforce.VentNotConfirmed) as caught:
+            sensor.wait_until_vented(0.1)
+        assert caught.value.pressure_kpa == pytest.approx(LOW_KPA, abs=0.3)
+    assert sensor.wait_until_vented().pressure_kpa < 0.3
+    assert sensor.details().lease_left_s is None
     assert proof_test_of(sensor) == "allowed"
     registers = instrument.registers()
     assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
@@ -94,6 +105,8 @@ def test_a_trip_is_raised_at_the_next_call_and_can_be_cleared(instrument, sensor
         instrument.rig.remove_fault("burst")
     assert caught.value.fault == "burst"
     assert caught.value.remedy
+    fault = sensor.details().first_out_fault
+    assert (fault.name, fault.remedy) == ("burst", caught.value.remedy)
     with pytest.raises(pneuforce.Rejected) as rejected:
         hold_until_it_fails(sensor, 3.0, lambda: None)
     assert rejected.value.reason == "fault_latched"
@@ -112,7 +125,11 @@ def test_another_peer_cannot_hold_but_can_vent(instrument, sensors):
         time.sleep(0.2)
         registers = instrument.registers()
         assert (registers["mode"], registers["state"]) == ("hold", "holding")
-        plc.vent()
+        with pytest.raises(pneuforce.Rejected) as caught:
+            plc.set_setpoint(LOW_KPA)
+        assert caught.value.reason == "lease"
+        with pytest.raises(pneuforce.Rejected):  # the lease stays, but the rig vents
+            plc.release()
 
     with pytest.raises(pneuforce.HoldEnded):
         hold_until_it_fails(robot, LOW_KPA, interfere)
@@ -299,9 +316,11 @@ def test_a_stream_over_a_dead_line_becomes_invalid_then_raises_and_the_sensor_re
 
 def test_rdt_can_command_nothing(sensors):
     sensor = sensors["rdt"]
-    for call in (sensor.vent, sensor.clear, sensor.zero, sensor.hold(5.0).__enter__):
+    hold, set_setpoint = sensor.hold(5.0).__enter__, partial(sensor.set_setpoint, 5.0)
+    for call in (sensor.vent, sensor.release, sensor.clear, sensor.zero, hold, set_setpoint):
         with pytest.raises(pneuforce.ReadOnlySensor):
             call()
+    assert sensor.details() == pneuforce.Details()
     assert sensor.read().sample_counter is not None
 
 

@@ -16,10 +16,14 @@ HOLD = "(setpoint_kpa, *, lease_s=2.0, timeout_s=20.0, proof_tests=True)"
 SENSOR = {
     "clear": "()",
     "close": "()",
+    "details": "()",
     "hold": HOLD,
     "read": "()",
+    "release": "()",
+    "set_setpoint": "(setpoint_kpa)",
     "stream": "(timeout_s=1.0)",
     "vent": "()",
+    "wait_until_vented": "(timeout_s=10.0)",
     "zero": "()",
 }
 FUNCTIONS = {
@@ -52,6 +56,7 @@ METHODS = {
 ATTRIBUTES = {
     "Measurement": {
         "age_s",
+        "balloon_empty",
         "explanation",
         "force_n",
         "force_or_nan",
@@ -66,6 +71,23 @@ ATTRIBUTES = {
         "status",
         "valid",
     },
+    "Details": {
+        "active_fault_count",
+        "balloon_id",
+        "calibration_date",
+        "configuration_hash",
+        "first_out_fault",
+        "force_limit_n",
+        "inflation_count",
+        "lease_holder",
+        "lease_left_s",
+        "map_hash",
+        "map_version",
+        "method",
+        "serial_number",
+        "setpoint_requested_kpa",
+    },
+    "LatchedFault": {"cause", "code", "count", "index", "name", "remedy"},
     "ForceEstimate": {"count", "force_n", "force_std_n", "index"},
 }
 CLIENT_ERROR = "ClientError"
@@ -83,6 +105,7 @@ ERRORS = {
     "SensorClosed": "UsageError",
     "Tripped": "HoldEnded",
     "UsageError": CLIENT_ERROR,
+    "VentNotConfirmed": CLIENT_ERROR,
 }
 ENUMERATIONS = {"State", "Status"}  # test_measurement.py compares their members with the register map
 SUBMODULES = {

@@ -1,0 +1,79 @@
+"""Details of an instrument beside its measurement: fault, requested values, lease and versions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from pneuforce.client.measurement import number_or_none
+from pneuforce.registers.advice import FAULT_ADVICE
+from pneuforce.registers.codes import FAULTS
+
+
+class LatchedFault(NamedTuple):
+    """Fault that has tripped the rig, with its cause and the remedy of docs/faults.md."""
+
+    code: int
+    name: str
+    cause: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Details:
+    """Details of an instrument. A value that is not available, or that the bus does not transmit, is None."""
+
+    first_out_fault: LatchedFault | None = None  #: None also if the rig has tripped and the fault is unknown
+    active_fault_count: int | None = None  #: number of latched faults
+    setpoint_requested_kpa: float | None = None  #: setpoint of the next hold
+    force_limit_n: float | None = None  #: limit of the status `FORCE_HIGH_ALARM`
+    lease_holder: str | None = None  #: bus of the client that has the lease; "none" without a lease
+    lease_left_s: float | None = None  #: time until the lease expires; None without a lease
+    method: str | None = None  #: force model
+    calibration_date: str | None = None  #: date of the calibration (ISO 8601); None without a calibration
+    serial_number: int | None = None  #: serial number of the instrument
+    balloon_id: int | None = None  #: number of the balloon
+    inflation_count: int | None = None  #: number of inflations of this balloon
+    map_version: int | None = None  #: version of the register map
+    map_hash: int | None = None  #: hash of all declarations of all buses
+    configuration_hash: int | None = None  #: hash of the configuration and the calibration
+
+
+def fault_of(code: int) -> LatchedFault | None:
+    """Return the fault with this code, None for 0 and for a code that this version does not know."""
+    if not code or code not in FAULT_ADVICE:
+        return None
+    advice = FAULT_ADVICE[code]
+    return LatchedFault(code, FAULTS.names[code], advice.what, advice.do)
+
+
+def details_of(registers: Mapping[str, Any]) -> Details:
+    """Return the details in the values of the registers, by register name."""
+    held = registers["lease_holder"] != "none"
+    return Details(
+        first_out_fault=fault_of(int(registers["first_out_fault"])),
+        setpoint_requested_kpa=number_or_none(registers["setpoint_requested"]),
+        force_limit_n=number_or_none(registers["force_limit"]),
+        lease_left_s=number_or_none(registers["lease_left"]) if held else None,
+        calibration_date=_iso_date(int(registers["calibration_date"])),
+        **{
+            name: registers[name]
+            for name in (
+                "active_fault_count",
+                "lease_holder",
+                "method",
+                "serial_number",
+                "balloon_id",
+                "inflation_count",
+                "map_version",
+                "map_hash",
+                "configuration_hash",
+            )
+        },
+    )
+
+
+def _iso_date(code: int) -> str | None:
+    """Return a date yyyymmdd as text, None for 0."""
+    return f"{code // 10000:04d}-{code // 100 % 100:02d}-{code % 100:02d}" if code else None
