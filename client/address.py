@@ -5,12 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import SplitResult, parse_qsl, urlsplit
 
 from pneuforce.client.connection import SensorConnection
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, ConnectionFailed
+
+if TYPE_CHECKING:
+    from pneuforce.registers.modbus.client import ModbusClient
+
+    #: Function that opens a Modbus connection, and the longest silence of valid samples [s].
+    ModbusOpener = tuple[Callable[[], ModbusClient], float]
 
 TCP_WAIT_S, TCP_SILENCE_S = 1.0, 0.1
 CAN_SILENCE_S = RDT_SILENCE_S = 0.1
@@ -94,6 +100,21 @@ def connect(url: str) -> ForceSensor:
     return ForceSensor(url, SCHEMES[address.scheme].open(address))
 
 
+def send_vent(url: str) -> None:
+    """Vent the instrument at `url` (tcp or rtu), also if it has another version of the register map.
+
+    Register 516 is the same in all versions, and a vent must not depend on the version of a program. The vent
+    is tried twice. Raises ConfigurationError for an invalid address, and ConnectionFailed if it was not sent.
+    """
+    from pneuforce.client.modbus_connection import vent_once
+
+    open_client, _ = _MODBUS_CLIENTS[(address := parse_url(url)).scheme](address)
+    try:
+        vent_once(url, open_client)
+    except ConnectionFailed:
+        vent_once(url, open_client)
+
+
 def parse_url(text: str) -> Url:
     """Return the parts of an address. Raises ConfigurationError for an unknown scheme or option."""
     examples = ", ".join(repr(scheme.example) for scheme in SCHEMES.values())
@@ -128,19 +149,21 @@ def _check_options(url: Url, names: list[str]) -> None:
 # ---- one function for each scheme
 
 
-def _open_tcp(url: Url) -> SensorConnection:
+def _open_modbus(url: Url) -> SensorConnection:
     from pneuforce.client.modbus_connection import ModbusSensorConnection
+
+    return ModbusSensorConnection(url.text, *_MODBUS_CLIENTS[url.scheme](url))
+
+
+def _tcp_client(url: Url) -> ModbusOpener:
     from pneuforce.registers.modbus.client import ModbusClient
 
     host, port = url.host_and_port(5020)
     unit = url.integer("unit", 1, range(256))
-    return ModbusSensorConnection(
-        url.text, lambda: ModbusClient.connect(host, port, unit=unit, wait_s=TCP_WAIT_S), TCP_SILENCE_S
-    )
+    return lambda: ModbusClient.connect(host, port, unit=unit, wait_s=TCP_WAIT_S), TCP_SILENCE_S
 
 
-def _open_rtu(url: Url) -> SensorConnection:
-    from pneuforce.client.modbus_connection import ModbusSensorConnection
+def _rtu_client(url: Url) -> ModbusOpener:
     from pneuforce.registers.modbus.client import ModbusClient
 
     device = url.parts.path
@@ -158,7 +181,7 @@ def _open_rtu(url: Url) -> SensorConnection:
             device, baud=baud, parity=parity, unit=unit, wait_s=0.3 + 3 * request_s
         )
 
-    return ModbusSensorConnection(url.text, open_client, max(TCP_SILENCE_S, 3 * request_s))
+    return open_client, max(TCP_SILENCE_S, 3 * request_s)
 
 
 def _open_rdt(url: Url) -> SensorConnection:
@@ -188,9 +211,13 @@ def _open_can(url: Url) -> SensorConnection:
     return CanSensorConnection(url.text, server, node_id, url.seconds("silence", CAN_SILENCE_S, 0.02, 3.0))
 
 
+_MODBUS_CLIENTS: Mapping[str, Callable[[Url], ModbusOpener]] = {"tcp": _tcp_client, "rtu": _rtu_client}
+
 SCHEMES: Mapping[str, Scheme] = {
-    "tcp": Scheme("tcp://192.168.1.10:5020?unit=1", frozenset({"unit"}), _open_tcp),
-    "rtu": Scheme("rtu:///dev/ttyUSB0?unit=1&baud=19200", frozenset({"unit", "baud", "parity"}), _open_rtu),
+    "tcp": Scheme("tcp://192.168.1.10:5020?unit=1", frozenset({"unit"}), _open_modbus),
+    "rtu": Scheme(
+        "rtu:///dev/ttyUSB0?unit=1&baud=19200", frozenset({"unit", "baud", "parity"}), _open_modbus
+    ),
     "can": Scheme("can://socketcan/can0?node=5", frozenset({"node", "host", "port", "silence"}), _open_can),
     "rdt": Scheme("rdt://192.168.1.10:49152", frozenset(), _open_rdt),
 }

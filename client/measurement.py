@@ -137,6 +137,11 @@ class Measurement:
             texts.insert(0, f"state {self.state}: {STATE_DESCRIPTIONS[str(self.state)]}")
         return " ".join(texts) or "the instrument reports no reason"
 
+    @property
+    def remedy(self) -> str:
+        """Return what to do about a missing force, for the most important reason; "" without a reason."""
+        return STATUS_ADVICE[self.reasons[0]].do if self.reasons else ""
+
 
 def number_or_none(value: float) -> float | None:
     """Return a decoded value, None for NaN (not available)."""

@@ -193,6 +193,15 @@ class ModbusSensorConnection:
                 raise ConnectionLost(f"{self._url}: {error}; {_hint(self._url)}") from None
 
 
+def vent_once(url: str, open_client: Callable[[], ModbusClient]) -> None:
+    """Vent over a new connection, without a check of the register map. Raises ConnectionFailed."""
+    try:
+        with open_client() as client:
+            client.vent()
+    except ModbusClientError as error:
+        raise ConnectionFailed(f"{url}: {error}; {_hint(url)}") from None
+
+
 def _hint(url: str) -> str:
     where = "cable, the unit and the baud rate" if url.startswith("rtu") else "address and the network"
     return f"check that the instrument runs, and check the {where}"

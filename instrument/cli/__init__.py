@@ -31,7 +31,10 @@ def main() -> None:
     except KeyboardInterrupt:
         _exit("", INTERRUPTED)
     except PneuforceError as error:
-        _fail(error, str(error))
+        _fail(
+            error,
+            " ".join([f"{error}.", *notes]) if (notes := getattr(error, "__notes__", [])) else str(error),
+        )
     except BrokenPipeError:
         _exit("", 0)
     except OSError as error:

@@ -14,6 +14,7 @@ from pneuforce.instrument.cli import (
     files,
     log_commands,
     model_commands,
+    operate_commands,
     recording_commands,
     rig_commands,
     sim_commands,
@@ -33,6 +34,7 @@ app = typer.Typer(
 )
 app.add_typer(model_commands.commands)
 app.add_typer(rig_commands.commands)
+app.add_typer(operate_commands.commands)
 app.add_typer(watch_command.commands)
 app.add_typer(can_commands.commands)
 app.add_typer(recording_commands.commands)
@@ -40,6 +42,7 @@ app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(log_commands.commands, name="log")
 app.add_typer(sim_commands.commands, name="sim")
 app.add_typer(files.commands)
+app.command()(sim_commands.press)
 
 
 def _print_version(requested: bool) -> None:

@@ -41,6 +41,11 @@ def format_value(definition: Field, value: Any) -> str:
     return f"{value:.3f} {quantity_unit(definition.unit)}" if math.isfinite(value) else "not available"
 
 
+def pressure_text(pressure_kpa: float | None) -> str:
+    """Return a pressure as text with its unit."""
+    return "not available" if pressure_kpa is None else f"{round(pressure_kpa, 3) + 0.0:.3f} kPa"
+
+
 @contextmanager
 def progress(title: str) -> Iterator[ReportProgress]:
     """Show a progress bar on stderr if stderr is a terminal. Yields the callback that moves the bar."""

@@ -13,7 +13,7 @@ from pneuforce.instrument.cli.options import Json
 
 commands = typer.Typer(
     name="sim",
-    help="Run a simulated rig, and inject faults into it.",
+    help="Run a simulated rig, press its balloon, and inject faults into it.",
     no_args_is_help=True,
 )
 
@@ -97,6 +97,36 @@ def _reason(error: OSError, control_port: int) -> str:
     return str(error)
 
 
+Link = Annotated[Path, typer.Option(help="Link to the serial port of the simulator.")]
+ControlPort = Annotated[
+    int | None, typer.Option(help="Control port of the simulator, instead of the link.", min=1, max=65535)
+]
+
+
+@commands.command()
+def press(
+    force_n: Annotated[float | None, typer.Argument(help="Force in N.", metavar="FORCE")] = None,
+    release: Annotated[bool, typer.Option("--release", help="End the contact.")] = False,
+    seconds: Annotated[
+        float | None, typer.Option(help="Release after this time, in s, or at Ctrl-C.", min=0.0)
+    ] = None,
+    link: Link = DEFAULT_LINK,
+    control: ControlPort = None,
+    as_json: Json = False,
+) -> None:
+    """Press the balloon of a running simulator with a constant force until --release.
+
+    The instrument measures a force only if the balloon was held before the contact.
+    pneuforce press is the same command.
+
+    Example: pneuforce sim press 2.0 --seconds 3
+    """
+    from pneuforce.instrument.cli import sim_press
+    from pneuforce.instrument.cli.sim_fault import control_port_of
+
+    sim_press.press(control or control_port_of(link), force_n, release, seconds, as_json)
+
+
 @commands.command()
 def fault(
     name: Annotated[
@@ -107,11 +137,8 @@ def fault(
         typer.Argument(help="Size of the fault, for example kpa_per_s=0.02.", metavar="ARGUMENT=NUMBER"),
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="Remove the fault.")] = False,
-    link: Annotated[Path, typer.Option(help="Link to the serial port of the simulator.")] = DEFAULT_LINK,
-    control: Annotated[
-        int | None,
-        typer.Option(help="Control port of the simulator, instead of the link.", min=1, max=65535),
-    ] = None,
+    link: Link = DEFAULT_LINK,
+    control: ControlPort = None,
     show: Annotated[bool, typer.Option("--list", help="List all faults and exit.")] = False,
     as_json: Json = False,
 ) -> None:

@@ -1,6 +1,7 @@
 """Tests of the Python package with a running instrument: each bus, each refusal, each lost connection."""
 
 import asyncio
+import json
 import math
 import signal
 import socket
@@ -11,6 +12,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
+from urllib.parse import parse_qsl, urlsplit
 
 import can
 import pytest
@@ -18,6 +20,7 @@ import pytest
 import pneuforce
 from pneuforce import State, Status
 from tests.client.instruments import FACES, running_instrument
+from tests.command_runner import pneuforce as pneuforce_command
 from tests.system.waiting import wait_for
 
 #: Low setpoints, because their inflation is short. The force of a contact is valid only at the first.
@@ -85,6 +88,16 @@ def test_a_hold_on_a_serial_line_renews_its_lease_and_ends_it(instrument, sensor
     assert proof_test_of(sensor) == "allowed"
     registers = instrument.registers()
     assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+
+
+def test_the_command_line_uses_a_serial_line_and_names_the_holder_of_the_lease(instrument, sensors):
+    line = urlsplit(instrument.url("rtu"))
+    words = ["--device", line.path, *(w for k, v in parse_qsl(line.query) for w in (f"--{k}", v))]
+    assert json.loads(pneuforce_command("status", *words, "--json").stdout)["state"] == "vented"
+    sensors["can"]._connection.prepare_hold(5.0)
+    rejected = pneuforce_command("set", "5", *words, "--json")
+    sensors["can"].release()
+    assert (rejected.returncode, json.loads(rejected.stdout)["reason"]) == (3, "lease")
 
 
 def hold_until_it_fails(sensor, setpoint_kpa, act, **options):

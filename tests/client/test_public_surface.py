@@ -65,6 +65,7 @@ ATTRIBUTES = {
         "pressure_kpa",
         "radius_mm",
         "reasons",
+        "remedy",
         "sample_counter",
         "setpoint_kpa",
         "state",

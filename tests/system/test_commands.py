@@ -4,20 +4,27 @@ import json
 import os
 import re
 import select
+import signal
 import socket
 import subprocess
 import sys
 import tomllib
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from importlib.metadata import version
 
 import pytest
 
+from pneuforce.instrument.cli.exit_codes import ExitCode
+from pneuforce.instrument.cli.vent import vent_and_confirm
+from pneuforce.registers.advice import FAULT_ADVICE
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views import VIEWS
+from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.teststand.child_process import ChildProcessFailed
 from pneuforce.teststand.stack import start
 from tests.command_runner import pneuforce
 from tests.source_tree import ROOT
+from tests.system.waiting import wait_for
 
 
 def estimate(*arguments):
@@ -324,3 +331,126 @@ def test_watching_modbus_shows_each_register_in_its_own_unit(shared_stack):
     assert re.search(r"sample_age \d+ ms", seen)
     assert re.search(r"lease 0 ms", seen)
     assert re.search(r"pressure -?\d\.\d{3} kPa", seen)
+
+
+# ---- operation of a running instrument
+
+
+@pytest.fixture
+def operate(shared_stack):
+    """Return a function that runs a command at the shared instrument. At the end, the rig is vented."""
+
+    def run(*words):
+        return pneuforce(*words, "--port", shared_stack.modbus_port, timeout_s=30)
+
+    yield run
+    with shared_stack.plc() as plc:
+        plc.vent()
+        plc.write("lease", 0.0)
+        plc.run_command("clear_faults")
+
+
+def printed_json(done):
+    return json.loads(done.stdout)
+
+
+@contextmanager
+def holding(stack, *words):
+    """Run `pneuforce hold` in the background."""
+    command = [sys.executable, "-m", "pneuforce", "hold", *words, "--port", str(stack.modbus_port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def test_the_status_of_a_vented_rig_as_json_is_null_without_a_value(operate):
+    shown = printed_json(operate("status", "--json"))
+    assert shown["state"] == "vented"
+    for key in ("first_out_fault", "force_n", "force_std_n", "setpoint_kpa", "radius_mm", "lease"):
+        assert shown[key] is None, key
+    assert "function_check" in shown["no_force_because"]
+    assert shown["remedy"]
+    assert shown["versions"]["map_hash"] == f"{MAP_HASH:08x}"
+    text = operate("status").stdout
+    assert re.search("^force +not available: state vented", text, re.MULTILINE)
+    assert re.search("^fault +none$", text, re.MULTILINE)
+
+
+def test_a_hold_is_shown_changed_pressed_and_ended_by_a_vent(shared_stack, operate):
+    control = shared_stack.control.getpeername()[1]
+    with holding(shared_stack, "2.0", "--json") as process:
+        assert json.loads(process.stdout.readline())["pressure_kpa"] == pytest.approx(2.0, abs=0.3)
+        assert printed_json(operate("status", "--json"))["lease"]["holder"] == "modbus_tcp"
+        assert operate("set", "2.1").returncode == ExitCode.DONE
+        assert pneuforce("press", "0.2", "--control", control).returncode == ExitCode.DONE
+        wait_for(SimulatorClient(control).truth, lambda truth: truth["applied_n"] == 0.2)
+        assert pneuforce("sim", "press", "--release", "--control", control).returncode == ExitCode.DONE
+        unconfirmed = operate("vent", "--timeout", "0", "--json")
+        assert unconfirmed.returncode == ExitCode.VENT_NOT_CONFIRMED
+        result = printed_json(unconfirmed)
+        assert (result["sent"], result["confirmed"]) == (True, False)
+        assert operate("vent").returncode == ExitCode.DONE
+        last = json.loads(process.communicate(timeout=10)[0].splitlines()[-1])
+        assert (process.returncode, last["done"]) == (ExitCode.HOLD_ENDED, False)
+    registers = shared_stack.plc().read()
+    assert (registers["state"], registers["lease_holder"]) == ("vented", "none")
+
+
+def test_ctrl_c_ends_a_hold_with_a_confirmed_vent(shared_stack, operate):
+    with holding(shared_stack, "2.0") as process:
+        process.stderr.readline()  # the rig is vented, then the inflation begins
+        process.send_signal(signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=10)
+    assert (process.returncode, "Traceback" in stderr) == (ExitCode.DONE, False)
+    assert "verified" in stdout
+    assert shared_stack.plc().read()["lease_holder"] == "none"
+
+
+def test_a_rejected_hold_names_the_reason_and_the_fault_and_its_remedy(shared_stack, operate):
+    with shared_stack.plc() as plc:
+        plc.write("lease", 0.2)
+        wait_for(plc.read_all, lambda registers: registers["first_out_fault"] == 32)
+    rejected = operate("hold", "2.0", "--json")
+    assert rejected.returncode == ExitCode.REJECTED
+    result = printed_json(rejected)
+    assert (result["done"], result["reason"]) == (False, "fault_latched")
+    assert FAULT_ADVICE[32].do in result["remedy"]
+    fault = printed_json(operate("status", "--json"))["first_out_fault"]
+    assert (fault["name"], fault["remedy"]) == ("lease_expired", FAULT_ADVICE[32].do)
+    assert operate("clear").returncode == ExitCode.DONE
+    assert operate("zero").returncode == ExitCode.DONE
+    assert operate("release").returncode == ExitCode.DONE
+
+
+def test_a_vent_is_sent_to_an_instrument_of_another_version(shared_stack, monkeypatch, capsys):
+    with shared_stack.plc() as plc:
+        plc.write("setpoint_requested", 2.0)
+        plc.write("mode", "hold")
+        monkeypatch.setattr("pneuforce.client.modbus_connection.MAP_VERSION", 99)
+        code = vent_and_confirm(f"tcp://127.0.0.1:{shared_stack.modbus_port}", 5.0, as_json=True)
+        assert (code, json.loads(capsys.readouterr().out)["sent"]) == (ExitCode.VENT_NOT_CONFIRMED, True)
+        wait_for(plc.read, lambda registers: registers["state"] == "vented")
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("vent", "--port", "1", "--json"), ExitCode.UNAVAILABLE),
+        (("status", "--port", "1"), ExitCode.UNAVAILABLE),
+        (("hold", "nan", "--port", "1"), ExitCode.USAGE),
+        (("set", "12.5", "--port", "1"), ExitCode.USAGE),
+        (("status", "--device", "/dev/ttyUSB77"), ExitCode.UNAVAILABLE),
+        (("status", "--device", "/dev/ttyUSB77", "--port", "5020"), ExitCode.USAGE),
+        (("status", "--baud", "9600"), ExitCode.USAGE),
+        (("press",), ExitCode.USAGE),
+        (("press", "1", "--release", "--control", "1"), ExitCode.USAGE),
+        (("press", "1", "--control", "1"), ExitCode.UNAVAILABLE),
+    ],
+)
+def test_a_command_that_cannot_be_sent_has_its_code(words, code):
+    done = pneuforce(*words)
+    assert (done.returncode, "Traceback" in done.stderr) == (code, False), done.stderr
+    if "--json" in words:
+        assert printed_json(done)["sent"] is False

@@ -1,0 +1,113 @@
+"""`pneuforce hold`: hold the balloon in the foreground, and vent at the end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+from pneuforce.client.address import connect
+from pneuforce.client.holding import Hold
+from pneuforce.client.measurement import Measurement
+from pneuforce.client.sensor import ForceSensor
+from pneuforce.errors import ClientError, ConfigurationError, HoldEnded, Tripped
+from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
+from pneuforce.instrument.cli.operate import confirmed_vent, explained, failure
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_line, print_text
+from pneuforce.instrument.cli.status import force_text
+
+POLL_S, POLLS_PER_LINE = 0.2, 5
+#: Signals that end the hold: Ctrl-C, `kill`, and the end of the terminal.
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def hold_until_stopped(
+    url: str, setpoint_kpa: float | None, lease_s: float, seconds: float | None, as_json: bool
+) -> int:
+    """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent. Return the exit code.
+
+    Raises ClientError if the hold fails. With `as_json`, the error is printed as JSON instead.
+    """
+    stop = threading.Event()
+    try:
+        with connect(url) as sensor:
+            setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
+            hold = sensor.hold(setpoint, lease_s=lease_s)
+            _at_stop_signal(stop.set, hold.cancel)
+            print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
+            message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
+    except ClientError as error:
+        if not as_json:
+            raise
+        print_text(json_line(failure(error)))
+        return exit_code_of(error)
+    print_text(json_line({"done": True, "message": message}) if as_json else message)
+    return ExitCode.DONE
+
+
+def _held(
+    sensor: ForceSensor, hold: Hold, stop: threading.Event, seconds: float | None, as_json: bool
+) -> str:
+    """Hold the balloon and show the measurements. Return the confirmation of the vent at the end."""
+    try:
+        with hold:
+            _show_until_stopped(sensor, stop, seconds, as_json)
+    except HoldEnded as error:
+        if isinstance(error, Tripped) or not stop.is_set():
+            raise
+    return confirmed_vent(sensor)
+
+
+def _show_until_stopped(
+    sensor: ForceSensor, stop: threading.Event, seconds: float | None, as_json: bool
+) -> None:
+    """Read five times per second, and print each fifth measurement. The end of the hold raises an error."""
+    started_s, polls = time.monotonic(), 0
+    while not stop.is_set() and (seconds is None or time.monotonic() - started_s < seconds):
+        measurement = sensor.read()
+        if polls % POLLS_PER_LINE == 0:
+            print_line(_line(time.monotonic() - started_s, measurement, as_json))
+        polls += 1
+        stop.wait(POLL_S)
+
+
+def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:
+    if not as_json:
+        pressure = pressure_text(measurement.pressure_kpa)
+        return f"{held_s:6.1f} s  pressure {pressure}  force {force_text(measurement)}"
+    force_n, std_n = measurement.force_or_nan, measurement.force_std_or_nan
+    values = {"held_s": held_s, "force_n": force_n, "force_std_n": std_n}
+    return json_line(values | {"pressure_kpa": measurement.pressure_kpa})
+
+
+def _stored_setpoint_kpa(sensor: ForceSensor) -> float:
+    """Return the setpoint that the instrument has stored. Raises ConfigurationError."""
+    setpoint_kpa = sensor.details().setpoint_requested_kpa
+    if setpoint_kpa is None:
+        raise ConfigurationError(
+            "the instrument has no setpoint: give the setpoint in kPa, for example: pneuforce hold 6.5"
+        )
+    return setpoint_kpa
+
+
+def _at_stop_signal(*calls: Callable[[], None]) -> None:
+    """Make the calls in another thread at the first stop signal. A signal that is ignored stays ignored.
+
+    The handler itself does nothing, because it can interrupt code of this thread that holds a lock.
+    """
+    received, sent = os.pipe()
+    os.set_blocking(sent, False)
+    signal.set_wakeup_fd(sent)
+    for number in STOP_SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
+
+    def wait() -> None:
+        os.read(received, 1)
+        for call in calls:
+            call()
+
+    threading.Thread(target=wait, name="stop-signal", daemon=True).start()

@@ -1,0 +1,85 @@
+"""`pneuforce set`, `release`, `clear` and `zero`: send one request to an instrument, and print the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pneuforce.client.address import connect
+from pneuforce.client.measurement import State, Status
+from pneuforce.client.sensor import ForceSensor
+from pneuforce.errors import ClientError, Rejected
+from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
+
+INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
+#: Reject reasons whose remedy depends on the first-out fault.
+_CAUSED_BY_FAULT = ("fault_latched", "cause_persists")
+
+
+def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool) -> int:
+    """Connect, send a request, and print the sentence that it returns. Return the exit code.
+
+    Raises ClientError if the request fails. With `as_json`, the error is printed as JSON instead.
+    """
+    try:
+        with connect(url) as sensor:
+            message = explained(sensor, request)
+    except ClientError as error:
+        if not as_json:
+            raise
+        print_text(json_line(failure(error)))
+        return exit_code_of(error)
+    print_text(json_line({"done": True, "message": message}) if as_json else message)
+    return ExitCode.DONE
+
+
+def explained(sensor: ForceSensor, request: Callable[[ForceSensor], str]) -> str:
+    """Return the result of a request. A rejection because of a fault also describes the fault."""
+    try:
+        return request(sensor)
+    except Rejected as error:
+        fault = sensor.details().first_out_fault if error.reason in _CAUSED_BY_FAULT else None
+        if fault is None:
+            raise
+        remedy = f"{error.remedy} First-out fault {fault.name}: {fault.cause} {fault.remedy}"
+        raise Rejected(error.request, error.reason, remedy) from None
+
+
+def failure(error: ClientError) -> dict[str, Any]:
+    """Return the result of a failed command for JSON. The reject reason and the remedy can be None."""
+    reason, remedy = getattr(error, "reason", None), getattr(error, "remedy", None)
+    return {"done": False, "message": str(error), "reason": reason, "remedy": remedy}
+
+
+def write_setpoint(sensor: ForceSensor, setpoint_kpa: float) -> str:
+    """Write the setpoint, and return when it takes effect."""
+    sensor.set_setpoint(setpoint_kpa)
+    measurement = sensor.read()
+    if measurement.state not in INFLATED:
+        return f"The setpoint {setpoint_kpa:g} kPa is stored for the next hold. To inflate: pneuforce hold"
+    when = "after the contact" if Status.IN_CONTACT in measurement.status else "now"
+    return f"The setpoint {setpoint_kpa:g} kPa takes effect {when}."
+
+
+def release_lease(sensor: ForceSensor) -> str:
+    """Vent, end the lease, and wait for the confirmation of the vent."""
+    sensor.release()
+    return f"The lease has ended. {confirmed_vent(sensor)}"
+
+
+def confirmed_vent(sensor: ForceSensor) -> str:
+    """Wait for the confirmation of a vent, and return it as a sentence. Raises VentNotConfirmed."""
+    return f"Vented, verified: pressure {pressure_text(sensor.wait_until_vented().pressure_kpa)}."
+
+
+def clear_faults(sensor: ForceSensor) -> str:
+    """Clear the faults."""
+    sensor.clear()
+    return "The faults are cleared, and no valve was moved. To inflate: pneuforce hold"
+
+
+def make_zero_adjustment(sensor: ForceSensor) -> str:
+    """Make a zero adjustment."""
+    sensor.zero()
+    return "The zero adjustment is done."

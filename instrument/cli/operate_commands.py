@@ -1,0 +1,128 @@
+"""The commands that operate a running instrument: status, vent, set, hold, release, clear, zero."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from pneuforce.instrument.cli.instrument_address import InstrumentAddress, at_address
+from pneuforce.instrument.cli.options import Json
+
+commands = typer.Typer()
+
+
+@commands.command()
+@at_address
+def status(address: InstrumentAddress, as_json: Json = False) -> None:
+    """Show state, fault with its remedy, force, pressure, setpoint, lease and versions of an instrument.
+
+    The force is shown with its expanded uncertainty (2 u), or with the reason why there is none.
+    With --json, a value that is not available is null.
+
+    Example: pneuforce status --json
+    """
+    from pneuforce.instrument.cli.status import show_status
+
+    show_status(address.url, as_json)
+
+
+@commands.command()
+@at_address
+def vent(
+    address: InstrumentAddress,
+    timeout_s: Annotated[
+        float,
+        typer.Option("--timeout", help="Longest time for the confirmation, in s.", min=0.0, max=60.0),
+    ] = 10.0,
+    as_json: Json = False,
+) -> None:
+    """Vent the balloon, and wait until the instrument has verified that the balloon is empty.
+
+    The vent is the first write that is sent, in every state and without a lease.
+    The exit code is 0 only if the vent is confirmed, and 5 if the vent was sent but not confirmed.
+    Any other exit code means that the vent was not sent: press the stop switch at the rig.
+
+    Example: pneuforce vent
+    """
+    from pneuforce.instrument.cli.vent import vent_and_confirm
+
+    raise typer.Exit(vent_and_confirm(address.url, timeout_s, as_json))
+
+
+@commands.command("set")
+@at_address
+def set_(
+    address: InstrumentAddress,
+    setpoint_kpa: Annotated[float, typer.Argument(help="Setpoint in kPa.", min=2.0, max=12.0)],
+    as_json: Json = False,
+) -> None:
+    """Write the setpoint of the next hold. A balloon that is held gets the setpoint at once.
+
+    Example: pneuforce set 6.5
+    """
+    from pneuforce.instrument.cli.operate import execute, write_setpoint
+
+    raise typer.Exit(execute(address.url, lambda sensor: write_setpoint(sensor, setpoint_kpa), as_json))
+
+
+@commands.command()
+@at_address
+def hold(
+    address: InstrumentAddress,
+    setpoint_kpa: Annotated[
+        float | None,
+        typer.Argument(help="Setpoint in kPa; default: the last setpoint.", min=2.0, max=12.0),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Vent after this time, in s; default: at Ctrl-C.", min=0.0)
+    ] = None,
+    lease_s: Annotated[float, typer.Option("--lease", help="Lease time, in s.", min=0.2, max=60.0)] = 2.0,
+    as_json: Json = False,
+) -> None:
+    """Vent, inflate the balloon, hold the balloon and renew the lease until Ctrl-C, then vent.
+
+    Shows the measurement once per second. SIGTERM, and the end of the terminal, vent in the same way.
+    If the command is killed, the lease expires, and the instrument vents and trips.
+
+    Example: pneuforce hold 6.5 --seconds 60
+    """
+    from pneuforce.instrument.cli.hold import hold_until_stopped
+
+    raise typer.Exit(hold_until_stopped(address.url, setpoint_kpa, lease_s, seconds, as_json))
+
+
+@commands.command()
+@at_address
+def release(address: InstrumentAddress, as_json: Json = False) -> None:
+    """Vent, and end the lease of this computer, for example after a program that was killed.
+
+    Example: pneuforce release
+    """
+    from pneuforce.instrument.cli.operate import execute, release_lease
+
+    raise typer.Exit(execute(address.url, release_lease, as_json))
+
+
+@commands.command()
+@at_address
+def clear(address: InstrumentAddress, as_json: Json = False) -> None:
+    """Clear the latched faults. Remove their cause before. This command moves no valve.
+
+    Example: pneuforce clear
+    """
+    from pneuforce.instrument.cli.operate import clear_faults, execute
+
+    raise typer.Exit(execute(address.url, clear_faults, as_json))
+
+
+@commands.command()
+@at_address
+def zero(address: InstrumentAddress, as_json: Json = False) -> None:
+    """Make a zero adjustment of the pressure sensor. This is possible only while the rig is vented.
+
+    Example: pneuforce zero
+    """
+    from pneuforce.instrument.cli.operate import execute, make_zero_adjustment
+
+    raise typer.Exit(execute(address.url, make_zero_adjustment, as_json))

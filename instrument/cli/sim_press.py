@@ -1,0 +1,40 @@
+"""`pneuforce sim press`: press the balloon of a running simulator, or release it."""
+
+from __future__ import annotations
+
+from pneuforce.errors import ConfigurationError, RigError
+from pneuforce.instrument.cli.output import json_line, print_text, stop_after
+from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding
+
+
+def press(
+    control_port: int, force_n: float | None, release: bool, seconds: float | None, as_json: bool
+) -> None:
+    """Press the balloon, or release it, and print the request. With `seconds`, release after this time.
+
+    Raises ConfigurationError if the request is incomplete or the simulator rejects it, RigError if no
+    simulator answers.
+    """
+    if (force_n is None) != release or (release and seconds is not None):
+        raise ConfigurationError(
+            "give either a force in N, for example pneuforce sim press 2.0 --seconds 3, or only --release"
+        )
+    simulator = SimulatorClient(control_port)
+    try:
+        if force_n is not None:
+            simulator.request(press=force_n)
+            _print(as_json, force_n, f"The hand presses with {force_n:g} N.")
+        if seconds is not None:
+            stop_after(seconds).wait()
+        if release or seconds is not None:
+            simulator.request(release=True)
+            _print(as_json, 0.0, "The hand releases the balloon.")
+    except SimulatorNotResponding as error:
+        raise RigError(str(error)) from None
+    except SimulatorRequestError as error:
+        raise ConfigurationError(str(error)) from None
+
+
+def _print(as_json: bool, force_n: float, message: str) -> None:
+    print_text(json_line({"force_n": force_n}) if as_json else message)

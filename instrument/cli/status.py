@@ -1,0 +1,123 @@
+"""`pneuforce status`: state, fault, force, pressure, setpoint, lease and versions of a running instrument."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import version
+from typing import Any
+
+from pneuforce.client.address import connect
+from pneuforce.client.details import Details
+from pneuforce.client.measurement import Measurement, Status
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
+from pneuforce.registers.advice import STATE_DESCRIPTIONS, STATUS_ADVICE
+
+NOT_AVAILABLE = "not available"
+#: Conditions that other lines of the output show, or that describe the normal operation.
+_SHOWN_ELSEWHERE = frozenset(
+    {
+        Status.INFLATING,
+        Status.HOLDING,
+        Status.VENTED,
+        Status.FAILURE,
+        Status.ANY_FAILURE,
+        Status.FUNCTION_CHECK,
+    }
+)
+
+
+def show_status(url: str, as_json: bool) -> None:
+    """Read the instrument at `url` and print its status. Raises ClientError."""
+    with connect(url) as sensor:
+        measurement, details = sensor.read(), sensor.details()
+    if as_json:
+        print_text(json_line(facts(url, measurement, details)))
+    else:
+        rows = [f"{name:<10} {text}" for name, text in lines(measurement, details)]
+        print_text("\n".join(rows))
+
+
+def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any]:
+    """Return the status for JSON, with None or NaN for everything that is not available."""
+    fault = details.first_out_fault
+    return {
+        "address": url,
+        "state": measurement.state,
+        "status": sorted(measurement.status),
+        "simulated": Status.SIMULATED in measurement.status,
+        "first_out_fault": None if fault is None else fault._asdict(),
+        "active_fault_count": details.active_fault_count,
+        "force_n": measurement.force_or_nan,
+        "force_std_n": measurement.force_std_or_nan,
+        "no_force_because": measurement.explanation or None,
+        "remedy": measurement.remedy or None,
+        "pressure_kpa": measurement.pressure_kpa,
+        "radius_mm": measurement.radius_mm,
+        "setpoint_kpa": measurement.setpoint_kpa,
+        "setpoint_requested_kpa": details.setpoint_requested_kpa,
+        "force_limit_n": details.force_limit_n,
+        "sample_age_s": measurement.age_s,
+        "lease": None if details.lease_left_s is None else _lease(details),
+        "versions": _versions(details),
+    }
+
+
+def lines(measurement: Measurement, details: Details) -> Iterator[tuple[str, str]]:
+    """Yield the name and the text of each line."""
+    state = str(measurement.state or "unknown")
+    yield "state", f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
+    yield "fault", _fault_text(details)
+    yield "force", force_text(measurement)
+    yield "pressure", pressure_text(measurement.pressure_kpa)
+    requested = pressure_text(details.setpoint_requested_kpa)
+    yield "setpoint", f"{pressure_text(measurement.setpoint_kpa)} (requested {requested})"
+    yield "lease", _lease_text(details)
+    for each in sorted(measurement.status - _SHOWN_ELSEWHERE):
+        yield "attention", f"{each}: {STATUS_ADVICE[each].what} {STATUS_ADVICE[each].do}".rstrip()
+    yield "versions", ", ".join(f"{name} {value}" for name, value in _versions(details).items() if value)
+
+
+def force_text(measurement: Measurement) -> str:
+    """Return the force with its expanded uncertainty, or the reason why there is none, and the remedy."""
+    if not measurement.valid:
+        return f"{NOT_AVAILABLE}: {measurement.explanation} {measurement.remedy}".rstrip()
+    std_n = measurement.force_std_n
+    uncertainty = NOT_AVAILABLE if std_n is None else f"{2 * std_n:.3f} N"
+    return f"{measurement.force_n:.3f} N ± {uncertainty} (2 u)"
+
+
+def _fault_text(details: Details) -> str:
+    fault = details.first_out_fault
+    if fault is None:
+        return "none" if details.active_fault_count == 0 else "unknown"
+    others = (details.active_fault_count or 1) - 1
+    more = f" ({others} more)" if others else ""
+    return f"{fault.name}{more}: {fault.cause} {fault.remedy}"
+
+
+def _lease_text(details: Details) -> str:
+    if details.lease_left_s is None:
+        return "none" if details.lease_holder == "none" else "unknown"
+    return f"{details.lease_left_s:.1f} s left, the holder is a client of {details.lease_holder}"
+
+
+def _lease(details: Details) -> dict[str, Any]:
+    return {"holder": details.lease_holder, "left_s": details.lease_left_s}
+
+
+def _versions(details: Details) -> dict[str, Any]:
+    """Return the versions of this program and of the instrument. Hashes are shown as hexadecimal numbers."""
+    return {
+        "this_program": version("pneuforce"),
+        "map_version": details.map_version,
+        "map_hash": _hexadecimal(details.map_hash),
+        "configuration_hash": _hexadecimal(details.configuration_hash),
+        "serial_number": details.serial_number,
+        "method": details.method,
+        "calibration_date": details.calibration_date,
+        "balloon_id": details.balloon_id,
+    }
+
+
+def _hexadecimal(value: int | None) -> str | None:
+    return None if value is None else f"{value:08x}"
