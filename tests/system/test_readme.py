@@ -39,7 +39,7 @@ REJECTED = "rejected"
 #: A comment such as "until [25] is 6": the line is repeated until mbpoll prints this value.
 UNTIL = re.compile(r"\[(\d+)\] is (\d+)")
 READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
-FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N\n")
+FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N(, no contact)?\n")
 #: Commands that run until they are stopped, that run for some seconds, and that read a recording.
 ENDLESS = re.compile(r"pneuforce (run|sim run)\b")
 LASTING = re.compile(r"pneuforce (watch|record)\b")
@@ -182,7 +182,9 @@ def test_the_python_program_prints_forces(demo, tmp_path):
         lines = [running.stdout.readline() for _ in range(20)]
         deadline.cancel()
         running.kill()
-    assert all(FORCE.fullmatch(line) for line in lines), (lines, (tmp_path / "stderr").read_text())
+    forces = [line for line in lines if FORCE.fullmatch(line)]
+    others = [line for line in lines if line not in forces and not line.startswith("no force: ")]
+    assert (len(forces) > 10, others) == (True, []), (lines, (tmp_path / "stderr").read_text())
 
 
 @needs("mbpoll")

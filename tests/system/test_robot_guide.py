@@ -61,6 +61,18 @@ def test_the_commands_of_the_first_five_minutes(run_commands, folder):
     assert (folder / "pneuforce.dbc").read_text(encoding="utf-8") == dbc.render(5)
 
 
+def test_the_program_that_prints_the_force_explains_a_missing_force(shared_stack, folder):
+    [program] = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
+    program = program.replace("29536", str(shared_stack.can_port))
+    with subprocess.Popen(
+        [sys.executable, "-u", "-c", program], cwd=folder, stdout=subprocess.PIPE, text=True
+    ) as running:
+        lines = iter(running.stdout.readline, "")
+        explained = next(line for line in lines if "state" in line)
+        running.kill()
+    assert re.match("no force: state vented, function_check; .*pneuforce status", explained)
+
+
 @needs("g++")
 def test_the_cpp_listener_builds_and_runs(run_commands):
     done = run_commands(IN_CPP)

@@ -6,6 +6,7 @@ import random
 import re
 import subprocess
 
+import can
 import pytest
 
 from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
@@ -91,6 +92,27 @@ def test_other_frames_give_no_force(program, line):
 
 def force_frame(counter, status=0x82, force_mn=500):
     return force_mn.to_bytes(2, "little") + bytes(4) + bytes((status, counter))
+
+
+def test_each_listener_prints_the_line_of_the_guide(program, in_python, capsys):
+    guide = (EXAMPLES.parent / "robot.md").read_text(encoding="utf-8")
+    listed = dict(re.findall(r"^\| (C\+\+|Python) \| `(.*)` \|$", guide, re.MULTILINE))
+    assert listed["C++"] in run_listener(program, [candump(10.0, 0x185, force_frame(1))])
+    with can.Bus("guide", "virtual") as robot, can.Bus("guide", "virtual") as node:
+        node.send(can.Message(arbitration_id=0x185, data=force_frame(1), is_extended_id=False))
+        in_python.run(robot, None, StoppedAfter(1))
+    assert listed["Python"] in capsys.readouterr().out.splitlines()
+
+
+class StoppedAfter:
+    """Flag that becomes true after it was tested some times."""
+
+    def __init__(self, tests):
+        self._tests = tests
+
+    def __bool__(self):
+        self._tests -= 1
+        return self._tests < 0
 
 
 def speeds(program, frames):
