@@ -16,7 +16,7 @@ from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import ClientError, ConfigurationError, HoldEnded, Tripped
 from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
 from pneuforce.instrument.cli.operate import confirmed_vent, explained, failure
-from pneuforce.instrument.cli.output import json_line, pressure_text, print_line, print_text
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_line, print_result
 from pneuforce.instrument.cli.status import force_text
 
 POLL_S, POLLS_PER_LINE = 0.2, 5
@@ -42,10 +42,9 @@ def hold_until_stopped(
     except ClientError as error:
         if not as_json:
             raise
-        print_text(json_line(failure(error)))
-        return exit_code_of(error)
-    print_text(json_line({"done": True, "message": message}) if as_json else message)
-    return ExitCode.DONE
+        return print_result(json_line(failure(error)), exit_code_of(error))
+    text = json_line({"done": True, "message": message}) if as_json else message
+    return print_result(text, ExitCode.DONE)
 
 
 def _held(

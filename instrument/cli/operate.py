@@ -10,7 +10,7 @@ from pneuforce.client.measurement import State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import ClientError, Rejected
 from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
-from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_result
 
 INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
 #: Reject reasons whose remedy depends on the first-out fault.
@@ -28,10 +28,9 @@ def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool) -> i
     except ClientError as error:
         if not as_json:
             raise
-        print_text(json_line(failure(error)))
-        return exit_code_of(error)
-    print_text(json_line({"done": True, "message": message}) if as_json else message)
-    return ExitCode.DONE
+        return print_result(json_line(failure(error)), exit_code_of(error))
+    text = json_line({"done": True, "message": message}) if as_json else message
+    return print_result(text, ExitCode.DONE)
 
 
 def explained(sensor: ForceSensor, request: Callable[[ForceSensor], str]) -> str:

@@ -41,7 +41,7 @@ def vent(
 
     The vent is the first write that is sent, in every state and without a lease.
     The exit code is 0 only if the vent is confirmed, and 5 if the vent was sent but not confirmed.
-    Any other exit code means that the vent was not sent: press the stop switch at the rig.
+    With any other exit code, the vent was perhaps not sent: press the stop switch at the rig.
 
     Example: pneuforce vent
     """

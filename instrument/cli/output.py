@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -67,6 +68,15 @@ def print_line(line: str) -> None:
 def print_text(text: str, file: TextIO | None = None) -> None:
     """Print one or more lines. Escape control characters in the lines, for example from a file name."""
     print(printable(text, keep="\n"), file=file, flush=True)
+
+
+def print_result(text: str, code: int, file: TextIO | None = None) -> int:
+    """Print the result of a command and return its exit code, also if the output is closed."""
+    try:
+        print_text(text, file)
+    except BrokenPipeError:  # the exit code must still show a failure
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return code
 
 
 def json_text(value: Any, indent: int | None = None) -> str:

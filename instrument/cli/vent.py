@@ -8,7 +8,7 @@ from typing import Any
 from pneuforce.client.address import connect, send_vent
 from pneuforce.errors import ClientError, ConnectionFailed, VentNotConfirmed
 from pneuforce.instrument.cli.exit_codes import ExitCode
-from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_result
 
 STOP_SWITCH = "press the stop switch at the rig, which cuts both coils"
 
@@ -17,10 +17,8 @@ def vent_and_confirm(url: str, timeout_s: float, as_json: bool) -> int:
     """Vent, wait for the confirmation, and print the result. Return the exit code."""
     code, message, pressure_kpa = _vent(url, timeout_s)
     if as_json:
-        print_text(json_line(_result(code, message, pressure_kpa)))
-    else:
-        print_text(message, sys.stderr if code else None)
-    return code
+        return print_result(json_line(_result(code, message, pressure_kpa)), code)
+    return print_result(message, code, sys.stderr if code else None)
 
 
 def _result(code: ExitCode, message: str, pressure_kpa: float | None) -> dict[str, Any]:

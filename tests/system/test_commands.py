@@ -454,3 +454,13 @@ def test_a_command_that_cannot_be_sent_has_its_code(words, code):
     assert (done.returncode, "Traceback" in done.stderr) == (code, False), done.stderr
     if "--json" in words:
         assert printed_json(done)["sent"] is False
+
+
+@pytest.mark.parametrize("words", [("vent", "--json"), ("clear", "--json")])
+def test_a_failure_has_its_code_even_if_the_output_is_closed(words):
+    unread, stdout = os.pipe()
+    os.close(unread)
+    command = [sys.executable, "-m", "pneuforce", *words, "--port", "1"]
+    done = subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=30, check=False)
+    os.close(stdout)
+    assert (done.returncode, "Traceback" in done.stderr) == (ExitCode.UNAVAILABLE, False), done.stderr
