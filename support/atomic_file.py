@@ -58,6 +58,15 @@ def check_writable(path: Path) -> None:
         temporary.unlink()
 
 
+def check_new(path: Path, overwrite: bool) -> None:
+    """Raise ConfigurationError if a file cannot be written, or if it exists and `overwrite` is False."""
+    check_writable(path)
+    if path.exists() and not overwrite:
+        raise ConfigurationError(
+            f"{path} exists already: name another file, or replace the file with --overwrite"
+        )
+
+
 def write_lines(path: Path, lines: Iterable[str]) -> None:
     """Write lines to a file. An old file stays until the new file is complete.
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration.estimation import Grip, estimation_settings, pressure_problem
-from pneuforce.instrument.cli.output import progress
+from pneuforce.instrument.calibration.estimation import pressure_problem
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.measurement.force_tables import force_table
 from pneuforce.instrument.model import ContactEstimate, ForceLaw
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.energies import ContactEnergies, contact_energies
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
+
+NO_SOLUTION = "the model has no plausible solution for these pressures"
 
 
 class EstimatedContact(NamedTuple):
@@ -45,28 +44,22 @@ class EstimatedContact(NamedTuple):
         """Return the reasons why the force has limited validity; empty if there are none."""
         reasons = []
         if not self.in_range:
-            reasons.append(
-                f"ΔP_i = {self.baseline_kpa!r} kPa is outside the validated "
-                f"{VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa"
-            )
+            reasons.append(range_reason(self.baseline_kpa))
         if not math.isfinite(self.solution.force_n):
-            reasons.append("the model has no physical solution for these pressures")
+            reasons.append(NO_SOLUTION)
         elif self.final_kpa - self.baseline_kpa < self.lowest_rise_kpa:
-            reasons.append(f"rise below {self.lowest_rise_kpa} kPa: interpolated to zero force at zero rise")
+            reasons.append(low_rise_reason(self.lowest_rise_kpa))
         return reasons
 
 
-def chain_settings(law: ForceLaw, grip: Grip, calibration: Path | None) -> ChainSettings:
-    """Return the settings of an estimate.
+def range_reason(baseline_kpa: float) -> str:
+    """Return the reason why a ΔP_i outside the validated range gives no valid force."""
+    return f"ΔP_i = {baseline_kpa!r} kPa is outside the validated {VALID_LOW_KPA}–{VALID_HIGH_KPA} kPa"
 
-    A force calibration for another method is not used. Raises ConfigurationError if the calibration does not
-    fit to the law.
-    """
-    chain = estimation_settings(law, grip, calibration)
-    if law.method == "membrane":
-        with progress("force table of the balloon") as report:
-            force_table(chain.balloon, chain.circuit, law.sides, report)
-    return chain
+
+def low_rise_reason(lowest_rise_kpa: float) -> str:
+    """Return the reason why a force below the lowest rise of the model has limited validity."""
+    return f"rise below {lowest_rise_kpa} kPa: interpolated to zero force at zero rise"
 
 
 def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:

@@ -7,16 +7,23 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.calibration.estimation import Grip as ContactGrip
-from pneuforce.instrument.cli import estimate as output
-from pneuforce.instrument.cli.options import Json, Low, Method, Switch
+from pneuforce.instrument.cli.options import InstrumentConfig, Json, Low, Out, Overwrite, Switch
 from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
-from pneuforce.instrument.model import ForceLaw
+from pneuforce.instrument.model import law
 
 commands = typer.Typer()
 
-Dpi = Annotated[float, typer.Option("--dpi", help="Gauge pressure before the contact, ΔP_i, in kPa.")]
-Dpf = Annotated[float, typer.Option("--dpf", help="Gauge pressure during the contact, ΔP_f, in kPa.")]
+Dpi = Annotated[float | None, typer.Option("--dpi", help="Gauge pressure before the contact, ΔP_i, in kPa.")]
+Dpf = Annotated[float | None, typer.Option("--dpf", help="Gauge pressure during the contact, ΔP_f, in kPa.")]
+ContactsFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--csv",
+        help="CSV file with one contact per line, instead of --dpi and --dpf: columns baseline_kpa and "
+        "final_kpa.",
+    ),
+]
+Method = Annotated[law.MethodName | None, typer.Option(help="Force model.", show_default="energetic")]
 Grip = Annotated[
     float | None,
     typer.Option(
@@ -30,8 +37,13 @@ GripStd = Annotated[
     typer.Option(help="Standard uncertainty of the grip; by default, that of an unknown grip.", min=0, max=1),
 ]
 PressedSides = Annotated[
-    int,
-    typer.Option(help="Number of sides on which the balloon is pressed, method membrane.", min=1, max=2),
+    int | None,
+    typer.Option(
+        help="Number of sides on which the balloon is pressed, method membrane.",
+        min=1,
+        max=2,
+        show_default="1",
+    ),
 ]
 CalibrationFile = Annotated[
     Path | None,
@@ -41,50 +53,82 @@ CalibrationFile = Annotated[
 
 @commands.command()
 def estimate(
-    dpi: Dpi,
-    dpf: Dpf,
-    method: Method = "energetic",
-    switch: Switch = "paper",
-    low: Low = "line",
+    dpi: Dpi = None,
+    dpf: Dpf = None,
+    contacts: ContactsFile = None,
+    config: InstrumentConfig = None,
+    method: Method = None,
+    switch: Switch = None,
+    low: Low = None,
     grip: Grip = None,
     grip_std: GripStd = None,
-    pressed_sides: PressedSides = 1,
+    pressed_sides: PressedSides = None,
     calibration: CalibrationFile = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Calculate the force of one contact from the pressures before and during the contact.
+    """Calculate the force of one contact, or of each contact in a table, from two pressures per contact.
+
+    With --config, the force is that of the instrument: same balloon, law, method and calibration.
 
     Example: pneuforce estimate --dpi 8.0 --dpf 9.2
+
+    Example: pneuforce estimate --csv contacts.csv --config instrument.toml --out forces.csv
     """
-    law = ForceLaw(method=method, switch=switch, low=low, sides=pressed_sides)
-    contact = output.estimate_contact(
-        dpi, dpf, output.chain_settings(law, ContactGrip(grip, grip_std), calibration)
+    from pneuforce.instrument.cli.estimate_run import EstimateInput, estimate
+    from pneuforce.instrument.cli.force_settings import ForceOptions
+
+    options = ForceOptions(
+        config=config,
+        method=method,
+        switch=switch,
+        low=low,
+        grip=grip,
+        grip_std=grip_std,
+        pressed_sides=pressed_sides,
+        calibration=calibration,
     )
-    typer.echo(output.estimate_json(contact) if as_json else output.format_estimate(contact))
+    estimate(EstimateInput(dpi, dpf, contacts, out, overwrite), options, budget=False, as_json=as_json)
 
 
 @commands.command()
 def uncertainty(
-    dpi: Dpi,
-    dpf: Dpf,
-    method: Method = "energetic",
-    switch: Switch = "paper",
-    low: Low = "line",
+    dpi: Dpi = None,
+    dpf: Dpf = None,
+    contacts: ContactsFile = None,
+    config: InstrumentConfig = None,
+    method: Method = None,
+    switch: Switch = None,
+    low: Low = None,
     grip: Grip = None,
     grip_std: GripStd = None,
-    pressed_sides: PressedSides = 1,
+    pressed_sides: PressedSides = None,
     calibration: CalibrationFile = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Print the uncertainty budget of a force: the contribution of each input, as the GUM defines it.
 
+    With --config, the uncertainty is that of the instrument: same balloon, law, method and calibration.
+
     Example: pneuforce uncertainty --dpi 8.0 --dpf 9.2
     """
-    law = ForceLaw(method=method, switch=switch, low=low, sides=pressed_sides)
-    contact = output.estimate_contact(
-        dpi, dpf, output.chain_settings(law, ContactGrip(grip, grip_std), calibration)
+    from pneuforce.instrument.cli.estimate_run import EstimateInput, estimate
+    from pneuforce.instrument.cli.force_settings import ForceOptions
+
+    options = ForceOptions(
+        config=config,
+        method=method,
+        switch=switch,
+        low=low,
+        grip=grip,
+        grip_std=grip_std,
+        pressed_sides=pressed_sides,
+        calibration=calibration,
     )
-    typer.echo(output.budget_json(contact) if as_json else output.format_budget(contact))
+    estimate(EstimateInput(dpi, dpf, contacts, out, overwrite), options, budget=True, as_json=as_json)
 
 
 @commands.command()
@@ -105,25 +149,33 @@ def validate(
         int | None,
         typer.Option(help="Seed of the noise, instead of the seed of the scenario.", min=0, max=0xFFFF_FFFF),
     ] = None,
-    switch: Switch = "paper",
-    low: Low = "line",
+    switch: Switch = None,
+    low: Low = None,
+    config: InstrumentConfig = None,
     save: Annotated[Path | None, typer.Option(help="Write the simulated recording to this CSV file.")] = None,
     figures: Annotated[
         Path | None, typer.Option(help="Draw the figures of the paper into this folder.")
     ] = None,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Compare the force with a reference force, and the errors with the errors in the paper.
 
+    With --config, the report also shows the errors of the calibrated force of the instrument.
+
     Example: pneuforce validate --plant membrane
+
+    Example: pneuforce validate --data cell.csv --config instrument.toml
     """
     from pneuforce.instrument.cli import validate
+    from pneuforce.instrument.cli.force_settings import ForceOptions
     from pneuforce.instrument.cli.validation_source import SourceOptions
 
     options = SourceOptions(
         data=data, scenario=scenario, plant=PlantOptions(plant, rubber, contact), seed=seed
     )
-    validate.validate(options, ForceLaw(switch=switch, low=low), save, figures, as_json)
+    files = validate.OutputFiles(save, figures, overwrite)
+    validate.validate(options, ForceOptions(config=config, switch=switch, low=low), files, as_json)
 
 
 @commands.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
@@ -15,12 +16,27 @@ Seconds = Annotated[
     float | None,
     typer.Option("--seconds", min=0.0, help="End after this time, in s; by default, end at Ctrl-C."),
 ]
-Method = Annotated[law.MethodName, typer.Option(help="Force model.")]
 Switch = Annotated[
-    law.Switch,
-    typer.Option(help="Force at ΔP_i = 8.85 kPa: the step of the paper, or a blend without a step."),
+    law.Switch | None,
+    typer.Option(
+        help="Force at ΔP_i = 8.85 kPa: the step of the paper, or a blend without a step.",
+        show_default="paper",
+    ),
 ]
 Low = Annotated[
-    law.Low,
-    typer.Option(help="Force below a rise of 0.5 kPa: the paper's straight line to zero, or a smooth join."),
+    law.Low | None,
+    typer.Option(
+        help="Force below a rise of 0.5 kPa: the paper's straight line to zero, or a smooth join.",
+        show_default="line",
+    ),
 ]
+InstrumentConfig = Annotated[
+    Path | None,
+    typer.Option(
+        "--config", help="The instrument.toml: use its balloon, circuit, method, law and calibration."
+    ),
+]
+Out = Annotated[
+    Path | None, typer.Option("--out", "-o", help="Write the result to this file, instead of the terminal.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an output file that exists.")]

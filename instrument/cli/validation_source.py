@@ -69,6 +69,14 @@ def load_source(options: SourceOptions) -> ValidationSource:
     return ValidationSource({"recording": options.data.name}, trials, NOTES["recording"])
 
 
+def with_configuration(source: ValidationSource, config: Path) -> ValidationSource:
+    """Return the source with the name of the configuration that determines the force."""
+    note = "The configuration determines balloon, circuit, law and calibration."
+    if "plant" in source.facts:
+        note = f"{source.note} {note}"
+    return source._replace(facts={**source.facts, "configuration": config.name}, note=note)
+
+
 def simulate_source(options: SourceOptions, scenario_name: str) -> ValidationSource:
     """Return the trials of a scenario, simulated with the selected plant and seed.
 

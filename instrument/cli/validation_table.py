@@ -8,12 +8,14 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from pneuforce.instrument.model.law import PublishedMethod
 from pneuforce.instrument.validation import paper
 from pneuforce.instrument.validation.continuous import ContinuousErrors
+from pneuforce.instrument.validation.instrument_errors import InstrumentErrors
 from pneuforce.instrument.validation.peaks import GroupErrors, MethodErrors
 from pneuforce.instrument.validation.report import ValidationReport
 from pneuforce.support.printable import printable
@@ -29,11 +31,31 @@ def render_report(report: ValidationReport, facts: Mapping[str, Any], note: str)
     """Return the report, with the facts about its source before the tables and the note after them."""
     return Group(
         Text(printable(_format_facts(facts))),
+        *([_instrument_table(report.instrument)] if report.instrument else []),
         _peak_table(report.groups),
         Text("\n".join(_contact_lines(report))),
         _continuous_table(report.continuous),
         Text(note),
     )
+
+
+def _instrument_table(errors_by_group: tuple[InstrumentErrors, ...]) -> Table:
+    table = Table(
+        title="peak force of the instrument, with its calibration", box=SIMPLE_HEAD, title_justify="left"
+    )
+    table.add_column("contacts by ΔP_i", no_wrap=True)
+    for name in ("n", "error [%]", "signed", "RMSE [N]", "in ±2u [%]"):
+        table.add_column(escape(name), justify="right", no_wrap=True)
+    for errors in errors_by_group:
+        table.add_row(
+            errors.group,
+            str(errors.solved),
+            _format_number(errors.absolute, ".2f"),
+            _format_number(errors.signed, "+.1f"),
+            _format_number(errors.rmse_n, ".3f"),
+            _format_number(errors.within_2u_percent, ".0f"),
+        )
+    return table
 
 
 def _peak_table(groups: tuple[GroupErrors, ...]) -> Table:

@@ -9,6 +9,7 @@ import numpy as np
 
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.validation.accuracy import estimate_forces
 from pneuforce.instrument.validation.processed_trial import ProcessedTrial
 from pneuforce.instrument.validation.trial import Bools, Floats, Trial
 
@@ -39,18 +40,25 @@ class ContinuousErrors(NamedTuple):
 
 
 def compute_forces(processed: ProcessedTrial, settings: ChainSettings) -> TrialForces:
-    """Return the forces of a trial by the uncalibrated law. A correction in the settings is ignored."""
+    """Return the forces of a trial, with the force calibration of the settings if there is one."""
     pressed = processed.contact > 0
     baseline_kpa = processed.baseline_kpa[pressed]
     in_range = (baseline_kpa >= VALID_LOW_KPA) & (baseline_kpa <= VALID_HIGH_KPA)
     forces = []
     for pressure_kpa in (processed.now_kpa, processed.filtered_kpa):
-        solved_n = settings.force_model.estimate(baseline_kpa, pressure_kpa[pressed]).force_n
+        solved_n = _forces_n(baseline_kpa, pressure_kpa[pressed], settings)
         force_n = np.zeros(len(pressed))
         force_n[pressed] = np.where(in_range, solved_n, np.nan)
         forces.append(force_n)
     trial = processed.trial
     return TrialForces(trial, forces[0], forces[1], _near_contact(pressed, trial.t_s))
+
+
+def _forces_n(baseline_kpa: Floats, pressure_kpa: Floats, settings: ChainSettings) -> Floats:
+    """Return the force [N] at each pair of pressures [kPa]."""
+    if settings.correction is None:
+        return np.asarray(settings.force_model.estimate(baseline_kpa, pressure_kpa).force_n)
+    return estimate_forces(zip(baseline_kpa, pressure_kpa, strict=True), settings)[0]
 
 
 def _near_contact(pressed: Bools, t_s: Floats) -> Bools:

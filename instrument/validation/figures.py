@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("png", "svg")
+#: Names of all figures, without the extension.
+NAMES = ("fig4-radius", "fig6a-slow", "fig6b-fast", "fig6c-continuous", "fig7-errors", "law")
 DOTS_PER_INCH = 90
 SIZE_INCH = (7.0, 4.2)
 SHOWN_S = 40.0  #: duration of the part of a trial that a figure shows
@@ -38,12 +40,19 @@ def require_matplotlib(feature: str) -> None:
         raise ConfigurationError(f"{feature} needs matplotlib: {sys.executable} -m pip install matplotlib")
 
 
-def prepare_folder(folder: Path) -> None:
+def prepare_folder(folder: Path, overwrite: bool) -> None:
     """Create the folder for the figures.
 
-    Raises ConfigurationError if the folder cannot be created, or if matplotlib is not installed.
+    Raises ConfigurationError if the folder cannot be created, if matplotlib is not installed, or if a figure
+    exists and `overwrite` is False.
     """
     require_matplotlib("--figures")
+    files = (folder / f"{name}.{extension}" for name in NAMES for extension in FORMATS)
+    existing = [file for file in files if file.exists()]
+    if existing and not overwrite:
+        raise ConfigurationError(
+            f"{existing[0]} exists already: name another folder, or replace the figures with --overwrite"
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -16,6 +16,7 @@ from pneuforce.instrument.validation.continuous import (
     compute_forces,
     continuous_errors,
 )
+from pneuforce.instrument.validation.instrument_errors import InstrumentErrors
 from pneuforce.instrument.validation.peaks import (
     ContactCounts,
     GroupErrors,
@@ -56,6 +57,7 @@ class ValidationReport(NamedTuple):
     groups: tuple[GroupErrors, ...]
     volume_change: VolumeChange
     continuous: ContinuousErrors
+    instrument: tuple[InstrumentErrors, ...] = ()  #: errors of a configured instrument; empty without one
 
 
 def evaluate_trials(trials: Iterable[Trial], settings: ChainSettings) -> list[TrialEvaluation]:
@@ -99,6 +101,7 @@ def report_to_json(report: ValidationReport) -> dict[str, Any]:
         "peak_errors_percent": [_group_to_json(group) for group in report.groups],
         "volume_change": _nan_to_none(report.volume_change._asdict() | {"paper": list(paper.VOLUME_CHANGE)}),
         "continuous": _nan_to_none(continuous),
+        "instrument_errors": [_nan_to_none(errors._asdict()) for errors in report.instrument],
     }
 
 

@@ -49,7 +49,7 @@ def test_the_report_contains_the_simulation_and_the_counts_of_contacts(campaign)
     assert (report["trials"], contacts["found"]) == (3, 9)
     # On the published balloon, 1.6 N at 10.5 kPa raises the pressure by less than 0.5 kPa.
     assert (contacts["evaluated"], contacts["too_small"]) == (8, 1)
-    assert report["law"] == {"switch": "paper", "low": "line"}
+    assert report["law"] == {"method": "energetic", "switch": "paper", "low": "line"}
 
 
 def test_every_group_has_every_method_beside_the_published_error(campaign):
@@ -115,7 +115,7 @@ def test_the_smooth_low_end_changes_the_continuous_force_and_no_peak():
     default, smooth = (
         json.loads(validate("--data", EXAMPLE, "--json", *law).stdout) for law in ((), ("--low", "smooth"))
     )
-    assert smooth["law"] == {"switch": "paper", "low": "smooth"}
+    assert smooth["law"] == {"method": "energetic", "switch": "paper", "low": "smooth"}
     assert smooth["peak_errors_percent"] == default["peak_errors_percent"]
     assert smooth["continuous"]["compensated_n"] != default["continuous"]["compensated_n"]
 
@@ -156,5 +156,5 @@ def test_too_few_contacts_are_rejected_with_the_counts_of_excluded_contacts(tmp_
 def test_the_error_about_a_missing_matplotlib_names_the_command_that_installs_it(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ConfigurationError, match="-m pip install matplotlib"):
-        prepare_folder(tmp_path / "figures")
+        prepare_folder(tmp_path / "figures", overwrite=False)
     assert not (tmp_path / "figures").exists()
