@@ -1,19 +1,23 @@
-"""`pneuforce export`: write the samples of a recording as a table for other programs."""
+"""`pneuforce export`: write the samples or the contacts of a recording as a table for other programs."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.output import ReportProgress, json_text, print_text, progress
+from pneuforce.instrument.recording.contact_table import CONTACT_TYPES, collect_contacts, relative_contacts
+from pneuforce.instrument.recording.contacts import tube_time_constant_of
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.reader import Recording
+from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.recording.table_export import (
+    Row,
     check_parquet,
     csv_lines,
     relative_to_begin,
@@ -27,13 +31,15 @@ PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
 
 
 class ExportOptions(NamedTuple):
-    """Output file, format and time range of an export."""
+    """Output file, format, time range and content of an export."""
 
     out: Path
     form: str | None = None  #: file format; None selects it by the suffix of `out`
     from_s: float = -math.inf
     to_s: float = math.inf
     reference: Path | None = None
+    contacts: bool = False  #: export one row per contact instead of one row per sample
+    overwrite: bool = False
 
 
 class SampleCounter:
@@ -67,13 +73,14 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
         with progress("exporting") as report:
             end_s = min(recording.extent_s, options.to_s)
             samples = counter.count(_selected_samples(recording, options), report, end_s)
-            _write(form, options, recording, samples)
+            contact_count = _write(form, options, recording, samples)
         remark = recording.remark()
         facts = {
             "file": str(path),
             "out": str(options.out),
             "format": form,
             "samples": counter.rows,
+            "contacts": contact_count,
             "from_s": counter.first_s,
             "to_s": counter.last_s,
             "remark": remark,
@@ -82,7 +89,8 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
     if remark:
         print_text(f"pneuforce: {remark}", sys.stderr)
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
-    print_text(json_text(facts) if as_json else f"{options.out}: {counter.rows} samples, {span}")
+    rows = f"{counter.rows} samples" if contact_count is None else f"{contact_count} contacts"
+    print_text(json_text(facts) if as_json else f"{options.out}: {rows}, {span}")
     return 1 if damaged else 0
 
 
@@ -106,7 +114,9 @@ def _check_options(path: Path, options: ExportOptions) -> str:
             "a recording contains no true force: name with --reference a CSV with the columns t_s, "
             "in seconds since the start of the recording, and force_n"
         )
-    atomic_file.check_writable(options.out)
+    if form == "validation" and options.contacts:
+        raise ConfigurationError("--contacts is not valid with --format validation, which needs all samples")
+    atomic_file.check_new(options.out, options.overwrite)
     return form
 
 
@@ -120,15 +130,32 @@ def _selected_samples(recording: Recording, options: ExportOptions) -> Iterator[
     return chain([first], samples)
 
 
-def _write(form: str, options: ExportOptions, recording: Recording, samples: Iterator[SampleRecord]) -> None:
-    if form == "csv":
-        atomic_file.write_lines(options.out, csv_lines(samples))
-    elif form == "parquet":
-        with atomic_file.replaced_user_file(options.out) as new:
-            write_parquet(new, samples, recording.metadata)
-    else:
+def _write(
+    form: str, options: ExportOptions, recording: Recording, samples: Iterator[SampleRecord]
+) -> int | None:
+    """Write the table. Return the number of contacts; None if the table contains samples."""
+    if form == "validation":
         assert options.reference is not None
         _write_validation(options.out, samples, options.reference)
+        return None
+    if not options.contacts:
+        write_table(options.out, form, samples, SAMPLE_TYPES, recording.metadata)
+        return None
+    contacts = collect_contacts(samples, tube_time_constant_of(recording.metadata))
+    rows = relative_contacts(0.0, contacts)
+    write_table(options.out, form, rows, CONTACT_TYPES, recording.metadata)
+    return len(contacts)
+
+
+def write_table(
+    out: Path, form: str, rows: Iterable[Row], types: Mapping[str, type], metadata: Mapping[str, Any]
+) -> None:
+    """Write rows as CSV or as Parquet. Raises ConfigurationError if the file cannot be written."""
+    if form == "csv":
+        atomic_file.write_lines(out, csv_lines(rows, types))
+        return
+    with atomic_file.replaced_user_file(out) as new:
+        write_parquet(new, rows, types, metadata)
 
 
 def _write_validation(out: Path, samples: Iterator[SampleRecord], reference: Path) -> None:

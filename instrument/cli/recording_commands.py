@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli.options import Json, Seconds
+from pneuforce.instrument.cli.options import Json, Overwrite, Seconds
 
 commands = typer.Typer()
 
@@ -85,15 +85,22 @@ def export(
             "--reference", help="For validation only: a CSV of the true force, columns t_s and force_n."
         ),
     ] = None,
+    contacts: Annotated[
+        bool, typer.Option("--contacts", help="Write one row per contact, instead of one row per sample.")
+    ] = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Write the samples of a recording as a table for a spreadsheet, pandas or pneuforce validate.
 
     Example: pneuforce export press.recording press.parquet --from-s 10 --to-s 20
+
+    Example: pneuforce export press.recording contacts.csv --contacts
     """
     from pneuforce.instrument.cli.export import ExportOptions, export
 
-    options = ExportOptions(out, form.value if form else None, *_span(from_s, to_s), reference)
+    name = form.value if form else None
+    options = ExportOptions(out, name, *_span(from_s, to_s), reference, contacts, overwrite)
     raise typer.Exit(export(file, options, as_json))
 
 
@@ -119,6 +126,7 @@ def plot(
         ),
     ] = None,
     title: Annotated[str | None, typer.Option(help="Title, instead of the name of the recording.")] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Draw a recording: pressure with ΔP_i and ΔP_f of each contact, and force with ±2u.
 
@@ -127,7 +135,8 @@ def plot(
     from pneuforce.instrument.cli.plot import plot
     from pneuforce.instrument.validation.recording_plot import PlotOptions
 
-    raise typer.Exit(plot(PlotOptions(file, out, *_span(from_s, to_s), by_pressure, reference, title)))
+    span = _span(from_s, to_s)
+    raise typer.Exit(plot(PlotOptions(file, out, *span, by_pressure, reference, title, overwrite)))
 
 
 def _span(from_s: float | None, to_s: float | None) -> tuple[float, float]:

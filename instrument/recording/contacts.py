@@ -129,6 +129,11 @@ class ContactHistory:
             rows[index] = with_peak(rows[index], highest)
         return rows[-self._capacity :]
 
+    @property
+    def open_number(self) -> int | None:
+        """Return the number of the contact in progress, or None."""
+        return None if self._open is None else self._open.number
+
     def add_sample(self, m: SampleRecord) -> bool:
         """Add one sample. Return True if a contact began or ended, or if a peak is complete."""
         continuous = 0 <= m.t_s - self._last_s <= HOST_SILENCE_S

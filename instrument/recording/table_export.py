@@ -1,4 +1,4 @@
-"""Export of samples as CSV or Parquet. Times count from the beginning of the recording."""
+"""Export of rows as CSV or Parquet. Times count from the beginning of the recording."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.recording.schema import SAMPLE_COLUMNS, SAMPLE_TYPES
 from pneuforce.instrument.stream.sample_record import SampleRecord
 
+#: One row of a table. A text contains neither a comma nor a line break.
+Row = tuple[Any, ...]
 ROWS_PER_BATCH = 50_000
 METADATA_PREFIX = "pneuforce."  #: prefix of the metadata keys in a Parquet file
 
@@ -23,16 +24,18 @@ def relative_to_begin(begin_s: float, samples: Iterable[SampleRecord]) -> Iterat
         yield sample._replace(t_s=round(sample.t_s - begin_s, 6))
 
 
-def csv_lines(samples: Iterable[SampleRecord]) -> Iterator[str]:
+def csv_lines(rows: Iterable[Row], columns: Iterable[str]) -> Iterator[str]:
     """Yield lines of CSV. Numbers have full precision. A quantity that is not available is an empty cell."""
-    yield ",".join(SAMPLE_COLUMNS) + "\n"
-    for sample in samples:
-        yield ",".join(map(_cell, sample)) + "\n"
+    yield ",".join(columns) + "\n"
+    for row in rows:
+        yield ",".join(map(_cell, row)) + "\n"
 
 
-def _cell(value: float) -> str:
+def _cell(value: float | str) -> str:
     if value != value:
         return ""
+    if isinstance(value, str):
+        return value
     return str(int(value)) if isinstance(value, bool) else repr(value)
 
 
@@ -46,21 +49,26 @@ def check_parquet() -> None:
         ) from None
 
 
-def write_parquet(path: Path, samples: Iterable[SampleRecord], metadata: Mapping[str, Any]) -> None:
-    """Write samples as Parquet. A quantity that is not available is null. Raises OSError."""
+def write_parquet(
+    path: Path, rows: Iterable[Row], types: Mapping[str, type], metadata: Mapping[str, Any]
+) -> None:
+    """Write rows as Parquet. A quantity that is not available is null. Raises OSError.
+
+    `types` contains the Python type of each column.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    column_types = {int: pa.uint32(), float: pa.float64(), bool: pa.bool_()}
+    column_types = {int: pa.uint32(), float: pa.float64(), bool: pa.bool_(), str: pa.string()}
     schema = pa.schema(
-        [(name, column_types[kind]) for name, kind in SAMPLE_TYPES.items()],
+        [(name, column_types[kind]) for name, kind in types.items()],
         metadata={f"{METADATA_PREFIX}{key}": json.dumps(value) for key, value in metadata.items()},
     )
-    remaining = iter(samples)
+    remaining = iter(rows)
     with pq.ParquetWriter(path, schema, compression="zstd") as writer:
-        while rows := list(islice(remaining, ROWS_PER_BATCH)):
+        while batch := list(islice(remaining, ROWS_PER_BATCH)):
             arrays = [
                 pa.array(column, field.type, from_pandas=True)
-                for column, field in zip(zip(*rows, strict=True), schema, strict=True)
+                for column, field in zip(zip(*batch, strict=True), schema, strict=True)
             ]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))

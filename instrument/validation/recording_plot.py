@@ -16,7 +16,7 @@ from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation import by_pressure
 from pneuforce.instrument.validation.figures import pressure_bin_bars, require_matplotlib
 from pneuforce.instrument.validation.reference import read
-from pneuforce.support.atomic_file import check_writable, replaced_user_file
+from pneuforce.support.atomic_file import check_new, replaced_user_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,6 +40,7 @@ class PlotOptions(NamedTuple):
     by_pressure: bool = False
     reference: Path | None = None
     title: str | None = None
+    overwrite: bool = False
 
     def check(self) -> None:
         """Raise ConfigurationError if options contradict each other or the file cannot be written."""
@@ -48,7 +49,7 @@ class PlotOptions(NamedTuple):
             raise ConfigurationError("--reference is valid only with --by-pressure")
         if not self.from_s < self.to_s:
             raise ConfigurationError("--from-s must be less than --to-s")
-        check_writable(self.file)
+        check_new(self.file, self.overwrite)
 
     @property
     def file(self) -> Path:

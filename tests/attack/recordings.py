@@ -80,13 +80,20 @@ def commands_of(path: Path) -> dict[str, Callable[[], object]]:
         "read": lambda: _read(path),
         "replay": lambda: replay(path, as_json=False),
         "replay --config": lambda: _play(path),
-        "export csv": lambda: export(path, ExportOptions(out("a.csv")), as_json=True),
-        "export parquet": lambda: export(path, ExportOptions(out("a.parquet")), as_json=False),
-        "export validation": lambda: export(
-            path, ExportOptions(out("v.csv"), "validation", reference=out("reference.csv")), as_json=False
+        "export csv": lambda: export(path, ExportOptions(out("a.csv"), overwrite=True), as_json=True),
+        "export parquet": lambda: export(
+            path, ExportOptions(out("a.parquet"), overwrite=True), as_json=False
         ),
-        "plot": lambda: plot(PlotOptions(path, out("a.png"))),
-        "plot --by-pressure": lambda: plot(PlotOptions(path, out("b.svg"), by_pressure=True)),
+        "export validation": lambda: export(
+            path,
+            ExportOptions(out("v.csv"), "validation", reference=out("reference.csv"), overwrite=True),
+            as_json=False,
+        ),
+        "export contacts": lambda: export(
+            path, ExportOptions(out("c.csv"), contacts=True, overwrite=True), as_json=False
+        ),
+        "plot": lambda: plot(PlotOptions(path, out("a.png"), overwrite=True)),
+        "plot --by-pressure": lambda: plot(PlotOptions(path, out("b.svg"), by_pressure=True, overwrite=True)),
     }
 
 

@@ -12,51 +12,14 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.recording.contacts import ContactHistory
 from pneuforce.instrument.recording.opening import open_recording
-from pneuforce.instrument.recording.writer import RecordingWriter
-from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, json_entry
-from pneuforce.instrument.stream.sample_record import pack
+from pneuforce.instrument.stream.entry import EntryKind, json_entry
 from pneuforce.instrument.validation.recording_plot import PlotOptions
 from tests.command_runner import pneuforce
-from tests.instrument.instrument_harness import HOLD_8, VENT, InstrumentHarness
+from tests.instrument.recording.recorded_story import hold, press, record_story
 from tests.instrument.recording.recording_files import make_recording
 
-OVERPRESSURE = 4
-PUSHES_KPA = (1.0, 0.0, 2.0, 0.3, 1.5, 0.0, 0.2, 0.0)
 SVG = "{http://www.w3.org/2000/svg}"
 PLACED = "{http://www.w3.org/1999/xlink}href"
-
-
-def record_story(path, story):
-    """Record an instrument with a zeroed sensor while the function `story` operates the instrument."""
-    harness, file = InstrumentHarness.zeroed(), RecordingWriter(path)
-    file.add_entry(json_entry(EntryKind.HEADER, harness.now_s, {"version": "0.1.0", "simulated": True}))
-    process = harness.instrument.process
-
-    def process_and_record(raw):
-        m = process(raw)
-        file.add_entry(StreamEntry(EntryKind.SAMPLE, raw.t_s, pack(raw, m)))
-        return m
-
-    harness.instrument.process = process_and_record
-    story(harness, file)
-    file.commit()
-    file.close()
-    return path
-
-
-def hold(harness, _=None):
-    harness.write_ok(VENT)
-    harness.write_ok(HOLD_8)
-    harness.renew(2.0)
-
-
-def press(harness, _=None):
-    hold(harness)
-    for push_kpa in PUSHES_KPA:
-        harness.push_kpa = push_kpa
-        harness.renew(0.7)
-    harness.causes.add(OVERPRESSURE)
-    harness.run(1.0)
 
 
 def lose_the_lease(harness, file):
@@ -98,7 +61,7 @@ def figure(pressed):
 
 def draw(recording, **options):
     out = recording.with_name("drawn.svg")
-    plot(PlotOptions(recording, out, **options))
+    plot(PlotOptions(recording, out, overwrite=True, **options))
     return ET.parse(out).getroot()
 
 
@@ -261,7 +224,12 @@ def test_the_command_writes_a_png_beside_the_recording(pressed):
     assert done.returncode == 0
     assert done.stdout == f"{pressed.with_suffix('.png')}: 8.6 s, 4 contacts\n"
     assert "has no end" in done.stderr
-    assert pressed.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    image = pressed.with_suffix(".png").read_bytes()
+    assert image.startswith(b"\x89PNG")
+    again = pneuforce("plot", pressed)
+    assert again.returncode == 2
+    assert "--overwrite" in again.stderr
+    assert pressed.with_suffix(".png").read_bytes() == image
 
 
 @pytest.mark.parametrize(
@@ -271,7 +239,7 @@ def test_the_command_writes_a_png_beside_the_recording(pressed):
         (["--reference", "cell.csv"], "--reference is valid only with --by-pressure"),
         (["--from-s", "3", "--to-s", "2"], "--from-s must be less than --to-s"),
         (["missing/a.png"], "cannot be written"),
-        (["--by-pressure", "--reference", "missing.csv"], "no such file"),
+        (["--by-pressure", "--reference", "missing.csv", "--overwrite"], "no such file"),
     ],
 )
 def test_invalid_arguments_are_rejected_in_one_line(pressed, options, why):

@@ -1,0 +1,114 @@
+"""Contacts of a recording as a table: one row per contact, with its force, its end and its limitations."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple, get_type_hints
+
+from pneuforce.instrument.measurement.measurement import Quality
+from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow
+from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.protocol.frames import BoardState
+from pneuforce.protocol.limits import HELD, HOST_SILENCE_S
+
+ENDED, OPEN, VENTED, TRIPPED, INTERRUPTED = "ended", "open", "vented", "tripped", "interrupted"
+
+
+class RecordedContact(NamedTuple):
+    """One contact. A quantity that is not available is NaN. Times count as in the samples."""
+
+    number: int  #: number of the contact, counted from 1
+    begin_s: float
+    end_s: float  #: time of the last sample of the contact
+    duration_s: float
+    baseline_kpa: float  #: ΔP_i
+    final_kpa: float  #: ΔP_f, the highest pressure in the balloon
+    final_s: float  #: time of `final_kpa`
+    force_n: float  #: force of the highest peak
+    force_std_n: float  #: standard uncertainty of `force_n`
+    peaks: int  #: number of peaks; a very short contact may have none
+    #: "ended"; "open" at the end of the samples; "vented", "tripped" or "interrupted" (missing samples) if
+    #: the contact did not end by itself
+    state: str
+    #: reasons why a force of the contact is missing or limited, separated by spaces; "" if there are none
+    reason: str
+
+
+CONTACT_TYPES: Mapping[str, type] = get_type_hints(RecordedContact)
+
+
+class ContactCollector:
+    """All contacts of a stream of samples."""
+
+    def __init__(self, tube_time_constant_s: float) -> None:
+        self._history = ContactHistory(sys.maxsize, tube_time_constant_s)
+        self._quality: dict[int, int] = {}
+        self._states: dict[int, str] = {}
+        self._last_s = math.nan
+
+    def add_sample(self, m: SampleRecord) -> None:
+        """Add one sample."""
+        before = self._history.open_number
+        self._history.add_sample(m)
+        number = self._history.open_number
+        if before is not None and number != before:
+            self._states[before] = _end_state(m, m.t_s - self._last_s)
+        if number is not None:
+            self._quality[number] = self._quality.get(number, 0) | m.quality
+        self._last_s = m.t_s
+
+    def contacts(self) -> list[RecordedContact]:
+        """Return all contacts in order of time."""
+        return [self._contact(row) for row in self._history.rows]
+
+    def _contact(self, row: ContactRow) -> RecordedContact:
+        return RecordedContact(
+            number=row.number,
+            begin_s=row.begin_s,
+            end_s=row.begin_s + row.duration_s,
+            duration_s=row.duration_s,
+            baseline_kpa=row.baseline_kpa,
+            final_kpa=row.final_kpa,
+            final_s=row.final_s,
+            force_n=row.peak_n,
+            force_std_n=row.peak_std_n,
+            peaks=row.peaks,
+            state=OPEN if row.open else self._states[row.number],
+            reason=_reason(Quality(self._quality[row.number]), row.peak_n),
+        )
+
+
+def collect_contacts(samples: Iterable[SampleRecord], tube_time_constant_s: float) -> list[RecordedContact]:
+    """Return all contacts in the samples, in order of time."""
+    collector = ContactCollector(tube_time_constant_s)
+    for m in samples:
+        collector.add_sample(m)
+    return collector.contacts()
+
+
+def relative_contacts(begin_s: float, contacts: Iterable[RecordedContact]) -> Iterator[RecordedContact]:
+    """Yield the contacts with times since `begin_s` [s], rounded to the microsecond."""
+    for contact in contacts:
+        times = {name: round(getattr(contact, name) - begin_s, 6) for name in ("begin_s", "end_s", "final_s")}
+        yield contact._replace(**times, duration_s=round(contact.duration_s, 6))
+
+
+def _end_state(m: SampleRecord, gap_s: float) -> str:
+    """Return how a contact ended. `m` is the first sample after the contact, `gap_s` the time before it."""
+    if not 0 <= gap_s <= HOST_SILENCE_S:
+        return INTERRUPTED
+    if m.state == BoardState.TRIPPED:
+        return TRIPPED
+    return ENDED if m.state in HELD else VENTED
+
+
+def _reason(quality: Quality, force_n: float) -> str:
+    """Return the names of the limitations.
+
+    A rise below 0.5 kPa is a part of each contact, so that it is no reason if there is a force.
+    """
+    if math.isfinite(force_n):
+        quality &= ~Quality.INTERPOLATED
+    return " ".join(flag.name.lower() for flag in Quality if flag in quality and flag.name)
