@@ -1,4 +1,4 @@
-"""The commands that make and use recordings: record, export, plot, replay."""
+"""The commands that make and use recordings: record, export, evaluate, plot, replay."""
 
 from __future__ import annotations
 
@@ -102,6 +102,32 @@ def export(
     name = form.value if form else None
     options = ExportOptions(out, name, *_span(from_s, to_s), reference, contacts, overwrite)
     raise typer.Exit(export(file, options, as_json))
+
+
+@commands.command()
+def evaluate(
+    file: RecordingFile,
+    config: Annotated[
+        Path, typer.Option("--config", help="The instrument.toml with the calibration to evaluate with.")
+    ],
+    contacts: Annotated[
+        Path | None, typer.Option("--contacts", help="Write one row per contact to this .csv or .parquet.")
+    ] = None,
+    samples: Annotated[
+        Path | None, typer.Option("--samples", help="Write one row per sample to this .csv or .parquet.")
+    ] = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Compute the forces of a recording again, with another calibration, and compare them.
+
+    The instrument computes all forces from the recorded inputs. The recording is not changed.
+
+    Example: pneuforce evaluate press.recording --config instrument.toml --contacts contacts.csv
+    """
+    from pneuforce.instrument.cli.evaluate import EvaluationFiles, evaluate
+
+    raise typer.Exit(evaluate(file, config, EvaluationFiles(contacts, samples, overwrite), as_json))
 
 
 @commands.command()

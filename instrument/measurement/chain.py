@@ -88,6 +88,19 @@ class Chain:
         )
         self._curve_baseline_kpa, self._model = math.nan, None
 
+    def change_settings(self, settings: ChainSettings) -> None:
+        """Continue with other settings, for example to evaluate a recording with another calibration.
+
+        The zero adjustment and the contact in progress remain. If the time constant of the tube changes, the
+        lag compensation restarts.
+        """
+        if settings == self.settings:
+            return
+        if settings.tube_time_constant_s != self.settings.tube_time_constant_s:
+            self._lag = LagCompensator(settings.tube_time_constant_s)
+        self.settings, self._model = settings, settings.force_model
+        self._curve_baseline_kpa, self._hidden_press = math.nan, HiddenPress()
+
     def proof_test_verdict(self, sample: RawSample) -> Verdict | None:
         """Return the verdict of a proof test at the first sample after it, otherwise None.
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pneuforce.errors import ConfigurationError, PneuforceError
+from pneuforce.instrument.cli.evaluate import EvaluationFiles, evaluate
 from pneuforce.instrument.cli.export import ExportOptions, export
 from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.cli.replay import replay
@@ -92,6 +93,9 @@ def commands_of(path: Path) -> dict[str, Callable[[], object]]:
         "export contacts": lambda: export(
             path, ExportOptions(out("c.csv"), contacts=True, overwrite=True), as_json=False
         ),
+        "evaluate": lambda: evaluate(
+            path, out("instrument.toml"), EvaluationFiles(out("e.csv"), out("s.csv"), True), as_json=True
+        ),
         "plot": lambda: plot(PlotOptions(path, out("a.png"), overwrite=True)),
         "plot --by-pressure": lambda: plot(PlotOptions(path, out("b.svg"), by_pressure=True, overwrite=True)),
     }
@@ -157,6 +161,7 @@ def attack_recordings(result: AttackResult, rng: random.Random, amount: int) -> 
         make_intact(path)
         intact, samples = path.read_bytes(), _samples_of(path)
         path.with_name("reference.csv").write_text(REFERENCE)
+        path.with_name("instrument.toml").write_text("[measurement]\n")
         for name, command in commands_of(path).items():
             result.check(_outcome(command) == "result", f"the intact recording: {name} gives no result")
         before_kb, copy = _memory_kb(), path.with_name("copy.recording")

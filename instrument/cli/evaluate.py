@@ -1,0 +1,202 @@
+"""`pneuforce evaluate`: compute the forces of a recording again, with another calibration."""
+
+from __future__ import annotations
+
+import logging
+import math
+import sys
+from collections.abc import Iterable, Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.export import FORMATS, write_table
+from pneuforce.instrument.cli.output import json_line, print_text, progress
+from pneuforce.instrument.config import Configuration, load
+from pneuforce.instrument.recording.contact_table import (
+    CONTACT_TYPES,
+    ContactCollector,
+    RecordedContact,
+    relative_contacts,
+)
+from pneuforce.instrument.recording.contacts import tube_time_constant_of
+from pneuforce.instrument.recording.evaluation import (
+    ComparedContact,
+    EvaluatedSample,
+    change_settings,
+    evaluate_samples,
+    pair_contacts,
+)
+from pneuforce.instrument.recording.opening import open_recording
+from pneuforce.instrument.recording.reader import Recording, short_text
+from pneuforce.instrument.recording.schema import SAMPLE_TYPES
+from pneuforce.instrument.recording.table_export import Row, check_parquet
+from pneuforce.instrument.service.replay_verification import initial_session
+from pneuforce.support.atomic_file import check_new
+
+PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
+MAX_LINES = 40  #: number of contacts that are shown on the terminal
+RECORDED_TYPES = {"recorded_force_n": float, "recorded_force_std_n": float}
+
+
+class EvaluationFiles(NamedTuple):
+    """Output files of an evaluation."""
+
+    contacts: Path | None
+    samples: Path | None
+    overwrite: bool
+
+
+class Evaluation:
+    """Result of an evaluation: number of samples with a force, and the contacts."""
+
+    def __init__(self, recorded_tube_s: float, tube_s: float) -> None:
+        self.samples = self.recorded_forces = self.evaluated_forces = 0
+        self._recorded, self._evaluated = ContactCollector(recorded_tube_s), ContactCollector(tube_s)
+
+    def add(self, sample: EvaluatedSample) -> None:
+        """Add one sample."""
+        self.samples += 1
+        self.recorded_forces += math.isfinite(sample.recorded.force_n)
+        self.evaluated_forces += math.isfinite(sample.evaluated.force_n)
+        self._recorded.add_sample(sample.recorded)
+        self._evaluated.add_sample(sample.evaluated)
+
+    def contacts(self, begin_s: float) -> list[ComparedContact]:
+        """Return all contacts, with times since `begin_s` [s]."""
+        recorded, evaluated = (
+            relative_contacts(begin_s, collector.contacts())
+            for collector in (self._recorded, self._evaluated)
+        )
+        return pair_contacts(recorded, evaluated)
+
+
+def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) -> int:
+    """Evaluate the recording, write the files, and print the comparison.
+
+    Return the exit code, 1 if the recording is damaged. Raises PneuforceError.
+    """
+    _check_files(files)
+    configuration = load(config)
+    # Do not print the log messages: the instrument has already logged them during the recording.
+    logging.getLogger("pneuforce").addHandler(logging.NullHandler())
+    with open_recording(path) as recording:
+        chain = configuration.chain
+        result = Evaluation(tube_time_constant_of(recording.metadata), chain.tube_time_constant_s)
+        with progress("evaluating") as report:
+            samples = _counted(_evaluated(recording, configuration), result, recording, report)
+            if files.samples is None:
+                for _ in samples:
+                    pass
+            else:
+                rows = (_sample_row(sample, recording.begin_s) for sample in samples)
+                types = {**SAMPLE_TYPES, **RECORDED_TYPES}
+                write_table(files.samples, _form(files.samples), rows, types, recording.metadata)
+        remark, damaged = recording.remark(), bool(recording.damage)
+        if not result.samples:
+            raise ConfigurationError(f"{path}: it contains no samples with their inputs {remark}".rstrip())
+        contacts = result.contacts(recording.begin_s)
+        if files.contacts is not None:
+            types = {**CONTACT_TYPES, **RECORDED_TYPES}
+            contact_rows = map(_contact_row, contacts)
+            write_table(files.contacts, _form(files.contacts), contact_rows, types, recording.metadata)
+        remark = "; ".join(filter(None, (remark, _version_remark(recording))))
+    facts = {"file": str(path), "config": str(config), **_facts(result, contacts), "remark": remark}
+    if remark and not as_json:
+        print_text(f"pneuforce: {remark}", sys.stderr)
+    print_text(json_line(facts) if as_json else _format_result(result, contacts))
+    return 1 if damaged else 0
+
+
+def _check_files(files: EvaluationFiles) -> None:
+    for out in (files.contacts, files.samples):
+        if out is not None:
+            if _form(out) == "parquet":
+                check_parquet()
+            check_new(out, files.overwrite)
+
+
+def _form(out: Path) -> str:
+    form = FORMATS.get(out.suffix.lower())
+    if form is None:
+        raise ConfigurationError(f"{out}: the format is unknown: name a file .csv or .parquet")
+    return form
+
+
+def _evaluated(recording: Recording, configuration: Configuration) -> Iterator[EvaluatedSample]:
+    session = initial_session(recording)
+    change_settings(session, configuration.settings())
+    return evaluate_samples(session, recording.entries(), recording.samples())
+
+
+def _counted(
+    samples: Iterable[EvaluatedSample], result: Evaluation, recording: Recording, report: Any
+) -> Iterator[EvaluatedSample]:
+    for sample in samples:
+        result.add(sample)
+        if result.samples % PROGRESS_SAMPLES == 0:
+            report(result.samples, recording.sample_count)
+        yield sample
+
+
+def _sample_row(sample: EvaluatedSample, begin_s: float) -> Row:
+    recorded, evaluated = sample
+    relative = evaluated._replace(t_s=round(evaluated.t_s - begin_s, 6))
+    return (*relative, recorded.force_n, recorded.force_std_n)
+
+
+def _contact_row(contact: ComparedContact) -> Row:
+    return (*contact.evaluated, *_recorded_force(contact.recorded))
+
+
+def _recorded_force(contact: RecordedContact | None) -> tuple[float, float]:
+    return (math.nan, math.nan) if contact is None else (contact.force_n, contact.force_std_n)
+
+
+def _version_remark(recording: Recording) -> str:
+    recorded, present = recording.metadata.get("version"), version("pneuforce")
+    if recorded == present:
+        return ""
+    return (
+        f"the recording was made by pneuforce {short_text(recorded)}, and this is pneuforce {present}: "
+        "a part of the differences may come from the program"
+    )
+
+
+def _facts(result: Evaluation, contacts: list[ComparedContact]) -> dict[str, Any]:
+    names = (*CONTACT_TYPES, *RECORDED_TYPES)
+    return {
+        "samples": result.samples,
+        "samples_with_recorded_force": result.recorded_forces,
+        "samples_with_evaluated_force": result.evaluated_forces,
+        "contacts": [dict(zip(names, _contact_row(contact), strict=True)) for contact in contacts],
+    }
+
+
+def _format_result(result: Evaluation, contacts: list[ComparedContact]) -> str:
+    lines = [
+        f"{result.samples} samples: {result.recorded_forces} with a recorded force, "
+        f"{result.evaluated_forces} with an evaluated force",
+        f"{'contact':>7} {'begin':>9} {'ΔP_i':>10} {'ΔP_f':>10} {'recorded':>17} {'evaluated':>17}  change",
+    ]
+    lines += [_format_contact(contact) for contact in contacts[:MAX_LINES]]
+    if len(contacts) > MAX_LINES:
+        lines.append(
+            f"and {len(contacts) - MAX_LINES} more contacts: --contacts writes all of them to a file"
+        )
+    return "\n".join(lines)
+
+
+def _format_contact(contact: ComparedContact) -> str:
+    new, (before_n, before_std_n) = contact.evaluated, _recorded_force(contact.recorded)
+    change = 100 * (new.force_n / before_n - 1) if before_n > 0 else math.nan
+    return (
+        f"{new.number:>7} {new.begin_s:>7.2f} s {new.baseline_kpa:>6.3f} kPa {new.final_kpa:>6.3f} kPa "
+        f"{_format_force(before_n, before_std_n):>17} {_format_force(new.force_n, new.force_std_n):>17}  "
+        f"{f'{change:+.1f} %' if math.isfinite(change) else 'n/a'}  {new.reason}"
+    ).rstrip()
+
+
+def _format_force(force_n: float, std_n: float) -> str:
+    return f"{force_n:.3f} ± {std_n:.3f} N" if math.isfinite(force_n) else "n/a"

@@ -1,0 +1,131 @@
+"""Tests of `pneuforce evaluate`: forces of a recording with another calibration, by the instrument itself."""
+
+import csv
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pneuforce.instrument.config import Configuration, load
+from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.session import Session
+from pneuforce.instrument.recording.contact_table import collect_contacts
+from pneuforce.instrument.recording.evaluation import change_settings, evaluate_samples, pair_contacts
+from pneuforce.instrument.recording.opening import open_recording
+from pneuforce.instrument.recording.replay import replay_input
+from pneuforce.instrument.service.replay_verification import initial_session
+from pneuforce.instrument.stream.sample_record import pack, unpack
+from tests.command_runner import pneuforce
+from tests.instrument.calibration.test_golden import GOLDEN
+from tests.instrument.recording.recording_files import comparable
+from tests.instrument.recording.virtual_host import VirtualHost, write_recording
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Return the recording of an instrument without calibration, from its first byte on, with contacts."""
+    host = VirtualHost()
+    host.record()
+    host.inflate()
+    host.wait_for_contact()
+    host.run(6.0)
+    path = tmp_path_factory.mktemp("recorded") / "press.recording"
+    write_recording(host.recorded(), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def config(recording):
+    """Return a configuration with a force calibration, and another filter."""
+    shutil.copy(GOLDEN, recording.with_name("calibration.toml"))
+    path = recording.with_name("instrument.toml")
+    path.write_text('[measurement]\ncalibration = "calibration.toml"\nfilter_time_constant_s = 0.1\n')
+    return path
+
+
+def evaluated(path, configuration):
+    with open_recording(path) as source:
+        session = initial_session(source)
+        change_settings(session, configuration.settings())
+        return list(evaluate_samples(session, source.entries(), source.samples()))
+
+
+def test_with_the_recorded_settings_every_bit_is_that_of_the_recording(recording):
+    pairs = evaluated(recording, Configuration())
+    assert len(pairs) > 4000
+    assert any(recorded.in_contact and recorded.force_n > 0.5 for recorded, _ in pairs)
+    assert comparable(now for _, now in pairs) == comparable(before for before, _ in pairs)
+
+
+def test_with_a_calibration_the_forces_are_those_of_an_instrument_that_had_this_calibration(
+    recording, config
+):
+    configuration = load(config)
+    session = Session(Instrument(configuration.settings()))
+    with open_recording(recording) as source:
+        live = [
+            unpack(pack(sample.raw, sample.measurement))
+            for entry in source.entries()
+            for sample in replay_input(session, entry)
+        ]
+    pairs = evaluated(recording, configuration)
+    assert comparable(now for _, now in pairs) == comparable(live[: len(pairs)])
+    changed = [abs(now.force_n / before.force_n - 1) for before, now in pairs if before.force_n > 1.0]
+    assert max(changed) > 0.1
+
+
+def test_an_evaluated_force_never_vents_the_balloon(recording, config):
+    with open_recording(recording) as source:
+        session = initial_session(source)
+        instrument = session.instrument
+        instrument.settings = replace(instrument.settings, vent_on_force_limit=True)
+        instrument.requested.force_limit_n = 0.1
+        change_settings(session, load(config).settings())
+        pairs = list(evaluate_samples(session, source.entries(), source.samples()))
+    assert max(now.force_n for _, now in pairs if now.in_contact) > 0.1
+    assert not instrument.faults
+
+
+def test_the_command_compares_the_contacts_and_writes_both_tables(recording, config, tmp_path):
+    files = ("--contacts", tmp_path / "contacts.csv", "--samples", tmp_path / "samples.csv")
+    done = pneuforce("evaluate", recording, "--config", config, "--json", *files)
+    assert done.returncode == 0, done.stderr
+    facts = json.loads(done.stdout)
+    pairs = evaluated(recording, load(config))
+    expected = collect_contacts((now for _, now in pairs), 0.06)
+    assert [row["force_n"] for row in facts["contacts"]] == [contact.force_n for contact in expected]
+    before = collect_contacts((recorded for recorded, _ in pairs), 0.06)
+    assert [row["recorded_force_n"] for row in facts["contacts"]] == [contact.force_n for contact in before]
+    assert facts["samples"] == len(pairs)
+    with (tmp_path / "contacts.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["force_n"]) for row in rows] == [contact.force_n for contact in expected]
+    with (tmp_path / "samples.csv").open() as file:
+        last = list(csv.DictReader(file))[-1]
+    assert float(last["pressure_kpa"]) == pairs[-1].evaluated.pressure_kpa
+    shown = pneuforce("evaluate", recording, "--config", config)
+    assert shown.returncode == 0
+    assert len(shown.stdout.splitlines()) == 2 + len(expected)
+
+
+def test_a_file_is_replaced_only_on_request_and_an_invalid_file_is_rejected(recording, config, tmp_path):
+    out = tmp_path / "contacts.csv"
+    out.write_text("old")
+    for words in (("--contacts", out), ("--contacts", tmp_path / "a.table"), ("--samples", out)):
+        refused = pneuforce("evaluate", recording, "--config", config, *words)
+        assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
+    assert out.read_text() == "old"
+    assert pneuforce("evaluate", recording, "--config", Path("/nowhere.toml")).returncode == 2
+    assert pneuforce("evaluate", GOLDEN, "--config", config).returncode == 2
+
+
+def test_a_contact_without_a_recorded_counterpart_has_no_recorded_force(recording):
+    pairs = evaluated(recording, Configuration())
+    contacts = collect_contacts((now for _, now in pairs), 0.06)
+    assert [pair.recorded for pair in pair_contacts(contacts, contacts)] == contacts
+    assert [pair.recorded for pair in pair_contacts(contacts[:1], contacts)][1:] == [None] * (
+        len(contacts) - 1
+    )
+    assert [pair.recorded for pair in pair_contacts(contacts[1:], contacts)] == [None, *contacts[1:]]
