@@ -7,14 +7,15 @@ from typing import Annotated
 
 import typer
 
+from pneuforce.instrument.cli import contacts_command
 from pneuforce.instrument.cli.options import Json
-from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
 
 commands = typer.Typer(
     name="calibrate",
     help="Calibrate one balloon and its circuit: fit measured points, and write a calibration file.",
     no_args_is_help=True,
 )
+commands.add_typer(contacts_command.commands)
 
 
 Data = Annotated[Path, typer.Argument(help="CSV file with the names of the columns in the first line.")]
@@ -139,23 +140,3 @@ def force(data: Data, out: Out = None, config: Config = None, as_json: Json = Fa
     from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
 
     typer.echo(calibrate.force(data, CalibrationTarget(out, config), as_json))
-
-
-@commands.command()
-def contacts(
-    plant: Annotated[PlantName, typer.Option(help="Simulated balloon.")] = "membrane",
-    count: Annotated[int, typer.Option(help="Number of contacts.", min=1, max=2000)] = 24,
-    seed: Annotated[int, typer.Option(help="Seed of setpoints, forces and noise.", min=0)] = 1,
-    rubber: Rubber = None,
-    contact: Contact = None,
-) -> None:
-    """Simulate contacts with a reference sensor, as CSV data to try calibrate force.
-
-    Example: pneuforce calibrate contacts --count 24 --seed 1 > contacts.csv
-    """
-    from pneuforce.instrument.studies.reference_contacts import as_csv
-    from pneuforce.sim.scenario import PlantTable
-
-    table = PlantOptions(plant, rubber, contact).apply(PlantTable())
-    for line in as_csv(table, count, seed):
-        typer.echo(line)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +19,8 @@ from pneuforce.support.columns import Numbers, Points, parse_points
 BATCH_SIZE = 5000
 #: Longest accepted gap between two reference readings: one and a half periods of a logger of 10 Hz.
 MAX_REFERENCE_GAP_S = 0.15
+#: Newtons per unit of a reference force. gf and kgf are the weights of 1 g and 1 kg.
+FORCE_UNITS_N = {"N": 1.0, "mN": 1e-3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
 
 
 class PressureSample(NamedTuple):
@@ -28,17 +31,35 @@ class PressureSample(NamedTuple):
     locked: bool
 
 
-def read(path: Path) -> Points:
-    """Return a reference force over time, with the columns t_s and force_n.
+class ReferenceColumns(NamedTuple):
+    """Names of the two columns of a reference force, and the unit of the force."""
+
+    time: str = "t_s"
+    force: str = "force_n"
+    unit: str = "N"
+
+
+_DEFAULT_COLUMNS = ReferenceColumns()
+
+
+def read(path: Path, columns: ReferenceColumns = _DEFAULT_COLUMNS) -> Points:
+    """Return a reference force over time, with the columns t_s [s] and force_n [N].
 
     Raises ConfigurationError if the file is invalid, or if the time does not rise from line to line.
     """
-    points = parse_points(atomic_file.read_file(path), str(path), [("t_s", "force_n")])
+    points = parse_points(atomic_file.read_file(path), str(path), [(columns.time, columns.force)])
     points.require_rows(2)
-    not_rising = np.flatnonzero(~(np.diff(points["t_s"]) > 0.0))
+    not_rising = np.flatnonzero(~(np.diff(points[columns.time]) > 0.0))
     if len(not_rising):
-        raise points.error("t_s: time must rise", int(not_rising[0]) + 1)
-    return points
+        raise points.error(f"{columns.time}: time must rise", int(not_rising[0]) + 1)
+    force_n = FORCE_UNITS_N[columns.unit] * points[columns.force]
+    return replace(points, columns={"t_s": points[columns.time], "force_n": force_n})
+
+
+def shifted(reference: Points, offset_s: float, zero_n: float = 0.0) -> Points:
+    """Return a reference whose times are later by `offset_s`, and whose forces are lower by `zero_n`."""
+    columns = {"t_s": reference["t_s"] + offset_s, "force_n": reference["force_n"] - zero_n}
+    return replace(reference, columns=columns)
 
 
 def recording_lines(samples: Iterable[PressureSample], reference: Points) -> Iterator[str]:

@@ -4,17 +4,8 @@ import json
 
 import pytest
 
-from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.recording.schema import EndReason
-from pneuforce.instrument.rig.link import RawSample
-from pneuforce.instrument.stream.entry import EntryKind, StreamEntry
-from pneuforce.instrument.stream.sample_record import pack
-from pneuforce.instrument.studies.measured_playback import measure_playback
-from pneuforce.protocol.frames import BoardState, Sample, Valve
-from pneuforce.sim.headless import Playback
-from pneuforce.sim.scenario import load
 from tests.command_runner import pneuforce
-from tests.instrument.recording.recording_files import BEGIN_S, begin_recording
+from tests.instrument.recording.recorded_scenario import record_scenario
 
 SCENARIO = """
 doc = "Three contacts at one pressure."
@@ -30,31 +21,12 @@ kind = "press"
 force_n = [1.6, 2.3, 3.0]
 hold_s = 0.3
 """
-MESSAGE = Sample(0, 3000, 5000, Valve(0), BoardState.HOLDING, 0, 0, 1, 8000)
-SAMPLES_PER_READING = 5  #: 500 samples and 100 readings of the reference per second
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return a folder with the recording of a simulated scenario, and the true force as a sensor logs it."""
     folder = tmp_path_factory.mktemp("simulated")
-    (folder / "scenario.toml").write_text(SCENARIO)
-    file = begin_recording(folder / "a.recording")
-    truths = ["t_s,force_n\n"]
-    playback = Playback(load(str(folder / "scenario.toml")))
-    for number, (measurement, truth) in enumerate(measure_playback(playback, ChainSettings())):
-        recorded = measurement._replace(t_s=BEGIN_S + measurement.t_s)
-        file.add_entry(
-            StreamEntry(
-                EntryKind.SAMPLE, recorded.t_s, pack(RawSample(number % 2**16, 0.0, MESSAGE), recorded)
-            )
-        )
-        if number % SAMPLES_PER_READING == 0:
-            truths.append(f"{truth.t_s:.6f},{truth.force_n:.5f}\n")
-    file.end(EndReason.STOPPED, "")
-    file.commit()
-    file.close()
-    (folder / "cell.csv").write_text("".join(truths))
+    record_scenario(folder, SCENARIO)
     return folder
 
 

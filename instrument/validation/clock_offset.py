@@ -1,0 +1,100 @@
+"""Offset between the clocks of a recording and of a reference sensor, from the course of both signals."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.validation.trial import Floats
+
+STEP_S = 0.02
+#: Smallest share of the shorter signal that both signals must have in common.
+MIN_OVERLAP = 0.5
+#: Smallest accepted correlation, and smallest difference to the correlation at any other offset. Equal
+#: presses at equal intervals fit at several offsets.
+MIN_CORRELATION, MIN_DIFFERENCE = 0.7, 0.05
+#: Offsets within this time around the best offset belong to the same maximum of the correlation.
+SAME_MAXIMUM_S = 1.0
+
+
+class Signal(NamedTuple):
+    """Signal over time. The times rise."""
+
+    t_s: Floats
+    value: Floats
+
+
+class ClockOffset(NamedTuple):
+    """Offset between two clocks, and the correlation of the signals at this offset."""
+
+    offset_s: float  #: is added to a time of the reference, and gives the time of the recording
+    correlation: float
+
+
+def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
+    """Return the offset at which the pressure rise and the reference force have the highest correlation.
+
+    Raises ConfigurationError if the signals do not resemble each other, or if several offsets fit.
+    """
+    pressure, force = _on_grid(recorded), _on_grid(reference)
+    correlation = _correlations(pressure, force)
+    best = int(np.nanargmax(correlation)) if np.isfinite(correlation).any() else 0
+    highest = float(correlation[best])
+    if not highest >= MIN_CORRELATION:
+        raise ConfigurationError(
+            "the clock offset cannot be estimated: the course of the reference force does not resemble "
+            f"that of the pressure (correlation {highest:.2f}); check the files, or give --offset"
+        )
+    near = round(SAME_MAXIMUM_S / STEP_S)
+    others = np.concatenate([correlation[: max(best - near, 0)], correlation[best + near + 1 :]])
+    second = float(np.nanmax(others)) if np.isfinite(others).any() else -1.0
+    if not highest - second >= MIN_DIFFERENCE:
+        raise ConfigurationError(
+            "the clock offset is ambiguous: the presses are so regular that several offsets fit "
+            f"(correlations {highest:.2f} and {second:.2f}); give --offset"
+        )
+    lag = best - (len(force) - 1) + _vertex(correlation[best - 1 : best + 2])
+    return ClockOffset(float(recorded.t_s[0] - reference.t_s[0] + lag * STEP_S), highest)
+
+
+def _on_grid(signal: Signal) -> Floats:
+    """Return the signal at equal steps from its first time on."""
+    return np.interp(np.arange(signal.t_s[0], signal.t_s[-1], STEP_S), signal.t_s, signal.value)
+
+
+def _correlations(a: Floats, b: Floats) -> Floats:
+    """Return the correlation coefficient for each shift of `b`, NaN if too little of the signals overlaps.
+
+    Element k belongs to the shift k − (len(b) − 1): b[i] then coincides with a[i + shift].
+    """
+    length = len(a) + len(b) - 1
+    ones_a, ones_b = np.ones_like(a), np.ones_like(b)
+
+    def sums(x: Floats, y: Floats) -> Floats:
+        size = 1 << (length - 1).bit_length()
+        product = np.fft.rfft(x, size) * np.fft.rfft(y[::-1], size)
+        return np.asarray(np.fft.irfft(product, size)[:length])
+
+    a, b = a - a.mean(), b - b.mean()
+    count = np.round(sums(ones_a, ones_b))
+    sum_a, sum_b = sums(a, ones_b), sums(ones_a, b)
+    with np.errstate(all="ignore"):
+        covariance = sums(a, b) - sum_a * sum_b / count
+        variance_a = sums(a * a, ones_b) - sum_a**2 / count
+        variance_b = sums(ones_a, b * b) - sum_b**2 / count
+        correlation = covariance / np.sqrt(variance_a * variance_b)
+    enough = count >= MIN_OVERLAP * min(len(a), len(b))
+    # Rounding errors make the correlation of a constant signal arbitrary.
+    varied = (variance_a > 1e-6 * (a @ a)) & (variance_b > 1e-6 * (b @ b))
+    return np.where(enough & varied & np.isfinite(correlation), correlation, np.nan)
+
+
+def _vertex(values: Floats) -> float:
+    """Return the position of the vertex of the parabola through the values at −1, 0 and 1."""
+    if len(values) < 3 or not np.isfinite(values).all():
+        return 0.0
+    left, middle, right = values
+    curvature = left - 2 * middle + right
+    return float(0.5 * (left - right) / curvature) if curvature < 0 else 0.0

@@ -1,0 +1,142 @@
+"""Tests of `pneuforce calibrate contacts --from`: contacts of a recording with the force of a reference."""
+
+import csv
+import json
+import random
+
+import pytest
+
+from pneuforce.instrument.cli.calibrate_contacts import PairingInput, pair
+from pneuforce.instrument.validation.reference import ReferenceColumns
+from tests.command_runner import pneuforce
+from tests.instrument.recording.recorded_scenario import record_scenario
+
+FORCES_N = ((0.6, 2.6, 1.4, 3.2), (1.1, 2.0, 0.8, 2.9))
+SCENARIO = """
+doc = "Four contacts at each of two pressures, one of them short, at irregular times."
+
+[plant]
+kind = "membrane"
+"""
+PHASE = """
+[[phase]]
+setpoint_kpa = [{setpoint_kpa}]
+"""
+CONTACT = """
+[[phase.contact]]
+kind = "press"
+force_n = [{force_n}]
+hold_s = {hold_s}
+pause_s = {pause_s}
+"""
+OFFSET_S = 1234.567  #: the clock of the reference is behind the clock of the recording
+ZERO_N, NOISE_N = 0.08, 0.01
+
+
+def scenario():
+    rng, text = random.Random(7), SCENARIO
+    for setpoint_kpa, forces_n in zip((6.5, 9.5), FORCES_N, strict=True):
+        text += PHASE.format(setpoint_kpa=setpoint_kpa)
+        for force_n in forces_n:
+            text += CONTACT.format(
+                force_n=force_n,
+                hold_s=0.2 if force_n == 0.8 else 1.0,
+                pause_s=round(rng.uniform(0.8, 2.0), 2),
+            )
+    return text
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with a recording, and with a reference that has its own clock, zero, unit and names."""
+    folder, rng = tmp_path_factory.mktemp("simulated"), random.Random(1)
+    readings = record_scenario(folder, scenario())
+    rows = [
+        f"{t_s - OFFSET_S:.4f},{1e3 * (force_n + ZERO_N + rng.gauss(0.0, NOISE_N)):.2f}\n"
+        for t_s, force_n in readings
+    ]
+    (folder / "logger.csv").write_text("".join(["time,load\n", *rows]))
+    return folder
+
+
+LOGGER = ("--time-column", "time", "--force-column", "load", "--unit", "mN", "--tare")
+
+
+def paired(folder, *words):
+    done = pneuforce("calibrate", "contacts", "--from", folder / "a.recording", *words, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_offset_is_estimated_and_each_plateau_has_its_force(folder):
+    found = paired(folder, "--reference", folder / "logger.csv", *LOGGER)
+    assert found["offset_s"] == pytest.approx(OFFSET_S, abs=0.03)
+    assert found["free_force_n"] == pytest.approx(ZERO_N, abs=0.01)
+    held_n = [force_n for forces_n in FORCES_N for force_n in forces_n if force_n != 0.8]
+    assert [row["force_n"] for row in found["paired"]] == pytest.approx(held_n, abs=0.02)
+    assert [row["baseline_kpa"] for row in found["paired"]] == pytest.approx([6.5] * 4 + [9.5] * 3, abs=0.15)
+    assert all(row["force_std_n"] == pytest.approx(NOISE_N, rel=0.5) for row in found["paired"])
+    [short] = found["unpaired"]
+    assert short["reason"]
+
+
+def test_the_table_is_accepted_by_calibrate_force(folder, tmp_path):
+    out = tmp_path / "contacts.csv"
+    words = ("--from", folder / "a.recording", "--reference", folder / "logger.csv", *LOGGER, "--out", out)
+    done = pneuforce("calibrate", "contacts", *words)
+    assert done.returncode == 0, done.stderr
+    assert "7 of 8" in done.stdout
+    rows = list(csv.DictReader(line for line in out.read_text().splitlines() if not line.startswith("#")))
+    assert len(rows) == 7
+    calibrated = pneuforce("calibrate", "force", out, "--json")
+    assert calibrated.returncode == 0, calibrated.stderr
+    refused = pneuforce("calibrate", "contacts", *words)
+    assert (refused.returncode, "--overwrite" in refused.stderr) == (2, True)
+
+
+def test_a_given_offset_is_used_and_a_wrong_offset_gives_no_wrong_force(folder):
+    def paired_at(offset_s):
+        return pair(
+            PairingInput(
+                folder / "a.recording", folder / "cell.csv", ReferenceColumns(), offset_s, tare=False
+            )
+        )
+
+    right = paired_at(0.0)
+    truths_n = {plateau.contact: plateau.force_n for plateau in right.paired}
+    assert len(truths_n) == 7
+    for offset_s in (-0.4, -0.2, 0.2, 0.4):
+        for plateau in paired_at(offset_s).paired:
+            assert plateau.force_n == pytest.approx(truths_n[plateau.contact], rel=0.03)
+
+
+def test_a_reference_that_fits_nowhere_or_at_several_times_is_rejected(folder, tmp_path):
+    rng = random.Random(3)
+    (tmp_path / "noise.csv").write_text(
+        "t_s,force_n\n" + "".join(f"{n / 100:.2f},{rng.random():.3f}\n" for n in range(4000))
+    )
+    words = ("calibrate", "contacts", "--from", folder / "a.recording", "--reference")
+    unlike = pneuforce(*words, tmp_path / "noise.csv")
+    assert (unlike.returncode, "--offset" in unlike.stderr) == (2, True)
+    constant = tmp_path / "constant.csv"
+    constant.write_text("t_s,force_n\n" + "".join(f"{n / 100:.2f},0.5\n" for n in range(4000)))
+    assert pneuforce(*words, constant).returncode == 2
+    early = tmp_path / "early.csv"
+    early.write_text("t_s,force_n\n0,0\n0.1,0\n")
+    none = pneuforce(*words, early, "--offset", "0")
+    assert none.returncode == 1
+    assert none.stderr.count("is not paired") == 8
+
+
+def test_options_of_the_simulation_and_of_a_recording_are_not_mixed(folder):
+    recording = ("--from", folder / "a.recording")
+    for words in (
+        recording,
+        (*recording, "--reference", folder / "cell.csv", "--seed", "1"),
+        ("--offset", "1"),
+        ("--reference", folder / "cell.csv"),
+        (*recording, "--reference", folder / "cell.csv", "--force-column", "load"),
+    ):
+        rejected = pneuforce("calibrate", "contacts", *words)
+        assert (rejected.returncode, rejected.stdout) == (2, "")
+        assert len(rejected.stderr.splitlines()) == 1

@@ -1,0 +1,54 @@
+"""Tests of the clock offset between a recording and a reference: accuracy, sign, and ambiguous signals."""
+
+import numpy as np
+import pytest
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.validation.clock_offset import Signal, estimate_offset
+
+PAUSES_S = (1.0, 2.3, 1.6, 3.1, 1.2, 2.7)
+
+
+def presses(pauses_s, begin_s=0.0, step_s=0.01, heights=(1.0, 2.0, 1.5, 0.7, 2.5, 1.2)):
+    """Return a signal with one press of 1 s after each pause."""
+    t_s = np.arange(0.0, sum(pauses_s) + len(pauses_s) + 1.0, step_s)
+    starts_s = np.cumsum(pauses_s) + np.arange(len(pauses_s))
+    value = sum(
+        height * np.clip(np.minimum(t_s - start, start + 1.0 - t_s) * 10, 0, 1)
+        for start, height in zip(starts_s, heights, strict=False)
+    )
+    return Signal(begin_s + t_s, value)
+
+
+@pytest.mark.parametrize("begin_s", [0.0, -3.21, 1.7e9, 12.345])
+def test_the_offset_is_found_for_any_origin_of_the_clock(begin_s):
+    recorded = presses(PAUSES_S, step_s=0.002)
+    found = estimate_offset(recorded, presses(PAUSES_S, begin_s))
+    assert found.offset_s == pytest.approx(-begin_s, abs=0.005)
+    assert found.correlation > 0.99
+
+
+def test_a_reference_that_covers_a_part_of_the_recording_is_enough():
+    whole = presses(PAUSES_S)
+    part = Signal(whole.t_s[500:1400] - 100.0, whole.value[500:1400])
+    assert estimate_offset(whole, part).offset_s == pytest.approx(100.0, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        Signal(np.arange(0.0, 20.0, 0.01), np.full(2000, 3.0)),
+        Signal(np.arange(0.0, 20.0, 0.01), np.random.default_rng(1).normal(size=2000)),
+        Signal(np.array([0.0, 0.1]), np.array([0.0, 1.0])),
+    ],
+    ids=["constant", "noise", "two readings"],
+)
+def test_a_reference_without_the_presses_is_rejected(reference):
+    with pytest.raises(ConfigurationError):
+        estimate_offset(presses(PAUSES_S), reference)
+
+
+def test_equal_presses_at_equal_times_are_ambiguous():
+    regular = presses((2.0,) * 6, heights=(1.0,) * 6)
+    with pytest.raises(ConfigurationError, match="ambiguous"):
+        estimate_offset(regular, regular)
