@@ -84,7 +84,7 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=34, name="delay", wire=U16, unit="ms", quantity="delay_s",
              doc="Remaining delay of the force after the compensation."),
     Register(address=35, name="baseline_age", wire=U16, unit="s", quantity="baseline_age_s",
-             always_available=True, doc="Age of the baseline pressure."),
+             doc="Age of the baseline pressure; not available before the first baseline."),
     Register(address=36, name="proof_test_age", wire=U16, unit="s", quantity="proof_test_age_s",
              doc="Time since a proof test passed, or since a new setpoint."),
     Register(address=37, name="peak_counter", wire=U16, quantity="peak_counter",

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 9EFA4BEDh (registers 768 and 770).
+ * Map version 1, hash 78E0036Fh (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x9EFA4BED)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x78E0036F)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -374,11 +374,10 @@ static inline bool pneuforce_delay_ms(const uint16_t *from_0, uint16_t *value)
     return pneuforce_uint16(from_0[34], value);
 }
 
-/* 35: Age of the baseline pressure. [s] */
+/* 35: Age of the baseline pressure; not available before the first baseline. [s] */
 static inline bool pneuforce_baseline_age_s(const uint16_t *from_0, uint16_t *value)
 {
-    memcpy(value, from_0 + 35, sizeof *value);
-    return true;
+    return pneuforce_uint16(from_0[35], value);
 }
 
 /* 36: Time since a proof test passed, or since a new setpoint. [s] */

@@ -80,10 +80,10 @@ def print_result(text: str, code: int, file: TextIO | None = None) -> int:
 
 
 def json_text(value: Any, indent: int | None = None) -> str:
-    """Return a value as JSON without control characters."""
-    return printable_json(json.dumps(value, indent=indent, ensure_ascii=False))
+    """Return a value as JSON without control characters, with null for a value that is not available."""
+    return printable_json(json.dumps(json_safe(value), indent=indent, ensure_ascii=False))
 
 
 def json_line(values: dict[str, Any]) -> str:
     """Return values as one line of JSON, with null for a value that is not available."""
-    return json_text(json_safe(values))
+    return json_text(values)

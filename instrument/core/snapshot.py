@@ -119,14 +119,19 @@ def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) ->
         "indentation_mm": m.indentation_mm,
         "contact_radius_mm": m.contact_radius_mm,
         "drift_kpa_per_s": chain.tracker.drift_kpa_per_s if locked else math.nan,
-        "baseline_age_s": min(chain.tracker.baseline_age_s + age_s, MAX_AGE_S),
-        "proof_test_age_s": state.proof_tests.age_s if math.isfinite(state.proof_tests.age_s) else math.nan,
+        "baseline_age_s": _finite_or_nan(chain.tracker.baseline_age_s + age_s),
+        "proof_test_age_s": _finite_or_nan(state.proof_tests.age_s),
         "delay_s": chain.delay_s if locked else math.nan,
         "age_s": min(age_s, MAX_AGE_S),
         "sample_counter": state.sample_counter,
         "contact_counter": chain.tracker.contact_count,
         "peak_counter": state.peaks.count,
     }
+
+
+def _finite_or_nan(age_s: float) -> float:
+    """Return an age [s], NaN for an infinite age: the event has not happened yet."""
+    return age_s if math.isfinite(age_s) else math.nan
 
 
 def _control_values(state: InstrumentState, stale: bool) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Tests of strings from files and from other programs: the commands print no control characters from them."""
 
 import json
+import math
 import os
 import sqlite3
 from contextlib import closing
@@ -14,6 +15,7 @@ from pneuforce.instrument.cli import doctor
 from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.cli.log_table import EventSelection, show_events
 from pneuforce.instrument.cli.log_verification import Verification, verify_events
+from pneuforce.instrument.cli.output import json_line, json_text
 from pneuforce.instrument.doctor.check import Check, CheckResult
 from pneuforce.instrument.doctor.port import port_checks
 from tests.command_runner import pneuforce
@@ -178,3 +180,9 @@ def test_the_result_of_a_calibration_prints_no_control_characters(tmp_path, json
     assert done.returncode == 0, done.stderr
     assert_printable(done.stdout)
     assert out.exists()
+
+
+def test_json_has_null_for_each_value_that_is_not_available():
+    values = {"force_n": math.nan, "list": [1.5, math.inf], "nested": {"age_s": -math.inf}, "name": "a"}
+    expected = {"force_n": None, "list": [1.5, None], "nested": {"age_s": None}, "name": "a"}
+    assert json.loads(json_text(values)) == json.loads(json_line(values)) == expected

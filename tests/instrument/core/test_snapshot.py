@@ -53,6 +53,14 @@ def test_all_quantities_belong_to_one_sample():
             )
 
 
+def test_the_age_of_a_baseline_that_was_never_measured_is_not_available():
+    register = BY_NAME["baseline_age"]
+    never = register.encode(InstrumentHarness.zeroed().snapshot().baseline_age_s)
+    assert never == register.not_available == 0xFFFF
+    assert math.isnan(register.decode(never))
+    assert 0 <= pressed().snapshot().baseline_age_s < 2
+
+
 def without_a_sensor():
     harness = pressed()
     harness.adc_sum = 0

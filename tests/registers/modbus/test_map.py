@@ -56,6 +56,11 @@ def test_a_register_with_a_unit_has_a_not_available_code(register):
     assert register.encode(1e9) != code, "a large value must not equal the not-available code"
 
 
+def test_only_a_value_that_is_never_missing_has_no_not_available_code():
+    always = {register.name for register in REGISTERS if register.always_available}
+    assert always == {"sample_age", "lease", "lease_left"}
+
+
 @each_register
 def test_the_quantity_exists_and_its_name_ends_in_the_unit(register):
     if register.constant is not None:
