@@ -210,7 +210,9 @@ def _save(name: str, part: CalibrationPart, instrument: _Instrument, target: Cal
     if target.out is None:
         return [*notes, "nothing was written: use --out calibration.toml to save the result"]
     file.save(calibration, target.out)
-    return [*notes, f"written to {target.out}"]
+    old = getattr(instrument.calibration, name)
+    replaced = f"; it replaces the {name} calibration of {old.date}" if old else ""
+    return [*notes, f"written to {target.out}{replaced}"]
 
 
 def _applied(

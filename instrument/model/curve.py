@@ -117,12 +117,18 @@ class ContactCurve:
     _nodes: dict[int, _Node] = field(default_factory=dict)
     _segments: dict[int, _Segment] = field(default_factory=dict)
     _method_spans: dict[int, ForceSpan] = field(default_factory=dict)  # forces of all methods at each node
-    lower_range_limit_n: float = math.nan  #: force at the lower limit of the measuring range
+    _lower_range_limit_n: float | None = None  # None before the first use
     _lowest_kpa: float = field(init=False)  # rise below which the force is interpolated to zero
 
     def __post_init__(self) -> None:
         self._lowest_kpa = self.model.lowest_rise_kpa
-        self.lower_range_limit_n = self.at(self.model.lower_range_rise_kpa).estimate.force_n
+
+    @property
+    def lower_range_limit_n(self) -> float:
+        """Return the force at the lower limit of the measuring range [N]."""
+        if self._lower_range_limit_n is None:
+            self._lower_range_limit_n = self.at(self.model.lower_range_rise_kpa).estimate.force_n
+        return self._lower_range_limit_n
 
     def at(self, rise_kpa: float) -> ForceCurvePoint:
         """Return the contact and its sensitivity at a rise.

@@ -64,6 +64,13 @@ def test_the_commands_of_the_document_have_the_documented_results(tmp_path, monk
     assert len(file.load(tmp_path / "calibration.toml").parts) == 5
 
 
+def test_a_part_that_is_replaced_is_named_with_its_date(tmp_path):
+    out = tmp_path / "calibration.toml"
+    first, second = (calibrate("volume", EXAMPLES / "volume.csv", "--out", out) for _ in range(2))
+    date = file.load(out).volume.date.isoformat()
+    assert (date in first, date in second) == (False, True)
+
+
 def test_each_part_is_added_to_the_same_file(calibration_path):
     calibration = file.load(calibration_path)
     assert len(calibration.parts) == 4

@@ -24,15 +24,20 @@ from tests.instrument.recording.virtual_host import VirtualHost, write_recording
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory):
-    """Return the recording of an instrument without calibration, from its first byte on, with contacts."""
+def entries():
+    """Return the entries of an instrument without calibration, from its first byte on, with contacts."""
     host = VirtualHost()
     host.record()
     host.inflate()
     host.wait_for_contact()
     host.run(6.0)
+    return host.recorded()
+
+
+@pytest.fixture(scope="module")
+def recording(entries, tmp_path_factory):
     path = tmp_path_factory.mktemp("recorded") / "press.recording"
-    write_recording(host.recorded(), path)
+    write_recording(entries, path)
     return path
 
 
@@ -119,6 +124,13 @@ def test_a_file_is_replaced_only_on_request_and_an_invalid_file_is_rejected(reco
     assert out.read_text() == "old"
     assert pneuforce("evaluate", recording, "--config", Path("/nowhere.toml")).returncode == 2
     assert pneuforce("evaluate", GOLDEN, "--config", config).returncode == 2
+
+
+def test_a_recording_of_another_version_is_evaluated_with_a_remark(entries, config, tmp_path):
+    write_recording(entries, tmp_path / "old.recording", version="0.0.9", map_hash="0")
+    done = pneuforce("evaluate", tmp_path / "old.recording", "--config", config, "--json")
+    assert done.returncode == 0, done.stderr
+    assert "0.0.9" in json.loads(done.stdout)["remark"]
 
 
 def test_a_contact_without_a_recorded_counterpart_has_no_recorded_force(recording):

@@ -191,12 +191,11 @@ def session():
     return restore_session(eventful()[1].checkpoint)
 
 
-def write_recording(recorded, path):
-    """Write the recorded entries to a file, as the recorder does."""
+def write_recording(recorded, path, **header):
+    """Write the recorded entries to a file, as the recorder does. `header` replaces fields of the header."""
     file, begin_s = RecordingWriter(path), recorded.entries[0].t_s
-    file.add_entry(
-        json_entry(EntryKind.HEADER, begin_s, stream_header(Configuration(), simulated=True, faults=()))
-    )
+    fields = stream_header(Configuration(), simulated=True, faults=()) | header
+    file.add_entry(json_entry(EntryKind.HEADER, begin_s, fields))
     file.add_entry(StreamEntry(EntryKind.CHECKPOINT, begin_s, recorded.checkpoint))
     for number, entry in enumerate(recorded.entries):
         file.add_entry(entry)
