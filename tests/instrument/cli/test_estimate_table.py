@@ -5,10 +5,12 @@ import json
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.app import app
 from pneuforce.instrument.config import load
 from pneuforce.instrument.validation.accuracy import estimate_forces
-from tests.command_runner import pneuforce
 
 ROOT = Path(__file__).parents[3]
 CONTACTS = ROOT / "docs/examples/contacts.csv"
@@ -16,17 +18,18 @@ RECORDING = ROOT / "docs/examples/validation-recording.csv"
 
 
 def succeed(*words):
-    done = pneuforce(*words)
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(app, [*map(str, words)])
+    assert done.exit_code == 0, done.output
     return done.stdout
 
 
 def error_line(*words):
-    """Return the single line that the command prints to stderr before it exits with code 2."""
-    done = pneuforce(*words)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
-    return done.stderr
+    """Return the message of the error that ends the command. It has a single line."""
+    done = CliRunner().invoke(app, [*map(str, words)])
+    assert isinstance(done.exception, ConfigurationError), done.output
+    assert done.stdout == ""
+    assert "\n" not in str(done.exception)
+    return str(done.exception)
 
 
 @pytest.fixture(scope="module")
