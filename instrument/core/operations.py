@@ -14,7 +14,9 @@ from pneuforce.instrument.model.known_results import computes_known_forces
 
 log = logging.getLogger("pneuforce")
 
-CLEAR_HEARD_S = 0.1  #: time for the board to receive the command and to report the remaining faults
+#: Time from the start of the command to a sample that shows its effect. The board needs this time to receive
+#: the command and to report the remaining faults.
+CLEAR_HEARD_S = 0.1
 CLEAR_ANSWER_S = 0.5  #: time after which the command to clear faults fails
 
 
@@ -102,18 +104,24 @@ def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> Reject
 
 
 def finish_clearing(state: InstrumentState, now_s: float) -> RejectReason | None:
-    """Return the result of the command that clears faults, or None if this command does not end now."""
+    """Return the result of the command that clears faults, or None if this command does not end now.
+
+    Only a sample that the board took `CLEAR_HEARD_S` after the start of the command or later can confirm the
+    command. An older sample does not show whether the board still works, for example after a pulled cable.
+    """
     clearing = state.clearing
     if clearing.since_s is None or state.sample is None:
         return None
-    waited_s = now_s - clearing.since_s
-    confirmed = state.sample.faults == 0 and waited_s >= CLEAR_HEARD_S
-    if not confirmed and waited_s <= CLEAR_ANSWER_S:
+    confirmed = state.sample.faults == 0 and state.measurement.t_s - clearing.since_s >= CLEAR_HEARD_S
+    if not confirmed and now_s - clearing.since_s <= CLEAR_ANSWER_S:
         return None
-    if confirmed and _check_last_sample(state, now_s) is RejectReason.NONE:
+    failed = _check_last_sample(state, now_s)
+    if confirmed and failed is RejectReason.NONE:
         state.faults.clear(clearing.faults)
     clearing.faults = set()
     clearing.since_s = None
+    if failed is not RejectReason.NONE:
+        return failed
     if state.faults:
         return RejectReason.CAUSE_PERSISTS
     state.advance(Step.CLEAR)

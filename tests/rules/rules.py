@@ -16,6 +16,7 @@ from tests.rules.world import DELAY_S, LEASE_S, STEP_S, Change
 
 SILENCE_S, STALE_S, STEADY_S = 0.25, 0.1, 0.25
 CLEARING_S = 0.5
+HEARD_S = 0.1
 HOST_TIMEOUT_S = 2.0
 FOLLOW_S = 1.0
 #: Causes that wait for the end of a contact before the vent.
@@ -192,12 +193,16 @@ def a_board_that_ignores_commands_trips(change: Change, history: History) -> boo
 
 
 def faults_end_only_by_clearing(change: Change, history: History) -> bool:
-    """A fault ends only by the command to clear, if its cause has gone and the link is alive."""
+    """A fault ends only by the command to clear, if its cause has gone.
+
+    A sample from at least 0.1 s after the command must show this.
+    """
     before, after = change.before, change.after
     ended = before.faults - after.faults
     if not ended:
         return True
-    gone = not after.board_fault and after.age_s <= SILENCE_S
+    clearing_s = history.clearing_s + after.now_s - before.now_s
+    gone = not after.board_fault and after.age_s <= clearing_s - HEARD_S
     gone = gone and not (HostFault.CAN_MASTER_LOST in ended and after.master_lost)
     return before.clearing and gone and not after.wants_hold and not change.peer
 

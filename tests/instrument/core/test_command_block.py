@@ -159,12 +159,46 @@ def test_a_cause_that_returns_just_before_the_end_of_a_clear_keeps_the_fault():
     harness = InstrumentHarness.zeroed()
     harness.instrument.trip(HostFault.BOARD_RESET)
     harness.write_ok(CLEAR | {"command_sequence": 1})
-    harness.run(0.09)
+    harness.run(0.098)
     harness.supply_mv = 4000
-    harness.feed()  # too few samples to trip
-    harness.run_without_samples(0.03)
+    for _ in range(2):
+        harness.feed()  # too few samples to trip
+    harness.run_without_samples(0.01)
     assert harness.snapshot().answer_result == "cause_persists"
     assert fault_of(harness) == HostFault.BOARD_RESET
+
+
+@pytest.mark.parametrize("port_lost", [False, True])
+@pytest.mark.parametrize("pulled_before_s", [0.24, 0.15, 0.08, 0.02, 0.0, -0.02, -0.08])
+def test_a_clear_is_not_done_if_the_cable_was_pulled_shortly_before_or_after_it(pulled_before_s, port_lost):
+    """A clear within 0.1 s of a pulled cable was answered "done", and the link was lost 0.1 s later."""
+    harness = InstrumentHarness.zeroed()
+    harness.instrument.trip(HostFault.BOARD_RESET)
+    if port_lost and pulled_before_s > 0:
+        harness.instrument.disconnected()
+    harness.run_without_samples(pulled_before_s)
+    harness.write_ok(CLEAR | {"command_sequence": 1})
+    harness.run(max(0.0, -pulled_before_s))
+    answers = []
+    for _ in range(60):
+        harness.run_without_samples(0.01)
+        answers.append(harness.snapshot().answer_state)
+    assert "done" not in answers
+    assert answers[0] == "busy"
+    assert harness.snapshot().answer_result == "link_lost"
+    assert {HostFault.BOARD_RESET, HostFault.LINK_LOST} <= set(harness.snapshot().faults)
+
+
+@pytest.mark.parametrize("silent_s", [0.05, 0.2])
+def test_a_clear_waits_for_samples_that_are_late(silent_s):
+    harness = InstrumentHarness.zeroed()
+    harness.instrument.trip(HostFault.BOARD_RESET)
+    harness.write_ok(CLEAR | {"command_sequence": 1})
+    harness.run_without_samples(silent_s)
+    assert harness.snapshot().answer_state == "busy"
+    harness.run(0.11)
+    assert harness.snapshot().answer_state == "done"
+    assert fault_of(harness) == 0
 
 
 def test_a_clear_without_a_rig_fails():
