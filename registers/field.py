@@ -189,6 +189,21 @@ class Field:
             return True
         return self.low is None or self.high is None or self.low <= code <= self.high
 
+    def describe(self, code: float) -> str:
+        """Return the name of the field and a value in words, for example "setpoint_pa 8000 Pa"."""
+        value = self.values.names.get(int(code), f"{code:g}") if self.values else f"{code:.9g}"
+        return f"{self.name} {value} {self.unit}".rstrip()
+
+    @property
+    def allowed_values(self) -> str:
+        """Return which values may be written, in words, for example "must be from 2 to 12 kPa"."""
+        if self.values:
+            return "must be one of " + ", ".join(self.values.codes)
+        if self.low is None:
+            return f"must be an integer from {self.wire.min_code} to {self.wire.max_code}"
+        also = "".join(f", or {value:g}" for value in self.also_allowed)
+        return f"must be from {self.low:g} to {self.high:g} {self.unit}".rstrip() + also
+
     def with_wire_type(self, wire: WireType, unit: str = "", name: str = "") -> Field:
         """Return a field for the same quantity in another wire type and unit."""
         factor = UNITS[unit][1] / self.scale if unit else 1.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from typing import Any, NamedTuple, Protocol
 
+from pneuforce.support.rejected_write import RejectedWrite
+
 
 class Peer(NamedTuple):
     """Sender of a request: the channel, and the address on that channel. A lease belongs to a peer."""
@@ -54,6 +56,6 @@ class Source(Protocol):
         """Report that the heartbeat of a lost master is back, or that monitoring was switched off."""
         ...
 
-    def log_rejected_write(self, peer: Peer, request: bytes, reason: str, now_s: float) -> None:
+    def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Log a write request that the bus server rejected and did not pass to `write`."""
         ...

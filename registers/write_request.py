@@ -13,7 +13,15 @@ _MAX_MAGNITUDE = 1e30
 
 
 class MalformedWriteRequest(ValueError):
-    """Write request that is rejected before it reaches the instrument. The message is a sentence."""
+    """Write request that is rejected before it reaches the instrument.
+
+    `written` names the register and the value, and `allowed` states what is allowed.
+    """
+
+    def __init__(self, written: str, allowed: str) -> None:
+        super().__init__(f"{written}: {allowed}")
+        self.written = written
+        self.allowed = allowed
 
 
 def parse_write_request(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -25,19 +33,19 @@ def parse_write_request(values: Mapping[str, Any]) -> dict[str, Any]:
     also malformed.
     """
     if not values:
-        raise MalformedWriteRequest("the request contains no values")
+        raise MalformedWriteRequest("no values", "name at least one register")
     return dict(_parse_value(name, value) for name, value in values.items())
 
 
 def _parse_value(name: str, value: Any) -> tuple[str, Any]:
     register = BY_NAME.get(name)
     if register is None:
-        raise MalformedWriteRequest(f"{name}: unknown register")
+        raise MalformedWriteRequest(name, "unknown register")
     if not register.writable:
-        raise MalformedWriteRequest(f"{name}: the register is read-only")
+        raise MalformedWriteRequest(name, "the register is read-only")
     code = _code(register, value)
     if not register.accepts(code):
-        raise MalformedWriteRequest(f"{name} = {value}: {_allowed_values(register)}")
+        raise MalformedWriteRequest(f"{name} = {value}", register.allowed_values)
     return register.quantity, register.decode(code)
 
 
@@ -45,21 +53,12 @@ def _code(register: Register, value: Any) -> float:
     if isinstance(value, str) and register.values and value in register.values.codes:
         return register.values.codes[value]
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _MAX_MAGNITUDE:
-        raise MalformedWriteRequest(f"{register.name} = {value!r}: {_allowed_values(register)}")
+        raise MalformedWriteRequest(f"{register.name} = {value!r}", register.allowed_values)
     if register.wire is WireType.F32:
         return float(value)
     integer = int(value)
     assert register.wire.min_code is not None
     assert register.wire.max_code is not None
     if integer != value or not register.wire.min_code <= integer <= register.wire.max_code:
-        raise MalformedWriteRequest(f"{register.name} = {value}: {_allowed_values(register)}")
+        raise MalformedWriteRequest(f"{register.name} = {value}", register.allowed_values)
     return integer
-
-
-def _allowed_values(register: Register) -> str:
-    if register.values:
-        return "must be one of " + ", ".join(register.values.codes)
-    if register.low is None:
-        return f"must be an integer from {register.wire.min_code} to {register.wire.max_code}"
-    also = "".join(f", or {value:g}" for value in register.also_allowed)
-    return f"must be from {register.low:g} to {register.high:g} {register.unit}".rstrip() + also

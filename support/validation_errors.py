@@ -51,12 +51,13 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
         return f"{place}: unknown key; known here: {', '.join(table.model_fields) if table else 'none'}"
     if error["type"] == "missing":
         return f"{place}: is missing"
+    secret = _is_secret(table_type, location)
     if error["type"] == "model_type":
-        return f"{place} = {format_input(value)}: must be a table{_header(location)}"
+        return f"{place} = {'…' if secret else format_input(value)}: must be a table{_header(location)}"
     if error["type"].startswith("union_tag"):
         return _unknown_tag(place, error)
     shown = "" if error["type"] == "value_error" and isinstance(value, dict) else f" = {format_input(value)}"
-    if isinstance(value, str) and _is_secret(table_type, location):
+    if secret:
         shown = " = …"
     allowed = _allowed_values_at(table_type, location)
     message = error["msg"].removeprefix("Value error, ")
@@ -66,10 +67,23 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
 
 
 def _is_secret(table_type: Any, location: Location) -> bool:
-    """Return True if the value at a location is secret. An error message must not contain a secret value."""
-    table = model_at(table_type, location[:-1]) if location else None
-    field = table.model_fields.get(str(location[-1])) if table else None
-    return field is not None and field.annotation is SecretStr
+    """Return True if the value at a location is secret, is a part of a secret value, or can contain one.
+
+    An error message must not contain such a value. The value may have a wrong type: a number, list or table.
+    """
+    for end in range(1, len(location) + 1):
+        table = model_at(table_type, location[: end - 1])
+        field = table.model_fields.get(str(location[end - 1])) if table else None
+        if field is not None and field.annotation is SecretStr:
+            return True
+    return _contains_secret(model_at(table_type, location))
+
+
+def _contains_secret(table: type[BaseModel] | None) -> bool:
+    """Return True if a table or one of its inner tables has a secret key."""
+    fields = table.model_fields.values() if table else ()
+    kinds = [_unwrapped(field.annotation) for field in fields]
+    return any(kind is SecretStr or (_is_model(kind) and _contains_secret(kind)) for kind in kinds)
 
 
 def _header(location: Location) -> str:

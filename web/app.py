@@ -19,6 +19,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pneuforce.registers.rdt.sensor_pages import SENSOR_PAGES
+from pneuforce.support.printable import printable
+from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.client_network import client_network
@@ -50,6 +52,7 @@ STATUS_TEXTS = {
 }
 
 _log = RateLimitedLogger(logging.getLogger("pneuforce"), 60.0)
+MAX_LOGGED_PATH = 200  #: longest path that the log shows
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,9 +184,16 @@ async def _vent(services: WebServices, request: Request) -> Response:
 async def _write(services: WebServices, request: Request) -> Response:
     body = await read_json_object(request)
     services.logins.check(body, request)
-    values, seen_s = parse_values(body), parse_seen_s(body)
+    address = address_of(request)
     try:
-        answer = await services.instrument.write(values, address_of(request), seen_s)
+        values, seen_s = parse_values(body), parse_seen_s(body)
+    except HttpRequestError as error:
+        _log.warning(
+            time.monotonic(), "%s", describe_write(("web", address), "an invalid request", str(error))
+        )
+        raise
+    try:
+        answer = await services.instrument.write(values, address, seen_s)
     except InstrumentUnavailable as error:
         return error_response(503, f"{error} {WRITE_UNCONFIRMED}")
     return services.logins.remember_browser(request, _answer_response(answer))
@@ -230,5 +240,6 @@ async def _on_http_exception(_request: Request, error: HTTPException) -> Respons
 
 
 async def _on_internal_error(request: Request, _error: Exception) -> Response:
-    _log.warning(time.monotonic(), "web: internal error in %s", request.url.path, exc_info=True)
+    path = printable(request.url.path)[:MAX_LOGGED_PATH]
+    _log.warning(time.monotonic(), "web: internal error in %s", path, exc_info=True)
     return error_response(500, "The web server had an internal error. See the log of the host process.")

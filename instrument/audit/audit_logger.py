@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import time
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any, Protocol
 
@@ -15,6 +17,10 @@ from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.snapshot import Snapshot, state_of, writable_values
 from pneuforce.support.call_guard import CallGuard
+from pneuforce.support.rejected_write import RejectedWrite, describe_write
+from pneuforce.support.throttle import RateLimitedLogger
+
+log = logging.getLogger("pneuforce")
 
 DUE_INTERVAL_S = 1.0  #: interval at which the reports that are due are taken from the event throttle
 ALARM_HOLD_S = 1.0  #: shortest duration of an alarm: a force that varies around its limit causes one alarm
@@ -65,6 +71,8 @@ class AuditLogger:
         self._next_due_s = 0.0
         self._guarded = CallGuard("a write was not logged because of a programming error")
         self._ended = False
+        # Each channel has its own limit, so that no peer hides the rejected writes on another bus.
+        self._rejected_log: defaultdict[str, RateLimitedLogger] = defaultdict(lambda: RateLimitedLogger(log))
         # Commands without an answer, by the name of the peer.
         self._pending_commands: dict[str, CommandBlock] = {}
         self._discrete_state: Hashable = None
@@ -135,10 +143,19 @@ class AuditLogger:
         """Report that the heartbeat of the CANopen master has returned."""
         self._session.master_recovered(now_s)
 
-    def log_rejected_write(self, peer: Peer, request: bytes, reason: str, now_s: float) -> None:
+    def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Log a write request that the bus server rejected and did not pass to the instrument."""
-        fields = {"kind": "request", "who": _name_of(peer), "request": request.hex(" "), "result": reason}
-        event = AuditEvent(fields, subject=request, key=reason, grade="rejected")
+        line = describe_write(peer, rejected.written, rejected.result)
+        self._rejected_log[peer[0]].warning(now_s, "%s", line)
+        fields = {
+            "kind": "request",
+            "who": _name_of(peer),
+            "request": rejected.request.hex(" "),
+            "written": rejected.written,
+            "allowed": rejected.allowed,
+            "result": rejected.reason,
+        }
+        event = AuditEvent(fields, subject=rejected.request, key=rejected.reason, grade="rejected")
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
 
     def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:

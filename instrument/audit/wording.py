@@ -35,6 +35,11 @@ def _format_write(fields: Mapping[str, Any]) -> str:
     return ", ".join(parts) + (" (vented nevertheless)" if fields.get("vented") else "")
 
 
+def _format_request(fields: Mapping[str, Any]) -> str:
+    words = ": ".join(filter(None, (fields["written"], fields["allowed"])))
+    return f"request {words}"
+
+
 def _count_formatter(format_times: Callable[[int], str], label: str = "") -> _Formatter:
     """Return a formatter for a record that counts events. `label` precedes the description of an event."""
 
@@ -49,7 +54,7 @@ def _count_formatter(format_times: Callable[[int], str], label: str = "") -> _Fo
 
 _FORMATTERS: Mapping[str, _Formatter] = {
     "write": _format_write,
-    "request": lambda fields: f"request {fields['request']}",
+    "request": _format_request,
     "stop": lambda fields: f"stop: {fields['why']}",
     "answer": lambda fields: f"command {fields['command']}",
     "repeated": _count_formatter(lambda times: "repeated once" if times == 1 else f"repeated {times} times"),

@@ -14,6 +14,7 @@ from pneuforce.instrument.core.operations import run
 from pneuforce.instrument.core.peers import PeerRecord
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.state import InstrumentState
+from pneuforce.support.rejected_write import describe_write
 
 log = logging.getLogger("pneuforce")
 
@@ -65,7 +66,8 @@ def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord) -> None
     """Log a write and its result. Skip repetitions, because a PLC may write the same values in each cycle."""
     written = ", ".join(f"{name} {value}" for name, value in values.items())
     reason = record.reject_reason
-    line = f"{written}: {'done' if reason is RejectReason.NONE else f'rejected, {reason}'}"
+    result = "done" if reason is RejectReason.NONE else f"rejected, {reason}"
+    line = describe_write(peer, written, result)
     if line != record.logged:
         record.logged = line
-        log.info("%s wrote %s", " ".join(peer).strip(), line)
+        log.info("%s", line)

@@ -11,6 +11,7 @@ from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.requests import log_write
 from pneuforce.instrument.core.snapshot import Snapshot
 from pneuforce.instrument.recording.paced_replay import PacedReplay
+from pneuforce.support.rejected_write import RejectedWrite
 
 #: Status bits that are set during each replay, so that a robot does not use the values.
 REPLAY_STATUS = frozenset(("simulated", "function_check", "write_protect"))
@@ -68,5 +69,5 @@ class ReplaySource:
     def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
         """Do nothing: a replay has no event log."""
 
-    def log_rejected_write(self, peer: Peer, request: bytes, why: str, now_s: float) -> None:
+    def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Do nothing: a replay has no event log."""

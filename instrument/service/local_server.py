@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 import time
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from pneuforce.instrument.service.web_peer import parse_failed_login, web_peer
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError, encode, json_entry
 from pneuforce.registers.source import Peer
 from pneuforce.registers.write_request import MalformedWriteRequest, parse_write_request
+from pneuforce.support.rejected_write import RejectedWrite
 from pneuforce.support.throttle import RateLimitedLogger
 
 log = logging.getLogger("pneuforce")
@@ -32,6 +34,7 @@ CLOSE_S = 0.5  #: time for the clients to read the remaining entries at the end
 MAX_CLIENTS = 16
 MAX_REQUEST_AGE_S = 1.5  #: a request is rejected if the page showed a state older than this
 MAX_TIME_S = 1e12
+MAX_LOGGED_BYTES = 200  #: bytes of a rejected request of the web page that the log shows
 CHECK_S = 1.0  #: period at which the name of the socket in the file system is checked
 LOG_PERIOD_S = 60.0
 WEB = Peer("web")
@@ -215,6 +218,9 @@ class LocalServer:
             reject_reason, why = self.source.write(self._web_peer, values, now_s), ""
         except MalformedWriteRequest as error:
             reject_reason, why = "malformed", str(error)
+            body = json.dumps(facts["values"]).encode()[:MAX_LOGGED_BYTES]
+            rejected = RejectedWrite(body, reject_reason, error.written[:MAX_LOGGED_BYTES], error.allowed)
+            self.source.log_rejected_write(self._web_peer, rejected, now_s)
         answer = {"id": facts.get("id"), "reject_reason": str(reject_reason), "why": why}
         return json_entry(EntryKind.ANSWER, now_s, answer)
 
@@ -226,7 +232,9 @@ def _check_age(seen_s: object, now_s: float) -> None:
     """
     if not isinstance(seen_s, int | float) or not abs(seen_s) < MAX_TIME_S:
         raise MalformedWriteRequest(
-            "seen_s, the time of the state that the page showed, is missing or invalid"
+            "no valid seen_s", "seen_s must be the time of the state that the page showed"
         )
     if not -MAX_REQUEST_AGE_S <= now_s - seen_s <= MAX_REQUEST_AGE_S:
-        raise MalformedWriteRequest(f"the page showed a state that is {now_s - seen_s:.1f} s old: try again")
+        raise MalformedWriteRequest(
+            "an old request", f"the page showed a state that is {now_s - seen_s:.1f} s old: try again"
+        )

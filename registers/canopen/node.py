@@ -28,6 +28,7 @@ from pneuforce.registers.can.frames import (
 )
 from pneuforce.registers.can.node import NodeCounters
 from pneuforce.registers.can.options import CanOptions
+from pneuforce.registers.can.rejected_command import rejected_command
 from pneuforce.registers.can.wire import CanFrame
 from pneuforce.registers.canopen import nmt
 from pneuforce.registers.canopen.communication import (
@@ -267,12 +268,15 @@ class CanopenNode:
         rpdo_enabled = not self._parameters[RPDO_COB_ID] & PDO_DISABLED
         enabled = self._allows(CommunicationObject.PDO) and rpdo_enabled
         if not enabled and not is_vent_command(data):
+            remedy = "enable RPDO1, and start the node with NMT"
+            rejected = rejected_command(data, f"ignored_in_{self._state}", remedy)
+            self._source.log_rejected_write(CAN_PEER, rejected, now_s)
             return None
         if len(data) == COMMAND.length:
             self._last_frames.command = data
         result = self._command_handler.handle(data, now_s)
         if result and result.result in MALFORMED:
-            self._source.log_rejected_write(CAN_PEER, data, result.result, now_s)
+            self._source.log_rejected_write(CAN_PEER, rejected_command(data, result.result), now_s)
         self._answer(result)
         return self._due_tpdos(now_s)
 

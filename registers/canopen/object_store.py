@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping
 
 from pneuforce.registers.can.command import CAN_PEER
@@ -14,11 +15,13 @@ from pneuforce.registers.canopen.object_dictionary import REGISTER_INDEX_BASE
 from pneuforce.registers.canopen.parameters import Parameters
 from pneuforce.registers.map import BY_NAME
 from pneuforce.registers.source import Source
+from pneuforce.support.rejected_write import RejectedWrite
 
 _COMMAND_MODE = field_address(COMMAND, "mode")
 _MODES = (_COMMAND_MODE, (REGISTER_INDEX_BASE + BY_NAME["mode"].address, 0))
 _VENT = COMMAND_MODES.codes["vent"]
 #: Reject reasons that depend on the client. The others depend on the state of the rig.
+_VALUE_REJECTED = (AbortCode.TOO_LOW, AbortCode.TOO_HIGH, AbortCode.INVALID_VALUE)
 _LOCAL_CONTROL = frozenset(("lease", "write_protect"))
 
 
@@ -63,7 +66,16 @@ class ObjectStore:
         """Log a rejected write to a register. Communication parameters are not logged."""
         if entry.index >= REGISTER_INDEX_BASE:
             request = entry.index.to_bytes(2, "little") + bytes((entry.subindex,)) + raw
-            self._source.log_rejected_write(CAN_PEER, request, abort_code.meaning, now_s)
+            name = entry.field.name if entry.field else entry.name
+            written = f"object {entry.index:04X}h:{entry.subindex}, {name} {raw[::-1].hex()}h"
+            allowed = ""
+            if entry.field and len(raw) == entry.type.size:
+                (code,) = struct.unpack(entry.type.layout, raw)
+                written = f"object {entry.index:04X}h:{entry.subindex}, {entry.field.describe(code)}"
+                if abort_code in _VALUE_REJECTED:
+                    allowed = f"{name} {entry.field.allowed_values}"
+            rejected = RejectedWrite(request, abort_code.meaning, written, allowed)
+            self._source.log_rejected_write(CAN_PEER, rejected, now_s)
 
     def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> None:
         """Write all bytes of an entry. Raises SdoAbort and changes nothing if the value is rejected."""

@@ -10,6 +10,7 @@ from pneuforce.registers.modbus.device_identification import FUNCTION as IDENTIF
 from pneuforce.registers.modbus.device_identification import DeviceIdentification
 from pneuforce.registers.modbus.exception_codes import ExceptionCode, exception_response
 from pneuforce.registers.modbus.register_bank import VENT, RegisterBank, contains_vent, discrete_inputs
+from pneuforce.registers.modbus.rejected_request import rejected_request
 from pneuforce.registers.source import Peer, Source
 from pneuforce.support.throttle import RateLimitedLogger
 
@@ -101,9 +102,8 @@ class RequestHandler:
     def _log_rejected_write(self, code: ExceptionCode, pdu: bytes, peer: Peer, now_s: float) -> ExceptionCode:
         """Log a rejected write. Return the exception code for the answer."""
         code = ExceptionCode.ILLEGAL_FUNCTION if self._read_only else code
-        self._log.warning(now_s, "write %s from %s rejected: %s", pdu.hex(" "), peer.address, code.name)
         if code is not ExceptionCode.DEVICE_BUSY:  # the source logs its own rejections
-            self._source.log_rejected_write(peer, pdu, code.name.lower(), now_s)
+            self._source.log_rejected_write(peer, rejected_request(pdu, code, self._bank), now_s)
         return code
 
     def _read_coils(self, pdu: bytes, _peer: Peer, _now_s: float) -> ExceptionCode:

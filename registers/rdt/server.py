@@ -18,12 +18,14 @@ from pneuforce.registers.rdt.record import RdtCommand, RdtRequest, decode_reques
 from pneuforce.registers.rdt.streams import MAX_STREAMS, Address, RdtStreams
 from pneuforce.registers.source import Peer, Source
 from pneuforce.support.allow_list import AllowList
+from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.throttle import RateLimitedLogger
 
 RDT_PEER = Peer("rdt")
 MAX_REQUESTS_READ = 8  #: requests read at each sample and each tick, so that a flood costs a bounded time
 STALE_PERIOD_S = 0.1  #: period of the records without a valid force while there are no samples
 LOG_PERIOD_S = 60.0
+MAX_LOGGED_BYTES = 16  #: bytes of a datagram that the log shows
 
 NOT_ALLOWED = "its address is not in [rdt] allow: add the address, or stop the sender"
 MALFORMED = "it is not a request of 8 bytes with the header 1234h: check which program sends it"
@@ -134,7 +136,7 @@ class RdtServer:
             reason = self._handle(data, address, now_s)
             if reason:
                 self.counters.refused += 1
-                self._warn(reason, address, now_s)
+                self._warn(reason, data, address, now_s)
 
     def _handle(self, data: bytes, address: Address, now_s: float) -> str:
         """Carry out a request. Return the reason if the request has no effect, otherwise an empty string."""
@@ -155,7 +157,16 @@ class RdtServer:
             return ""  # no threshold ever latches
         return BIAS if request.command == RdtCommand.SET_BIAS else UNSUPPORTED
 
-    def _warn(self, reason: str, address: Address, now_s: float) -> None:
+    def _warn(self, reason: str, data: bytes, address: Address, now_s: float) -> None:
         """Log a refused request. Each reason has its own limit, so that no flood hides another reason."""
-        host, port = address[:2]
-        self._loggers[reason].warning(now_s, "RDT request of %s:%s ignored: %s", host, port, reason)
+        peer = Peer(RDT_PEER.channel, f"{address[0]}:{address[1]}")
+        line = describe_write(peer, _describe_request(data), f"ignored, {reason}")
+        self._loggers[reason].warning(now_s, "%s", line)
+
+
+def _describe_request(data: bytes) -> str:
+    """Return a request in words. Of another datagram, return the first bytes."""
+    request = decode_request(data)
+    if request is None:
+        return f"{len(data)} bytes, {data[:MAX_LOGGED_BYTES].hex(' ')}"
+    return f"command {request.command}, sample count {request.sample_count}"

@@ -1,10 +1,13 @@
 """Tests of requests from other sites, requests from other addresses, and malformed requests."""
 
+import asyncio
 import contextlib
 import socket
 
 import pytest
+from starlette.requests import Request
 
+from pneuforce.web.app import _on_internal_error
 from pneuforce.web.listener import open_listener
 from tests.web.serving import Site
 
@@ -146,3 +149,12 @@ HOST = b"\r\nHost: localhost"
 )
 def test_unusual_requests_get_a_defined_status(site, request_, status):
     assert status_line(site, request_).split()[1] == str(status)
+
+
+def test_the_line_about_an_internal_error_contains_no_control_characters(caplog):
+    """The host reads the lines of the web process. A line break in a path would forge a line."""
+    path = "/a\nrig vented\x1b[2J" + "x" * 1000
+    asyncio.run(_on_internal_error(Request({"type": "http", "path": path, "headers": []}), ValueError()))
+    (line,) = caplog.messages
+    assert line.isprintable()
+    assert len(line) < 300

@@ -7,6 +7,7 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.protocol.frames import Fault
 from pneuforce.registers.map import REGISTERS
 from pneuforce.registers.source import Peer
+from pneuforce.support.rejected_write import RejectedWrite
 from tests.instrument.audit.event_log_files import MemorySink
 from tests.instrument.instrument_harness import DT_S, HOLD, KEY, PLC, ROBOT, SETPOINT, VENT, InstrumentHarness
 
@@ -67,9 +68,17 @@ def test_a_vent_within_a_rejected_write_is_logged():
 
 def test_a_request_that_the_server_rejected_is_logged_with_its_bytes():
     logged = LoggedInstrument(InstrumentHarness.ready())
-    logged.logger.log_rejected_write(Peer("can"), b"\x40\x1f", "length", logged.harness.now_s)
+    rejected = RejectedWrite(b"\x40\x1f", "length", "Command 40 1f", "8 bytes")
+    logged.logger.log_rejected_write(Peer("can"), rejected, logged.harness.now_s)
     assert logged.records("request") == [
-        {"kind": "request", "who": "can", "request": "40 1f", "result": "length"}
+        {
+            "kind": "request",
+            "who": "can",
+            "request": "40 1f",
+            "written": "Command 40 1f",
+            "allowed": "8 bytes",
+            "result": "length",
+        }
     ]
 
 

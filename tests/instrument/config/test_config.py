@@ -56,7 +56,8 @@ def test_a_value_of_a_wrong_type_is_rejected_with_file_and_key(section, key, fie
         message = error_message({section: {key: value}})
         assert message.startswith((f"my.toml: {section}.{key} = ", f"my.toml: {section}.{key}.0 = "))
     if not isinstance(field.default, bool):
-        assert f"{section}.{key} = True" in error_message({section: {key: True}})
+        shown = "…" if field.annotation is SecretStr else True
+        assert f"{section}.{key} = {shown}" in error_message({section: {key: True}})
 
 
 NUMBERS = [
@@ -270,9 +271,3 @@ def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, t
     assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
     chain.remove_calibration()
     assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
-
-
-def test_the_message_about_a_wrong_token_does_not_contain_the_token():
-    with pytest.raises(ConfigurationError, match=r"web\.token") as caught:
-        parse({"web": {"token": "a-secret"}}, "test")
-    assert "a-secret" not in str(caught.value)

@@ -35,6 +35,7 @@ class FakeSource:
         self.reject_reason = "none"
         self.written = []
         self.rejected_writes = []
+        self.rejected_in_words = []
         self.masters_lost_s = []
         self.masters_recovered_s = []
 
@@ -64,6 +65,7 @@ class FakeSource:
     def master_recovered(self, now_s):
         self.masters_recovered_s.append(now_s)
 
-    def log_rejected_write(self, peer, request, why, now_s):
+    def log_rejected_write(self, peer, rejected, now_s):
         assert peer.channel == "can"
-        self.rejected_writes.append((request, why))
+        self.rejected_writes.append((rejected.request, rejected.reason))
+        self.rejected_in_words.append((rejected.written, rejected.allowed))

@@ -7,6 +7,7 @@ from typing import Any
 
 from pneuforce.instrument.core.snapshot import Snapshot
 from pneuforce.registers.source import Peer
+from pneuforce.support.rejected_write import RejectedWrite
 
 AT_REST: dict[str, Any] = {
     **dict.fromkeys(Snapshot._fields, 0.0),
@@ -65,6 +66,7 @@ class MemorySource:
         self.reject_reasons: dict[Peer, str] = {}
         self.write_requests: list[dict[str, Any]] = []
         self.rejected_writes: list[tuple[Peer, bytes, str]] = []
+        self.rejected_in_words: list[tuple[str, str]] = []
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         self.values["sample_counter"] += 1
@@ -80,5 +82,6 @@ class MemorySource:
             self.values["mode"] = "vent"
         return reason
 
-    def log_rejected_write(self, peer: Peer, request: bytes, reason: str, now_s: float) -> None:
-        self.rejected_writes.append((peer, request, reason))
+    def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
+        self.rejected_writes.append((peer, rejected.request, rejected.reason))
+        self.rejected_in_words.append((rejected.written, rejected.allowed))

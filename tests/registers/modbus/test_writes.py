@@ -192,7 +192,7 @@ def test_a_vent_needs_no_snapshot(request_):
 
 def test_a_log_error_is_answered_with_04_and_nothing_changes():
     class SourceWithFailingLog(MemorySource):
-        def log_rejected_write(self, peer, request, reason, now_s):
+        def log_rejected_write(self, peer, rejected, now_s):
             raise OSError("no space left")
 
     source = SourceWithFailingLog()
