@@ -35,6 +35,8 @@ async def open_rdt(server: RdtServer) -> None:
         await run_in_background(server.open)  # the name of the host may need a name server
     except OSError as error:
         in_use = error.errno == errno.EADDRINUSE
-        why = "it is in use; end the other program, or change [rdt] port" if in_use else error.strerror
-        raise ServerError(f"RDT cannot use UDP port {at}: {why or error}") from None
-    log.info("RDT on UDP %s", at)
+        why = "it is in use; end the other program, or change [rdt] port"
+        if not in_use:
+            why = f"{error.strerror or error}; correct [rdt] host, or set [rdt] enabled = false"
+        raise ServerError(f"RDT cannot use UDP port {at}: {why}") from None
+    log.info("RDT on UDP %s:%d, read-only", server.options.host, server.port)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 from pneuforce.errors import ConfigurationError, ServerError
 from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.service.interface_lines import modbus_rtu_line
 from pneuforce.registers.modbus.rtu_server import ModbusRtuOptions, ModbusRtuServer
 from pneuforce.registers.source import Source
 
@@ -30,6 +31,7 @@ class RtuServer:
     def __init__(self, configuration: Configuration, source: Source, identity: Mapping[int, str]) -> None:
         """Create the server. Raises ConfigurationError if Modbus RTU and the rig use the same port."""
         check_ports(configuration)
+        self._configuration = configuration
         settings = configuration.modbus_rtu
         options = ModbusRtuOptions(
             port=settings.port,
@@ -49,8 +51,9 @@ class RtuServer:
         try:
             await self.line.start()
         except OSError as error:
-            raise ServerError(f"Modbus RTU: {error}") from None
-        log.info("Modbus RTU on %s, unit %d", self.line.options, self.line.options.unit)
+            remedy = "connect the port, correct [modbus_rtu] port, or set [modbus_rtu] enabled = false"
+            raise ServerError(f"Modbus RTU: {error}; {remedy}") from None
+        log.info("%s", modbus_rtu_line(self._configuration, str(self.line.options)))
 
     def close(self) -> None:
         """Close the port."""

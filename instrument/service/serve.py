@@ -33,6 +33,7 @@ from pneuforce.instrument.service.health import (
 )
 from pneuforce.instrument.service.host import Host
 from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
+from pneuforce.instrument.service.interface_lines import can_line, disabled_line, modbus_tcp_line
 from pneuforce.instrument.service.local_server import WEB, LocalServer
 from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
 from pneuforce.instrument.service.recorder_process import RecorderProcess
@@ -175,6 +176,8 @@ async def _join_can(servers: Servers, stop: asyncio.Event) -> None:
         servers.source.can_down = True
         await servers.can.open(stop)
         servers.host.channels.append(servers.can)
+        if not stop.is_set():
+            log.info("%s", can_line(servers.configuration.can, str(servers.can.bus.address)))
 
 
 async def _open_rdt(servers: Servers) -> None:
@@ -198,6 +201,8 @@ async def _run(
             if web is not None:
                 ports["web"] = await cancel_on(stop, web.first_port())
             print(json.dumps(ports), flush=True)
+            if disabled := disabled_line(servers.configuration):
+                log.info("%s", disabled)
         await joining
         if not stop.is_set():
             servers.systemd.ready()
@@ -238,11 +243,11 @@ async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None
         await modbus.start()
     except OSError as error:
         in_use = error.errno == errno.EADDRINUSE
-        why = "it is in use; end the other instrument, or change [modbus] port" if in_use else error.strerror
-        raise ServerError(
-            f"Modbus cannot listen on {settings.host}:{settings.port}: {why or error}"
-        ) from None
-    log.info("Modbus TCP on %s:%d, unit %d", settings.host, modbus.port, settings.unit)
+        why = "it is in use; end the other instrument, or change [modbus] port"
+        if not in_use:
+            why = f"{error.strerror or error}; correct [modbus] host, or set [modbus] enabled = false"
+        raise ServerError(f"Modbus cannot listen on {settings.host}:{settings.port}: {why}") from None
+    log.info("%s", modbus_tcp_line(configuration, modbus.port))
 
 
 def identity(configuration: Configuration) -> dict[int, str]:

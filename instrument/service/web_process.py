@@ -73,7 +73,9 @@ class WebProcess:
         loop, backoff = asyncio.get_running_loop(), Backoff(FIRST_WAIT_S, MAX_WAIT_S, STABLE_S)
         while True:
             backoff.opened(loop.time())
-            self._log(logging.WARNING, f"{await self._run()}; it is restarted")
+            self._log(
+                logging.WARNING, f"the web page is missing: {await self._run()}; the web process is restarted"
+            )
             self._attempted.set()
             if backoff.failed(loop.time()):
                 self._logged.clear()

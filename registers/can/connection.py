@@ -178,7 +178,10 @@ class CanConnection:
             received = bus.receive()
         except Exception as error:
             self._warning(
-                time.monotonic(), "CAN is down: %s: %s", self.address, str(error).partition("\n")[0]
+                time.monotonic(),
+                "CAN is down: %s: %s; check the interface and the cable; it is opened again automatically",
+                self.address,
+                str(error).partition("\n")[0],
             )
             self._close_bus()
             self._backoff.failed(time.monotonic())

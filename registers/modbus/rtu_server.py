@@ -165,7 +165,7 @@ class ModbusRtuServer:
         )
 
     def _on_port_lost(self, reason: str) -> None:
-        self._log_warning("lost: %s", reason)
+        self._log_warning("lost: %s; connect it again, then it is opened automatically", reason)
         self._detach()
         self._reopening = asyncio.get_running_loop().create_task(self._reopen())
 

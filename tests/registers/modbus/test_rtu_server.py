@@ -254,7 +254,11 @@ def test_a_port_that_comes_back_under_another_name_is_served_again_within_2_s(so
     plugged.unplug()
     # On a starved computer, an incomplete request adds a warning.
     events = [line for line in logged(caplog) if " lost: " in line or " open " in line]
-    assert events == [f"Modbus RTU: {link} lost: hung up", f"Modbus RTU: {link} is open again"] * 2
+    assert [("hung up" in line, "open again" in line) for line in events] == [
+        (True, False),
+        (False, True),
+    ] * 2
+    assert all(str(link) in line for line in events)
 
 
 def test_no_request_is_carried_out_twice_after_a_change_to_an_adapter_with_echo(source, tmp_path, caplog):
