@@ -49,8 +49,8 @@ class CommandMonitor:
 
     def request_vent(self, now_s: float) -> None:
         """Ensure that the board receives a vent, even if a hold is requested next."""
-        self.vent_due, self._vent_requested_s = True, now_s
         self._restart()
+        self.vent_due, self._vent_requested_s = True, now_s
 
     def request_hold(self) -> None:
         """Reset the monitor for a new hold: the board may empty the balloon before it fills the balloon."""
@@ -67,7 +67,12 @@ class CommandMonitor:
             self._restart()
 
     def _restart(self) -> None:
-        self._changes = self._deviating_s = self._agreeing_s = 0.0
+        """Restart the time limit because of a request or a new command.
+
+        While a vent is due, the board still receives this vent. Later requests do not extend its time limit.
+        """
+        if not self.vent_due:
+            self._changes = self._deviating_s = self._agreeing_s = 0.0
 
     def follow(self, state: int, hold: bool, now_s: float) -> bool:
         """Process the state of the board; return False if the board does not follow the command in time.
@@ -76,7 +81,10 @@ class CommandMonitor:
         emptying is a deviation. A return to HOLDING that no board can make so fast is a deviation, too.
         """
         filled = state in PRESSURISED
-        self.vent_due = self.vent_due and (filled or not now_s >= self._vent_requested_s + ROUND_TRIP_S)
+        if self.vent_due and not filled and now_s >= self._vent_requested_s + ROUND_TRIP_S:
+            self.vent_due = False
+            if hold:  # the board receives the hold from now on
+                self._restart()
         hold = hold and not self.vent_due
         emptying_first = hold and state == BoardState.VENTING and not self._filled
         changed = state != self._state

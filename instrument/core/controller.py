@@ -92,7 +92,7 @@ class Instrument(InstrumentState):
             if code not in self.clearing.faults:
                 self.trip(code)
         if not self.command_monitor.follow(sample.state, self.holding, now_s):
-            self.trip(HostFault.DISAGREEMENT if self.holding else HostFault.NOT_VENTED)
+            self.trip(HostFault.DISAGREEMENT if self._commands_hold else HostFault.NOT_VENTED)
 
     def _follow_force(self, m: Measurement) -> None:
         for peak in self.peaks.step(m):
@@ -150,9 +150,14 @@ class Instrument(InstrumentState):
 
     # ---- output to the rig
 
+    @property
+    def _commands_hold(self) -> bool:
+        """Return True if the command for the board is hold, False if it is vent."""
+        return self.holding and not self.command_monitor.vent_due
+
     def command(self) -> Command:
         """Return the command for the board."""
-        hold = self.holding and not self.command_monitor.vent_due
+        hold = self._commands_hold
         zero = self.chain.zero
         flags = CommandFlag.IN_CONTACT if self.measurement.in_contact else CommandFlag.NONE
         if zero.taken:

@@ -142,8 +142,16 @@ PLANTED_ERRORS = (
         "a_vent_reaches_the_board",
         "board",
         "controller.py",
-        "hold = self.holding and not self.command_monitor.vent_due",
-        "hold = self.holding",
+        "return self.holding and not self.command_monitor.vent_due",
+        "return self.holding",
+    ),
+    PlantedError(
+        "a_board_that_ignores_commands_trips",
+        "board",
+        "command_monitor.py",
+        "        if not self.vent_due:\n            self._changes",
+        "        if True:\n            self._changes",
+        slow=True,
     ),
     PlantedError(
         "a_fault_vents",

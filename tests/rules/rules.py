@@ -56,7 +56,9 @@ def history_after(history: History, change: Change) -> History:
     vents = event in VENTS and before.wants_hold and not before.vent_delayed
     ordered = before.commands_hold != after.commands_hold or before.wants_hold != after.wants_hold
     ordered = ordered or (accepted and event in ("hold", *VENTS))
-    ignoring_s = 0.0 if ordered else history.ignoring_s
+    venting = vents or (history.venting and (event != "wait" or after.is_filled))
+    # The board receives a vent until it is empty, so another order in this time is no new command.
+    ignoring_s = 0.0 if ordered and not (history.venting and venting) else history.ignoring_s
     if event == "wait":
         ignoring_s = ignoring_s + passed_s if after.is_filled != before.commands_hold else 0.0
     return History(
@@ -66,7 +68,7 @@ def history_after(history: History, change: Change) -> History:
         delayed_s=history.delayed_s + passed_s if after.vent_delayed else 0.0,
         clearing_s=min(history.clearing_s + passed_s, 1.0) if after.clearing else 0.0,
         resumed_s=0.0 if event == "stall" else min(history.resumed_s + passed_s, 0.3125),
-        venting=vents or (history.venting and (event != "wait" or after.is_filled)),
+        venting=venting,
         ignoring_s=min(ignoring_s, 1.5),
     )
 

@@ -224,6 +224,32 @@ def test_a_board_that_does_not_vent_has_a_separate_fault_that_cannot_be_cleared(
     assert harness.run_command("clear_faults") == ("failed", "cause_persists")
 
 
+@pytest.mark.parametrize("period_s", [0.02, 0.1, 0.5, 0.9])
+@pytest.mark.parametrize("orders", [(VENT, HOLD_8), (VENT,)], ids=["vent and hold", "vent only"])
+def test_orders_in_a_fast_sequence_do_not_hide_a_board_that_does_not_vent(orders, period_s):
+    """Each order restarted the time limit, so the rig did not trip while a client alternated its orders."""
+    harness = InstrumentHarness.holding()
+    harness.follow_command = lambda: None  # the board still holds
+    modes, passed_s = itertools.cycle(orders), 0.0
+    while not harness.instrument.faults and passed_s < 3.0:
+        harness.write(next(modes))
+        harness.run(period_s)
+        passed_s += period_s
+    assert harness.snapshot().first_out_fault == HostFault.NOT_VENTED
+    assert passed_s <= 1.1 + period_s
+
+
+@pytest.mark.parametrize("period_s", [0.1, 0.3, 0.7, 1.5])
+def test_orders_in_a_fast_sequence_do_not_trip_a_board_that_follows(period_s):
+    harness = InstrumentHarness.holding()
+    for order in (VENT, HOLD_8) * 5:
+        harness.write_ok(order)
+        harness.run(period_s)
+    harness.run(1.5)
+    assert harness.instrument.faults.first == 0
+    assert harness.state is BoardState.HOLDING
+
+
 def test_samples_from_before_a_command_are_not_a_disagreement():
     harness = InstrumentHarness.holding(host_timeout_s=1.0)
     stopped_s = harness.now_s
