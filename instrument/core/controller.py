@@ -14,7 +14,7 @@ from pneuforce.instrument.core.faults import HostFault, codes_of
 from pneuforce.instrument.core.interlocks import InterlockMonitor
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.operations import finish_clearing
-from pneuforce.instrument.core.proof_test_schedule import log_proof_test
+from pneuforce.instrument.core.proof_test_schedule import log_proof_test, oldest_forbidding_s
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.requests import execute, log_write, write_context_of
 from pneuforce.instrument.core.snapshot import Snapshot, snapshot_of
@@ -111,8 +111,10 @@ class Instrument(InstrumentState):
         free = raw.message.state == BoardState.HOLDING and not m.in_contact and math.isfinite(m.force_n)
         free = free and self.arming is Arming.HOLDING
         tests.step(raw.message.setpoint_pa, free, m.in_contact, raw.elapsed_s)
-        if period_s and tests.due and not self.peers.forbid_proof_tests:
-            tests.request(period_s)
+        if period_s and tests.due:
+            since_s = oldest_forbidding_s(raw.t_s, period_s)
+            if not self.peers.forbid_proof_tests(since_s):
+                tests.request(period_s)
 
     # ---- input from the clock
 
@@ -193,6 +195,7 @@ class Instrument(InstrumentState):
         self.check_stall(now_s)
         self._check_lease(now_s)
         record = self.peers.record_of(peer)
+        record.written_s = now_s
         context = write_context_of(self, peer, now_s)
         reject_reason = authorize(peer, values, record, self.requested.setpoint_kpa, self.lease, context)
         if reject_reason is RejectReason.NONE:

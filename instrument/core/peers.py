@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from pneuforce.instrument.core.lease import Peer
@@ -18,6 +19,14 @@ class PeerRecord:
     mode: str = "vent"  #: last mode that this peer wrote
     proof_test: str = "allowed"  #: "forbidden" if this peer forbids proof tests
     logged: str = ""  #: log line of the last logged write
+    written_s: float = -math.inf  #: time of the last write of this peer
+
+    def forbids_proof_tests(self, since_s: float) -> bool:
+        """Return True if this peer forbids proof tests and has written anything since `since_s`.
+
+        A peer that has disappeared must not forbid the proof tests for ever.
+        """
+        return self.proof_test == "forbidden" and self.written_s >= since_s
 
 
 @dataclass(slots=True)
@@ -46,15 +55,14 @@ class Peers:
         if removed.mode != "vent":
             self._unknown_mode = removed.mode
 
-    @property
-    def forbid_proof_tests(self) -> bool:
-        """Return True if at least one peer forbids proof tests."""
-        return any(record.proof_test == "forbidden" for record in self._records.values())
+    def forbid_proof_tests(self, since_s: float) -> bool:
+        """Return True if at least one peer that has written since `since_s` forbids proof tests."""
+        return any(record.forbids_proof_tests(since_s) for record in self._records.values())
 
-    def proof_test_of(self, peer: Peer) -> str:
-        """Return "forbidden" if `peer` forbids proof tests, otherwise "allowed"."""
+    def proof_test_of(self, peer: Peer, since_s: float) -> str:
+        """Return "forbidden" if `peer` has written since `since_s` and forbids proof tests, or "allowed"."""
         record = self._records.get(peer)
-        return record.proof_test if record else "allowed"
+        return "forbidden" if record and record.forbids_proof_tests(since_s) else "allowed"
 
     def reject_reason_of(self, peer: Peer) -> RejectReason:
         """Return why the last write of `peer` was rejected. A peer that only reads gets no record."""

@@ -13,6 +13,8 @@ log = logging.getLogger("pneuforce")
 FREE_S = 2.0  #: time without contact before a test
 FIRST_S = 10.0  #: time from a new setpoint to its first test
 RETRY_S = 10.0  #: time until the repetition of a test that was inconclusive
+#: A peer that forbids the tests must write at least once in this number of periods, or its value expires.
+MAX_FORBIDDEN_PERIODS = 20.0
 MAX_PERIODS = 10.0  #: a test is overdue if none has passed for this number of periods
 
 
@@ -78,6 +80,11 @@ class ProofTestSchedule:
     def overdue(self, period_s: float) -> bool:
         """Return True if no test has passed for ten periods. Without tests, a held balloon is overdue."""
         return math.isfinite(self.age_s) and not self.age_s <= MAX_PERIODS * period_s
+
+
+def oldest_forbidding_s(now_s: float, period_s: float) -> float:
+    """Return the time of the oldest write that keeps the tests forbidden. Without a period, none expires."""
+    return now_s - MAX_FORBIDDEN_PERIODS * period_s if period_s else -math.inf
 
 
 def log_proof_test(verdict: Verdict, ratio: float) -> None:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from pneuforce.instrument.core.command_block import CommandBlock
 from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.proof_test_schedule import oldest_forbidding_s
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.core.status import STALE_S, status_of
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
@@ -153,7 +154,9 @@ def _requested_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[
         "force_limit_n": requested.force_limit_n,
         "mode": requested.mode,
         "reference_pressure_kpa": requested.reference_kpa,
-        "proof_test": state.peers.proof_test_of(peer),
+        "proof_test": state.peers.proof_test_of(
+            peer, oldest_forbidding_s(now_s, state.settings.proof_test_s)
+        ),
         "lease_s": lease.duration_s,
         "lease_left_s": lease.left_s(now_s),
         "lease_holder": lease.holder[0] if lease.holder else "none",
