@@ -9,18 +9,17 @@
 # make prove       proofs of the firmware by a model checker, and exhaustive search of the rules of the host: twenty minutes
 # make mutants     mutation test of the host's safety modules, about fifteen minutes
 # make docs        regenerate all documents and headers that are derived from code
-# make wheel       build dist/pneuforce-….whl with the web page and its plots
-# make vendor      fetch uPlot into web/static/vendor
+# make wheel       build dist/pneuforce-….whl with the web page
 # make firmware    build firmware/pneuforce.hex for an Arduino UNO
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board test-ros coverage bench attack prove mutants docs wheel vendor firmware clean
+.PHONY: run check test test-board test-ros coverage bench attack prove mutants docs wheel firmware clean
 .DEFAULT_GOAL := run
 
-run: $(VENV)/installed build/web/tried
+run: $(VENV)/installed
 	@$(BIN)/pneuforce demo $(ARGS)
 
 # Pure logic only, so that all of it takes less than a minute.
@@ -33,7 +32,7 @@ check: $(VENV)/test-tools
 
 # Python may keep its bytecode even where the environment forbids it, because the tests start a thousand processes.
 test: export PYTHONDONTWRITEBYTECODE :=
-test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/web/tried
+test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed
 	@$(BIN)/python -m tests $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
@@ -51,7 +50,7 @@ $(ROS)/installed: tests/ros/requirements.txt pyproject.toml
 	@touch $@
 
 # The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
-coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/web/tried
+coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed
 	@rm -rf build/coverage && mkdir -p build/coverage
 	@PNEUFORCE_SOURCE=$(CURDIR) PNEUFORCE_GCOV=$(CURDIR)/build/coverage/firmware $(BIN)/coverage run -m pytest -n 3 --dist loadfile $(ARGS) || \
 		echo "some tests failed; the coverage includes the lines that they ran"
@@ -79,33 +78,10 @@ docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.sim.board.header
 
 # Stale files of an earlier build in build/lib would otherwise get into the wheel.
-wheel: $(VENV)/installed vendor
+wheel: $(VENV)/installed
 	@rm -rf build/lib build/bdist.*
 	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	@ls -t dist/pneuforce-*.whl | head -n 1
-
-VENDOR := web/static/vendor
-UPLOT := $(VENDOR)/uPlot.esm.js
-
-vendor: $(UPLOT)
-
-# Without a network, npm would retry for more than a minute.
-NPM_TIMEOUTS := --fetch-timeout=20000 --fetch-retry-mintimeout=500 --fetch-retry-maxtimeout=2000
-
-# npm verifies the checksum in the lock file. The files are copied only if npm has fetched all of them.
-$(UPLOT): web/package.json web/package-lock.json | $(VENV)/installed
-	@mkdir -p build/web $(VENDOR) && cp web/package.json web/package-lock.json build/web
-	@echo "fetching uPlot for the plots of the web page into $(VENDOR)"
-	@{ $(GET_NPM) && $(NPM) ci --prefix build/web --ignore-scripts --no-audit --no-fund $(NPM_TIMEOUTS); } \
-		>build/web/npm.log 2>&1 && \
-		cd build/web/node_modules/uplot && \
-		cp LICENSE dist/uPlot.min.css dist/uPlot.esm.js $(CURDIR)/$(VENDOR) || \
-		{ echo "npm could not fetch uPlot: see build/web/npm.log"; exit 1; }
-
-build/web/tried: web/package.json web/package-lock.json | $(VENV)/installed
-	@mkdir -p $(@D)
-	@$(MAKE) --no-print-directory vendor 2>/dev/null || echo "the web page has no plots until make vendor succeeds"
-	@touch $@
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex
@@ -173,4 +149,4 @@ build/peers/installed: tests/peers/package.json | $(VENV)/test-tools
 	@touch $@
 
 clean:
-	@rm -rf $(VENV) build dist $(VENDOR) *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	@rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

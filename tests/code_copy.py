@@ -8,7 +8,7 @@ from tests.source_tree import PARTS, ROOT
 
 def copy_code(folder: Path) -> None:
     """Copy the product and its tests into a folder, with the links in `pneuforce/`. Both run there."""
-    ignored = shutil.ignore_patterns("__pycache__", "vendor")
+    ignored = shutil.ignore_patterns("__pycache__")
     for name in (*PARTS, "pneuforce", "tests"):
         shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=ignored)
     shutil.copy(ROOT / "pyproject.toml", folder)

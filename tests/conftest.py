@@ -75,6 +75,7 @@ VIRTUAL_TIME = [
     "tests/web/test_operator_token.py",
     "tests/web/test_request_pacer.py",
     "tests/web/test_request_guard.py",
+    "tests/web/test_vendored_files.py",
 ]
 #: Files with a long run time. They run first, so that no process runs such a file alone at the end.
 LONG = [

@@ -12,18 +12,10 @@ from urllib.request import urlopen
 import pytest
 
 from pneuforce.instrument.cli.files import FILES
+from tests.source_tree import PARTS, ROOT
 from tests.tools import needs
 
-ROOT = Path(__file__).parents[2]
-PARTS = ("firmware", "instrument", "protocol", "registers", "sim", "support", "teststand", "web")
-#: Folders with data files in the wheel. The npm files in web/ are needed only to build the wheel.
-WITH_DATA = [name.replace("web", "web/static") for name in PARTS]
 UPLOT = ("LICENSE", "uPlot.esm.js", "uPlot.min.css")
-VENDORED = ROOT / "web/static/vendor"
-pytestmark = pytest.mark.skipif(
-    not (VENDORED / "uPlot.esm.js").exists() and not os.environ.get("CI"),
-    reason="uPlot is missing, and a wheel needs it: make vendor",
-)
 OF_GCC = ("gcc", "as", "ld")
 
 HOLD_PROGRAM = """
@@ -55,7 +47,7 @@ def source(tmp_path_factory):
     for name in ("pneuforce", *PARTS):
         generated = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, source / name, symlinks=True, ignore=generated)
-    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     return source
 
@@ -98,7 +90,7 @@ def test_nothing_but_pneuforce_is_installed(installed):
     assert found == {"pneuforce"}
 
 
-@pytest.mark.parametrize("package", WITH_DATA)
+@pytest.mark.parametrize("package", PARTS)
 def test_all_data_files_are_in_the_wheel(installed, package):
     (folder,) = installed.glob(f"lib/python*/site-packages/pneuforce/{package}")
     assert data_in(folder) == data_in(ROOT / package)
@@ -136,13 +128,6 @@ def test_the_web_page_of_the_wheel_is_served_with_its_plots(installed, elsewhere
     assert served == {name: (static / "vendor" / name).read_bytes() for name in UPLOT}
     assert index == (static / "index.html").read_bytes()
     assert page.returncode == 0
-
-
-def test_no_wheel_is_built_without_the_plots(installed, source):
-    shutil.rmtree(source / "web/static/vendor")
-    done = subprocess.run(build(source), capture_output=True, text=True, check=False)
-    assert done.returncode != 0
-    assert "make vendor" in done.stdout + done.stderr
 
 
 def test_the_board_is_flashed_with_the_program_of_the_wheel(installed, elsewhere):

@@ -45,13 +45,12 @@ const waitForValue = async (script) => {
 };
 
 const actions = {
-  /** Open a new context. `without` is a script whose request fails; `scripts: false` disables JavaScript. */
-  open: async ({ url, scripts = true, without }) => {
+  /** Open a new context. `scripts: false` disables JavaScript. */
+  open: async ({ url, scripts = true }) => {
     await page?.context().close();
     const context = await browser.newContext({ javaScriptEnabled: scripts });
     context.setDefaultTimeout(TIMEOUT_MS);
     recordRequestsAndErrors(context);
-    if (without) await context.route(`**/${without}`, (route) => route.abort());
     page = await context.newPage();
     await page.goto(url);
   },

@@ -244,14 +244,6 @@ def test_vent_works_without(broken, live, browser):
         browser("open", url=live.operator_url)
 
 
-def test_without_uplot_all_but_the_plots_is_shown(live, browser):
-    live.recover()
-    browser("open", url=live.operator_url, without="uPlot.esm.js")
-    browser.wait_for_state("vented")
-    browser.wait_for_text("#no-plots", "uPlot")
-    browser("open", url=live.operator_url)
-
-
 def test_the_inspector_shows_the_words_of_each_register(page):
     page.evaluate("document.querySelector('#inspector').open = true")
     page("fill", on="#filter", text="384")
