@@ -49,11 +49,12 @@ class CanAddress:
 
 
 def import_interface(interface: str) -> None:
-    """Import the modules of a python-can interface before the first sample.
+    """Import the modules of an interface before the first sample.
 
     The import is slow. During an import in the event loop, the board would receive no commands.
     """
-    import_module(f"can.interfaces.{interface}")
+    own = "pneuforce.registers.can.socketcand_bus"
+    import_module(own if interface == "socketcand" else f"can.interfaces.{interface}")
     import_module("encodings.idna")  # the socket module imports it when the first host name is resolved
 
 

@@ -9,6 +9,7 @@ import re
 
 GREETING = b"< hi >"
 OK = b"< ok >"
+RAW_MODE = b"< rawmode >"  #: requests all frames of the bus
 ECHO = b"< echo >"  #: the request and its response have the same text
 NO_SUCH_BUS = b"< error could not open bus >"
 TOO_MANY_CLIENTS = b"< error too many clients >"
@@ -37,6 +38,18 @@ class SocketcandDecoder:
             self.garbage += 1
             self._rest = ""
         return messages
+
+
+def open_message(channel: str) -> bytes:
+    """Return the message that opens a bus of the server."""
+    return f"< open {channel} >".encode("ascii")
+
+
+def send_message(identifier: int, is_extended: bool, length: int, data: bytes | bytearray) -> bytes:
+    """Return the `send` message of a client for one frame. `length` is the data length code."""
+    number = f"{identifier:08X}" if is_extended else f"{identifier:03X}"
+    words = " ".join(f"{byte:x}" for byte in data[:length])
+    return f"< send {number} {length:X} {words} >".encode("ascii")
 
 
 def frame_message(words: list[str], t_s: float) -> bytes | None:

@@ -1,6 +1,7 @@
-"""python-can's socketcand client with time limits.
+"""python-can bus that is connected to a socketcand server, with time limits.
 
-Without these limits, the client waits forever for a server that does not respond.
+python-can has a socketcand client of its own, which waits forever for a server that does not respond. This
+module uses only the public interface of python-can (`can.BusABC`), which changes seldom.
 """
 
 from __future__ import annotations
@@ -11,9 +12,16 @@ import time
 from collections import deque
 
 import can
-from can.interfaces.socketcand import SocketCanDaemonBus
 
-from pneuforce.registers.can.socketcand import ECHO, SocketcandDecoder
+from pneuforce.registers.can.socketcand import (
+    ECHO,
+    GREETING,
+    OK,
+    RAW_MODE,
+    SocketcandDecoder,
+    open_message,
+    send_message,
+)
 from pneuforce.support.readiness import readable
 
 _RESPONSE_TIMEOUT_S = 1.0
@@ -22,7 +30,7 @@ _SEND_TIMEOUT_S = 0.1
 _ECHO_PERIOD_S, _ECHO_TIMEOUT_S = 0.1, 0.4
 
 
-class SocketcandBus(SocketCanDaemonBus):
+class SocketcandBus(can.BusABC):
     """Connection to a socketcand server, after the handshake."""
 
     def __init__(self, channel: str, host: str, port: int) -> None:
@@ -35,34 +43,33 @@ class SocketcandBus(SocketCanDaemonBus):
         self._server_echoes = False  #: True once this server has answered an echo request
         self._echo_sent_s = time.monotonic()
         self._received_s = self._echo_sent_s
-        # Test the port first: this fails at once if the port is closed. python-can would retry for 10 s.
-        socket.create_connection((host, port), _RESPONSE_TIMEOUT_S).close()
+        self._link = socket.create_connection((host, port), _RESPONSE_TIMEOUT_S)
         try:
-            super().__init__(channel=channel, host=host, port=port, tcp_tune=True)  # type: ignore[no-untyped-call]
+            self._link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._expect(GREETING)
+            for request in (open_message(channel), RAW_MODE):
+                self._link.sendall(request)
+                self._expect(OK)
+            super().__init__(channel=channel)
         except BaseException:
             self._link.close()
             raise
+        self.channel_info = f"socketcand {channel} at {host}:{port}"
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
         self._link.settimeout(_SEND_TIMEOUT_S)
 
-    @property
-    def _link(self) -> socket.socket:
-        link: socket.socket = self._SocketCanDaemonBus__socket  # type: ignore[attr-defined]
-        return link
-
-    def _expect_msg(self, msg: str) -> None:
+    def _expect(self, message: bytes) -> None:
         """Read one message byte by byte, so that no byte after the message is read.
 
         Raises OSError if a different message arrives, or if no message arrives within 1 s.
         """
-        self._link.settimeout(_RESPONSE_TIMEOUT_S)
         received = b""
         while not received.endswith(b">") and len(received) < 200:
             piece = self._link.recv(1)
             if not piece:
                 break
             received += piece
-        if received != msg.encode("ascii"):
+        if received != message:
             raise ConnectionError(
                 f"not a socketcand server, or the server rejected the connection (received {received!r})"
             )
@@ -70,10 +77,12 @@ class SocketcandBus(SocketCanDaemonBus):
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         """Return the next message, or None after `timeout` seconds; the bool is always False (not filtered).
 
-        python-can's own method treats a closed connection as silence and loops without a wait.
+        Raises CanOperationError if the server has closed the connection, OSError if the connection is lost.
         """
         if not self._messages and readable([self._link.fileno()], timeout):
             data = self._link.recv(4096)
+            # A delayed acknowledgement would delay the next frames of a server that uses Nagle's algorithm.
+            self._link.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             if not data:
                 raise can.CanOperationError("the server closed the connection")
             self._received_s = time.monotonic()
@@ -91,11 +100,16 @@ class SocketcandBus(SocketCanDaemonBus):
         """Send a message within 0.1 s. Raises OSError if the server no longer reads or no longer responds."""
         try:
             self._check_echo(time.monotonic())
-            super().send(msg)  # type: ignore[no-untyped-call]
+            self._link.sendall(send_message(msg.arbitration_id, msg.is_extended_id, msg.dlc, msg.data))
         except TimeoutError:
             # Discard the bytes that the kernel has not sent yet, because they would arrive late.
             self._link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             raise ConnectionError("the server does not read") from None
+
+    def shutdown(self) -> None:
+        """Close the connection."""
+        super().shutdown()
+        self._link.close()
 
     def _check_echo(self, now_s: float) -> None:
         """Request an echo every 0.1 s.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import threading
 import time
@@ -61,7 +62,7 @@ class ModbusClient:
 
     def __init__(self, client: ModbusBaseSyncClient, unit: int) -> None:
         self._client = client
-        self._unit = unit
+        self._unit = {_unit_argument(client): unit}
         self._bank = RegisterBank()
         self._lock = threading.RLock()
 
@@ -229,7 +230,7 @@ class ModbusClient:
 
         try:
             with self._lock:
-                answer: ModbusPDU = function(address, device_id=self._unit, **arguments)
+                answer: ModbusPDU = function(address, **self._unit, **arguments)
         except (ModbusException, OSError) as error:
             raise NoAnswerError("the Modbus server does not answer, or has closed the connection") from error
         return answer
@@ -239,6 +240,11 @@ class ModbusClient:
         if getattr(answer, "exception_code", 0) != ExceptionCode.DEVICE_BUSY:
             return ""
         return str(self.read_block(range(_REJECT_REASON.address, _REJECT_REASON.end))[_REJECT_REASON.name])
+
+
+def _unit_argument(client: ModbusBaseSyncClient) -> str:
+    """Return the name of the argument for the unit: "device_id" since pymodbus 3.10, "slave" before."""
+    return "slave" if "slave" in inspect.signature(client.read_input_registers).parameters else "device_id"
 
 
 def _exception_name(answer: ModbusPDU) -> str:
