@@ -32,7 +32,7 @@ check: $(VENV)/test-tools
 
 # Python may keep its bytecode even where the environment forbids it, because the tests start a thousand processes.
 test: export PYTHONDONTWRITEBYTECODE :=
-test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed
+test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/oldest/installed
 	@$(BIN)/python -m tests $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
@@ -50,7 +50,7 @@ $(ROS)/installed: tests/ros/requirements.txt pyproject.toml
 	@touch $@
 
 # The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
-coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed
+coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/oldest/installed
 	@rm -rf build/coverage && mkdir -p build/coverage
 	@PNEUFORCE_SOURCE=$(CURDIR) PNEUFORCE_GCOV=$(CURDIR)/build/coverage/firmware $(BIN)/coverage run -m pytest -n 3 --dist loadfile $(ARGS) || \
 		echo "some tests failed; the coverage includes the lines that they ran"
@@ -146,6 +146,13 @@ build/peers/installed: tests/peers/package.json | $(VENV)/test-tools
 	@{ $(GET_NPM) && $(NPM) install --prefix $(@D) --no-package-lock --no-audit --no-fund --ignore-scripts; } \
 		>$(@D)/npm.log 2>&1 || \
 		echo "could not be installed; tests that need them are skipped: see $(@D)/npm.log"
+	@touch $@
+
+# Old versions of libraries in a folder of their own. One test puts this folder before the installed libraries.
+build/oldest/installed: tests/oldest.txt | $(VENV)/installed
+	@rm -rf $(@D) && mkdir -p $(@D)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target $(@D) -r $< 2>$(@D).log || \
+		echo "old libraries could not be installed; the test that needs them is skipped: see $(@D).log"
 	@touch $@
 
 clean:

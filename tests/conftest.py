@@ -51,6 +51,7 @@ REAL_TIME = [
 ]
 #: Tests in these folders that use virtual time.
 VIRTUAL_TIME = [
+    "tests/instrument/service/test_web_libraries.py",
     "tests/ros/test_diagnosis.py",
     "tests/ros/test_package.py",
     "tests/sim/line/test_line_noise.py",

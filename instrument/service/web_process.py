@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 from pneuforce.errors import ServerError
 from pneuforce.instrument.config import WebSection
+from pneuforce.instrument.service.web_libraries import installed_versions, untested
 from pneuforce.support.backoff import Backoff
 
 log = logging.getLogger("pneuforce")
@@ -54,7 +55,9 @@ class WebProcess:
         self._task: asyncio.Task[None] | None = None
 
     def begin(self) -> None:
-        """Start the process, and restart it whenever it ends."""
+        """Start the process, and restart it whenever it ends. Log a warning for each untested library."""
+        for sentence in untested(installed_versions()):
+            self._log(logging.WARNING, sentence)
         self._task = asyncio.create_task(self._keep_running())
 
     async def first_port(self) -> int | None:
