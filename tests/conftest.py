@@ -65,7 +65,6 @@ VIRTUAL_TIME = [
     "tests/system/test_validate.py",
     "tests/system/test_validated_recording.py",
     "tests/teststand/test_demo_sequence.py",
-    "tests/teststand/test_observer.py",
     "tests/web/test_admission.py",
     "tests/web/test_browser_feed.py",
     "tests/web/test_decimation.py",

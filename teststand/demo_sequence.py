@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.core.faults import HostFault, name_of
 from pneuforce.protocol.frames import Fault
-from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
+from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, WriteRejectedError
 from pneuforce.teststand.observer import value_or_nan
 
 #: Faults that an overloaded computer can cause. The demo clears only these. The user clears all others.
@@ -16,22 +16,28 @@ OVERLOAD_FAULTS = frozenset(
     (Fault.HOST_SILENT, HostFault.LINK_LOST, HostFault.DISAGREEMENT, HostFault.NOT_VENTED)
 )
 ANSWER_TIMEOUT_S = 2.0
+#: Reject reasons of a command that was sent after a trip and before the trip was observed.
+_TRIPPED_MEANWHILE = frozenset(("fault_latched", "link_lost", "not_zeroed"))
 
 
 class DemoSequence:
     """Commands of the demo: vent, setpoint and hold, then the setpoints of the scenario.
 
     The sequence ends as soon as another client has written a setpoint or taken the lease, or the instrument
-    has rejected a command.
+    has rejected a command. After a lost connection, the interrupted commands are repeated.
     """
 
     def __init__(self, connect: Callable[[], ModbusClient]) -> None:
         """Use connections that `connect` opens. `connect` raises ModbusClientError."""
+        #: One sentence about a trip or about the end of the sequence; otherwise "".
+        self.report = ""
         self._connect = connect
         #: The last two setpoints of the demo. The observed setpoint can still be the older of the two.
         self._commanded_kpa = (math.nan, math.nan)
-        self._tripped = False
-        self._held = False  # mode was "hold" before the trip; otherwise a user has vented the balloon
+        self._accepted_kpa = math.nan
+        self._inflation_due = True  # also True if an inflation was interrupted
+        self._held = False  # the demo holds the balloon, and no user has vented it
+        self._hold_observed = False  # the registers have shown the last hold of the demo
         self._done = False
 
     def step(self, values: dict[str, Any], wanted_kpa: float) -> None:
@@ -46,37 +52,71 @@ class DemoSequence:
             or not math.isfinite(wanted_kpa)
         ):
             return
-        self._tripped = values["state"] == "tripped"
-        if not self._tripped:
-            self._held = values["mode"] == "hold"
-        elif not self._held:
+        tripped = values["state"] == "tripped"
+        if not tripped and not self._inflation_due:
+            self._observe_mode(values["mode"])
+        recovers = self._held or self._inflation_due
+        self.report = _describe_trip(values.get("first_out_fault", 0), recovers) if tripped else ""
+        if tripped and not recovers:
             return
-        if wanted_kpa == self._commanded_kpa[0] and not self._tripped:
+        if not (tripped or self._inflation_due) and wanted_kpa == self._accepted_kpa:
             return
-        requested_kpa = value_or_nan(values, "setpoint_requested")
-        own_setpoint = any(
-            math.isclose(requested_kpa, setpoint_kpa, rel_tol=1e-6) for setpoint_kpa in self._commanded_kpa
-        )
-        first = math.isnan(requested_kpa) and math.isnan(self._commanded_kpa[0])
-        if not (own_setpoint or first) or values["lease_holder"] != "none":
-            self._done = True
+        if self._is_taken_over(values):
+            self._end("another client commands the instrument")
             return
         try:
             with self._connect() as plc:
-                self._command(plc, wanted_kpa, first)
+                self._command(plc, wanted_kpa, tripped)
+        except WriteRejectedError as error:
+            # After a trip, try again: its cause can persist for a while.
+            if not tripped and error.reason not in _TRIPPED_MEANWHILE:
+                self._end(str(error))
         except ModbusClientError:
-            self._done = not self._tripped  # after a trip, try again: its cause can persist for a while
+            pass  # the next step tries again
 
-    def _command(self, plc: ModbusClient, setpoint_kpa: float, first: bool) -> None:
-        """Write a setpoint. Inflate the balloon if this is the first setpoint or the rig has tripped."""
-        if self._tripped and not cleared_after_overload(plc):
-            return
-        self._commanded_kpa = (setpoint_kpa, self._commanded_kpa[0])
-        if first or self._tripped:
+    def _observe_mode(self, mode: str) -> None:
+        """Find out if a user has vented the balloon. A mode from before the hold of the demo is ignored."""
+        if mode == "hold":
+            self._held = self._hold_observed = True
+        elif self._hold_observed:
+            self._held = False
+
+    def _is_taken_over(self, values: dict[str, Any]) -> bool:
+        requested_kpa = value_or_nan(values, "setpoint_requested")
+        own_setpoint = math.isnan(requested_kpa) or any(
+            math.isclose(requested_kpa, setpoint_kpa, rel_tol=1e-6) for setpoint_kpa in self._commanded_kpa
+        )
+        return not own_setpoint or values["lease_holder"] != "none"
+
+    def _end(self, reason: str) -> None:
+        self._done = True
+        self.report = f"{reason}: the demo sends no more commands"
+
+    def _command(self, plc: ModbusClient, setpoint_kpa: float, tripped: bool) -> None:
+        """Write a setpoint. Inflate the balloon if an inflation is due or the rig has tripped."""
+        if tripped:
+            if not cleared_after_overload(plc):
+                return
+            self._inflation_due = True
+        if setpoint_kpa != self._commanded_kpa[0]:
+            self._commanded_kpa = (setpoint_kpa, self._commanded_kpa[0])
+        if self._inflation_due:
             plc.write("mode", "vent")
         plc.write("setpoint_requested", setpoint_kpa)
-        if first or self._tripped:
+        self._accepted_kpa = setpoint_kpa
+        if self._inflation_due:
             plc.write("mode", "hold")
+            self._inflation_due, self._held, self._hold_observed = False, True, False
+
+
+def _describe_trip(code: int, recovers: bool) -> str:
+    """Return the cause of a trip and what happens next; "" if the cause has not been read yet."""
+    if not code:
+        return ""
+    cause = f"the rig has tripped: {name_of(code)} (fault {code})"
+    if recovers and code in OVERLOAD_FAULTS:
+        return f"{cause}: the computer was suspended or busy; the demo clears the fault and inflates again"
+    return f"{cause}; remove the cause, then clear the fault on the web page"
 
 
 def cleared_after_overload(plc: ModbusClient) -> bool:

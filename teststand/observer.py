@@ -20,7 +20,9 @@ from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
 POLL_PERIOD_S = 0.05
 HISTORY_S = 12.0
 RECONNECT_TIMEOUT_S = 2.0
+CAN_RETRY_S = 0.5
 READ_TIMEOUT_S = 0.5
+_FIRST_OUT_FAULT = range(778, 779)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,13 @@ class ObservedValues:
         default_factory=lambda: deque(maxlen=round(HISTORY_S / POLL_PERIOD_S))
     )  #: time [s], force [N] and pressure [kPa] of each poll
 
+    def forget_old(self, now_s: float) -> None:
+        """Remove the values of a source that has sent nothing in the last second."""
+        if not self.polls.per_s(now_s):
+            self.modbus = {}
+        if not self.frames.per_s(now_s):
+            self.can = {}
+
 
 def can_frames(node: CanNodeAddress, stop: Event) -> Iterator[tuple[float, str, dict[str, Any]]]:
     """Yield time [s], name and values of each frame that the instrument sends."""
@@ -103,7 +112,7 @@ class Observer:
         while not self._stop.wait(POLL_PERIOD_S):
             with contextlib.suppress(ModbusClientError), ModbusClient.connect(port=port) as plc:
                 while not self._stop.wait(POLL_PERIOD_S):
-                    self._add(plc.read(), time.monotonic())
+                    self._add(_read(plc), time.monotonic())
             self.values.modbus = {}
 
     def _add(self, values: dict[str, Any], now_s: float) -> None:
@@ -112,11 +121,13 @@ class Observer:
         self.values.history.append((now_s, values["force"], values["pressure"]))
 
     def _receive_can(self, node: CanNodeAddress) -> None:
-        with contextlib.suppress(OSError):  # if the hub has ended, `Stack.check` reports this
-            for _, _, values in can_frames(node, self._stop):
-                self.values.can.update(values)
-                self.values.frames.add(time.monotonic())
-        self.values.can = {}
+        while not self._stop.is_set():
+            with contextlib.suppress(OSError):  # if the hub has ended, `Stack.check` reports this
+                for _, _, values in can_frames(node, self._stop):
+                    self.values.can = {**self.values.can, **values}
+                    self.values.frames.add(time.monotonic())
+            self.values.can = {}
+            self._stop.wait(CAN_RETRY_S)
 
     def _receive_truth(self, port: int) -> None:
         while not self._stop.wait(POLL_PERIOD_S):
@@ -131,6 +142,15 @@ class Observer:
                     if self._stop.is_set():
                         return
             self.values.truth = {}
+
+
+def _read(plc: ModbusClient) -> dict[str, Any]:
+    """Return the registers that change, and after a trip also the first-out fault.
+
+    Raises ModbusClientError.
+    """
+    values = plc.read()
+    return values | plc.read_block(_FIRST_OUT_FAULT) if values["state"] == "tripped" else values
 
 
 def value_or_nan(values: dict[str, Any], name: str) -> float:

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from textwrap import wrap
 from threading import Event
 from typing import Any
 
@@ -24,6 +25,7 @@ from pneuforce.teststand.observer import CanNodeAddress, ObservedValues, Observe
 from pneuforce.teststand.stack import Stack, start
 
 PANEL_HZ = 5
+REPORT_WIDTH = 76  #: width of the panel without its frame [characters]
 
 
 def run_demo(seconds: float | None, ports: DemoPorts, simulator_options: Sequence[str]) -> int:
@@ -56,35 +58,53 @@ def _show(observer: Observer, ports: DemoPorts, seconds: float | None, stop: Eve
     """Update the output and run the demo sequence until `stop` is set or `seconds` have passed."""
     started_s = time.monotonic()
     sequence = DemoSequence(partial(ModbusClient.connect, port=ports.modbus))
-    with _display(observer.values, ports, processes) as (update, period_s):
+    with _display(observer.values, sequence, ports, processes) as (update, period_s):
         while not stop.wait(period_s):
             elapsed_s = time.monotonic() - started_s
             if seconds is not None and elapsed_s > seconds:
                 return
             processes.check()
+            observer.values.forget_old(time.monotonic())
             sequence.step(observer.values.modbus, value_or_nan(observer.values.truth, "setpoint_kpa"))
             update(elapsed_s)
 
 
 @contextmanager
 def _display(
-    values: ObservedValues, ports: DemoPorts, processes: Stack
+    values: ObservedValues, sequence: DemoSequence, ports: DemoPorts, processes: Stack
 ) -> Iterator[tuple[Callable[[float], None], float]]:
     """Yield a function that shows the present state, and the period [s] at which to call this function.
 
     The argument of the function is the elapsed time [s]. On a terminal the function draws a panel. Otherwise
-    it prints one line.
+    it prints one line, and another line for each new report of the sequence.
     """
     if not sys.stdout.isatty():
         print(ports.url, flush=True)
-        yield lambda elapsed_s: print(format_line(values, elapsed_s, time.monotonic()), flush=True), 1.0
+        print(f"control port of the simulator: {processes.control_port}", flush=True)
+        shown = ""
+
+        def print_lines(elapsed_s: float) -> None:
+            nonlocal shown
+            if sequence.report and sequence.report != shown:
+                print(f"{elapsed_s:5.0f} s  {sequence.report}")
+            shown = sequence.report
+            print(format_line(values, elapsed_s, time.monotonic()), flush=True)
+
+        yield print_lines, 1.0
         return
     with Live(auto_refresh=False) as live:
 
         def draw(elapsed_s: float) -> None:
-            events = list(processes.host.stderr_lines)[-MAX_EVENTS:]
+            events = [*processes.host.stderr_lines, *wrap(sequence.report, REPORT_WIDTH)]
             live.update(
-                panel(values, ports, processes.control_port, events, elapsed_s, time.monotonic()),
+                panel(
+                    values,
+                    ports,
+                    processes.control_port,
+                    events[-MAX_EVENTS:],
+                    elapsed_s,
+                    time.monotonic(),
+                ),
                 refresh=True,
             )
 

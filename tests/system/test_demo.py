@@ -31,19 +31,17 @@ class Demo:
             text=True,
         )
 
-    def instrument_pid(self):
-        """Return the process id of the instrument."""
-        names = {pid: Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in self.children()}
-        return next(pid for pid, words in names.items() if "run" in words and "sim" not in words)
-
     def children(self):
         listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text()
         return [int(pid) for pid in listed.split()]
 
     def until_holding(self):
+        self.until("holding")
+
+    def until(self, state):
         wait_for(lambda: answers(self.modbus_port), bool)
         with ModbusClient.connect(port=self.modbus_port) as plc:
-            wait_for(plc.read, lambda v: v["state"] == "holding")
+            wait_for(plc.read, lambda v: v["state"] == state)
 
 
 @pytest.fixture
@@ -76,14 +74,21 @@ def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number):
     assert not any(running(pid) for pid in children)
 
 
-def test_the_demo_holds_again_after_its_instrument_was_suspended_for_three_seconds(demo):
-    demo.until_holding()
-    os.kill(demo.instrument_pid(), signal.SIGSTOP)
+def test_the_demo_inflates_again_after_the_computer_was_suspended_and_reports_why_the_rig_tripped(demo):
+    """The suspension begins during the inflation, before the demo has observed its own hold."""
+    demo.until("inflating")
+    processes = [demo.process.pid, *demo.children()]
+    for pid in processes:
+        os.kill(pid, signal.SIGSTOP)
     time.sleep(3.0)
-    os.kill(demo.instrument_pid(), signal.SIGCONT)
+    for pid in processes:
+        os.kill(pid, signal.SIGCONT)
     with ModbusClient.connect(port=demo.modbus_port) as plc:
         wait_for(plc.read, lambda v: v["state"] == "tripped", deadline_s=5)
         wait_for(plc.read, lambda v: v["state"] == "holding")
+    demo.process.terminate()
+    stdout, _ = demo.process.communicate(timeout=5)
+    assert re.search(r"\(fault \d+\)", stdout), stdout
 
 
 def test_the_demo_does_not_clear_a_fault_of_the_rig(demo):
@@ -109,8 +114,9 @@ def test_without_a_terminal_the_demo_prints_one_plain_line_per_second_and_ends_i
     assert demo.process.returncode == 0
     assert stderr == ""
     assert time.monotonic() - started_s < 18
-    url, *lines = stdout.splitlines()
+    url, control, *lines = stdout.splitlines()
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+/#operator=[\w-]{16}", url)
+    assert 0 < int(control.rpartition(" ")[2]) < 65536
     assert 8 <= len(lines) <= 11
     assert all("\x1b" not in line for line in lines)
     force = re.compile(r"holding\s+force\s+\d\.\d{3} ± \d\.\d{3} N\s+CAN \d\.\d{3} N  applied .* contacts 1")

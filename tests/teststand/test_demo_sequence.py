@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pneuforce.registers.modbus.client import ModbusClientError
+from pneuforce.registers.modbus.client import NoAnswerError, WriteRejectedError
 from pneuforce.teststand.demo_sequence import DemoSequence
 
 IDLE = {"status": set(), "state": "vented", "mode": "vent", "lease_holder": "none"}
@@ -20,6 +20,8 @@ class RecordingPlc:
     def __init__(self):
         self.writes = []
         self.rejects = False
+        self.fault = 34
+        self.answers_left = math.inf  #: number of writes until the connection is lost
 
     def __enter__(self):
         return self
@@ -28,12 +30,15 @@ class RecordingPlc:
         pass
 
     def write(self, name, value):
+        if self.answers_left == 0:
+            raise NoAnswerError("the connection is lost")
+        self.answers_left -= 1
         if self.rejects:
-            raise ModbusClientError("rejected")
+            raise WriteRejectedError("rejected", self.rejects)
         self.writes.append((name, value))
 
     def read_all(self):
-        return {"first_out_fault": 34}
+        return {"first_out_fault": self.fault}
 
     def run_command(self, code, timeout_s):
         self.write("command_code", code)
@@ -86,7 +91,7 @@ def test_the_demo_ends_when_another_client_takes_over(demo, plc, change):
 
 
 def test_a_rejected_command_ends_the_demo(demo, plc):
-    plc.rejects = True
+    plc.rejects = "write_protect"
     demo.step(HOLDING, 10.0)
     plc.rejects = False
     demo.step(HOLDING, 10.0)
@@ -95,10 +100,89 @@ def test_a_rejected_command_ends_the_demo(demo, plc):
 
 def test_after_a_trip_the_demo_tries_again_until_its_commands_are_accepted(demo, plc):
     demo.step(HOLDING, 8.0)
-    plc.rejects = True
+    plc.rejects = "vent_fault"
     for _ in range(3):
         demo.step(TRIPPED, 8.0)
     assert not plc.writes
     plc.rejects = False
     demo.step(TRIPPED, 8.0)
     assert plc.writes[-1] == ("mode", "hold")
+
+
+INFLATION = [("mode", "vent"), ("setpoint_requested", 8.0), ("mode", "hold")]
+RECOVERY = [("command_code", "clear_faults"), *INFLATION]
+
+
+def test_a_trip_before_the_demo_has_seen_its_own_hold_is_cleared(demo, plc):
+    """A computer that is suspended during the inflation delays the observed values."""
+    demo.step(TRIPPED, 8.0)
+    assert plc.writes == RECOVERY
+
+
+def test_a_trip_before_the_first_command_is_cleared(plc):
+    DemoSequence(lambda: plc).step(UNSET | {"state": "tripped"}, 8.0)
+    assert plc.writes == RECOVERY
+
+
+def test_a_recovered_demo_recovers_again(demo, plc):
+    for _ in range(2):
+        plc.writes.clear()
+        demo.step(TRIPPED, 8.0)
+        assert plc.writes == RECOVERY
+
+
+@pytest.mark.parametrize("answers", range(3))
+def test_an_interrupted_inflation_is_repeated_from_its_first_step(plc, answers):
+    demo, plc.answers_left = DemoSequence(lambda: plc), answers
+    demo.step(UNSET, 8.0)
+    requested_kpa = dict(plc.writes).get("setpoint_requested", math.nan)
+    plc.answers_left = math.inf
+    plc.writes.clear()
+    demo.step(IDLE | {"setpoint_requested": requested_kpa}, 8.0)
+    demo.step(HOLDING, 8.0)
+    assert plc.writes == INFLATION
+
+
+@pytest.mark.parametrize("answers", range(4))
+def test_an_interrupted_recovery_is_repeated(demo, plc, answers):
+    plc.answers_left = answers
+    demo.step(TRIPPED, 8.0)
+    plc.answers_left = math.inf
+    plc.writes.clear()
+    demo.step(VENTED if answers else TRIPPED, 8.0)
+    assert plc.writes == (INFLATION if answers else RECOVERY)
+
+
+def test_a_setpoint_that_was_not_written_is_written_later_without_a_vent(demo, plc):
+    demo.step(HOLDING, 8.0)
+    plc.answers_left = 0
+    demo.step(HOLDING, 10.0)
+    plc.answers_left = math.inf
+    demo.step(HOLDING, 10.0)
+    assert plc.writes == [("setpoint_requested", 10.0)]
+
+
+def test_a_trip_between_an_observation_and_a_command_does_not_end_the_demo(demo, plc):
+    demo.step(HOLDING, 8.0)
+    plc.rejects = "fault_latched"
+    demo.step(HOLDING, 10.0)
+    plc.rejects = False
+    demo.step(TRIPPED, 10.0)
+    assert ("setpoint_requested", 10.0) in plc.writes
+    assert plc.writes[-1] == ("mode", "hold")
+
+
+def test_the_demo_reports_a_trip_and_whether_the_demo_clears_it(demo, plc):
+    demo.step(HOLDING, 8.0)
+    assert demo.report == ""
+    demo.step(TRIPPED | {"first_out_fault": 34}, 8.0)
+    assert "(fault 34)" in demo.report
+    by_overload = demo.report
+    demo.step(HOLDING, 8.0)
+    assert demo.report == ""
+    plc.fault = 4
+    plc.writes.clear()
+    demo.step(TRIPPED | {"first_out_fault": 4}, 8.0)
+    assert "(fault 4)" in demo.report
+    assert demo.report.partition(")")[2] != by_overload.partition(")")[2]
+    assert not plc.writes
