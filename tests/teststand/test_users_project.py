@@ -24,7 +24,7 @@ from importlib import import_module
 def test_mine(pneuforce_rig):
     names = {OWN_PACKAGES}
     assert [import_module(name).MINE for name in names] == list(names)
-    assert pneuforce_rig.read()["state"] == "vented"
+    pneuforce_rig.wait_for(lambda registers: registers["state"] == "vented")
     assert pneuforce_rig.truth()["applied_n"] == 0.0
 """
 
