@@ -98,8 +98,15 @@ class BrowserFeed:
             self._outbox.append(self._link_message())
 
     def _link_message(self) -> SseMessage:
+        utc_us = self.header.get("utc_us")
         return SseMessage(
-            "link", {"up": not self.down_reason, "reason": self.down_reason, "started_s": self._started_s}
+            "link",
+            {
+                "up": not self.down_reason,
+                "reason": self.down_reason,
+                "started_s": self._started_s,
+                "utc_offset_s": None if utc_us is None else utc_us / 1e6 - self._started_s,
+            },
         )
 
     def _on_header(self, entry: StreamEntry) -> None:
@@ -200,6 +207,7 @@ def _samples_message(event: str, points: list[LivePoint]) -> SseMessage:
             "pressure_kpa": [_rounded(p.pressure_kpa) for p in points],
             "baseline_kpa": [_rounded(p.baseline_kpa) for p in points],
             "in_contact": [int(p.in_contact) for p in points],
+            "state": [p.state for p in points],
         },
     )
 

@@ -25,6 +25,7 @@ class LivePoint(NamedTuple):
     pressure_kpa: float
     baseline_kpa: float
     in_contact: bool
+    state: int  #: code of the board's state, see STATES in registers/codes.py
 
 
 _FORCE = LivePoint._fields.index("force_n")
@@ -33,7 +34,7 @@ _PRESSURE = LivePoint._fields.index("pressure_kpa")
 
 def live_point(m: SampleRecord) -> LivePoint:
     """Return the quantities of a sample that the plots show."""
-    return LivePoint(m.t_s, m.force_n, m.force_std_n, m.pressure_kpa, m.baseline_kpa, m.in_contact)
+    return LivePoint(m.t_s, m.force_n, m.force_std_n, m.pressure_kpa, m.baseline_kpa, m.in_contact, m.state)
 
 
 class LiveDecimator:

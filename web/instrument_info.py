@@ -10,12 +10,14 @@ from pneuforce.registers.advice import (
     STATE_DESCRIPTIONS,
     STATUS_ADVICE,
 )
-from pneuforce.registers.codes import FAULTS, STATUS
+from pneuforce.registers.codes import FAULTS, STATES, STATUS
 from pneuforce.registers.document_text import TYPE_NAMES
 from pneuforce.registers.map import MAP_VERSION, REGISTERS, Register
 from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS
 
+#: State of the board during a proof test. The state register shows "holding".
+PROOF_TEST_STATE = 7
 _IDENTITY = ("version", "configuration_hash", "serial_number", "simulated")
 
 
@@ -36,6 +38,7 @@ def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]
         "status": {bit.name: _status_bit(bit.number, bit.name) for bit in STATUS.bits},
         "reject_reasons": dict(REJECT_TEXTS),
         "states": dict(STATE_DESCRIPTIONS),
+        "board_states": dict(STATES.names) | {PROOF_TEST_STATE: "proof_test"},
     }
 
 

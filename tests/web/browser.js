@@ -44,6 +44,13 @@ const waitForValue = async (script) => {
   }
 };
 
+/** Return the coordinates of a point of an element, given as parts of its width and height. */
+const pointOf = async (on, [across, down]) => {
+  await page.locator(on).scrollIntoViewIfNeeded();
+  const { x, y, width, height } = await page.locator(on).boundingBox();
+  return [x + across * width, y + down * height];
+};
+
 const actions = {
   /** Open a new context. `scripts: false` disables JavaScript. */
   open: async ({ url, scripts = true }) => {
@@ -64,6 +71,33 @@ const actions = {
   press: ({ key }) => page.keyboard.press(key),
   click: ({ on }) => page.click(on),
   fill: ({ on, text }) => page.fill(on, text),
+  /** Move the mouse to a point of an element, given as parts of its width and height. */
+  point: async ({ on, at }) => page.mouse.move(...(await pointOf(on, at))),
+  /** Press the mouse at one point of an element, and release it at another point. */
+  drag: async ({ on, from, to }) => {
+    await page.mouse.move(...(await pointOf(on, from)));
+    await page.mouse.down();
+    await page.mouse.move(...(await pointOf(on, to)), { steps: 4 });
+    await page.mouse.up();
+  },
+  doubleClick: ({ on }) => page.dblclick(on),
+  /** Put fingers on an element. Each step has the points of all fingers; the fingers are lifted after the last. */
+  touch: async ({ on, steps }) => {
+    const session = await page.context().newCDPSession(page);
+    await session.send("Emulation.setTouchEmulationEnabled", { enabled: true, maxTouchPoints: 2 });
+    for (const [index, fingers] of [...steps, []].entries()) {
+      const points = await Promise.all(fingers.map((at) => pointOf(on, at)));
+      const type = !fingers.length ? "touchEnd" : index ? "touchMove" : "touchStart";
+      const touchPoints = points.map(([x, y], id) => ({ x, y, id }));
+      await session.send("Input.dispatchTouchEvent", { type, touchPoints });
+    }
+    await session.send("Emulation.setTouchEmulationEnabled", { enabled: false });
+  },
+  /** Click an element that starts a download. Return the name of the file, and its content as base64. */
+  download: async ({ on }) => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(on)]);
+    return { name: download.suggestedFilename(), base64: readFileSync(await download.path(), "base64") };
+  },
   text: ({ of }) => page.innerText(of),
   screenshot: ({ path }) => page.screenshot({ path }).then(() => undefined),
   /** Return the violations that axe-core finds: [rule, impact, HTML of the first element]. */

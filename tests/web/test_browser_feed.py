@@ -12,6 +12,7 @@ from pneuforce.web.event_stream import SseMessage
 from tests.web.entries import event, header, health, sample, snapshot
 
 STARTED_S = 99.0
+UTC_OFFSET_S = 1.7e9
 
 
 class FeedRun:
@@ -47,7 +48,7 @@ class FeedRun:
 
 @pytest.fixture
 def run():
-    return FeedRun().process(header(STARTED_S))
+    return FeedRun().process(header(STARTED_S, utc_us=round((UTC_OFFSET_S + STARTED_S) * 1e6)))
 
 
 def initial(run, name):
@@ -72,7 +73,9 @@ def test_the_link_is_up_with_the_first_snapshot(run):
     assert [m.event for m in run.tick()] == ["contacts"]
     run.process(snapshot(run.now_s))
     assert [m.event for m in run.tick()][:2] == ["link", "state"]
-    assert run.all("link") == [{"up": True, "reason": "", "started_s": STARTED_S}]
+    assert run.all("link") == [
+        {"up": True, "reason": "", "started_s": STARTED_S, "utc_offset_s": UTC_OFFSET_S}
+    ]
 
 
 def test_old_values_become_invalid_and_new_values_are_valid_again(run):
@@ -90,7 +93,9 @@ def test_after_a_disconnection_no_value_is_sent(run):
     run.send_snapshots(0.2).send_samples(0.5).process(health(run.now_s))
     run.feed.disconnected("No power.")
     assert run.feed.snapshot is None
-    assert initial(run, "link") == [{"up": False, "reason": "No power.", "started_s": STARTED_S}]
+    assert initial(run, "link") == [
+        {"up": False, "reason": "No power.", "started_s": STARTED_S, "utc_offset_s": UTC_OFFSET_S}
+    ]
     assert run.feed.history_messages() == []
     assert initial(run, "health") == initial(run, "state") == []
 

@@ -1,4 +1,4 @@
-// Controls: setpoint, hold, clear faults and zero. The requests and rules are the same as for a PLC.
+// Controls: setpoint, alarm limit, hold, clear faults and zero. The requests and rules are the same as for a PLC.
 
 import { Arming } from "./arming.js";
 import { askConfirmation, cancelConfirmation, startConfirmation } from "./confirm.js";
@@ -11,7 +11,7 @@ const COMMAND_KEY = 0x5046;
 const MAX_SEQUENCE = 0xffff;
 const COMMAND_TIMEOUT_MS = 10000;
 const STATE_DELAY_S = 1; // time until the state shows the effect of an accepted request
-const ACTIONS = ["setpoint", "hold", "clear", "zero"];
+const ACTIONS = ["setpoint", "limit", "hold", "clear", "zero"];
 
 /** Panel of controls. `getModel()` returns the current link, info, token and state. */
 export class Controls {
@@ -27,6 +27,7 @@ export class Controls {
     document.addEventListener("vent-accepted", () => this.#arming.ventAccepted(this.#getModel()));
     const handlers = {
       setpoint: () => this.#requestSetpoint(),
+      limit: () => this.#requestLimit(),
       hold: () => this.#requestHold(),
       clear: () => this.#requestCommand("clear_faults"),
       zero: () => this.#requestCommand("zero_pressure"),
@@ -37,8 +38,10 @@ export class Controls {
         if (blocked) this.#showError(blocked.code, blocked.text);
         else handler();
       });
-    byId("setpoint-form").addEventListener("submit", (event) => event.preventDefault());
-    byId("setpoint-input").addEventListener("input", () => showSetpointError(""));
+    for (const name of ["setpoint", "limit"]) {
+      byId(`${name}-form`).addEventListener("submit", (event) => event.preventDefault());
+      byId(`${name}-input`).addEventListener("input", () => showInputError(name, ""));
+    }
   }
 
   /** Update the panel from the current state, and remove a question or message that is no longer valid. */
@@ -57,8 +60,8 @@ export class Controls {
   }
 
   #showState({ state, info }) {
-    const { low, high } = setpointSpan(info);
-    setText(byId("setpoint-span"), low === undefined ? "" : `${low} to ${high} kPa`);
+    setText(byId("setpoint-span"), spanText(writableSpan(info, "setpoint_requested"), "kPa"));
+    setText(byId("limit-span"), spanText(writableSpan(info, "force_limit"), "N"));
     const requested = state && formatNumber(state.setpoint_requested_kpa, 2);
     setText(
       byId("setpoint-requested"),
@@ -75,11 +78,11 @@ export class Controls {
 
   async #requestSetpoint() {
     const { info, state } = this.#getModel();
-    const { low, high } = setpointSpan(info);
-    const setpoint_kpa = Number(byId("setpoint-input").value.trim().replace(",", ".") || NaN);
+    const { low, high } = writableSpan(info, "setpoint_requested");
+    const setpoint_kpa = numberIn("setpoint-input");
     if (!(setpoint_kpa >= low && setpoint_kpa <= high))
-      return showSetpointError(`Enter a number from ${low} to ${high} kPa.`);
-    showSetpointError("");
+      return showInputError("setpoint", `Enter a number from ${low} to ${high} kPa.`);
+    showInputError("setpoint", "");
     if (state.mode === "hold" && !(await this.#confirm("setpoint", moveQuestion(setpoint_kpa)))) return;
     if (await this.#write({ setpoint_requested: setpoint_kpa }))
       this.#showResult(
@@ -87,6 +90,20 @@ export class Controls {
         `Setpoint ${formatNumber(setpoint_kpa, 3)} kPa accepted.`,
         (now) => isNear(now, setpoint_kpa),
       );
+  }
+
+  async #requestLimit() {
+    const { low, high } = writableSpan(this.#getModel().info, "force_limit");
+    const limit_n = numberIn("limit-input");
+    if (!(limit_n >= low && limit_n <= high))
+      return showInputError("limit", `Enter a number from ${low} to ${high} N.`);
+    showInputError("limit", "");
+    if (!(await this.#write({ force_limit: limit_n }))) return;
+    this.#showResult(
+      "limit_accepted",
+      `Alarm limit ${formatNumber(limit_n, 2)} N accepted.`,
+      (now) => Math.abs(now.force_limit_n - limit_n) < 1e-3,
+    );
   }
 
   async #requestHold() {
@@ -176,7 +193,7 @@ const isOutdated = ({ action, values }, model) =>
 
 const isContradicted = ({ holds, from_s }, { state }) => state?.t_s > from_s && !holds(state);
 
-const showSetpointError = (text) => showFieldError("setpoint", text, "setpoint-input");
+const showInputError = (name, text) => showFieldError(name, text, `${name}-input`);
 
 const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
 
@@ -196,7 +213,14 @@ const inflateQuestion = (from_kpa, to_kpa) => ({
   confirmLabel: `Inflate to ${formatNumber(to_kpa, 2)} kPa`,
 });
 
-const setpointSpan = (info) => info.registers.find(({ name }) => name === "setpoint_requested") ?? {};
+/** Return a writable register of this name, with its limits `low` and `high`; {} while the data is loading. */
+const writableSpan = (info, name) =>
+  info.registers.find((register) => register.name === name && register.writable) ?? {};
+
+const spanText = ({ low, high }, unit) => (low === undefined ? "" : `${low} to ${high} ${unit}`);
+
+/** Return the number that is typed into a field; NaN if there is none. A decimal comma is allowed. */
+const numberIn = (id) => Number(byId(id).value.trim().replace(",", ".") || NaN);
 
 const rejectText = (info, reason) => info.reject_reasons[reason] ?? capitalized(formatName(reason));
 

@@ -18,8 +18,9 @@ const PAGE_HIDDEN = "This page was hidden.";
  * streams of hidden tabs could delay a vent.
  *
  * `handlers` has a function for each type of message, and `opened`, which is called when a stream starts.
- * `onLink({up, reason, started_s})` is called when current data of the instrument becomes available or
- * unavailable. `started_s` differs after a restart of the instrument.
+ * `onLink({up, reason, started_s, utc_offset_s})` is called when current data of the instrument becomes available
+ * or unavailable. `started_s` differs after a restart of the instrument. `utc_offset_s` is the time of day of the
+ * host minus the time of its samples [s].
  */
 export function followEventStream(handlers, onLink) {
   let stream = null;
@@ -33,7 +34,8 @@ export function followEventStream(handlers, onLink) {
     if (up === isUp && reason === shownReason) return;
     isUp = up;
     shownReason = reason;
-    onLink({ up, reason, started_s: serverLink.started_s });
+    const { started_s, utc_offset_s } = serverLink;
+    onLink({ up, reason, started_s, utc_offset_s });
   };
 
   const open = () => {

@@ -11,35 +11,29 @@ import { NOT_AVAILABLE } from "./format.js";
 import { showHealth } from "./health.js";
 import { setRegisters, startInspector } from "./inspector.js";
 import { showLogin, startLogin } from "./login.js";
+import { showLimit, startPlotPanel } from "./plot-panel.js";
 import { showReadings } from "./readings.js";
 import { UNKNOWN_INFO, get } from "./requests.js";
 import { showStateBar } from "./state-bar.js";
 import { OperatorToken } from "./token.js";
 
-const PLOT_LABEL_PERIOD_MS = 2000;
 const RETRY_MS = 1000;
 
 const model = { link: { up: false, reason: "", since: new Date() }, info: UNKNOWN_INFO, state: null };
 let contacts = [];
 let infoOf = null; // start time of the instrument whose info was loaded
 
-const plots = await loadPlots();
+const plots = await startPlotPanel(() => model.info);
 const announcer = new Announcer(byId("announcements"), byId("alarm-announcements"));
 const token = new OperatorToken(() => refresh());
 model.token = token;
 const controls = new Controls(() => model);
 
-/** Return the plots; null in the compact view. The page works without plots if their file cannot be loaded. */
-async function loadPlots() {
-  if (document.documentElement.dataset.view === "compact") return null;
-  const module = await import("./plots.js").catch(() => null);
-  return module && new module.Plots(byId("force-plot"), byId("pressure-plot"));
-}
-
 function refresh() {
   const { link, info, state } = model;
   showStateBar(model);
   showReadings(state, info);
+  showLimit(plots, state?.force_limit_n ?? NaN);
   showFaults(state, info);
   announcer.update(state, info);
   showLogin(token, info, link.up);
@@ -55,7 +49,8 @@ function sourceText({ replay, simulated }, state) {
   return simulated || state?.status.includes("simulated") ? "SIMULATED: no real rig" : "";
 }
 
-function showLink({ up, reason, started_s }) {
+function showLink({ up, reason, started_s, utc_offset_s }) {
+  if (up) plots?.setClock(utc_offset_s);
   if (up && started_s !== infoOf) {
     infoOf = started_s;
     loadInfo();
@@ -107,10 +102,6 @@ const handlers = {
   event: showEvent,
 };
 
-for (const choice of document.querySelectorAll("input[name=span]")) {
-  choice.addEventListener("change", () => plots?.setSpan(Number(choice.value)));
-  if (choice.checked) plots?.setSpan(Number(choice.value)); // browsers restore the choice after a reload
-}
 const belowTopBar = {
   rootMargin: `-${byId("vent").offsetHeight}px 0px`,
   threshold: 1,
@@ -118,7 +109,6 @@ const belowTopBar = {
 new IntersectionObserver((entries) => {
   byId("summary").hidden = entries.at(-1).isIntersecting; // shown while the large force is not in view
 }, belowTopBar).observe(byId("force"));
-setInterval(() => plots?.updateLabels(), PLOT_LABEL_PERIOD_MS);
 startLogin(token);
 startInspector();
 token.load();

@@ -46,6 +46,7 @@ const VENTED = [
 /** Action → further conditions. */
 const CONDITIONS = {
   setpoint: [],
+  limit: [],
   hold: [
     ["tripped", isUntripped, () => "Tripped. Clear the faults, then press VENT once."],
     [

@@ -18,7 +18,12 @@ export class Series {
   }
 
   get #last_s() {
-    return this.#columns[0].at(-1) ?? -Infinity;
+    return this.last_s ?? -Infinity;
+  }
+
+  /** Time of the last sample [s]; undefined if there is none. */
+  get last_s() {
+    return this.#columns[0].at(-1);
   }
 
   /**

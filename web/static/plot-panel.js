@@ -1,0 +1,82 @@
+// Panel of the plots: time span, pause, values at the pointer, and download.
+
+import { byId, create, setText, showText } from "./elements.js";
+import { formatNumber } from "./format.js";
+import { formatClock } from "./plot-ticks.js";
+import { valueTexts } from "./plot-values.js";
+import { saveText } from "./samples-csv.js";
+
+const LABEL_PERIOD_MS = 2000;
+const HINT = "Point at a plot to read its values. Drag, or pinch with two fingers, to zoom.";
+
+/**
+ * Return the plots; null in the compact view. The page works without plots if their file cannot be loaded.
+ * `getInfo()` returns the facts about the instrument.
+ */
+export async function startPlotPanel(getInfo) {
+  if (document.documentElement.dataset.view === "compact") return null;
+  const module = await import("./plots.js").catch(() => null);
+  byId("plot-tools").hidden = module === null;
+  if (module === null) return null;
+  const plots = new module.Plots(byId("force-plot"), byId("pressure-plot"), {
+    onSample: (sample) =>
+      showValues(sample && valueTexts(sample, plots.clock_s, getInfo().board_states ?? {})),
+    onWindow: (timeWindow) => showWindow(timeWindow, plots.clock_s),
+  });
+  for (const choice of document.querySelectorAll("input[name=span]")) {
+    choice.addEventListener("change", () => plots.setSpan(Number(choice.value)));
+    if (choice.checked) plots.setSpan(Number(choice.value)); // browsers restore the choice after a reload
+  }
+  const pauseButton = byId("plots-pause");
+  pauseButton.addEventListener("click", () =>
+    pauseButton.dataset.paused === "true" ? plots.resume() : plots.pause(),
+  );
+  byId("plots-unzoom").addEventListener("click", () => plots.unzoom());
+  byId("plots-save").addEventListener("click", () => save(plots));
+  setInterval(() => plots.updateLabels(), LABEL_PERIOD_MS);
+  announceOnlyKeys();
+  showValues(null);
+  return plots;
+}
+
+/** Show the alarm limit of the force [N] in the legend and in the plot; NaN if the limit is unknown. */
+export function showLimit(plots, limit_n) {
+  setText(byId("limit-in-effect"), `${formatNumber(limit_n, 2)} N`);
+  plots?.setLimit(limit_n);
+}
+
+/** Let screen readers read the values only if they change by a key. With a mouse they change all the time. */
+function announceOnlyKeys() {
+  const values = byId("plot-values");
+  for (const [type, live] of [
+    ["keydown", "polite"],
+    ["pointermove", "off"],
+  ])
+    byId("plots").addEventListener(type, () => values.setAttribute("aria-live", live));
+}
+
+function showValues(texts) {
+  const box = byId("plot-values");
+  box.classList.toggle("muted", texts === null);
+  if (texts === null) return void setText(box, HINT);
+  if (box.children.length !== texts.length) box.replaceChildren(...texts.map(() => create("span")));
+  texts.forEach((text, index) => setText(box.children[index], text));
+}
+
+function showWindow(timeWindow, offset_s) {
+  const { isLive, isZoomed } = timeWindow;
+  const button = byId("plots-pause");
+  button.dataset.paused = String(!isLive);
+  setText(button, isLive ? "Pause" : "Resume");
+  byId("plots").classList.toggle("paused", !isLive);
+  byId("plots-unzoom").hidden = !isZoomed;
+  const { max } = isLive ? { max: NaN } : timeWindow.range(NaN);
+  const until = isLive ? "" : formatClock(max + offset_s, 0);
+  showText(byId("plots-paused"), isLive ? "" : `PAUSED: values until ${until}`);
+}
+
+function save(plots) {
+  const { text, first_utc_s } = plots.csv();
+  const time = Number.isFinite(first_utc_s) ? new Date(first_utc_s * 1e3).toISOString() : "no-samples";
+  saveText(text, `pneuforce-${time.replaceAll(/[-:]|\.\d+/g, "")}.csv`, "text/csv");
+}
