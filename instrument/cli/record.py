@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Thread
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.live import Live
@@ -13,6 +16,7 @@ from rich.text import Text
 
 from pneuforce.errors import ServerError
 from pneuforce.instrument.cli.output import CONNECTION_HINT, json_text, print_text, stop_after
+from pneuforce.instrument.recording.limits import NO_LIMITS, RecordingLimits
 from pneuforce.instrument.recording.writer import RecordingWriter
 from pneuforce.instrument.service.socket_recorder import (
     OnCommit,
@@ -25,19 +29,35 @@ from pneuforce.protocol.frames import BoardState
 _STATES = {state.value: state.name.lower() for state in BoardState}
 
 
-def record(path: Path, socket_path: Path, seconds: float | None, as_json: bool) -> int:
-    """Record until `seconds` have passed, Ctrl-C, SIGTERM or the instrument's end. Return the exit code.
+class RecordEnd(NamedTuple):
+    """Conditions that end a recording, in addition to Ctrl-C, SIGTERM and the end of the instrument."""
+
+    seconds: float | None = None  #: duration of the recording [s]
+    limits: RecordingLimits = NO_LIMITS
+    until_stdin_closes: bool = False  #: end when the program that started this process ends
+
+
+def record(path: Path, socket_path: Path, end: RecordEnd, as_json: bool) -> int:
+    """Record until a condition of `end` is fulfilled. Return the exit code.
 
     Raises ConfigurationError if the file cannot be created, ServerError if no instrument answers.
     """
-    stop = stop_after(seconds)
+    stop = stop_after(end.seconds)
+    if end.until_stdin_closes:
+        Thread(target=_set_at_end_of_stdin, args=(stop,), daemon=True).start()
     try:
         with _progress() as show:
-            result = record_socket(path, socket_path, stop, show)
+            result = record_socket(path, socket_path, stop, show, end.limits)
     except ServerError as error:
         raise ServerError(f"{error}; {CONNECTION_HINT}") from None
     _print_result(result, as_json)
     return 0 if result.complete else 1
+
+
+def _set_at_end_of_stdin(stop: Event) -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    stop.set()
 
 
 def socket_of_demo() -> Path:

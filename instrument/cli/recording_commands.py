@@ -40,6 +40,15 @@ def record(
         Path | None, typer.Option("--socket", help="Local socket of the instrument, instead of --config.")
     ] = None,
     seconds: Seconds = None,
+    max_mb: Annotated[
+        float, typer.Option(help="End when the recording has this size, in MB.", min=0.0)
+    ] = math.inf,
+    min_free_mb: Annotated[
+        float, typer.Option(help="End when less than this is free on the disk, in MB.", min=0.0)
+    ] = 0.0,
+    until_stdin_closes: Annotated[
+        bool, typer.Option("--until-stdin-closes", help="End when stdin is closed, for use by a program.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Record all inputs and measurements of a running instrument into one file.
@@ -48,10 +57,12 @@ def record(
 
     Example: pneuforce record press.recording --config instrument.toml --seconds 60
     """
-    from pneuforce.instrument.cli.record import record, socket_of_demo
+    from pneuforce.instrument.cli.record import RecordEnd, record, socket_of_demo
+    from pneuforce.instrument.recording.limits import RecordingLimits
 
     socket_path = _socket_of(config, socket) or socket_of_demo()
-    raise typer.Exit(record(file, socket_path, seconds, as_json))
+    limits = RecordingLimits(max_mb * 1e6, min_free_mb * 1e6)
+    raise typer.Exit(record(file, socket_path, RecordEnd(seconds, limits, until_stdin_closes), as_json))
 
 
 def _socket_of(config: Path | None, socket: Path | None) -> Path | None:

@@ -13,6 +13,7 @@ from threading import Event
 from typing import NamedTuple
 
 from pneuforce.errors import ServerError
+from pneuforce.instrument.recording.limits import NO_LIMITS, RecordingLimits
 from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.instrument.recording.writer import RecordingWriteError, RecordingWriter, check_path_unused
 from pneuforce.instrument.stream.entry import (
@@ -64,20 +65,28 @@ class _End(NamedTuple):
     detail: str = ""
 
 
-def record_socket(path: Path, socket_path: Path, stop: Event, on_commit: OnCommit) -> RecorderResult:
+def record_socket(
+    path: Path,
+    socket_path: Path,
+    stop: Event,
+    on_commit: OnCommit,
+    limits: RecordingLimits = NO_LIMITS,
+) -> RecorderResult:
     """Record an instrument into the new file `path` until `stop` is set or the instrument ends.
 
-    `on_commit` is called after each commit.
+    The recording also ends when it reaches a limit. `on_commit` is called after each commit.
 
-    Raises ConfigurationError if the file cannot be created, ServerError if no instrument answers.
+    Raises ConfigurationError if the file cannot be created or a limit is reached already, ServerError if no
+    instrument answers.
     """
     check_path_unused(path)
+    limits.check_start(path.parent)
     with ExitStack() as stack:
         connection = stack.enter_context(closing(_connect(socket_path)))
         file = RecordingWriter(path)
         stack.callback(file.close)
         try:
-            end = _write_entries(connection, file, stop, on_commit)
+            end = _write_entries(connection, file, stop, on_commit, limits)
             if not file.has_header:
                 file.discard()
                 raise ServerError(f"{socket_path}: {end.detail or 'no data was received'}")
@@ -117,9 +126,16 @@ def _connect(socket_path: Path) -> socket.socket:
 
 
 def _write_entries(
-    connection: socket.socket, file: RecordingWriter, stop: Event, on_commit: OnCommit
+    connection: socket.socket,
+    file: RecordingWriter,
+    stop: Event,
+    on_commit: OnCommit,
+    limits: RecordingLimits,
 ) -> _End:
-    """Write the received entries until the stream ends or `stop` is set. Raises RecordingWriteError."""
+    """Write the received entries until the stream ends, `stop` is set or a limit is reached.
+
+    Raises RecordingWriteError.
+    """
     decoder, started_s = EntryDecoder(), time.monotonic()
     commit_s = started_s + COMMIT_PERIOD_S
     try:
@@ -137,6 +153,8 @@ def _write_entries(
                 commit_s = now_s + COMMIT_PERIOD_S
                 file.commit()
                 on_commit(file)
+                if reason := limits.reached(file.path.parent, file.size_bytes):
+                    return _End(EndReason.STOPPED, reason)
             if not file.has_header and now_s > started_s + FIRST_ENTRY_TIMEOUT_S:
                 return _End(EndReason.CUT_OFF, f"no data was received for {FIRST_ENTRY_TIMEOUT_S:g} s")
     except StreamError as error:
