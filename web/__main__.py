@@ -2,7 +2,8 @@
 
 stdin: one line of JSON with the keys of `WebProcessOptions`.
 stdout: one line {"web": port} when the server listens, or {"web": null, "why": sentence} if the server cannot
-listen. Then {"heartbeat": n} each second. A missing heartbeat means that the process hangs.
+listen. Then {"heartbeat": n, "recording": bool} each second. A missing heartbeat means that the
+process hangs.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from pneuforce.web.failed_logins import REPORT_PERIOD_S
 from pneuforce.web.instrument_client import InstrumentClient
 from pneuforce.web.listener import ACCEPTS_PER_ROUND, open_listener
 from pneuforce.web.login import Logins
+from pneuforce.web.page_recorder import PageRecorder, RecordingFolder
 
 BROADCAST_PERIOD_S = 0.05
 KEEP_ALIVE_PERIOD_S = 10.0
@@ -48,6 +50,9 @@ class WebProcessOptions(NamedTuple):
     port: int
     allow: list[str]
     token: str
+    recordings: str = ""  #: folder of the recordings; empty: the page cannot record
+    recording_max_mb: float = 4000.0
+    recording_min_free_mb: float = 1000.0
 
 
 class WebServer(Server):
@@ -68,12 +73,15 @@ def create_services(options: WebProcessOptions) -> WebServices:
     Raises ValueError if an item of `allow` is neither an address nor a network.
     """
     feed = BrowserFeed()
+    path = Path(options.recordings) if options.recordings else None
+    folder = RecordingFolder(path, options.recording_max_mb, options.recording_min_free_mb)
     return WebServices(
         feed=feed,
         instrument=InstrumentClient(Path(options.socket), feed),
         broadcaster=EventBroadcaster(),
         limiter=ConnectionLimiter(options.allow),
         logins=Logins(options.token),
+        recorder=PageRecorder(folder, Path(options.socket)),
     )
 
 
@@ -98,10 +106,16 @@ def create_server(services: WebServices) -> WebServer:
 async def serve(services: WebServices, server: WebServer, listener: socket.socket) -> None:
     """Serve until the server is stopped."""
     async with asyncio.TaskGroup() as group:
-        endless = (services.instrument.run(), _broadcast(services), _report_failed_logins(services))
+        endless = (
+            services.instrument.run(),
+            services.recorder.run(),
+            _broadcast(services),
+            _report_failed_logins(services),
+        )
         tasks = [group.create_task(each) for each in endless]
         await server.serve([listener])
         services.broadcaster.close()
+        await services.recorder.close()
         for task in tasks:
             task.cancel()
 
@@ -111,7 +125,8 @@ async def _broadcast(services: WebServices) -> None:
     keep_alive_due_s = 0.0
     while True:
         now_s = time.monotonic()
-        services.broadcaster.send(services.feed.due_messages(now_s), now_s)
+        messages = [*services.feed.due_messages(now_s), *services.recorder.due_messages()]
+        services.broadcaster.send(messages, now_s)
         if now_s >= keep_alive_due_s:
             keep_alive_due_s = now_s + KEEP_ALIVE_PERIOD_S
             services.broadcaster.send_bytes(KEEP_ALIVE, now_s)
@@ -130,13 +145,13 @@ async def _run(options: WebProcessOptions, listener: socket.socket) -> None:
     server = create_server(services)
     asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _stop_at_end_of_stdin, server)
     print(json.dumps({"web": listener.getsockname()[1]}), flush=True)
-    heartbeat = asyncio.create_task(_write_heartbeats(sys.stdout.fileno()))
+    heartbeat = asyncio.create_task(_write_heartbeats(sys.stdout.fileno(), services))
     await serve(services, server, listener)
     heartbeat.cancel()
 
 
-async def _write_heartbeats(stdout: int) -> None:
-    """Write a heartbeat each second.
+async def _write_heartbeats(stdout: int, services: WebServices) -> None:
+    """Write a heartbeat each second, which contains whether a recording is in progress.
 
     A full or closed pipe is ignored, so that the web page works even if the host process reads nothing.
     """
@@ -144,7 +159,8 @@ async def _write_heartbeats(stdout: int) -> None:
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
         with suppress(OSError):
             if is_writable(stdout, 0):
-                os.write(stdout, b'{"heartbeat": %d}\n' % number)
+                message = {"heartbeat": number, "recording": services.recorder.active}
+                os.write(stdout, json.dumps(message).encode() + b"\n")
 
 
 def _stop_at_end_of_stdin(server: WebServer) -> None:

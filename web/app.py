@@ -40,6 +40,8 @@ from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavaila
 from pneuforce.web.instrument_info import instrument_info
 from pneuforce.web.login import Logins, address_of
 from pneuforce.web.operator_texts import REJECT_TEXTS
+from pneuforce.web.page_recorder import PageRecorder
+from pneuforce.web.recording_routes import RecordingRoutes
 from pneuforce.web.request_guard import RequestGuard
 from pneuforce.web.request_pacer import RequestPacer
 
@@ -64,6 +66,7 @@ class WebServices:
     broadcaster: EventBroadcaster
     limiter: ConnectionLimiter
     logins: Logins
+    recorder: PageRecorder
 
 
 Handler = Callable[[WebServices, Request], Awaitable[Response]]
@@ -98,6 +101,7 @@ def create_app(services: WebServices) -> ASGIApp:
             Route(path, _bound(services, handler), methods=["POST"])
             for path, handler in _POST_HANDLERS.items()
         ),
+        *RecordingRoutes(services.recorder, services.logins, services.feed).routes(),
     ]
     exception_handlers: dict[Any, Any] = {
         HttpRequestError: _on_request_error,
@@ -137,7 +141,7 @@ async def _live(services: WebServices, request: Request) -> Response:
     services.limiter.start_streaming(client)
     stream = services.broadcaster.open_stream(
         owner,
-        feed.initial_messages(),
+        [*feed.initial_messages(), services.recorder.message()],
         feed.history_messages(),
         lambda: services.limiter.disconnect(client),
         time.monotonic(),

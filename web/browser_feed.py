@@ -207,7 +207,7 @@ def _samples_message(event: str, points: list[LivePoint]) -> SseMessage:
             "pressure_kpa": [_rounded(p.pressure_kpa) for p in points],
             "baseline_kpa": [_rounded(p.baseline_kpa) for p in points],
             "in_contact": [int(p.in_contact) for p in points],
-            "state": [p.state for p in points],
+            "board_state": [p.state for p in points],
         },
     )
 

@@ -151,6 +151,7 @@ def run(
             events=resolve_path(config, configuration.events.file),
             socket=resolve_path(config, configuration.local.socket),
             recording=record,
+            page_recordings=resolve_path(config, configuration.web.recordings),
         ),
     )
 

@@ -43,7 +43,12 @@ def run_demo(seconds: float | None, ports: DemoPorts, simulator_options: Sequenc
         tables: dict[str, dict[str, Any]] = {
             "modbus": {"port": ports.modbus},
             "can": {"port": ports.can},
-            "web": {"enabled": True, "port": ports.web, "token": ports.token},
+            "web": {
+                "enabled": True,
+                "port": ports.web,
+                "token": ports.token,
+                "recordings": str(Path.cwd() / "recordings"),
+            },
         }
         processes = start(stack, folder / "rig", simulator_options, tables, stop=stop)
         node = CanNodeAddress(CanAddress(interface="socketcand", port=ports.can))

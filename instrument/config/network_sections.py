@@ -140,3 +140,15 @@ class WebSection(ListenerSection):
         SecretStr(""),
         description="password of the operator, at least 12 characters; empty: the page can only vent",
     )
+    recordings: Text = Field(
+        "recordings",
+        max_length=500,
+        description="folder of the recordings that the operator starts on the page, relative to this file; "
+        "empty: the page cannot record",
+    )
+    recording_max_mb: float = Field(
+        4000.0, ge=1, le=1e6, description="size at which such a recording ends [MB]; 4000 MB are half a day"
+    )
+    recording_min_free_mb: float = Field(
+        1000.0, ge=1, le=1e6, description="such a recording ends if less than this is free on the disk [MB]"
+    )

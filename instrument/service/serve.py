@@ -59,6 +59,7 @@ class ServiceFiles:
     events: Path | None = None
     socket: Path | None = None
     recording: Path | None = None
+    page_recordings: Path | None = None  #: folder of the recordings that are started on the web page
 
 
 def serve(configuration: Configuration, files: ServiceFiles) -> None:
@@ -126,7 +127,7 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
     """Open the servers and run until SIGTERM or Ctrl-C. Raises PneuforceError if a start fails."""
     stop = asyncio.Event()
     _stop_on_signals(stop, servers)
-    web = web_process_of(servers.configuration.web, files.socket)
+    web = web_process_of(servers.configuration.web, files.socket, files.page_recordings)
     await servers.local.open(files.socket)
     recorder = (
         RecorderProcess(servers.local, files.socket, files.recording)

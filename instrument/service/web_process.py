@@ -30,6 +30,7 @@ FIRST_WAIT_S = 1.0
 MAX_WAIT_S = STABLE_S = 60.0
 MAX_LOGGED = 50  #: number of latest logged lines; a line that equals one of these is not logged
 END_S = 0.25  #: time after which a process that does not end by itself is killed
+RECORDING_END_S = 4.0  #: the same time if the process ends a recording
 
 
 class WebProcess:
@@ -39,7 +40,13 @@ class WebProcess:
     instrument. Each failure is logged once. After a failure the process is restarted, with growing delays.
     """
 
-    def __init__(self, settings: WebSection, socket: Path, silence_s: float = SILENCE_S) -> None:
+    def __init__(
+        self,
+        settings: WebSection,
+        socket: Path,
+        recordings: Path | None = None,
+        silence_s: float = SILENCE_S,
+    ) -> None:
         self.port: int | None = None  #: port of the web page, None while it is not served
         self._options = {
             "socket": str(socket),
@@ -47,7 +54,11 @@ class WebProcess:
             "port": settings.port,
             "allow": settings.allow,
             "token": settings.token.get_secret_value(),
+            "recordings": str(recordings.absolute()) if recordings else "",
+            "recording_max_mb": settings.recording_max_mb,
+            "recording_min_free_mb": settings.recording_min_free_mb,
         }
+        self._is_recording = False
         self._silence_s = silence_s
         self._logged: deque[str] = deque(maxlen=MAX_LOGGED)
         self._last_message = ""
@@ -106,7 +117,8 @@ class WebProcess:
             why = await self._monitor(process.stdout)
         finally:
             self.port = None
-            await _end(process)
+            await _end(process, RECORDING_END_S if self._is_recording else END_S)
+            self._is_recording = False
             await logging_stderr
         return why or f"the web process ended: {self._last_message or f'exit code {process.returncode}'}"
 
@@ -120,6 +132,7 @@ class WebProcess:
                     return str(message["why"])
                 if "web" in message:
                     self._serving(int(message["web"]))
+                self._is_recording = bool(message.get("recording"))
                 timeout_s = self._silence_s
         except TimeoutError:
             return f"the web process sent nothing for {timeout_s:g} s and was ended"
@@ -154,21 +167,25 @@ async def _within(time_s: float, work: Awaitable[Result]) -> Result:
         return await work
 
 
-async def _end(process: Process) -> None:
+async def _end(process: Process, timeout_s: float) -> None:
     """End the process, even if it hangs."""
     assert process.stdin is not None
     process.stdin.close()
     with suppress(TimeoutError, ProcessLookupError):
         try:
-            await _within(END_S, process.wait())
+            await _within(timeout_s, process.wait())
         finally:  # runs also if the host cancels this task
             if process.returncode is None:
                 process.kill()
     await process.wait()
 
 
-def web_process_of(settings: WebSection, socket: Path | None) -> WebProcess | None:
+def web_process_of(
+    settings: WebSection, socket: Path | None, recordings: Path | None = None
+) -> WebProcess | None:
     """Return the web process of a configuration, or None if it is disabled.
+
+    `recordings` is the folder of the recordings that operators start on the page; None disables them.
 
     Raises ServerError if there is no local socket.
     """
@@ -176,4 +193,4 @@ def web_process_of(settings: WebSection, socket: Path | None) -> WebProcess | No
         return None
     if socket is None:
         raise ServerError("web.enabled = true needs the local socket, but local.socket is empty: set it")
-    return WebProcess(settings, socket)
+    return WebProcess(settings, socket, recordings)

@@ -70,7 +70,12 @@ def live(tmp_path_factory, browser):
         "can": {"enabled": False},
         "events": {"file": str(folder / "events.sqlite")},
         "local": {"socket": str(folder / "pneuforce.sock")},
-        "web": {"enabled": True, "port": free_port(), "token": OPERATOR_TOKEN},
+        "web": {
+            "enabled": True,
+            "port": free_port(),
+            "token": OPERATOR_TOKEN,
+            "recordings": str(folder / "recordings"),
+        },
     }
     with ExitStack() as children:
         stack = start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables)

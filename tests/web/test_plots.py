@@ -50,7 +50,7 @@ def batch(force_n, std_n):
         "pressure_kpa": [8.0] * 1000,
         "baseline_kpa": [8.0] * 1000,
         "in_contact": [0] * 1000,
-        "state": [4] * 1000,
+        "board_state": [4] * 1000,
     }
 
 
@@ -64,7 +64,7 @@ def test_a_moment_of_high_uncertainty_does_not_flatten_the_force_curve(page, bur
 def test_an_operator_sets_the_alarm_limit(page, live):
     page("fill", on="#limit-input", text="25")
     page("press", key="Enter")
-    page.wait_for_text("#result[data-code=invalid_limit]", "0.1 to 20 N")
+    page.wait_for_text("#limit-error", "0.1 to 20 N")
     page("fill", on="#limit-input", text="1,5")
     page("press", key="Enter")
     page.wait_for_text("#result[data-code=limit_accepted]", "1.50 N")

@@ -54,8 +54,9 @@ export function followEventStream(handlers, onLink) {
       if (serverLink.up) checkAge(state);
       if (isUp) handlers.state(state);
     });
-    for (const type of ["samples", "history", "contacts", "health", "event"])
-      listen(type, (data) => (isUp || type === "event") && handlers[type](data));
+    for (const type of ["samples", "history", "contacts", "health"])
+      listen(type, (data) => isUp && handlers[type](data));
+    for (const type of ["event", "recording"]) listen(type, (data) => handlers[type](data));
   };
 
   /** Treat the instrument as disconnected if its data arrives too late. */

@@ -13,6 +13,7 @@ import { setRegisters, startInspector } from "./inspector.js";
 import { showLogin, startLogin } from "./login.js";
 import { showLimit, startPlotPanel } from "./plot-panel.js";
 import { showReadings } from "./readings.js";
+import { RecordingPanel } from "./recording.js";
 import { UNKNOWN_INFO, get } from "./requests.js";
 import { showStateBar } from "./state-bar.js";
 import { OperatorToken } from "./token.js";
@@ -28,6 +29,7 @@ const announcer = new Announcer(byId("announcements"), byId("alarm-announcements
 const token = new OperatorToken(() => refresh());
 model.token = token;
 const controls = new Controls(() => model);
+const recordingPanel = new RecordingPanel(() => model);
 
 function refresh() {
   const { link, info, state } = model;
@@ -41,6 +43,7 @@ function refresh() {
   showText(byId("simulated"), sourceText(info, state));
   document.body.classList.toggle("stale", state?.status.includes("stale") ?? false);
   controls.update();
+  recordingPanel.update();
   document.dispatchEvent(new CustomEvent("instrument-state", { detail: state }));
 }
 
@@ -100,6 +103,7 @@ const handlers = {
   },
   health: (health) => showHealth(health, Boolean(model.info.replay)),
   event: showEvent,
+  recording: (recording) => recordingPanel.show(recording),
 };
 
 const belowTopBar = {

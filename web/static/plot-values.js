@@ -30,8 +30,8 @@ function nearest(times, t_s) {
 
 /** Return the texts of a sample: time of day, force ± 2 u, pressure, and state. */
 export function valueTexts(sample, offset_s, states) {
-  const { t_s, force_n, std_n, pressure_kpa, state, in_contact } = sample;
-  const name = states[state] ? formatName(states[state]) : NOT_AVAILABLE;
+  const { t_s, force_n, std_n, pressure_kpa, board_state, in_contact } = sample;
+  const name = states[board_state] ? formatName(states[board_state]) : NOT_AVAILABLE;
   return [
     formatClock(t_s + offset_s, 2),
     `${formatNumber(force_n, 2)} ± ${formatNumber(std_n === null ? NaN : 2 * std_n, 2)} N (2 u)`,

@@ -14,7 +14,7 @@ import { TimeWindow, pinchedRange } from "./time-window.js";
 const PLOT_PIXELS = 600; // typical width; no redraw while the curves move by less than one pixel
 const MIN_PERIOD_MS = 50;
 const IDLE_PERIOD_MS = 250; // redraw without samples, so that the time axis moves on
-const NAMES = ["low_n", "high_n", "force_n", "std_n", "pressure_kpa", "baseline_kpa", "in_contact", "state"];
+const NAMES = ["low_n", "high_n", "force_n", "std_n", "pressure_kpa", "baseline_kpa", "in_contact", "board_state"];
 
 /**
  * Both plots. They are redrawn at most once per animation frame, and only if a change is visible.

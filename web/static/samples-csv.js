@@ -1,7 +1,7 @@
 // Download of the samples in the plots as CSV. The columns have the names of `pneuforce export`, and `utc`.
 
-const COLUMNS = ["pressure_kpa", "baseline_kpa", "force_n", "std_n", "in_contact", "state"];
-const EXPORT_NAMES = { std_n: "force_std_n" };
+const COLUMNS = ["pressure_kpa", "baseline_kpa", "force_n", "std_n", "in_contact", "board_state"];
+const EXPORT_NAMES = { std_n: "force_std_n", board_state: "state" };
 
 /**
  * Return the samples from `range.min` to `range.max` as CSV, and the time of the first sample since 1970 [s].

@@ -21,7 +21,7 @@ TIMEOUT_S = 20.0
 
 @asynccontextmanager
 async def running(folder, port, silence_s=60.0):
-    web = WebProcess(WebSection(enabled=True, port=port), folder / "nobody.sock", silence_s)
+    web = WebProcess(WebSection(enabled=True, port=port), folder / "nobody.sock", silence_s=silence_s)
     web.begin()
     try:
         yield web

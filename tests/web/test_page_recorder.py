@@ -1,0 +1,138 @@
+"""Tests of the recordings that an operator starts on the web page."""
+
+import contextlib
+import signal
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.schema import EndReason
+from tests.instrument.recording.recording_files import read_contents
+from tests.system.waiting import wait_for
+from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
+from tests.web.conftest import OPERATOR_TOKEN
+from tests.web.process import request, web_process
+from tests.web.serving import TOKEN, Site
+
+pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
+
+
+@contextlib.contextmanager
+def site_of(live, folder, **options):
+    """Serve a web page of its own for the running instrument, in this process."""
+    site = Site(live.tables["local"]["socket"], recordings=str(folder), **options)
+    try:
+        wait_for(lambda: site.services.feed.header, bool)
+        yield site
+    finally:
+        site.stop()
+
+
+def state(site):
+    """Return the state of the recording as a new browser receives it."""
+    return site.services.recorder.message().data
+
+
+def act(site, action, **body):
+    status, _, answer = site.post(f"/api/recording/{action}", {"token": TOKEN, **body})
+    return status, answer
+
+
+def samples_in(file):
+    try:
+        return len(read_contents(file).samples)
+    except ConfigurationError:  # no header yet
+        return 0
+
+
+def recording_in(folder):
+    """Return the only recording of a folder, as soon as it contains samples."""
+    (file,) = wait_for(lambda: list(Path(folder).glob("*.recording")), bool)
+    wait_for(lambda: samples_in(file), bool)
+    return file
+
+
+@pytest.mark.parametrize("action", ["start", "stop", "link"])
+def test_without_the_token_nothing_is_recorded_or_sent(tmp_path, action):
+    site = Site(tmp_path / "no.sock", recordings=str(tmp_path / "made"))
+    path = f"/api/recording/{action}"
+    assert site.post(path, {"token": "wrong", "file": "a"})[0] == 401
+    assert site.post(path, {"file": "a"})[0] == 401
+    assert site.post(path, {"token": TOKEN, "file": "a"}, Origin="http://evil.example")[0] == 403
+    assert site.get("/api/recordings/a")[0] == 404
+    site.stop()
+    assert not (tmp_path / "made").exists()
+
+
+def test_a_recording_is_complete_after_its_stop_and_can_be_downloaded(live, tmp_path):
+    with site_of(live, tmp_path / "made") as site:
+        assert act(site, "start") == (200, {})
+        assert act(site, "start")[0] == 409
+        file = recording_in(tmp_path / "made")
+        wait_for(lambda: state(site)["active"]["bytes"], bool)
+        assert state(site)["active"]["file"] == file.name
+        assert act(site, "link", file=file.name)[0] == 404
+        assert act(site, "stop") == (200, {})
+        assert act(site, "stop")[0] == 409
+        assert state(site)["active"] is None
+        assert state(site)["last"]["complete"] is True
+        assert state(site)["finished"] == [{"file": file.name, "bytes": file.stat().st_size}]
+        assert read_contents(file).ending.how == EndReason.STOPPED
+        assert [act(site, "link", file=name)[0] for name in ("../a", "/etc/passwd", "", None, 1)] == [404] * 5
+        status, headers, content = site.get(act(site, "link", file=file.name)[1]["link"])
+        assert (status, content) == (200, file.read_bytes())
+        assert file.name in headers["content-disposition"]
+
+
+def test_a_recording_that_cannot_start_or_continue_says_why(live, tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    with site_of(live, tmp_path / "file") as site:
+        assert "cannot be created" in act(site, "start")[1]["text"]
+    with site_of(live, "") as site:
+        assert act(site, "start")[0] == 409
+        assert state(site)["enabled"] is False
+    with site_of(live, tmp_path / "full", recording_min_free_mb=1e9) as site:
+        assert "must stay free" in act(site, "start")[1]["text"]
+        assert state(site)["last"]["complete"] is False
+    with site_of(live, tmp_path / "gone") as site:
+        assert act(site, "start")[0] == 200
+        recording_in(tmp_path / "gone").unlink()
+        wait_for(lambda: state(site)["last"], bool)
+        assert EndReason.UNWRITABLE in state(site)["last"]["text"]
+
+
+def test_a_recording_ends_completely_when_the_web_process_is_killed(live, tmp_path):
+    options = {"socket": live.tables["local"]["socket"], "recordings": str(tmp_path)}
+    with web_process(**options) as (process, ready):
+        assert request(ready["web"], "POST", "/api/recording/start", {"token": TOKEN})[0] == 200
+        file = recording_in(tmp_path)
+        process.kill()
+        wait_for(lambda: read_contents(file).ending, bool)
+    assert read_contents(file).ending.how == EndReason.STOPPED
+
+
+def test_an_operator_records_with_the_page(page, live):
+    page("click", on="#record-button")
+    page.wait_for_text("#record-active", "MB")
+    assert page.text("#record-button") == "Stop recording"
+    page("reload")
+    page.wait_for_text("#record-active", "MB")
+    page("click", on="#record-button")
+    page.wait_for_text("#record-last", "Ended")
+    file = recording_in(live.tables["web"]["recordings"])
+    page.wait_for_text("#recordings", file.name)
+    assert page("download", on="#recordings button")["name"] == file.name
+    file.unlink()
+
+
+def test_a_recording_ends_completely_with_the_instrument(live):
+    port = urlsplit(live.url).port
+    assert request(port, "POST", "/api/recording/start", {"token": OPERATOR_TOKEN})[0] == 200
+    file = recording_in(live.tables["web"]["recordings"])
+    live.stack.host.send(signal.SIGTERM)
+    wait_for(lambda: live.stack.host.running, lambda running: not running)
+    ending = read_contents(file).ending
+    assert (ending.how, ending.why) == (EndReason.END, "stop requested")
+    live.restart()

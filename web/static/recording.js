@@ -1,0 +1,130 @@
+// Panel of the recordings: start, stop, state and download. The recording runs in a process of the instrument.
+
+import { byId, create, setText, showText } from "./elements.js";
+import { formatDuration, formatNumber } from "./format.js";
+import { post } from "./requests.js";
+
+const START_TIMEOUT_MS = 20000;
+
+/** Conditions of start and stop: code, predicate, and the text if the predicate is false. */
+const CONDITIONS = [
+  ["disconnected", ({ link }) => link.up, "Not connected to the instrument."],
+  [
+    "recordings_disabled",
+    ({ recording }) => recording?.enabled,
+    "Recordings are disabled. Set recordings in [web] in the configuration.",
+  ],
+  ["replay", ({ info }) => !info.replay, "A replay cannot be recorded."],
+  [
+    "no_token_configured",
+    ({ info }) => info.writable,
+    "No operator’s token is configured, so this page cannot record.",
+  ],
+  ["logged_out", ({ token }) => token.value, "Log in with the operator’s token first."],
+];
+
+/** Panel of the recordings. `getModel()` returns the current link, info and token. */
+export class RecordingPanel {
+  #getModel;
+  #recording = null; // the latest message of the web server
+  #isRequested = false; // a request waits for its answer
+
+  constructor(getModel) {
+    this.#getModel = getModel;
+    byId("record-button").addEventListener("click", () => this.#startOrStop());
+    byId("recordings").addEventListener("click", ({ target }) => {
+      if (target.dataset.file) this.#download(target.dataset.file);
+    });
+  }
+
+  /** Show a message of the web server. */
+  show(recording) {
+    this.#recording = recording;
+    this.update();
+  }
+
+  /** Update the panel from the current link and token. */
+  update() {
+    const active = this.#recording?.active;
+    const blocked = this.#blocked();
+    const button = byId("record-button");
+    setText(button, active ? "Stop recording" : "Start recording");
+    button.dataset.active = String(Boolean(active));
+    button.setAttribute("aria-disabled", String(Boolean(blocked) || this.#isRequested));
+    showText(byId("record-reason"), blocked?.[2] ?? "");
+    byId("record-reason").dataset.code = blocked?.[0] ?? "";
+    showText(byId("record-active"), active ? `● ${sizeText(active)}` : "");
+    this.#showLast();
+    this.#showFinished();
+  }
+
+  #blocked() {
+    const model = { ...this.#getModel(), recording: this.#recording };
+    return CONDITIONS.find(([, holds]) => !holds(model));
+  }
+
+  #showLast() {
+    const last = this.#recording?.last;
+    const box = byId("record-last");
+    showText(box, last ? `${sizeText(last)}. Ended: ${last.text}.` : "");
+    box.dataset.error = String(last?.complete === false);
+  }
+
+  #showFinished() {
+    const files = this.#recording?.finished ?? [];
+    byId("recordings-title").hidden = !files.length;
+    const list = byId("recordings");
+    const names = files.map(({ file }) => file).join();
+    if (list.dataset.names === names) return;
+    list.dataset.names = names;
+    list.replaceChildren(...files.map(listItem));
+  }
+
+  async #startOrStop() {
+    if (this.#isRequested || this.#blocked()) return;
+    const action = this.#recording.active ? "stop" : "start";
+    this.#isRequested = true;
+    this.#showError("");
+    this.update();
+    await this.#request(`/api/recording/${action}`, {});
+    this.#isRequested = false;
+    this.update();
+  }
+
+  async #download(file) {
+    const blocked = this.#blocked();
+    if (blocked) return this.#showError(blocked[2]);
+    const answer = await this.#request("/api/recording/link", { file });
+    if (!answer) return;
+    const link = create("a");
+    link.href = answer.link;
+    link.download = file;
+    link.click();
+  }
+
+  /** Send a request with the token. Return the answer, or show the error and return null. */
+  async #request(path, body) {
+    const { token } = this.#getModel();
+    const { status, answer } = await post(path, { token: token.value, ...body }, START_TIMEOUT_MS);
+    if (status === 401) token.expire();
+    this.#showError(status === 200 ? "" : answer.text);
+    return status === 200 ? answer : null;
+  }
+
+  #showError(text) {
+    showText(byId("record-error"), text ?? "");
+  }
+}
+
+const megabytes = (bytes) => `${formatNumber(bytes / 1e6, 1)} MB`;
+
+const sizeText = ({ file, seconds, bytes }) =>
+  seconds === null ? file : `${file}: ${formatDuration(seconds)}, ${megabytes(bytes)}`;
+
+function listItem({ file, bytes }) {
+  const button = create("button", "", "Download");
+  button.type = "button";
+  button.dataset.file = file;
+  button.setAttribute("aria-label", `Download ${file}`);
+  return create("li", "", create("span", "", `${file} (${megabytes(bytes)})`), button);
+}
