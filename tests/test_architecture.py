@@ -16,7 +16,8 @@ LIBRARY_USERS = {
     "pymodbus": {"registers/modbus/client.py"},
     "can": {"registers/can/bus.py", "registers/can/log_writer.py", "registers/can/socketcand_bus.py"},
     "starlette": {
-        f"web/{name}.py" for name in ("app", "http_json", "login", "request_guard", "request_pacer")
+        f"web/{name}.py"
+        for name in ("app", "http_json", "login", "recording_routes", "request_guard", "request_pacer")
     },
     "uvicorn": {"web/__main__.py", "web/connection.py"},
     "serial": {"support/serial_port.py", "registers/modbus/rtu_port.py"},

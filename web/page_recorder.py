@@ -103,11 +103,12 @@ class PageRecorder:
     async def _wait_for_file(self) -> str:
         """Wait until the file exists or the recorder has ended. Return why there is no recording, or "".
 
-        A recorder that is too slow is ended.
+        The recorder is ended if there is no file after `START_TIMEOUT_S`.
         """
         while self.active and not await asyncio.to_thread(self._file.exists):
             if time.monotonic() > self._started_s + START_TIMEOUT_S:
                 await self.close()
+                return f"the recorder has created no file within {START_TIMEOUT_S:g} s"
             await asyncio.sleep(POLL_S)
         return self._last["text"] if self._last and not self._last["complete"] else ""
 

@@ -32,7 +32,12 @@ def make(file, width=1440, height=900, scheme="light"):
             "events": {"file": str(folder / "events.sqlite")},
             "local": {"socket": str(folder / "pneuforce.sock")},
             "identity": {"serial_number": 7},
-            "web": {"enabled": True, "port": port, "token": TOKEN},
+            "web": {
+                "enabled": True,
+                "port": port,
+                "token": TOKEN,
+                "recordings": str(folder / "recordings"),
+            },
         }
         browser = children.enter_context(Browser())
         rig = LiveRig(start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables))

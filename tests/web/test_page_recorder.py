@@ -119,10 +119,10 @@ def test_an_operator_records_with_the_page(page, live):
     assert page.text("#record-button") == "Stop recording"
     page("reload")
     page.wait_for_text("#record-active", "MB")
+    file = recording_in(live.tables["web"]["recordings"])
     page("click", on="#record-button")
     page.wait_for_text("#record-last", "Ended")
-    file = recording_in(live.tables["web"]["recordings"])
-    page.wait_for_text("#recordings", file.name)
+    page.wait_for_text("#recordings", file.stem)
     assert page("download", on="#recordings button")["name"] == file.name
     file.unlink()
 

@@ -53,7 +53,7 @@ export class RecordingPanel {
     button.setAttribute("aria-disabled", String(Boolean(blocked) || this.#isRequested));
     showText(byId("record-reason"), blocked?.[2] ?? "");
     byId("record-reason").dataset.code = blocked?.[0] ?? "";
-    showText(byId("record-active"), active ? `● ${sizeText(active)}` : "");
+    showText(byId("record-active"), active ? `● Recording: ${extentText(active)}\n${active.file}` : "");
     this.#showLast();
     this.#showFinished();
   }
@@ -66,7 +66,7 @@ export class RecordingPanel {
   #showLast() {
     const last = this.#recording?.last;
     const box = byId("record-last");
-    showText(box, last ? `${sizeText(last)}. Ended: ${last.text}.` : "");
+    showText(box, last ? `${extentText(last)}. Ended: ${last.text}.\n${last.file}` : "");
     box.dataset.error = String(last?.complete === false);
   }
 
@@ -118,13 +118,13 @@ export class RecordingPanel {
 
 const megabytes = (bytes) => `${formatNumber(bytes / 1e6, 1)} MB`;
 
-const sizeText = ({ file, seconds, bytes }) =>
-  seconds === null ? file : `${file}: ${formatDuration(seconds)}, ${megabytes(bytes)}`;
+const extentText = ({ seconds, bytes }) =>
+  seconds === null ? "no data" : `${formatDuration(seconds)}, ${megabytes(bytes)}`;
 
 function listItem({ file, bytes }) {
   const button = create("button", "", "Download");
   button.type = "button";
   button.dataset.file = file;
   button.setAttribute("aria-label", `Download ${file}`);
-  return create("li", "", create("span", "", `${file} (${megabytes(bytes)})`), button);
+  return create("li", "", create("span", "", `${file.replace(/\.recording$/, "")}, ${megabytes(bytes)}`), button);
 }
