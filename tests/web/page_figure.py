@@ -1,7 +1,7 @@
 """Command that takes a picture of the web page: python -m tests.web.page_figure FILE [WIDTH HEIGHT [SCHEME]].
 
-The command starts an instrument on the simulated rig, presses the balloon several times, and takes the
-picture in Chromium. SCHEME is light or dark.
+The command starts an instrument on the simulated rig. The simulated hand presses the balloon again and again.
+Chromium takes the picture during a contact. SCHEME is light or dark.
 """
 
 import sys
@@ -10,17 +10,17 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from PIL import Image
+
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import free_port, start
 from tests.web.browser import Browser
 
-FORCES_N = (1.0, 2.5, 1.6, 3.2)
-PRESSED_S = 1.0
-BETWEEN_S = 2.0
+HOLD_S = 42.0  #: the plots show the last 30 s; the inflation and the first press must not be shown
 TOKEN = "only-for-the-figure"
 
 
-def make(file, width=1440, height=900, scheme="light"):
+def make(file, width=1280, height=1100, scheme="light"):
     """Take a picture of the page with several contacts. The last contact is in progress."""
     with TemporaryDirectory() as name, ExitStack() as children:
         folder = Path(name)
@@ -40,22 +40,15 @@ def make(file, width=1440, height=900, scheme="light"):
             },
         }
         browser = children.enter_context(Browser())
-        rig = LiveRig(start(children, folder / "rig", ["--no-hand", "--seed", "1"], tables))
+        rig = LiveRig(start(children, folder / "rig", ["--seed", "1"], tables))
         browser("open", url=f"http://127.0.0.1:{port}/#operator={TOKEN}")
         browser("resize", width=width, height=height, scheme=scheme)
+        browser.wait_for_state("vented")
         rig.inflate(8.0)
-        _press(rig, browser)
+        time.sleep(HOLD_S)
+        browser.wait_for_text("#state", "in contact")
         browser("screenshot", path=str(file))
-
-
-def _press(rig, browser):
-    for force_n in FORCES_N:
-        rig.press(force_n)
-        time.sleep(PRESSED_S)
-        if force_n != FORCES_N[-1]:
-            rig.release()
-            time.sleep(BETWEEN_S)
-    browser.wait_for_text("#state", "in contact")
+    Image.open(file).quantize().save(file, optimize=True)  # 256 colours: a third of the size
 
 
 if __name__ == "__main__":

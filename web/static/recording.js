@@ -122,9 +122,9 @@ const extentText = ({ seconds, bytes }) =>
   seconds === null ? "no data" : `${formatDuration(seconds)}, ${megabytes(bytes)}`;
 
 function listItem({ file, bytes }) {
-  const button = create("button", "", "Download");
+  const button = create("button", "", "Save");
   button.type = "button";
   button.dataset.file = file;
-  button.setAttribute("aria-label", `Download ${file}`);
+  button.setAttribute("aria-label", `Save ${file}`);
   return create("li", "", create("span", "", `${file.replace(/\.recording$/, "")}, ${megabytes(bytes)}`), button);
 }
