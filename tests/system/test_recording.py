@@ -19,7 +19,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.record import record
+from pneuforce.instrument.cli.record import RecordEnd, record
 from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.instrument.recording.table_export import check_parquet
 from pneuforce.instrument.service.socket_recorder import NO_END
@@ -177,7 +177,7 @@ def test_a_killed_recorder_loses_less_than_a_second_and_no_committed_sample(feed
     lost_s, chance = [], random.Random(5)
     for number in range(KILLS):
         file = tmp_path / f"{number}.recording"
-        recorder = FORKSERVER.Process(target=record, args=(file, feeder.path, None, True))
+        recorder = FORKSERVER.Process(target=record, args=(file, feeder.path, RecordEnd(), True))
         recorder.start()
         wait_for(lambda file=file: samples_in(file), bool)
         time.sleep(chance.uniform(0.0, 0.5))
