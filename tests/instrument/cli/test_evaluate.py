@@ -122,7 +122,7 @@ def test_a_file_is_replaced_only_on_request_and_an_invalid_file_is_rejected(reco
         refused = pneuforce("evaluate", recording, "--config", config, *words)
         assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
     assert out.read_text() == "old"
-    assert pneuforce("evaluate", recording, "--config", Path("/nowhere.toml")).returncode == 2
+    assert pneuforce("evaluate", recording, "--config", Path("/nowhere.toml")).returncode == 78
     assert pneuforce("evaluate", GOLDEN, "--config", config).returncode == 2
 
 
