@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
 
 from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
@@ -18,10 +15,9 @@ from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
 from pneuforce.instrument.cli.operate import confirmed_vent, explained, failure
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_line, print_result
 from pneuforce.instrument.cli.status import force_text
+from pneuforce.instrument.cli.stop_signals import at_stop_signal
 
 POLL_S, POLLS_PER_LINE = 0.2, 5
-#: Signals that end the hold: Ctrl-C, `kill`, and the end of the terminal.
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def hold_until_stopped(
@@ -36,7 +32,7 @@ def hold_until_stopped(
         with connect(url) as sensor:
             setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
             hold = sensor.hold(setpoint, lease_s=lease_s)
-            _at_stop_signal(stop.set, hold.cancel)
+            at_stop_signal(stop.set, hold.cancel)
             print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
             message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
     except ClientError as error:
@@ -90,23 +86,3 @@ def _stored_setpoint_kpa(sensor: ForceSensor) -> float:
             "the instrument has no setpoint: give the setpoint in kPa, for example: pneuforce hold 6.5"
         )
     return setpoint_kpa
-
-
-def _at_stop_signal(*calls: Callable[[], None]) -> None:
-    """Make the calls in another thread at the first stop signal. A signal that is ignored stays ignored.
-
-    The handler itself does nothing, because it can interrupt code of this thread that holds a lock.
-    """
-    received, sent = os.pipe()
-    os.set_blocking(sent, False)
-    signal.set_wakeup_fd(sent)
-    for number in STOP_SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, lambda *_: None)
-
-    def wait() -> None:
-        os.read(received, 1)
-        for call in calls:
-            call()
-
-    threading.Thread(target=wait, name="stop-signal", daemon=True).start()

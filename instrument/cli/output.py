@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Timer
 from typing import Any, TextIO
 
+from pneuforce.instrument.cli.stop_signals import at_stop_signal
 from pneuforce.instrument.stream.entry import json_safe
 from pneuforce.registers.field import Field, quantity_unit
 from pneuforce.support.printable import printable, printable_json
@@ -22,10 +22,9 @@ CONNECTION_HINT = "is an instrument running there? (pneuforce demo starts one)"
 
 
 def stop_after(seconds: float | None) -> Event:
-    """Return an event that is set at Ctrl-C, at SIGTERM, and after `seconds` if given."""
+    """Return an event that is set at the first stop signal, and after `seconds` if given."""
     stop = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    at_stop_signal(stop.set)
     if seconds is not None:
         timer = Timer(seconds, stop.set)
         timer.daemon = True

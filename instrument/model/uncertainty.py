@@ -16,10 +16,6 @@ from pneuforce.instrument.model.pressure_bins import pressure_bin_index
 #: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
 #: rectangular distribution is 0.289 of its width; ±2 of them contain more than the whole range.)
 SHARE_OF_RANGE = 0.95 / 4
-#: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
-#: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
-#: rectangular distribution is 0.289 of its width; ±2 of them contain more than the whole range.)
-SHARE_OF_RANGE = 0.95 / 4
 #: Gas exponent n of the method "membrane", and its standard uncertainty. n is between 1.0 (isothermal) and
 #: 1.2 (halfway to adiabatic). A contact of more than 0.3 s is nearly isothermal, so n is assumed to be nearer
 #: to 1.0, and ±2u contains the whole range.
