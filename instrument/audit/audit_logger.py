@@ -214,7 +214,7 @@ class AuditLogger:
         return ObservedState(
             board=(hello.board, hello.serial, hello.firmware) if hello else None,
             faults=tuple(instrument.faults),
-            state=state_of(instrument, instrument.link_lost(now_s)),
+            state=state_of(instrument),
             zero_kpa=zero.zero_kpa if zero.taken else None,
             force_alarm=now_s < self._alarm_until_s,
         )

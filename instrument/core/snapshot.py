@@ -83,7 +83,7 @@ def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
     stale = not state.age_s(now_s) <= STALE_S
     m = _available(state, stale)
     return Snapshot(
-        state=state_of(state, state.link_lost(now_s)),
+        state=state_of(state),
         status=status_of(state, m, now_s),
         **_measurement_values(state, m, now_s),
         **_control_values(state, stale),
@@ -195,14 +195,15 @@ def _identity_values(state: InstrumentState) -> dict[str, Any]:
     }
 
 
-def state_of(state: InstrumentState, lost: bool) -> str:
+def state_of(state: InstrumentState) -> str:
     """Return the name of the rig's state.
 
-    The name is "boot" before the first sample and "tripped" after a trip or without link. Otherwise it is the
-    state that the board reports. A proof test is a part of the state "holding".
+    The name is "boot" before the first sample and "tripped" after a trip, for example by a lost link.
+    Otherwise it is the state in the last sample, also after a stall of the host, which is no trip. A proof
+    test is a part of the state "holding".
     """
     if state.sample is None:
         return "boot"
-    if lost or state.tripped:
+    if state.tripped:
         return "tripped"
     return "holding" if state.sample.state in HELD else BoardState(state.sample.state).name.lower()

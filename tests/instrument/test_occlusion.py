@@ -94,7 +94,7 @@ def test_a_test_shows_the_state_holding_with_function_check_and_without_a_valid_
     host.run(0.1)
     assert host.seen.state == "holding"
     assert {"holding", "function_check"} <= host.seen.status
-    assert not {"force_valid", "failure", "inflating"} & host.seen.status
+    assert not {"force_valid", "failure", "inflating", "out_of_range"} & host.seen.status
     host.tested()
     host.run(0.2)
     assert "function_check" not in host.seen.status

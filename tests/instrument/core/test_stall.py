@@ -43,6 +43,7 @@ def test_a_stall_does_not_trip_if_the_samples_of_that_time_follow(stall_s):
 def test_the_values_are_stale_until_samples_follow():
     harness = stall(InstrumentHarness.holding(), 0.3)
     assert "stale" in harness.snapshot().status
+    assert harness.snapshot().state == "holding"  # a stall is no trip
     assert harness.snapshot().force_n != harness.snapshot().force_n  # NaN
     harness.feed()
     assert "stale" not in harness.snapshot().status
