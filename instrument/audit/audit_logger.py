@@ -225,6 +225,9 @@ class AuditLogger:
                 del self._pending_commands[who]
                 result = "done" if block.answer_result is RejectReason.NONE else str(block.answer_result)
                 fields = {"kind": "answer", "who": who, "command": block.code, "result": result}
+                log.info(
+                    "%s command %s: %s", who, block.code, result if result == "done" else f"failed, {result}"
+                )
                 self._append([AuditRecord(self._timestamp(now_s), fields)])
 
     def _timestamp(self, now_s: float) -> Timestamp:

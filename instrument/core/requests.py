@@ -66,7 +66,9 @@ def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord) -> None
     """Log a write and its result. Skip repetitions, because a PLC may write the same values in each cycle."""
     written = ", ".join(f"{name} {value}" for name, value in values.items())
     reason = record.reject_reason
-    result = "done" if reason is RejectReason.NONE else f"rejected, {reason}"
+    result = "accepted" if reason is RejectReason.NONE else f"rejected, {reason}"
+    if values.get("mode") == "vent" and reason is not RejectReason.NONE:
+        result += " (vented nevertheless)"
     line = describe_write(peer, written, result)
     if line != record.logged:
         record.logged = line
