@@ -22,6 +22,7 @@ from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
+from pneuforce.instrument.model.pressure_bins import uncovered_bins
 from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
@@ -240,6 +241,8 @@ def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSett
         rise_span_kpa=(part.rise_low_kpa, part.rise_high_kpa),
         baseline_span_kpa=(part.initial_low_kpa, part.initial_high_kpa),
     )
-    model = ModelUncertainty.constant(part.residual_share, part.residual_floor_n)
+    residual = ModelUncertainty.constant(part.residual_share, part.residual_floor_n)
+    # Without contacts in a pressure bin, the correction is not known there: it keeps its last value.
+    model = residual.joined(settings.model_uncertainty, uncovered_bins(*correction.baseline_span_kpa))
     inputs = replace(settings.input_uncertainties, **dict.fromkeys(COMPENSATED_INPUTS, 0.0))
     return replace(settings, correction=correction, model_uncertainty=model, input_uncertainties=inputs)

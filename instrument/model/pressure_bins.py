@@ -6,6 +6,7 @@ The edge at 8.85 kPa is `Balloon.switch_kpa`.
 from __future__ import annotations
 
 from bisect import bisect_left
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
@@ -18,6 +19,19 @@ BIN_COUNT = 5
 BIN_EDGES_KPA = tuple(
     round(VALID_LOW_KPA + n * (VALID_HIGH_KPA - VALID_LOW_KPA) / BIN_COUNT, 2) for n in range(BIN_COUNT + 1)
 )
+
+
+#: Share of a bin that a span of ΔP_i must contain, so that measurements in the span represent the bin.
+MIN_COVERED_SHARE = 0.5
+
+
+def uncovered_bins(low_kpa: float, high_kpa: float) -> tuple[int, ...]:
+    """Return the indices of the bins of which less than half is between two pressures."""
+    return tuple(
+        index
+        for index, (begin, end) in enumerate(pairwise(BIN_EDGES_KPA))
+        if not min(end, high_kpa) - max(begin, low_kpa) >= MIN_COVERED_SHARE * (end - begin)
+    )
 
 
 def pressure_bin_indices(baseline_kpa: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -6,6 +6,7 @@ u(inputs) is computed with exact derivatives of the force law.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -75,6 +76,21 @@ class ModelUncertainty:
         relative = (relative_std, relative_std, relative_std, relative_std, relative_std)
         absolute_n = (absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n)
         return cls(relative_stds=relative, absolute_stds_n=absolute_n)
+
+    def joined(self, other: ModelUncertainty, bins: Collection[int]) -> ModelUncertainty:
+        """Return this uncertainty, and in some pressure bins the root of the sum of squares with another."""
+
+        def joined(own: BinValues, others: BinValues) -> BinValues:
+            first, second, third, fourth, fifth = (
+                math.hypot(value, others[index]) if index in bins else value
+                for index, value in enumerate(own)
+            )
+            return first, second, third, fourth, fifth
+
+        return ModelUncertainty(
+            relative_stds=joined(self.relative_stds, other.relative_stds),
+            absolute_stds_n=joined(self.absolute_stds_n, other.absolute_stds_n),
+        )
 
     def relative_std(self, baseline_kpa: float) -> float:
         """Return the relative standard uncertainty at ΔP_i."""

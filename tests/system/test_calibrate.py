@@ -14,10 +14,12 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file
 from pneuforce.instrument.cli.app import app
 from pneuforce.instrument.config import load
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.scenario import Scenario
 from tests.command_runner import pneuforce
+from tests.instrument.calibration.plant_contacts import plant_contacts
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs/examples"
@@ -259,6 +261,35 @@ def test_the_calibrated_instrument_measures_a_rubber_balloon_within_its_stated_u
     assert all(abs(force_n - truth_n) < 2 * std_n for force_n, std_n, truth_n in plateaus)
     errors = [abs(force_n / truth_n - 1) for force_n, _, truth_n in plateaus if truth_n >= 1]
     assert sum(errors) / len(errors) <= 0.05
+
+
+def contact_table(path, contacts):
+    rows = zip(
+        contacts.baseline_kpa, contacts.baseline_kpa + contacts.rise_kpa, contacts.force_n, strict=True
+    )
+    lines = [",".join(f"{value:.5f}" for value in row) for row in rows]
+    path.write_text("\n".join(["baseline_kpa,final_kpa,force_n", *lines]) + "\n")
+    return path
+
+
+def test_the_uncertainty_covers_the_error_where_no_contact_was_calibrated(tmp_path):
+    """The contacts of the calibration end at 8 kPa. The correction is not known at higher pressures."""
+    plant, settings = "Mooney-Rivlin, 1 side", ChainSettings()
+    low = contact_table(
+        tmp_path / "low.csv", plant_contacts(plant, settings, seed=1, setpoints_kpa=(5.05, 8.0))
+    )
+    output = calibrate("force", low, "--out", tmp_path / "calibration.toml")
+    assert "7.55–8.85, 8.85–10.15, 10.15–11.45" in output
+    (tmp_path / "instrument.toml").write_text('[measurement]\ncalibration = "calibration.toml"\n')
+    high = plant_contacts(plant, settings, seed=2, count=60, setpoints_kpa=(8.9, 11.4), forces_n=(0.8, 3.5))
+    table = contact_table(tmp_path / "high.csv", high)
+    words = ("estimate", "--csv", table, "--config", tmp_path / "instrument.toml", "--json")
+    rows = json.loads(pneuforce(*words).stdout)
+    within = [
+        abs(row["force_n"] - truth_n) <= 2 * row["force_std_n"]
+        for row, truth_n in zip(rows, high.force_n, strict=True)
+    ]
+    assert sum(within) >= 0.95 * len(within)
 
 
 @pytest.mark.parametrize(

@@ -276,8 +276,9 @@ def test_pressures_without_a_plausible_force_outside_the_measured_span_give_a_wa
     )  # fmt: skip
     calibrated = replace(settings, correction=correction)
     check_force(calibrated)
-    [warning] = warnings_about(file.empty(0), calibrated, TODAY)
-    assert "shows no force" in warning
+    uncovered, without_force = warnings_about(file.empty(0), calibrated, TODAY)
+    assert "6.25–7.55, 7.55–8.85, 8.85–10.15, 10.15–11.45" in uncovered
+    assert "shows no force" in without_force
 
 
 def test_every_part_of_the_golden_file_can_be_applied():
