@@ -1,7 +1,6 @@
 """Function blocks compiled with matiec and gcc, and called with ctypes in virtual time."""
 
 import ctypes
-import re
 import shutil
 import subprocess
 import tempfile
@@ -10,21 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from pneuforce.registers.views import structured_text
+from tests.registers.views.structured_text.sources import TEXT, blocks_of, members, nested_members_of
 from tests.tools import needs
 
 MATIEC = shutil.which("iec2c")
 #: matiec is not a Debian package. The tests run if iec2c is on the PATH, with its lib folder next to it.
-PYTESTMARKS = [
+MARKS = [
     pytest.mark.skipif(not MATIEC, reason="iec2c is missing: matiec compiles the Structured Text"),
     needs("gcc"),
 ]
-SOURCE = structured_text.render()
-CONSTANTS, LIBRARY = SOURCE.split("END_VAR\n", 1)
-GUIDE = (Path(__file__).parents[4] / "docs/plc.md").read_text(encoding="utf-8")
-[PROGRAM] = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
-TEXT = LIBRARY + PROGRAM
-_VARIABLE = re.compile(r"^    (\w+) : (\w+)(?: := [^;]*)?;", re.MULTILINE)
 _NUMBERS = {"BOOL", "INT", "UINT", "DINT", "WORD", "DWORD", "REAL"}
 _HARNESS = """\
 #include "iec_std_lib.h"
@@ -55,34 +48,6 @@ def iec2c(source, folder):
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return library / "C"
-
-
-def blocks_of(text):
-    """Return the names of the function blocks and programs in a text."""
-    return re.findall(r"^(?:FUNCTION_BLOCK|PROGRAM) (\w+)$", text, re.MULTILINE)
-
-
-BLOCKS = blocks_of(TEXT)
-
-
-def members(kind, name, text=TEXT):
-    """Return the name and type of each variable of a block or structure."""
-    found = re.search(rf"^{kind} {name}\b(.*?)^END_{kind}", text, re.MULTILINE | re.DOTALL)
-    return _VARIABLE.findall(found[1])
-
-
-def members_of(block, text=TEXT):
-    """Return the name and type of each variable of a function block or of a program."""
-    return members("PROGRAM" if f"PROGRAM {block}\n" in text else "FUNCTION_BLOCK", block, text)
-
-
-def nested_members_of(block, text):
-    """Return name, C expression and type of each variable of a block and of its inner blocks."""
-    for name, type_ in members_of(block, text):
-        yield name, name.upper(), type_
-        if type_ in blocks_of(text):
-            for inner, path, inner_type in nested_members_of(type_, text):
-                yield f"{name}.{inner}", f"{name.upper()}.{path}", inner_type
 
 
 @cache
@@ -138,7 +103,7 @@ def library(text=TEXT):
     return loaded
 
 
-class Block:
+class CompiledBlock:
     """The single instance of a function block or of the program: a mapping from names to values."""
 
     def __init__(self, name, text=TEXT):

@@ -3,18 +3,17 @@
 import re
 
 import pytest
-from blark.parse import parse_source_code
 
 from pneuforce.registers.document_text import ENUMERATIONS
 from pneuforce.registers.map import REGISTERS
-from tests.registers.views.structured_text.compiled import (
+from tests.registers.views.structured_text.compiled import MARKS, iec2c
+from tests.registers.views.structured_text.parsing import tree_of
+from tests.registers.views.structured_text.sources import (
     BLOCKS,
     CONSTANTS,
     LIBRARY,
     PROGRAM,
-    PYTESTMARKS,
     SOURCE,
-    iec2c,
     members,
     members_of,
 )
@@ -50,9 +49,7 @@ def text_of(block):
     ids=lambda text: " ".join(text.split()[:2]),
 )
 def test_blark_parses_the_text(text):
-    parsed = parse_source_code(text)
-    assert parsed.exception is None
-    assert parsed.transform() is not None
+    assert tree_of(text) is not None
 
 
 @each_block
@@ -86,13 +83,10 @@ def test_the_text_is_ascii_without_pragmas():
     assert not re.search(r"__|\{|\$", SOURCE)  # identifiers without a double underscore, and no pragmas
 
 
-@pytest.mark.usefixtures("blocks")
-class TestCompiled:
-    pytestmark = PYTESTMARKS
-
-    def test_the_constants_compile_in_a_configuration(self, tmp_path):
-        globals_ = CONSTANTS[CONSTANTS.index("VAR_GLOBAL") :] + "END_VAR"
-        program = "PROGRAM main VAR a : BOOL; END_VAR a := NOT a; END_PROGRAM"
-        task = "TASK t(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM p WITH t : main;"
-        resource = f"RESOURCE r ON PLC {task} END_RESOURCE"
-        iec2c(f"{program}\nCONFIGURATION c\n{globals_}\n{resource}\nEND_CONFIGURATION\n", tmp_path)
+@pytest.mark.parametrize("compile_", [pytest.param(iec2c, marks=MARKS)])
+def test_the_constants_compile_in_a_configuration(compile_, tmp_path):
+    globals_ = CONSTANTS[CONSTANTS.index("VAR_GLOBAL") :] + "END_VAR"
+    program = "PROGRAM main VAR a : BOOL; END_VAR a := NOT a; END_PROGRAM"
+    task = "TASK t(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM p WITH t : main;"
+    resource = f"RESOURCE r ON PLC {task} END_RESOURCE"
+    compile_(f"{program}\nCONFIGURATION c\n{globals_}\n{resource}\nEND_CONFIGURATION\n", tmp_path)

@@ -14,10 +14,10 @@ from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.source import Peer
 from tests.instrument.instrument_harness import PLC, ROBOT, VENT, InstrumentHarness
 from tests.registers.modbus.serving import IDENTITY
-from tests.registers.views.structured_text.compiled import PYTESTMARKS, Block
+from tests.registers.views.structured_text.blocks import Block
 from tests.registers.views.structured_text.test_reading import words_of
 
-pytestmark = [*PYTESTMARKS, pytest.mark.usefixtures("blocks")]
+pytestmark = pytest.mark.usefixtures("blocks")
 CYCLE_S = 0.01
 OTHER = Peer("modbus_tcp", "10.0.0.2")
 MODE, LEASE = BY_NAME["mode"].address, BY_NAME["lease"].address
@@ -277,7 +277,7 @@ event_lists = st.lists(st.tuples(st.sampled_from(sorted(EVENTS)), st.floats(0.02
 
 
 @given(events=event_lists)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_any_events_cause_at_most_one_hold_request_per_switch_and_a_vent_always_works(events):
     plc = Master(InstrumentHarness.zeroed()).run(0.3)
     switched_on = 0

@@ -10,10 +10,10 @@ from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.source import Peer
 from tests.instrument.instrument_harness import PLC, InstrumentHarness
 from tests.registers.modbus.serving import IDENTITY
-from tests.registers.views.structured_text.compiled import PYTESTMARKS, Block
+from tests.registers.views.structured_text.blocks import Block
 from tests.registers.views.structured_text.test_reading import words_of
 
-pytestmark = [*PYTESTMARKS, pytest.mark.usefixtures("blocks")]
+pytestmark = pytest.mark.usefixtures("blocks")
 
 
 class Controller:

@@ -13,9 +13,9 @@ from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
 from pneuforce.registers.map import REGISTERS
 from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.views.st_reading import member, pascal
-from tests.registers.views.structured_text.compiled import PYTESTMARKS, Block
+from tests.registers.views.structured_text.blocks import Block
 
-pytestmark = [*PYTESTMARKS, pytest.mark.usefixtures("blocks")]
+pytestmark = pytest.mark.usefixtures("blocks")
 READ = [register for register in REGISTERS if register.address in MEASURED_BLOCK]
 PATTERN = [register for register in REGISTERS if register.address in TEST_BLOCK]
 FORCES = ("force", "force_uncompensated")
