@@ -12,6 +12,7 @@ from pneuforce.registers.views import (
     faults_page,
     markdown,
     object_table,
+    plcopen_xml,
     siemens_scl,
     structured_text,
     table_csv,
@@ -37,5 +38,6 @@ VIEWS = {
     "objects": View(object_table.render, "docs/canopen-objects.md"),
     "st": View(structured_text.render, "docs/plc/pneuforce.st"),
     "scl": View(siemens_scl.render, "docs/plc/pneuforce.scl"),
+    "plcopen": View(plcopen_xml.render, "docs/plc/pneuforce.xml"),
     "h": View(c_header.render, "docs/plc/pneuforce_registers.h"),
 }

@@ -1,7 +1,7 @@
 """Mutation test: `python -m tests.registers.views.structured_text.mutants [COUNT] [SEED]`.
 
-Each mutant is the library of function blocks with one small error. The tests must detect it. The command prints each mutant that
-they do not detect.
+Each mutant is the library of function blocks with one small error. The tests must detect it. The command
+prints each mutant that they do not detect.
 """
 
 import argparse
