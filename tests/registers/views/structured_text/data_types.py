@@ -1,6 +1,6 @@
 """Arrays, structures and function blocks of Structured Text as types."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 from blark import transform as tree
@@ -11,9 +11,9 @@ from tests.registers.views.structured_text.standard_blocks import STANDARD_BLOCK
 
 @dataclass(frozen=True)
 class ArrayType:
-    """Array with one dimension of an elementary type."""
+    """Array with one dimension of an elementary type. Arrays with equal elements and limits are equal."""
 
-    name: str
+    name: str = field(compare=False)
     element: object
     first: int
     last: int
@@ -56,13 +56,18 @@ def standard_blocks():
     return blocks
 
 
+def array_type(name, spec, types):
+    """Return the type of an array with one dimension. An array without a named type has the name ""."""
+    [subrange] = spec.subranges
+    element = types[spec.type.type_name.upper()]
+    return ArrayType(name, element, int(str(subrange.start)), int(str(subrange.stop)))
+
+
 def data_type(declaration, types):
     """Return the array or structure of a TYPE declaration."""
     name = declaration.name.upper()
     if isinstance(declaration, tree.ArrayTypeDeclaration):
-        [subrange] = declaration.init.spec.subranges
-        element = types[declaration.init.spec.type.type_name.upper()]
-        return ArrayType(name, element, int(str(subrange.start)), int(str(subrange.stop)))
+        return array_type(name, declaration.init.spec, types)
     members = {}
     for item in declaration.declarations:
         for variable in item.variables:

@@ -15,12 +15,14 @@ class Type:
     """Elementary type with the number of its bits."""
 
     name: str
-    kind: str  #: "bool", "bits", "integer", "real" or "time"
+    kind: str  #: "bool", "bits", "integer", "real", "time" or "text"
     bits: int
     signed: bool = False
 
     def value(self, number):
         """Return `number` as a value of this type. Integers and bits wrap around."""
+        if self.kind == "text":
+            return str(number or "")
         if self.kind == "bool":
             return bool(number)
         if self.kind == "real":
@@ -51,6 +53,7 @@ TYPES = {
         Type("UINT", "integer", 16),
         Type("UDINT", "integer", 32),
         Type("REAL", "real", 32),
+        Type("STRING", "text", 0),
         Type("TIME", "time", 64, signed=True),  # the value is in milliseconds
     )
 }

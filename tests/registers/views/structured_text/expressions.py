@@ -94,6 +94,9 @@ class Expressions:
         total_ms = sum(float(getattr(node, unit) or 0) * ms for unit, ms in _UNITS_MS.items())
         return str(round(-total_ms if node.negative else total_ms)), _TIME
 
+    def of_String(self, node):  # noqa: N802
+        return repr(str(node.value).strip("'")), TYPES["STRING"]
+
     def of_UnaryOperation(self, node):  # noqa: N802
         code, type_ = self.expression(node.expr)
         operator = str(node.op).upper()

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from pneuforce.registers.views import siemens_scl
-from tests.registers.views.structured_text.compiled import LIBRARY
+from tests.registers.views.structured_text.sources import LIBRARY
 from tests.registers.views.structured_text.tutorials import structured_text_of
 
 SCL = siemens_scl.render()

@@ -4,7 +4,6 @@ import re
 import struct
 
 import pytest
-from blark.parse import parse_source_code
 
 from pneuforce.registers.codes import REJECT_REASONS
 from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
@@ -15,7 +14,9 @@ from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.source import Peer
 from tests.instrument.instrument_harness import PLC, ROBOT, InstrumentHarness
 from tests.registers.modbus.serving import IDENTITY
-from tests.registers.views.structured_text.compiled import PYTESTMARKS, SOURCE, Block, members, members_of
+from tests.registers.views.structured_text.blocks import Block
+from tests.registers.views.structured_text.parsing import tree_of
+from tests.registers.views.structured_text.sources import SOURCE, members, members_of
 from tests.registers.views.structured_text.test_reading import words_of
 from tests.registers.views.structured_text.tutorials import FOLDER, TUTORIALS
 
@@ -29,9 +30,7 @@ def test_blark_parses_the_programs(tutorial):
     sources = tutorial.sources()
     assert len(sources) == 2
     for source in sources:
-        parsed = parse_source_code(source)
-        assert parsed.exception is None
-        assert parsed.transform() is not None
+        assert tree_of(source).items
 
 
 @each_tutorial
@@ -140,9 +139,8 @@ class Controller:
 
 
 @each_tutorial
-class TestCompiled:
-    pytestmark = PYTESTMARKS
-
+@pytest.mark.usefixtures("blocks")
+class TestWithTheInstrument:
     @pytest.mark.parametrize("word_swap", [False, True])
     def test_the_force_is_read_and_a_vent_follows_at_once(self, tutorial, word_swap):
         plc = Controller(tutorial, word_swap).run(1.0)

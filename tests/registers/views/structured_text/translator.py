@@ -3,12 +3,15 @@
 The translation is strict: a program that some PLCs reject, or run with another result, raises PlcError.
 """
 
+from copy import copy
+
 from blark import transform as tree
 
 from tests.registers.views.structured_text.data_types import (
     ArrayType,
     BlockType,
     StructureType,
+    array_type,
     data_type,
     standard_blocks,
 )
@@ -55,7 +58,7 @@ class _Translator(Expressions):
 
         def prepare(instance):
             for name, type_ in variables.items():
-                setattr(instance, name, type_.initial() if name not in initial else initial[name])
+                setattr(instance, name, copy(initial[name]) if name in initial else type_.initial())
 
         made = type(str(self.declaration.name), (), {"__init__": prepare, "cycle": cycle})
         made.TYPES = variables
@@ -69,24 +72,35 @@ class _Translator(Expressions):
         kind = section.block_header
         constant = bool(section.attrs) and "CONSTANT" in str(section.attrs).upper()
         for item in section.items:
-            spec = str(item.init.spec).upper()
-            if spec not in self.types:
-                raise PlcError(f"unknown type {spec}")
+            type_ = self.type_of(item.init.spec)
             for variable in item.variables:
                 name = variable.variable.name.upper()
                 if name in self.variables:
                     raise PlcError(f"{name} is declared twice")
-                self.variables[name] = self.types[spec]
+                self.variables[name] = type_
                 self.sections[name] = "CONSTANT" if constant else kind
                 self.set_initial(name, item.init.value)
 
+    def type_of(self, spec):
+        if isinstance(spec, tree.ArraySpecification):
+            return array_type("", spec, self.types)
+        if (name := str(spec).upper()) not in self.types:
+            raise PlcError(f"unknown type {name}")
+        return self.types[name]
+
     def set_initial(self, name, value):
         type_ = self.variables[name]
-        if value is not None:
-            code = self.converted(*self.expression(value), type_)
-            self.initial[name] = eval(code, {f"as_{t}": made.value for t, made in TYPES.items()})
+        if isinstance(value, tree.ArrayInitialization):
+            numbers = str(value).strip("[]").split(",")
+            self.initial[name] = [type_.element.value(int(number)) for number in numbers]
+        elif value is not None:
+            self.initial[name] = self.constant(value, type_)
         elif type_ in TYPES.values():
             self.initial[name] = type_.value(0)
+
+    def constant(self, value, type_):
+        code = self.converted(*self.expression(value), type_)
+        return eval(code, {f"as_{name}": made.value for name, made in TYPES.items()})
 
     def line(self, depth, text):
         self.lines.append("    " * depth + text)
@@ -109,7 +123,7 @@ class _Translator(Expressions):
     def assign(self, target, type_, expression, depth):
         code, given = self.expression(expression)
         if isinstance(type_, ArrayType | StructureType):
-            if given is not type_ or isinstance(type_, StructureType):
+            if given != type_ or isinstance(type_, StructureType):
                 raise PlcError(f"{expression} is not {type_.name}")
             self.line(depth, f"{target} = {code}[:]")
         else:
@@ -179,12 +193,19 @@ class _Translator(Expressions):
         place, type_ = self.place(statement.name)
         if not isinstance(type_, BlockType):
             raise PlcError(f"{statement.name} is not a function block")
+        outputs = []
         for parameter in statement.parameters:
             name = str(parameter.name).upper()
-            if not isinstance(parameter, tree.InputParameterAssignment) or name not in type_.inputs:
-                raise PlcError(f"{parameter} is not an input of {type_.name}")
-            self.assign(f"{place}.{name}", type_.inputs[name], parameter.value, depth)
+            if isinstance(parameter, tree.OutputParameterAssignment) and name in type_.readable:
+                outputs.append((parameter.value, f"{place}.{name}", type_.readable[name]))
+            elif isinstance(parameter, tree.InputParameterAssignment) and name in type_.inputs:
+                self.assign(f"{place}.{name}", type_.inputs[name], parameter.value, depth)
+            else:
+                raise PlcError(f"{type_.name} has no {parameter}")
         self.line(depth, f"{place}.cycle(now_ms)")
+        for variable, output, given in outputs:
+            target, wanted = self.place(variable, assigned=True)
+            self.line(depth, f"{target} = {self.converted(output, given, wanted)}")
 
 
 def _element(at, first, last):

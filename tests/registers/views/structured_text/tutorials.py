@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.registers.views import siemens_scl
-from tests.registers.views.structured_text.compiled import LIBRARY
+from tests.registers.views.structured_text.sources import LIBRARY
 
 FOLDER = Path(__file__).parents[4] / "docs/tutorials"
 #: Arrays that the library in Structured Text names. SCL has no names for arrays.
