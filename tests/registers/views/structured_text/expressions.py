@@ -88,7 +88,12 @@ class Expressions:
     of_HexBitString = of_BitString  # noqa: N815
 
     def literal_type(self, node, without):
-        return TYPES[node.type_name.upper()] if node.type_name else without
+        if not node.type_name:
+            return without
+        type_ = TYPES[node.type_name.upper()]
+        if type_.kind == "bits" and int(str(node.value), node.base) >> type_.bits:
+            raise PlcError(f"{node} does not fit into {type_.name}")
+        return type_
 
     def of_Duration(self, node):  # noqa: N802
         total_ms = sum(float(getattr(node, unit) or 0) * ms for unit, ms in _UNITS_MS.items())

@@ -91,6 +91,12 @@ def mutated(library):
     return library
 
 
+#: Mutants that behave as the library does, with the reason.
+EQUIVALENT = {
+    "PF_Decode: without WHILE Exponent <= -16": "the second loop gives the same result, but more slowly",
+}
+
+
 def is_detected(number):
     """Run the tests on one mutant. Return True if a test fails."""
     done = subprocess.run(
@@ -112,14 +118,16 @@ def main(arguments=None):
     given = parser.parse_args(arguments)
     names = [name for name, _ in mutants(declarations(LIBRARY + PROGRAM))]
     chosen = random.Random(given.seed).sample(range(len(names)), min(given.count, len(names)))
-    detected = 0
+    detected = explained = 0
     for number in chosen:
         found = is_detected(number)
         detected += found
+        reason = next((EQUIVALENT[name] for name in EQUIVALENT if names[number].startswith(name)), "")
+        explained += bool(reason and not found)
         if not found:
-            print(f"not detected: {number}: {names[number]}", flush=True)
-    print(f"{detected} of {len(chosen)} mutants detected (of {len(names)} possible)")
-    return detected == len(chosen)
+            print(f"not detected: {number}: {names[number]}: {reason or 'no reason'}", flush=True)
+    print(f"{detected} of {len(chosen)} mutants detected, {explained} equivalent ({len(names)} possible)")
+    return detected + explained == len(chosen)
 
 
 if __name__ == "__main__":

@@ -124,6 +124,52 @@ def test_a_new_setpoint_is_written_while_holding(holding):
     assert len(holding.hold_requests()) == 1
 
 
+def test_a_new_force_limit_is_written_while_holding(holding):
+    holding.run(0.5, ForceLimit_N=2.5)
+    assert holding.harness.snapshot().force_limit_n == 2.5
+    assert holding.state == "holding"
+
+
+def test_only_the_lease_is_written_again_while_nothing_changes(holding):
+    holding.run(0.5, Setpoint_kPa=9.0, ForceLimit_N=2.5)
+    before = len(holding.written)
+    holding.run(3.0)
+    assert {address for address, *_ in holding.written[before:]} == {LEASE}
+    assert 5 <= len(holding.written) - before <= 6
+
+
+def test_holding_is_shown_only_while_values_are_fresh_and_the_balloon_is_held(holding):
+    assert holding.pressure["Holding"] == 1
+    holding.line_cut = True
+    holding.run(0.02)
+    assert holding.pressure["Holding"] == 0
+    holding.line_cut = False
+    holding.run(0.1)
+    assert holding.pressure["Holding"] == 1
+    holding.run(0.02, Hold=False)
+    assert holding.pressure["Holding"] == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "in_range"),
+    [
+        ("Setpoint_kPa", 2.0, True),
+        ("Setpoint_kPa", 12.0, True),
+        ("ForceLimit_N", 0.1, True),
+        ("ForceLimit_N", 20.0, True),
+        ("ForceLimit_N", 0.09, False),
+        ("ForceLimit_N", 20.1, False),
+        ("Lease_ms", 200, True),
+        ("Lease_ms", 60000, True),
+        ("Lease_ms", 199, False),
+        ("Lease_ms", 60001, False),
+    ],
+)
+def test_the_limits_of_the_inputs_are_those_of_the_registers(name, value, in_range):
+    block = Block("PF_Pressure").cycle(0.0, **{name: value})
+    assert block["RangeError"] == (not in_range)
+
+
 def test_the_block_vents_on_request_and_releases_the_lease(holding):
     holding.run(1.0, Hold=False)
     assert holding.state == "vented"
@@ -192,6 +238,27 @@ def test_a_clear_command_fails_with_a_reason_while_the_cause_persists(holding):
     trip(holding)
     holding.run(2.0, Hold=False, Run=True)
     assert (holding.pressure["CommandFailed"], holding.reason) == (1, "cause_persists")
+
+
+def test_a_command_that_succeeds_shows_no_reason_of_an_earlier_rejection(holding):
+    trip(holding)
+    holding.run(0.2, Hold=False)
+    holding.run(4.0, Hold=True)
+    assert holding.reason == "fault_latched"
+    holding.run(0.5, Hold=False, Run=True)
+    assert (holding.pressure["CommandDone"], holding.pressure["Rejected"], holding.reason) == (1, 0, "none")
+
+
+def test_the_sequence_number_of_a_command_wraps():
+    block = Block("PF_Pressure")
+    sent = {}
+    answers = {"AnswerSequence": 0xFFFF, "AnswerState": 0, "AnswerResult": 0}
+    for cycle in range(40):
+        write = bool(block["Write"])
+        if write:
+            sent[int(block["Address"])] = int(block["Value"])
+        block.cycle(cycle * CYCLE_S, Fresh=True, State=6, Run=cycle > 10, Done=write, Error=0, **answers)
+    assert sent[523] == 0
 
 
 def test_a_vent_by_an_operator_ends_the_hold(holding):

@@ -103,6 +103,16 @@ def test_values_become_invalid_if_the_counter_stops_and_the_upper_force_limit_is
     assert (block["Fresh"], force(block).n) == (0, 7.5)
 
 
+def test_no_value_is_shown_while_the_counter_does_not_change():
+    codes = [*ONE_NEWTON[:2] * 18]  # 1.0 in each REAL
+    block, _ = reading(codes, counters=[7])
+    assert block["Fresh"] == 0
+    for register in READ:
+        if register.not_available is not None:
+            assert block[f"Values.{member(register)}_Valid"] == 0
+            assert block[f"Values.{member(register)}"] == (5.0 if register.name in FORCES else 0.0)
+
+
 def test_after_a_communication_failure_the_counter_must_change_again():
     block, words = reading(ONE_NEWTON)
     assert block.cycle(0.2, CommunicationOk=False)["Fresh"] == 0

@@ -85,6 +85,7 @@ def test_a_statement_has_the_result_of_the_standard(statements, name, value):
         "b := n AND 3;",
         "u := 65536;",
         "u := -1;",
+        "w := WORD#16#10000;",
         "b := -w = 0;",
         "IF n THEN i := 1; END_IF;",
         "i := REAL_TO_INT(40000.0);",  # results that differ between PLCs
