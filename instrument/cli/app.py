@@ -74,6 +74,7 @@ class MapFormat(Enum):
     EDS = "eds"
     OBJECTS = "objects"
     ST = "st"
+    PLCOPEN = "plcopen"
     SCL = "scl"
     H = "h"
 
