@@ -33,4 +33,5 @@ async def main(port, clients, hz, seconds):
 
 
 if __name__ == "__main__":
-    asyncio.run(main(*(int(argument) for argument in sys.argv[1:])))
+    port, clients, hz, seconds = sys.argv[1:]
+    asyncio.run(main(int(port), int(clients), float(hz), float(seconds)))

@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from pneuforce.instrument.cli.exit_codes import ExitCode
 from tests.system.waiting import wait_for
 
 
@@ -25,7 +26,7 @@ def startup_error(tmp_path, stack):
             timeout=20,
             check=False,
         )
-        assert (done.returncode, done.stdout) == (2, "")
+        assert (done.returncode, done.stdout) == (ExitCode.UNAVAILABLE, "")
         return done.stderr.splitlines()[-1]
 
     return run

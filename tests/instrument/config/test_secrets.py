@@ -6,6 +6,7 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.config_check import check_config
+from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.instrument.config import load, parse
 from pneuforce.instrument.service.stream_header import stream_header
 
@@ -37,7 +38,7 @@ def test_no_message_about_a_configuration_contains_the_token(text, tmp_path, cap
     path.write_text(text)
     with pytest.raises(ConfigurationError) as caught:
         load(path)
-    assert check_config(path, as_json=True) == 2
+    assert check_config(path, as_json=True) == ExitCode.CONFIGURATION
     printed = [str(caught.value), repr(caught.value), capsys.readouterr().out]
     assert not [line for line in printed if SECRET in line]
 

@@ -10,11 +10,11 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.export import ExportOptions, export
+from pneuforce.instrument.cli.force_settings import ForceOptions
 from pneuforce.instrument.cli.plot import plot
-from pneuforce.instrument.cli.validate import validate
+from pneuforce.instrument.cli.validate import OutputFiles, validate
 from pneuforce.instrument.cli.validation_source import SourceOptions
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
-from pneuforce.instrument.model import PAPER_LAW
 from pneuforce.instrument.recording.plot_data import MAX_SPANS, PlotData
 from pneuforce.instrument.recording.writer import RecordingWriter
 from pneuforce.instrument.rig.link import RawSample
@@ -51,8 +51,11 @@ def record(path, entries, **header):
     return path
 
 
+NO_FILES = OutputFiles(recording=None, figures=None, overwrite=False)
+
+
 def draw(path, **options):
-    plot(PlotOptions(path, path.with_suffix(".png"), **options))
+    plot(PlotOptions(path, path.with_suffix(".png"), overwrite=True, **options))
 
 
 @pytest.mark.parametrize("name", ["all fields", *FIELDS])
@@ -110,7 +113,7 @@ def test_an_exported_recording_with_extreme_pressures_is_not_validated(extreme, 
     options = ExportOptions(tmp_path / "v.csv", "validation", reference=tmp_path / "cell.csv")
     export(extreme, options, as_json=False)
     with pytest.raises(ConfigurationError, match="pressure_kpa"):
-        validate(SourceOptions(data=tmp_path / "v.csv"), PAPER_LAW, None, None, as_json=False)
+        validate(SourceOptions(data=tmp_path / "v.csv"), ForceOptions(), NO_FILES, as_json=False)
 
 
 def test_a_fault_name_with_formulas_and_control_characters_is_plotted(tmp_path):

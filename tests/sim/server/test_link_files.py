@@ -6,6 +6,7 @@ import stat
 
 import pytest
 
+from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.sim.line.pty_link import PtyLink
 from pneuforce.sim.server.port_file import port_file
 from tests.command_runner import pneuforce
@@ -73,7 +74,7 @@ def state_of(folder):
 def assert_rejected(tmp_path, link="rig"):
     before = state_of(tmp_path)
     done = pneuforce("sim", "run", "--link", link, cwd=tmp_path, timeout_s=30)
-    assert (done.returncode, done.stdout) == (2, "")
+    assert (done.returncode, done.stdout) == (ExitCode.UNAVAILABLE, "")
     assert done.stderr.startswith("pneuforce: the simulator cannot start: ")
     assert len(done.stderr.splitlines()) == 1
     assert state_of(tmp_path) == before

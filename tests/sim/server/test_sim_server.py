@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import serial
 
+from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.protocol.frames import (
     BAUD,
     BoardState,
@@ -237,7 +238,7 @@ def test_a_link_in_use_is_rejected_and_the_link_of_a_killed_simulator_is_replace
             text=True,
             timeout=20,
         )
-        assert (second.returncode, second.stdout) == (2, "")
+        assert (second.returncode, second.stdout) == (ExitCode.UNAVAILABLE, "")
         assert second.stderr.startswith(f"pneuforce: the simulator cannot start: {link} is in use")
         assert f"control port {ports['control']}" in second.stderr
         assert "--link" in second.stderr
