@@ -69,7 +69,12 @@ def release_lease(sensor: ForceSensor) -> str:
 
 def confirmed_vent(sensor: ForceSensor) -> str:
     """Wait for the confirmation of a vent, and return it as a sentence. Raises VentNotConfirmed."""
-    return f"Vented, verified: pressure {pressure_text(sensor.wait_until_vented().pressure_kpa)}."
+    return vented_text(sensor.wait_until_vented().pressure_kpa)
+
+
+def vented_text(pressure_kpa: float | None) -> str:
+    """Return the message about a confirmed vent. The sensor is on the board, and does not see the balloon."""
+    return f"Vented: the sensor reads {pressure_text(pressure_kpa)}. Look at the balloon."
 
 
 def clear_faults(sensor: ForceSensor) -> str:

@@ -8,7 +8,8 @@ from typing import Any
 from pneuforce.client.address import connect, send_vent
 from pneuforce.errors import ClientError, ConnectionFailed, VentNotConfirmed
 from pneuforce.instrument.cli.exit_codes import ExitCode
-from pneuforce.instrument.cli.output import json_line, pressure_text, print_result
+from pneuforce.instrument.cli.operate import vented_text
+from pneuforce.instrument.cli.output import json_line, print_result
 
 STOP_SWITCH = "press the stop switch at the rig, which cuts both coils"
 
@@ -41,4 +42,4 @@ def _vent(url: str, timeout_s: float) -> tuple[ExitCode, str, float | None]:
     except ClientError as error:
         message = f"pneuforce: the vent was sent, but not confirmed: {error}; {STOP_SWITCH}"
         return ExitCode.VENT_NOT_CONFIRMED, message, None
-    return ExitCode.DONE, f"Vented, verified: pressure {pressure_text(pressure_kpa)}.", pressure_kpa
+    return ExitCode.DONE, vented_text(pressure_kpa), pressure_kpa

@@ -121,6 +121,6 @@ document.addEventListener("instrument-state", ({ detail: state }) => {
   const isVented = state.status.includes("vented");
   if ((verifyTimer || request.alarm) && isVented) {
     stopTimer();
-    show("verified", `Vented, verified ${timeOfDay()}.`);
+    show("verified", `Vented ${timeOfDay()}: the sensor reads no pressure. Look at the balloon.`);
   } else if (wasVentFault || (!verifyTimer && !isVented && request.state === "verified")) show("", "");
 });
