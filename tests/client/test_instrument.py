@@ -250,7 +250,7 @@ def test_a_closed_sensor_raises_and_closes_again_without_an_error(instrument):
 
 KILLED = """
 import os, signal, sys, pneuforce
-with pneuforce.connect(sys.argv[1]) as sensor, sensor.hold(2.0, lease_s=0.4):
+with pneuforce.connect(sys.argv[1]) as sensor, sensor.hold(2.0, lease_s=1.0):
     os.kill(os.getpid(), signal.SIGKILL)
 """
 
