@@ -404,7 +404,7 @@ def test_ctrl_c_ends_a_hold_with_a_confirmed_vent(shared_stack, operate):
         process.send_signal(signal.SIGINT)
         stdout, stderr = process.communicate(timeout=10)
     assert (process.returncode, "Traceback" in stderr) == (ExitCode.DONE, False)
-    assert "verified" in stdout
+    assert "Vented" in stdout
     assert shared_stack.plc().read()["lease_holder"] == "none"
 
 
