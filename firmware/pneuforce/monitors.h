@@ -100,30 +100,63 @@ static void vent_monitor_step(struct vent_valve_monitor *m, bool vent_open, cons
     }
 }
 
-/* Monitor of the speed at which the vent empties the balloon. A pressed balloon empties faster, so a vent that
- * starts during a contact is not evaluated. */
+/* Monitor of the speed at which the vent empties the balloon. The time in which the pressure halves is divided by the
+ * time of the commissioned circuit. If only the tubes empty, this ratio is too small, and it is equal for each halving.
+ * If a contact ends during the vent, the pressure falls faster, too, but not equally. Therefore, a vent that starts
+ * during a contact is judged by three halvings, and every other vent by the first. */
 struct emptying_monitor {
-    uint16_t open_ms;
-    float halving_time_ratio; /* time to halve the pressure / time measured at commissioning */
-    float start_kpa;
+    float halving_time_ratio; /* judged halving time / commissioned halving time */
+    bool venting;
+    bool pressed;        /* at the start of the vent */
+    uint16_t elapsed_ms; /* since the start of the present halving */
+    float from_kpa;      /* pressure at that time */
+    uint8_t halvings;
+    float smallest_ratio;
+    float largest_ratio;
 };
+
+static void emptying_restart(struct emptying_monitor *m, bool pressed, const struct pressure_reading *r)
+{
+    m->venting = true;
+    m->pressed = pressed;
+    m->elapsed_ms = 0;
+    m->from_kpa = r->filtered_kpa;
+    m->halvings = 0;
+    m->smallest_ratio = INFINITY;
+    m->largest_ratio = -INFINITY;
+}
+
+/* Store the ratio of the halving that has ended. */
+static void end_halving(struct emptying_monitor *m, const struct pressure_reading *r)
+{
+    float delay_ms = m->halvings ? 0.0f : TUBE_LAG_MS + VALVE_DELAY_MS;
+    float ratio = ((float)m->elapsed_ms - delay_ms) / (HALVING_TIME_MS * sqrtf(m->from_kpa / HALVING_FROM_KPA));
+
+    m->halvings++;
+    m->elapsed_ms = 0;
+    m->from_kpa = r->filtered_kpa;
+    m->smallest_ratio = fminf(m->smallest_ratio, ratio);
+    m->largest_ratio = fmaxf(m->largest_ratio, ratio);
+    if (m->halvings == 1 && !m->pressed)
+        m->halving_time_ratio = ratio;
+    if (m->halvings == HALVINGS && m->pressed && m->smallest_ratio >= EQUAL_RATIO * m->largest_ratio)
+        m->halving_time_ratio = m->largest_ratio;
+}
 
 /* Add one sample. */
 static void emptying_step(struct emptying_monitor *m, bool venting, bool pressed, const struct pressure_reading *r)
 {
     if (!venting) {
         m->halving_time_ratio = INFINITY;
-        m->open_ms = 0;
+        m->venting = false;
         return;
     }
-    if (!m->open_ms)
-        m->start_kpa = pressed ? 0.0f : r->filtered_kpa;
-    elapse(&m->open_ms);
-    if (m->start_kpa >= MIN_HALVING_FROM_KPA && r->filtered_kpa <= 0.5f * m->start_kpa &&
-        isinf(m->halving_time_ratio)) {
-        float commissioned_ms = HALVING_TIME_MS * sqrtf(m->start_kpa / HALVING_FROM_KPA);
-        m->halving_time_ratio = ((float)m->open_ms - (TUBE_LAG_MS + VALVE_DELAY_MS)) / commissioned_ms;
-    }
+    if (!m->venting)
+        emptying_restart(m, pressed, r);
+    elapse(&m->elapsed_ms);
+    if (m->halvings < HALVINGS && m->from_kpa >= (m->halvings ? LATER_HALVING_FROM_KPA : FIRST_HALVING_FROM_KPA) &&
+        r->filtered_kpa <= 0.5f * m->from_kpa)
+        end_halving(m, r);
 }
 
 /* Monitor of the held pressure: detects when a top-up is due, and counts the top-ups. */

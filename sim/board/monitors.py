@@ -27,9 +27,13 @@ RISE_WINDOW_S = 0.3
 #: Time after the opening of the inlet until the lag of the tube has no effect [s]. Rise rate and highest
 #: pressure are not evaluated before that time.
 LAG_OVER_S = 0.1
-#: Lowest starting pressure at which the halving time is evaluated [kPa]. Below the lowest setpoint, the
-#: halving time does not show how much gas was in the circuit.
-MIN_HALVING_FROM_KPA = SETPOINT_PA[0] * 0.9e-3
+#: Lowest starting pressure of the first and of each later halving [kPa]. Below the lowest setpoint, the time
+#: of the first halving does not show how much gas was in the circuit.
+FIRST_HALVING_FROM_KPA, LATER_HALVING_FROM_KPA = SETPOINT_PA[0] * 0.9e-3, 2 * VENTED_KPA
+HALVINGS = 3
+#: Halvings are equal if their smallest ratio, divided by their largest, is at least this value. If only the
+#: tubes empty, the quotient is above 0.94.
+EQUAL_RATIO = 0.8
 TOP_UP_BELOW_KPA = 0.1
 TOP_UP_AFTER_S = 2.0
 TOP_UP_WINDOW_S = 600.0
@@ -117,25 +121,42 @@ class VentValveMonitor:
 class EmptyingMonitor:
     """Monitor of the speed at which the vent empties the balloon.
 
-    A pressed balloon empties faster, so a vent that starts during a contact is not evaluated.
+    The time in which the pressure halves is divided by the time of the commissioned circuit. If only the
+    tubes empty, this ratio is too small, and it is equal for each halving. If a contact ends during the vent,
+    the pressure falls faster, too, but not equally. Therefore, a vent that starts during a contact is judged
+    by three halvings, and every other vent by the first.
     """
 
-    halving_time_ratio: float = math.inf  #: measured halving time / commissioned halving time
-    _open_s: float = 0.0
-    _start_kpa: float = 0.0
+    halving_time_ratio: float = math.inf  #: judged halving time / commissioned halving time
+    _venting: bool = False
+    _pressed: bool = False  # at the start of the vent
+    _elapsed_s: float = 0.0  # since the start of the present halving
+    _from_kpa: float = 0.0  # pressure at that time
+    _ratios: list[float] = field(default_factory=list)
 
     def step(self, venting: bool, pressed: bool, reading: PressureReading, dt_s: float) -> None:
         """Add one sample."""
         if not venting:
-            self.halving_time_ratio, self._open_s = math.inf, 0.0
+            self.halving_time_ratio, self._venting = math.inf, False
             return
-        if self._open_s == 0:
-            self._start_kpa = 0.0 if pressed else reading.filtered_kpa
-        self._open_s += dt_s
-        halved = reading.filtered_kpa <= 0.5 * self._start_kpa
-        if halved and self.halving_time_ratio == math.inf and self._start_kpa >= MIN_HALVING_FROM_KPA:
-            commissioned_s = HALVING_TIME_S * math.sqrt(self._start_kpa / HALVING_FROM_KPA)
-            self.halving_time_ratio = (self._open_s - TUBE_LAG_S - VALVE_DELAY_S) / commissioned_s
+        if not self._venting:
+            self._venting, self._pressed, self._ratios = True, pressed, []
+            self._elapsed_s, self._from_kpa = 0.0, reading.filtered_kpa
+        self._elapsed_s += dt_s
+        from_kpa = LATER_HALVING_FROM_KPA if self._ratios else FIRST_HALVING_FROM_KPA
+        halved = self._from_kpa >= from_kpa and reading.filtered_kpa <= 0.5 * self._from_kpa
+        if halved and len(self._ratios) < HALVINGS:
+            self._end_halving(reading)
+
+    def _end_halving(self, reading: PressureReading) -> None:
+        delay_s = 0.0 if self._ratios else TUBE_LAG_S + VALVE_DELAY_S
+        commissioned_s = HALVING_TIME_S * math.sqrt(self._from_kpa / HALVING_FROM_KPA)
+        self._ratios.append((self._elapsed_s - delay_s) / commissioned_s)
+        self._elapsed_s, self._from_kpa = 0.0, reading.filtered_kpa
+        if not self._pressed:
+            self.halving_time_ratio = self._ratios[0]
+        elif len(self._ratios) == HALVINGS and min(self._ratios) >= EQUAL_RATIO * max(self._ratios):
+            self.halving_time_ratio = max(self._ratios)
 
 
 def vented_kpa(reading: PressureReading) -> float:

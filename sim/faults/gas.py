@@ -70,8 +70,9 @@ GAS = (
         "occluded",
         "The tube to the balloon is kinked: the balloon keeps its gas, and the sensor measures only the "
         "pressure in the tubes.",
-        "The board trips if the pressure falls much faster than at commissioning. While the balloon is held, "
-        "the proof test of the host trips with the same fault. The balloon may still be inflated.",
+        "The board trips if the pressure falls much faster than at commissioning, also if the vent begins in "
+        "a contact. While the balloon is held, the proof test of the host trips with the same fault. The "
+        "balloon may still be inflated.",
         {"rig.pneumatics.occluded": True},
         board_fault=Fault.OCCLUSION,
         phase="venting",

@@ -66,6 +66,47 @@ def test_a_tube_that_is_blocked_while_the_balloon_is_held_trips_within_a_period(
     assert not host.instrument.sample.valves
 
 
+@cache
+def pressed(kpa):
+    """Return an instrument that is in contact, with a sensor that can be copied."""
+    host = Holding.at(kpa)
+    host.world.rig.hand.press(1.0)
+    host.run(2)
+    assert "in_contact" in host.seen.status
+    host.world.rig.sensor._noise = None
+    return host
+
+
+def in_contact(kpa):
+    """Return a copy of `pressed(kpa)` with new noise."""
+    host = copy.deepcopy(pressed(kpa))
+    host.world.rig.sensor._noise = Sensor(SensorSettings(), seed=2)._noise
+    return host
+
+
+@pytest.mark.parametrize("kpa", [5.0, 8.0, 11.0])
+def test_a_tube_that_is_blocked_in_a_contact_is_found_by_the_vent(kpa):
+    host = in_contact(kpa)
+    host.world.faults.inject("occluded")
+    host.run(0.5)
+    host.write({"mode": "vent"})
+    host.run(1.0, lambda: host.instrument.tripped)
+    assert host.seen.first_out_fault == Fault.OCCLUSION
+    assert host.world.rig.truth.balloon_kpa > 3  # the balloon is still inflated
+
+
+@pytest.mark.parametrize("kpa", [5.0, 8.0, 11.0])
+@pytest.mark.parametrize("release_s", [0.0, 0.2, 0.4, None])
+def test_a_vent_of_a_pressed_balloon_is_no_blocked_tube(kpa, release_s):
+    host = in_contact(kpa)
+    host.write({"mode": "vent"})
+    if release_s is not None:
+        host.run(release_s)
+        host.world.rig.hand.release()
+    host.run(4.0, lambda: host.seen.state == "vented")
+    assert host.seen.state == "vented"
+
+
 def test_without_the_proof_test_the_blocked_tube_stays_hidden_but_a_bit_says_so():
     host = Holding.at(proof_test_s=0.0)
     host.world.faults.inject("occluded")

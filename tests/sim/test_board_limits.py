@@ -401,11 +401,35 @@ def test_the_halving_time_of_a_hardly_inflated_balloon_is_not_evaluated(bench):
     bench.keep_sending(vent()).until_state(S.VENTED, 2)
 
 
+PRESSED = CommandFlag.ZEROED | CommandFlag.IN_CONTACT
+
+
 def test_a_pressed_balloon_empties_faster_and_is_no_occluded_tube(bench):
     bench.holding(8000).contact_kpa = 4.0
-    bench.keep_sending(hold(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT)).run(0.5)
+    bench.keep_sending(hold(flags=PRESSED)).run(0.5)
     bench.halving_s, bench.contact_kpa = 0.3 * HALVING_TIME_S, 0.0
-    bench.keep_sending(vent(flags=CommandFlag.ZEROED | CommandFlag.IN_CONTACT)).until_state(S.VENTED, 4)
+    bench.keep_sending(vent(flags=PRESSED)).until_state(S.VENTED, 4)
+
+
+@pytest.mark.parametrize("released_s", [0.0, 0.1, 0.2, 0.3, 0.4, 0.6])
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_contact_that_ends_during_the_vent_is_no_occluded_tube(bench, released_s, share):
+    bench.holding(8000).contact_kpa = 2.0
+    bench.keep_sending(hold(flags=PRESSED)).run(0.5)
+    bench.halving_s = share * HALVING_TIME_S
+    bench.keep_sending(vent(flags=PRESSED)).run(released_s).contact_kpa = 0.0
+    bench.until_state(S.VENTED, 4)
+
+
+@pytest.mark.parametrize("setpoint_pa", [2000, 5000, 12_000])
+@pytest.mark.parametrize("share", [0.25, 0.52])
+def test_a_tube_that_was_occluded_in_a_contact_shows_at_the_vent(bench, setpoint_pa, share):
+    bench.holding(setpoint_pa).contact_kpa = 2.0
+    bench.keep_sending(hold(flags=PRESSED)).run(0.5)
+    bench.gas_kpa, bench.contact_kpa = bench.pressure_kpa, 0.0
+    bench.halving_s = share * HALVING_TIME_S
+    bench.keep_sending(vent(flags=PRESSED))
+    assert seconds_to_trip(bench, Fault.OCCLUSION, 1) <= 1.0
 
 
 def test_a_pressure_that_rises_much_faster_than_commissioned_is_an_occluded_tube(bench):
