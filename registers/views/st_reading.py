@@ -140,7 +140,7 @@ VAR
     Same : BOOL;
 END_VAR
     Decode(First := Words[{counter}], Second := Words[{counter_end}], LowWordFirst := LowWordFirst);
-    Same := CounterKnown AND CommunicationOk AND Decode.Bits = LastCounter;
+    Same := CounterKnown AND Decode.Bits = LastCounter;
     IF NOT CommunicationOk THEN
         CounterChanged := FALSE;
     ELSIF CounterKnown AND NOT Same THEN

@@ -261,6 +261,60 @@ def test_the_sequence_number_of_a_command_wraps():
     assert sent[523] == 0
 
 
+def changed(plc, changes):
+    """Let the PLC read `changes` (address: word, or None for no answer) instead of the true registers."""
+    read = plc.read
+
+    def read_changed(address, count):
+        words = read(address, count)
+        if address in changes:
+            return changes[address]
+        return [changes.get(address + at, word) for at, word in enumerate(words)]
+
+    plc.read = read_changed
+    return read
+
+
+def test_a_command_without_an_answer_fails_after_3_s(plc):
+    changed(plc, {524: None})
+    assert plc.run(2.8, Run=True).pressure["CommandFailed"] == 0
+    assert plc.run(0.4).pressure["CommandFailed"] == 1
+    assert plc.pressure["CommandDone"] == 0
+
+
+def test_an_answer_after_the_command_was_cancelled_is_ignored(plc):
+    read = changed(plc, {524: None})
+    plc.run(0.5, Run=True).run(0.5, Run=False)
+    plc.read = read
+    plc.run(0.5)
+    assert (plc.pressure["CommandDone"], plc.pressure["CommandFailed"]) == (0, 0)
+
+
+def test_after_a_rejected_command_the_next_one_runs(plc):
+    plc.harness.write_ok({"lease_s": 60.0}, ROBOT)
+    plc.run(1.0, Run=True)
+    assert (plc.pressure["CommandFailed"], plc.reason) == (1, "lease")
+    plc.harness.write_ok({"lease_s": 0.0}, ROBOT)
+    plc.run(0.1, Run=False).run(0.5, Run=True)
+    assert (plc.pressure["CommandDone"], plc.pressure["CommandFailed"]) == (1, 0)
+
+
+def test_a_hold_that_does_not_inflate_ends_after_3_s(plc):
+    changed(plc, {25: STATES.codes["vented"]})
+    assert plc.run(2.8, Hold=True).pressure["Ended"] == 0
+    assert plc.harness.snapshot().state == "holding"
+    assert plc.run(1.0).pressure["Ended"] == 1
+    assert plc.harness.snapshot().state == "vented"
+
+
+def test_a_rejected_hold_without_a_reason_ends_after_3_s(plc):
+    plc.harness.write_ok({"lease_s": 60.0}, ROBOT)
+    changed(plc, {27: 0})
+    assert plc.run(2.8, Hold=True).pressure["Ended"] == 0
+    plc.run(0.5)
+    assert (plc.pressure["Ended"], plc.pressure["Rejected"], plc.reason) == (1, 1, "none")
+
+
 def test_a_vent_by_an_operator_ends_the_hold(holding):
     assert holding.harness.write(VENT, OTHER) == "none"
     holding.run(5.0)
