@@ -15,7 +15,10 @@ class Advice(NamedTuple):
     do: str  #: required action; empty if no action is required
 
 
-_INFLATED = "Do not pull the balloon out: it may be inflated. Press the stop switch, which cuts both coils. "
+_INFLATED = (
+    "Do not pull the balloon out: it may be inflated. Press the stop switch at the rig, which turns off the "
+    "power of both valves. "
+)
 
 #: Advice by fault code (register 778). "Clear" is the command `clear_faults`, which moves no valve.
 FAULT_ADVICE: Mapping[int, Advice] = {

@@ -11,7 +11,7 @@ from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.instrument.cli.operate import vented_text
 from pneuforce.instrument.cli.output import json_line, print_result
 
-STOP_SWITCH = "press the stop switch at the rig, which cuts both coils"
+STOP_SWITCH = "press the stop switch at the rig, which turns off the power of both valves"
 
 
 def vent_and_confirm(url: str, timeout_s: float, as_json: bool) -> int:
