@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 from itertools import dropwhile, groupby
 from typing import Any
 
-from pneuforce.instrument.audit.wording import describe_record
 from pneuforce.instrument.recording.contacts import ContactHistory, ContactRow, tube_time_constant_of
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry
 from pneuforce.instrument.stream.sample_record import unpack
 from pneuforce.web.decimation import LiveDecimator, LivePoint, live_point
 from pneuforce.web.event_stream import SseMessage
+from pneuforce.web.event_texts import event_message
 from pneuforce.web.rates import HealthReading, with_rates
 
 STATE_PERIOD_S = 0.2
@@ -124,7 +124,7 @@ class BrowserFeed:
         self._contacts_changed |= self._contacts.add_sample(record)
 
     def _on_event(self, entry: StreamEntry) -> None:
-        message = SseMessage("event", _event_data(entry.json_body))
+        message = SseMessage("event", event_message(entry.json_body))
         self._events.append(message)
         self._outbox.append(message)
 
@@ -229,9 +229,3 @@ def _row_data(row: ContactRow) -> dict[str, Any]:
     return {
         name: _rounded(value) if isinstance(value, float) else value for name, value in row._asdict().items()
     }
-
-
-def _event_data(record: Mapping[str, Any]) -> dict[str, str]:
-    who, result = (str(record.get(name, "")) for name in ("who", "result"))
-    text = ": ".join(filter(None, (who, describe_record(record), result)))
-    return {"at": str(record.get("at", "")), "kind": str(record.get("kind", "")), "text": text}

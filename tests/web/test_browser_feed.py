@@ -189,7 +189,7 @@ def test_the_last_fifty_events_are_kept_as_text(run):
     assert len(run.all("event")) == 70
     kept = initial(run, "event")
     assert len(kept) == MAX_EVENTS
-    assert kept[-1] == {"at": "69", "kind": "write", "text": "web: mode 69 → 70: accepted"}
+    assert kept[-1] == {"at": "69", "kind": "write", "text": "web page: mode 69 → 70: accepted"}
 
 
 def test_the_header_of_another_instrument_resets_the_feed(run):

@@ -135,15 +135,15 @@ def test_the_web_page_shows_what_a_plc_reads_and_can_vent(rig):
         assert (status, answer["reject_reason"]) == (200, "none")
         wait_for(plc.read, lambda registers: registers["state"] == "vented")
         event = until(stream, "event", lambda event: "vent" in event["text"])
-        assert "web 127.0.0.1: mode hold → vent: accepted" in event["text"]
+        assert "web page 127.0.0.1: mode hold → vent: accepted" in event["text"]
 
 
 def test_a_failed_login_is_in_the_event_log_and_in_the_log_of_the_host(rig):
     with event_stream(rig.port) as stream:
         assert request(rig.port, "POST", "/api/token", {"token": "wrong"})[0] == 401
         event = until(stream, "event", lambda event: event["kind"] == "login")
-    assert "web 127.0.0.1" in event["text"]
-    assert "wrong_token" in event["text"]
+    assert "web page 127.0.0.1" in event["text"]
+    assert "wrong token" in event["text"]
     wait_for(lambda: [line for line in rig.stack.host.stderr_lines if "login from 127.0.0.1" in line], bool)
 
 
