@@ -8,6 +8,8 @@ import { UNKNOWN_INFO } from "./requests.js";
 
 /** Delay that joins related changes in one announcement, for example a trip and its faults. */
 const DELAY_MS = 700;
+/** Time after which a sentence is removed, so that a screen reader does not find old sentences. */
+const KEEP_MS = 10000;
 
 /** Announcer with two live regions: trips and faults interrupt the screen reader, other changes do not. */
 export class Announcer {
@@ -15,9 +17,9 @@ export class Announcer {
   #alarms;
   #previous = null;
 
-  constructor(politeRegion, alarmRegion) {
-    this.#polite = new LiveRegion(politeRegion);
-    this.#alarms = new LiveRegion(alarmRegion);
+  constructor(politeRegion, alarmRegion, keep_ms = KEEP_MS) {
+    this.#polite = new LiveRegion(politeRegion, keep_ms);
+    this.#alarms = new LiveRegion(alarmRegion, keep_ms);
   }
 
   /**
@@ -43,23 +45,30 @@ export class Announcer {
   }
 }
 
-/** ARIA live region that collects sentences for `DELAY_MS` and keeps the latest sentence of each subject. */
+/** ARIA live region that collects the latest sentence of each subject for `DELAY_MS`, and later empties itself. */
 class LiveRegion {
   #element;
   #pending = new Map();
   #timer = 0;
+  #keep_ms;
+  #emptyTimer = 0;
 
-  constructor(element) {
+  constructor(element, keep_ms) {
     this.#element = element;
+    this.#keep_ms = keep_ms;
   }
 
   announce(subject, sentence) {
     this.#pending.set(subject, sentence);
-    this.#timer ||= setTimeout(() => {
-      setText(this.#element, [...this.#pending.values()].join(" "));
-      this.#pending.clear();
-      this.#timer = 0;
-    }, DELAY_MS);
+    this.#timer ||= setTimeout(() => this.#show(), DELAY_MS);
+  }
+
+  #show() {
+    setText(this.#element, [...this.#pending.values()].join(" "));
+    this.#pending.clear();
+    this.#timer = 0;
+    clearTimeout(this.#emptyTimer);
+    this.#emptyTimer = setTimeout(() => setText(this.#element, ""), this.#keep_ms);
   }
 }
 

@@ -11,6 +11,7 @@ import { NOT_AVAILABLE } from "./format.js";
 import { showHealth } from "./health.js";
 import { setRegisters, startInspector } from "./inspector.js";
 import { showLogin, startLogin } from "./login.js";
+import { AlarmOffDelay } from "./off-delay.js";
 import { showLimit, startPlotPanel } from "./plot-panel.js";
 import { showReadings } from "./readings.js";
 import { RecordingPanel } from "./recording.js";
@@ -26,6 +27,7 @@ let infoOf = null; // start time of the instrument whose info was loaded
 
 const plots = await startPlotPanel(() => model.info);
 const announcer = new Announcer(byId("announcements"), byId("alarm-announcements"));
+const offDelay = new AlarmOffDelay();
 const token = new OperatorToken(() => refresh());
 model.token = token;
 const controls = new Controls(() => model);
@@ -91,7 +93,7 @@ const handlers = {
   opened: clearEvents, // the server sends the latest events again
   samples: (batch) => plots?.addSamples(batch),
   state: (state) => {
-    model.state = state;
+    model.state = offDelay.apply(state);
     plots?.setTime(state.t_s);
     refresh();
   },

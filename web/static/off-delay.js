@@ -1,0 +1,20 @@
+// Off-delay of the force alarm (ISA-18.2). A force near its limit would otherwise make the alarm blink.
+
+const NAME = "force_high_alarm";
+
+/** Time for which the alarm is shown after its end. The event log uses the same time. */
+export const OFF_DELAY_S = 1;
+
+/** Filter of states that keeps the force alarm for `OFF_DELAY_S` after the last state with this alarm. */
+export class AlarmOffDelay {
+  #until_s = -Infinity;
+
+  /** Return a state with the alarm that is to be shown. */
+  apply(state) {
+    const isHigh = state.status.includes(NAME);
+    if (isHigh) this.#until_s = state.t_s + OFF_DELAY_S;
+    const left_s = this.#until_s - state.t_s; // larger than the delay if the clock of the host was reset
+    if (isHigh || !(left_s > 0 && left_s <= OFF_DELAY_S)) return state;
+    return { ...state, status: [...state.status, NAME] };
+  }
+}
