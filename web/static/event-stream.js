@@ -9,13 +9,16 @@ const CHECK_PERIOD_MS = 500;
 const SERVER_SILENT = "The web server sends nothing.";
 const SERVER_UNREACHABLE = "The web server does not answer.";
 const SERVER_FULL = "Too many browsers are connected. Close one of them.";
-const PAGE_HIDDEN = "This page was hidden.";
+const TICKER = "/static/ticker.js";
+
+/** Reason of the link while a hidden page has no stream. */
+export const PAGE_HIDDEN = "This page was hidden.";
 
 /**
- * Follow /api/live while the page is visible.
+ * Follow /api/live.
  *
- * A hidden page closes its stream, because a browser opens only a few connections to one host. Open
- * streams of hidden tabs could delay a vent.
+ * A hidden page keeps its stream for the title of its tab, until another tab opens a stream. A browser opens only
+ * a few connections to one host, so the streams of many hidden tabs could delay a vent.
  *
  * `handlers` has a function for each type of message, and `opened`, which is called when a stream starts.
  * `onLink({up, reason, started_s, utc_offset_s})` is called when current data of the instrument becomes available
@@ -27,8 +30,10 @@ export function followEventStream(handlers, onLink) {
   let received_ms = 0;
   let isUp = false;
   let shownReason = null;
+  let isReplaced = false; // another tab has opened a stream since this tab has
   let serverLink = { up: false }; // the link between the web server and the instrument
   const ageEstimator = new AgeEstimator();
+  const otherTabs = new BroadcastChannel("pneuforce-stream");
 
   const setLink = (up, reason) => {
     if (up === isUp && reason === shownReason) return;
@@ -40,6 +45,8 @@ export function followEventStream(handlers, onLink) {
 
   const open = () => {
     received_ms = performance.now();
+    isReplaced = false;
+    otherTabs.postMessage("opened");
     stream?.close();
     stream = new EventSource("/api/live");
     stream.onopen = handlers.opened;
@@ -79,17 +86,27 @@ export function followEventStream(handlers, onLink) {
     isUp || stream.readyState === EventSource.CLOSED ? SILENT_MS : DISCONNECTED_SILENT_MS;
 
   const check = () => {
-    if (document.hidden || (stream && performance.now() - received_ms < timeout_ms())) return;
+    if (stream ? performance.now() - received_ms < timeout_ms() : document.hidden) return;
     if (isUp) setLink(false, SERVER_SILENT);
     open();
   };
 
-  document.addEventListener("visibilitychange", () => {
-    if (!document.hidden) return check();
+  const pause = () => {
     stream?.close();
     stream = null;
     setLink(false, PAGE_HIDDEN);
+  };
+
+  otherTabs.onmessage = () => {
+    isReplaced = true;
+    if (document.hidden) pause();
+  };
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) check();
+    else if (isReplaced) pause();
   });
+  document.addEventListener("freeze", pause); // the browser stops a hidden page, which could keep an old title
   setInterval(check, CHECK_PERIOD_MS);
+  new Worker(TICKER).onmessage = check; // browsers slow down the timers of a hidden page, but not of a worker
   check();
 }

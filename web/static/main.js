@@ -12,6 +12,7 @@ import { showHealth } from "./health.js";
 import { setRegisters, startInspector } from "./inspector.js";
 import { showLogin, startLogin } from "./login.js";
 import { AlarmOffDelay } from "./off-delay.js";
+import { titleText } from "./page-title.js";
 import { showLimit, startPlotPanel } from "./plot-panel.js";
 import { showReadings } from "./readings.js";
 import { RecordingPanel } from "./recording.js";
@@ -47,6 +48,7 @@ function refresh() {
   controls.update();
   recordingPanel.update();
   document.dispatchEvent(new CustomEvent("instrument-state", { detail: state }));
+  setText(document.querySelector("title"), titleText(model, byId("vent-failed").textContent));
 }
 
 function sourceText({ replay, simulated }, state) {

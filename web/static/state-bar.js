@@ -47,7 +47,8 @@ function rigLink({ replay }, state) {
   return isSilent ? ["down", "Rig: no samples"] : ["up", "Rig: connected"];
 }
 
-function sourceTag({ replay, simulated }, state) {
+/** Return the source of the values if they are not of a real rig, else "". */
+export function sourceTag({ replay, simulated }, state) {
   if (replay) return "REPLAY";
   return simulated || state?.status.includes("simulated") ? "SIMULATED" : "";
 }
