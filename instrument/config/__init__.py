@@ -35,6 +35,7 @@ from pneuforce.instrument.config.sections import (
 from pneuforce.instrument.core.settings import Identity, Settings
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, ForceLaw
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.support.toml_sections import Section, format_value, read_tables, validate_tables
 from pneuforce.support.validation_errors import allowed_values
 
@@ -133,6 +134,11 @@ class Configuration(Section):
             input_uncertainties=replace(chain.input_uncertainties, grip=measurement.grip_std),
             **measurement.model_dump(include={"filter_time_constant_s", "tube_time_constant_s"}),
         )
+
+    @property
+    def force_range_kpa(self) -> tuple[float, float]:
+        """Return the range of ΔP_i in which the instrument shows a force [kPa]."""
+        return VALID_LOW_KPA, VALID_HIGH_KPA
 
     def settings(self, map_hash: int = 0) -> Settings:
         """Return the settings of the instrument core. The buses show `map_hash` to their peers."""

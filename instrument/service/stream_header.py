@@ -21,6 +21,7 @@ def stream_header(configuration: Configuration, simulated: bool, faults: Iterabl
         "map_hash": f"{MAP_HASH:08x}",
         "configuration": configuration.model_dump(mode="json"),
         "calibration": configuration.calibration,
+        "force_range_kpa": configuration.force_range_kpa,
         "tube_time_constant_s": configuration.chain.tube_time_constant_s,
         "configuration_hash": f"{configuration.hash:08x}",
         "serial_number": configuration.identity.serial_number,

@@ -23,7 +23,7 @@ export function showContacts(rows, now_s) {
 const cells = (row, now_s) => [
   String(row.number),
   row.open && Number.isFinite(now_s) ? "now" : formatTimeAgo(now_s - row.begin_s),
-  row.peak_n === null ? NOT_AVAILABLE : `${formatNumber(row.peak_n, 2)} ± ${formatNumber(row.peak_std_n, 2)}`,
+  row.peak_n === null ? NOT_AVAILABLE : `${formatNumber(row.peak_n, 2)} ± ${formatNumber(2 * row.peak_std_n, 2)}`,
   String(row.peaks),
   formatNumber(row.baseline_kpa, 2),
   formatNumber(row.final_kpa, 2),

@@ -1,8 +1,9 @@
-// Large readings: force with its standard uncertainty, pressure, radius, setpoint and state.
+// Large readings: force with its expanded uncertainty, pressure, radius, setpoint and state.
 
 import { byId, setText, showReading, showText } from "./elements.js";
 import { attentionBits } from "./faults.js";
 import { NOT_AVAILABLE, formatName, formatNumber } from "./format.js";
+import { noForceReason } from "./no-force.js";
 
 /** Id of the element, quantity of the state, decimals, unit, and unit in words for screen readers. */
 const QUANTITIES = [
@@ -11,15 +12,9 @@ const QUANTITIES = [
   ["setpoint", "setpoint_kpa", 2, "kPa", "kilopascals"],
 ];
 
-const isCompact = document.documentElement.dataset.view === "compact";
-/** Factor of the standard uncertainty that the page shows, and its names for the eye and for screen readers. */
-const UNCERTAINTY = isCompact
-  ? [2, "± 2 u", "expanded uncertainty"]
-  : [1, "± u", "standard uncertainty"];
-
 /** Show the numbers of a state; a state of null shows dashes. */
 export function showReadings(state, info) {
-  showForce(state ?? {});
+  showForce(state, info);
   for (const [id, name, decimals, unit, unitWords] of QUANTITIES) {
     const number = formatNumber(state?.[name], decimals);
     showReading(
@@ -32,17 +27,17 @@ export function showReadings(state, info) {
   showState(state, info);
 }
 
-function showForce({ force_n, force_std_n, force_limit_n, force_lower_range_limit_n, status = [] }) {
-  const [factor, symbol, uncertaintyName] = UNCERTAINTY;
-  const [force, u] = [formatNumber(force_n, 2), formatNumber(factor * force_std_n, 2)];
-  setText(byId("force-name"), `Force ${symbol}`);
+function showForce(state, info) {
+  const { force_n, force_std_n, force_limit_n, force_lower_range_limit_n, status = [] } = state ?? {};
+  const [force, expanded] = [formatNumber(force_n, 2), formatNumber(2 * force_std_n, 2)];
   const isAvailable = force !== NOT_AVAILABLE;
   const sentence = isAvailable
-    ? `${force} newtons, plus or minus ${u} newtons ${uncertaintyName}`
+    ? `${force} newtons, plus or minus ${expanded} newtons expanded uncertainty`
     : "not available";
   const isHigh = status.includes("force_high_alarm");
   const above = isHigh ? `above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
-  showReading(byId("force"), force, isAvailable ? `± ${u} N` : "N", sentence);
+  showReading(byId("force"), force, isAvailable ? `± ${expanded} N` : "N", sentence);
+  showText(byId("force-missing"), isAvailable ? "" : noForceReason(state, info));
   showText(byId("force-above"), above);
   const isTouch = isAvailable && status.includes("interpolated");
   const touch = `below ${formatNumber(force_lower_range_limit_n, 2)} N: touch only`;
@@ -62,5 +57,4 @@ function showState(state, info) {
   );
   showText(byId("attention"), attentionBits(state).map(formatName).join(" · "));
   box.title = info.states[state?.state] ?? "";
-  document.title = state ? `${name} · pneuforce` : "not connected · pneuforce";
 }
