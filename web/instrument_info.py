@@ -14,7 +14,7 @@ from pneuforce.registers.codes import FAULTS, STATES, STATUS
 from pneuforce.registers.document_text import TYPE_NAMES
 from pneuforce.registers.map import MAP_VERSION, REGISTERS, Register
 from pneuforce.registers.map_hash import MAP_HASH
-from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS
+from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS, in_page_words
 
 #: State of the board during a proof test. The state register shows "holding".
 PROOF_TEST_STATE = 7
@@ -30,6 +30,7 @@ def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]
     return {
         **{name: header.get(name) for name in _IDENTITY},
         "replay": header.get("replay", ""),
+        "force_range_kpa": header.get("force_range_kpa"),
         "map_version": MAP_VERSION,
         "map_hash": f"{MAP_HASH:08x}",
         "writable": writable,
@@ -37,7 +38,7 @@ def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]
         "faults": {code: _fault(code) for code in FAULT_TITLES},
         "status": {bit.name: _status_bit(bit.number, bit.name) for bit in STATUS.bits},
         "reject_reasons": dict(REJECT_TEXTS),
-        "states": dict(STATE_DESCRIPTIONS),
+        "states": {name: in_page_words(text) for name, text in STATE_DESCRIPTIONS.items()},
         "board_states": dict(STATES.names) | {PROOF_TEST_STATE: "proof_test"},
     }
 
@@ -47,13 +48,13 @@ def _fault(code: int) -> dict[str, str]:
     return {
         "name": FAULTS.names[code],
         "title": FAULT_TITLES[code],
-        "meaning": advice.what,
-        "action": advice.do,
+        "meaning": in_page_words(advice.what),
+        "action": in_page_words(advice.do),
     }
 
 
 def _status_bit(number: int, name: str) -> dict[str, Any]:
-    return {"bit": number, "meaning": STATUS_ADVICE[name].what, "action": STATUS_ACTIONS[name]}
+    return {"bit": number, "meaning": in_page_words(STATUS_ADVICE[name].what), "action": STATUS_ACTIONS[name]}
 
 
 def _register(register: Register) -> dict[str, Any]:

@@ -1,8 +1,31 @@
-"""Short texts for the operator at the web page. `registers/advice.py` contains the complete advice."""
+"""Texts for the operator at the web page, which name the buttons and fields of the page.
+
+`registers/advice.py` contains the complete advice for all buses. The page shows the advice for faults in the
+words of the page.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+
+#: Words of the advice that name registers or commands, and the words for the page, which has buttons instead.
+_PAGE_WORDS: Mapping[str, str] = {
+    "Then clear": "Then press Clear faults",
+    "Clear when": "Press Clear faults when",
+    "clear, vent (mode 0), then hold (mode 1)": "press Clear faults, press VENT, then press Inflate",
+    "send command 5 with its number": "enter its number and press New balloon",
+    "force limit (register 514)": "force alarm limit",
+    "out_of_range": "out of range",
+    "Copy of bit 27": "Copy of failure",
+}
+
+
+def in_page_words(advice: str) -> str:
+    """Return a text of `registers/advice.py` with the names of the buttons and fields of the page."""
+    for words, page_words in _PAGE_WORDS.items():
+        advice = advice.replace(words, page_words)
+    return advice
+
 
 #: Name of each fault in words, by fault code.
 FAULT_TITLES: Mapping[int, str] = {
@@ -72,7 +95,7 @@ STATUS_ACTIONS: Mapping[str, str] = {
 REJECT_TEXTS: Mapping[str, str] = {
     "none": "Accepted.",
     "state": "Not possible in this state. Press VENT, set a setpoint, then inflate.",
-    "fault_latched": "A fault is latched. Remove its cause, clear the fault, then press VENT.",
+    "fault_latched": "A fault is latched. Remove its cause, press Clear faults, then press VENT.",
     "lease": "Another client has the lease, or the configuration requires a lease.",
     "write_protect": "The configuration disables writing. VENT works.",
     "cause_persists": "The cause of the fault is still present. See the list of faults.",

@@ -1,17 +1,18 @@
-// Controls: setpoint, alarm limit, hold, clear faults and zero. The requests and rules are the same as for a PLC.
+// Controls: setpoint, alarm limit, hold, clear faults, zero and new balloon. The requests and rules are the same as for a PLC.
 
 import { Arming } from "./arming.js";
 import { askConfirmation, cancelConfirmation, startConfirmation } from "./confirm.js";
 import { byId, setText, showFieldError, showText } from "./elements.js";
 import { formatDuration, formatName, formatNumber, formatTime } from "./format.js";
+import { isOutside, rangeText } from "./no-force.js";
 import { blockedBy } from "./permissions.js";
 import { post } from "./requests.js";
 
 const COMMAND_KEY = 0x5046;
-const MAX_SEQUENCE = 0xffff;
+const MAX_WORD = 0xffff; // of the sequence number, and of the number of a balloon
 const COMMAND_TIMEOUT_MS = 10000;
 const STATE_DELAY_S = 1; // time until the state shows the effect of an accepted request
-const ACTIONS = ["setpoint", "limit", "hold", "clear", "zero"];
+const ACTIONS = ["setpoint", "limit", "hold", "clear", "zero", "balloon"];
 
 /** Panel of controls. `getModel()` returns the current link, info, token and state. */
 export class Controls {
@@ -31,6 +32,7 @@ export class Controls {
       hold: () => this.#requestHold(),
       clear: () => this.#requestCommand("clear_faults"),
       zero: () => this.#requestCommand("zero_pressure"),
+      balloon: () => this.#requestNewBalloon(),
     };
     for (const [action, handler] of Object.entries(handlers))
       byId(`${action}-button`).addEventListener("click", () => {
@@ -38,10 +40,11 @@ export class Controls {
         if (blocked) this.#showError(blocked.code, blocked.text);
         else handler();
       });
-    for (const name of ["setpoint", "limit"]) {
+    for (const name of ["setpoint", "limit", "balloon"]) {
       byId(`${name}-form`).addEventListener("submit", (event) => event.preventDefault());
       byId(`${name}-input`).addEventListener("input", () => showInputError(name, ""));
     }
+    byId("setpoint-input").addEventListener("input", () => this.#showRangeWarning());
   }
 
   /** Update the panel from the current state, and remove a question or message that is no longer valid. */
@@ -60,6 +63,8 @@ export class Controls {
   }
 
   #showState({ state, info }) {
+    this.#showRangeWarning();
+    setText(byId("balloon-in-use"), state ? `now ${state.balloon_id}, ${inflationText(state)}` : "");
     setText(byId("setpoint-span"), spanText(writableSpan(info, "setpoint_requested"), "kPa"));
     setText(byId("limit-span"), spanText(writableSpan(info, "force_limit"), "N"));
     const requested = state && formatNumber(state.setpoint_requested_kpa, 2);
@@ -92,6 +97,16 @@ export class Controls {
       );
   }
 
+  /** Warn of a setpoint without a force: the typed setpoint, or the requested one if none is typed. */
+  #showRangeWarning() {
+    const { info, state } = this.#getModel();
+    const { low, high } = writableSpan(info, "setpoint_requested");
+    const typed_kpa = numberIn("setpoint-input");
+    const isTyped = typed_kpa >= low && typed_kpa <= high;
+    const setpoint_kpa = isTyped ? typed_kpa : (state?.setpoint_requested_kpa ?? NaN);
+    showText(byId("setpoint-warning"), rangeWarning(setpoint_kpa, info));
+  }
+
   async #requestLimit() {
     const { low, high } = writableSpan(this.#getModel().info, "force_limit");
     const limit_n = numberIn("limit-input");
@@ -107,9 +122,10 @@ export class Controls {
   }
 
   async #requestHold() {
-    const { state } = this.#getModel();
+    const { info, state } = this.#getModel();
     const setpoint_kpa = state.setpoint_requested_kpa;
-    if (!(await this.#confirm("hold", inflateQuestion(state.pressure_kpa, setpoint_kpa)))) return;
+    const warning = rangeWarning(setpoint_kpa, info);
+    if (!(await this.#confirm("hold", inflateQuestion(state.pressure_kpa, setpoint_kpa, warning)))) return;
     const isAccepted = await this.#write({ setpoint_requested: setpoint_kpa, mode: "hold" });
     this.#arming.holdRequested();
     if (!isAccepted) return;
@@ -130,12 +146,21 @@ export class Controls {
     return isConfirmed && !outdated;
   }
 
-  async #requestCommand(code) {
-    const sequence = (this.#getModel().state.answer_sequence + 1) & MAX_SEQUENCE;
+  async #requestNewBalloon() {
+    const text = byId("balloon-input").value.trim();
+    const number = Number(text || NaN);
+    if (!(Number.isInteger(number) && number >= 0 && number <= MAX_WORD))
+      return showInputError("balloon", `Enter a whole number from 0 to ${MAX_WORD}.`);
+    showInputError("balloon", "");
+    if (await this.#confirm("balloon", balloonQuestion(number))) await this.#requestCommand("new_balloon", number);
+  }
+
+  async #requestCommand(code, argument = 0) {
+    const sequence = (this.#getModel().state.answer_sequence + 1) & MAX_WORD;
     const values = {
       command_key: COMMAND_KEY,
       command_code: code,
-      command_argument: 0,
+      command_argument: argument,
       command_sequence: sequence,
     };
     if (!(await this.#write(values))) return;
@@ -155,7 +180,7 @@ export class Controls {
     if (!isAnswered)
       this.#showError("command_timeout", `${name}: no answer within ${COMMAND_TIMEOUT_MS / 1e3} s.`);
     else if (state.answer_state === "done")
-      this.#showResult("command_done", `${name}: done.`, ({ faults }) => !faults.length);
+      this.#showResult("command_done", `${name}: done.`, holdsAfter(command.code));
     else this.#showError("command_failed", `${name} failed. ${rejectText(info, state.answer_result)}`);
   }
 
@@ -205,13 +230,29 @@ const moveQuestion = (to_kpa) => ({
   confirmLabel: "Move",
 });
 
-const inflateQuestion = (from_kpa, to_kpa) => ({
+const inflateQuestion = (from_kpa, to_kpa, warning) => ({
   title: `Inflate to ${formatNumber(to_kpa, 2)} kPa?`,
   text:
     `From ${formatNumber(from_kpa, 2)} kPa to ${formatNumber(to_kpa, 3)} kPa. ` +
-    "Nothing may touch the balloon until the state is holding.",
+    `Nothing may touch the balloon until the state is holding. ${warning}`,
   confirmLabel: `Inflate to ${formatNumber(to_kpa, 2)} kPa`,
 });
+
+const balloonQuestion = (number) => ({
+  title: `New balloon ${number}?`,
+  text:
+    "The inflations are counted from 0. If the configuration names another balloon, its calibration is not " +
+    "used until the instrument is restarted.",
+  confirmLabel: "New balloon",
+});
+
+const inflationText = ({ inflation_count: count }) => (count === 1 ? "1 inflation" : `${count} inflations`);
+
+const rangeWarning = (setpoint_kpa, { force_range_kpa }) =>
+  isOutside(setpoint_kpa, force_range_kpa) ? `No force outside ${rangeText(force_range_kpa)}.` : "";
+
+/** Return the condition under which the message about a finished command is still true. */
+const holdsAfter = (code) => (code === "clear_faults" ? ({ faults }) => !faults.length : () => true);
 
 /** Return a writable register of this name, with its limits `low` and `high`; {} while the data is loading. */
 const writableSpan = (info, name) =>

@@ -1,7 +1,7 @@
 // Lists of the active faults and status bits, with their meanings and the required actions.
 
 import { byId, create, setText, withCode } from "./elements.js";
-import { formatName, formatNumber } from "./format.js";
+import { formatDuration, formatName, formatNumber } from "./format.js";
 
 /** Status bits that need attention even without a fault. The first three are signals of NAMUR NE 107. */
 const ATTENTION_BITS = ["failure", "out_of_specification", "maintenance_required", "baseline_old"];
@@ -9,8 +9,9 @@ const ATTENTION_BITS = ["failure", "out_of_specification", "maintenance_required
 let shownFaults = "";
 let shownStatus = "";
 
-/** Show the faults and the status bits of a state; a state of null shows no faults. */
+/** Show the faults, the status bits and the proof test of a state; a state of null shows no faults. */
 export function showFaults(state, info) {
+  setText(byId("proof-test"), proofTestText(state?.proof_test_age_s));
   const faults = state?.faults ?? [];
   const [previousFaults, previousStatus] = [shownFaults, shownStatus];
   shownFaults = JSON.stringify([faults, info.faults]);
@@ -31,6 +32,12 @@ function listFaults(faults, info) {
   setText(byId("faults-title"), faults.length === 1 ? "1 fault" : `${faults.length} faults`);
   byId("faults-list").replaceChildren(...faults.map((code) => faultItem(code, info)));
 }
+
+/** Return the time since the last proof test of the tube as text. The age is not a number before a setpoint. */
+const proofTestText = (age_s) =>
+  Number.isFinite(age_s)
+    ? `Proof test of the tube passed, or setpoint changed, ${formatDuration(age_s)} ago.`
+    : "No proof test of the tube: the balloon is not inflated.";
 
 function faultItem(code, info) {
   const { meaning = "", action = "" } = info.faults[code] ?? {};
@@ -57,7 +64,6 @@ function listStatus(state, info) {
   if (!asking.length) asking.push(create("li", "muted", nothingText(state)));
   byId("status-bits").replaceChildren(...asking);
   byId("other-status-bits").replaceChildren(...others.map(otherItem));
-  byId("status-details").hidden = !others.length;
 }
 
 function nothingText(state) {

@@ -72,6 +72,13 @@ const CONDITIONS = {
     ],
   ],
   clear: [["no_fault", (model) => !isUntripped(model), () => "No faults."]],
+  balloon: [
+    [
+      "not_vented",
+      ({ state }) => state.status.includes("vented"),
+      () => "Only while vented.",
+    ],
+  ],
   zero: [["tripped", isUntripped, () => "Tripped. Clear the faults."], VENTED],
 };
 
