@@ -112,10 +112,10 @@ def test_an_operator_inflates_after_a_vent_a_setpoint_and_a_confirmation(page, l
     page("click", on="#hold-button")
     page("click", on="#confirm-yes")
     page.wait_for_text("#result[data-code=inflating]", "5.500 kPa")
+    page.wait_for_text("#announcements", "State: holding, setpoint 5.50 kilopascals.")
     page.wait_for_state("holding")
     page.wait_for_hidden("#result")
     assert live.rig.read()["setpoint"] == 5.5
-    page.wait_for_text("#announcements", "State: holding, setpoint 5.50 kilopascals.")
     assert page.data("#zero-reason", "code") == "not_vented"
 
 
@@ -163,14 +163,46 @@ def test_a_force_above_its_limit_is_shown_and_announced(page, live):
 def test_a_fault_is_shown_with_its_action_and_can_be_cleared(page, live):
     live.rig.write("lease", 0.2)
     page.wait_for_visible("#faults [data-fault=lease_expired]")
+    page.wait_for_text("#alarm-announcements", "lease expired")
     assert "→" not in page.text("#faults .action")  # the arrow is in the style sheet only
     assert page.text("#faults .action")
-    page.wait_for_text("#alarm-announcements", "lease expired")
     assert page.data("#hold-reason", "code") == "tripped"
     page("click", on="#clear-button")
     page.wait_for_visible("#result[data-code=command_done]")
     page.wait_for_hidden("#faults")
     assert live.rig.read()["first_out_fault"] == 0
+
+
+def test_a_new_balloon_has_a_number_and_no_inflations(page, live):
+    live.rig.inflate(5.0)
+    live.rig.vent()
+    page.wait_for_state("vented")
+    page("fill", on="#balloon-input", text="1.5")
+    page("press", key="Enter")
+    page.wait_for_text("#balloon-error", "whole number")
+    page("fill", on="#balloon-input", text="12")
+    page("press", key="Enter")
+    page("click", on="#confirm-yes")
+    page.wait_for_text("#balloon-in-use", "now 12, 0 inflations")
+    registers = live.rig.read()
+    assert (registers["balloon_id"], registers["inflation_count"]) == (12, 0)
+
+
+def test_a_setpoint_without_a_force_is_announced_before_the_inflation(page, live):
+    page("click", on="#vent-button")
+    page("fill", on="#setpoint-input", text="11.5")
+    page.wait_for_text("#setpoint-warning", "4.95 to 11.45 kPa")
+    page("fill", on="#setpoint-input", text="8")
+    page.wait_for_hidden("#setpoint-warning")
+    page("fill", on="#setpoint-input", text="3")
+    page("press", key="Enter")
+    page.wait_for_text("#setpoint-requested", "3.00 kPa")
+    page("fill", on="#setpoint-input", text="")
+    page("click", on="#hold-button")
+    assert "4.95 to 11.45 kPa" in page.text("#confirm-text")
+    page("click", on="#confirm-yes")
+    page.wait_for_state("holding")
+    page.wait_for_text("#force-missing", "4.95 to 11.45 kPa")
 
 
 def test_after_a_trip_a_new_vent_is_required(page, live):

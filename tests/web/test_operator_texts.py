@@ -3,11 +3,16 @@
 import re
 
 from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATUS
+from pneuforce.web.app import STATIC
 from pneuforce.web.browser_feed import STATE
+from pneuforce.web.instrument_info import instrument_info
 from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS
 
 MAX_CHARACTERS = 110
 QUANTITY = re.compile(r"\{(\w+)\}")
+#: Words that an operator at the page cannot use: there are buttons, but no registers, commands and bits.
+WORDS_OF_A_BUS = re.compile(r"(register|command|bit|mode) \d|\b[Cc]lear\b(?! faults)")
+BUTTONS = ("Clear faults", "New balloon", "VENT", "Inflate")
 
 
 def test_each_fault_status_bit_and_reject_reason_has_a_text():
@@ -34,3 +39,18 @@ def test_the_quantities_in_the_texts_are_sent_to_the_browsers():
 def test_a_normal_measurement_asks_nothing_of_the_operator():
     normal = {"holding", "vented", "in_contact", "simulated", "calibrated", "function_check"}
     assert {name for name in normal if STATUS_ACTIONS[name]} == set()
+
+
+def test_the_page_names_buttons_instead_of_registers_and_commands():
+    info = instrument_info({}, True)
+    texts = [
+        *(text for fault in info["faults"].values() for text in (fault["meaning"], fault["action"])),
+        *(text for bit in info["status"].values() for text in (bit["meaning"], bit["action"])),
+        *info["states"].values(),
+        *info["reject_reasons"].values(),
+    ]
+    assert [text for text in texts if WORDS_OF_A_BUS.search(text)] == []
+    page = (STATIC / "index.html").read_text()
+    for button in BUTTONS:
+        assert [text for text in texts if button in text]
+        assert re.search(f"<button[^>]*>{button}", page)

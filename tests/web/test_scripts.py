@@ -46,6 +46,74 @@ def test_the_reason_why_a_hold_is_blocked(page):
         assert blocked is None or blocked["text"].endswith(".")
 
 
+def test_the_reason_why_there_is_no_force(page):
+    held, outside = {"state": "holding"}, {"status": ["out_of_range"], "setpoint_kpa": 3.0}
+    cases = [
+        ({"status": ["stale"]}, "no current samples"),
+        ({"state": "tripped", "faults": [5]}, "tripped"),
+        ({"state": "vented"}, "vented"),
+        ({"state": "settling"}, "wait"),
+        ({**held, "status": ["function_check"]}, "proof test"),
+        ({**held, **outside}, "4.95 to 11.45 kPa"),
+        ({**held, **outside, "setpoint_kpa": 8.0}, "model"),
+        ({**held, "status": ["baseline_old"]}, "baseline"),
+        (held, "invalid"),
+    ]
+    script = """import("/static/no-force.js").then(({ noForceReason }) =>
+      %s.map((state) =>
+        noForceReason({ status: [], faults: [], ...state }, { force_range_kpa: [4.95, 11.45] })))"""
+    reasons = page.evaluate(script % json.dumps([state for state, _ in cases]))
+    for (state, word), reason in zip(cases, reasons, strict=True):
+        assert word in reason, state
+        assert len(reason) <= 45, state
+
+
+@pytest.mark.parametrize(
+    ("change", "alarm", "title"),
+    [
+        ({}, "", "1.2 N · holding · pneuforce"),
+        ({"status": ["interpolated", "in_contact"]}, "", "holding · in contact · pneuforce"),
+        ({"status": ["force_high_alarm"]}, "", "⚠ force above 0.50 N · pneuforce"),
+        ({"faults": [5], "state": "tripped"}, "", "⚠ burst · pneuforce"),
+        ({"faults": [9]}, "NOT VENTED. Press the stop switch.", "⚠ NOT VENTED · pneuforce"),
+        (None, "", "⚠ no values · pneuforce"),
+    ],
+)
+def test_the_title_shows_the_most_important_alarm_or_the_force(page, change, alarm, title):
+    state = {"state": "holding", "status": [], "faults": [], "force_n": 1.234, "force_limit_n": 0.5}
+    state = None if change is None else {**state, **change}
+    script = """import("/static/page-title.js").then(({ titleText }) =>
+      titleText({ link: { reason: "" }, info: { faults: { 5: { title: "burst" } } }, state: %s }, "%s"))"""
+    assert page.evaluate(script % (json.dumps(state), alarm)) == title
+
+
+def test_the_force_alarm_ends_one_second_after_the_last_state_with_this_alarm(page):
+    """Each case: time of a state, whether it has the alarm, and whether the alarm is shown."""
+    cases = [(10.0, 0, 0), (10.2, 1, 1), (10.4, 0, 1), (10.6, 1, 1), (11.5, 0, 1), (11.7, 0, 0), (2.0, 0, 0)]
+    script = """import("/static/off-delay.js").then(({ AlarmOffDelay }) => {
+      const delay = new AlarmOffDelay();
+      return %s.map(([t_s, isHigh]) =>
+        delay.apply({ t_s, status: isHigh ? ["force_high_alarm"] : [] }).status.length);
+    })"""
+    assert page.evaluate(script % json.dumps(cases)) == [shown for *_, shown in cases]
+
+
+def test_announcements_are_removed_after_they_were_read(page):
+    texts = page.evaluate(
+        """import("/static/announcements.js").then(async ({ Announcer }) => {
+          const [polite, alarms] = [0, 1].map(() => document.createElement("p"));
+          const announcer = new Announcer(polite, alarms, 200);
+          announcer.update({ state: "holding", status: [], faults: [] }, { faults: {}, status: {} });
+          const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+          while (!polite.textContent) await wait(10);
+          const before = polite.textContent;
+          await wait(400);
+          return [before, polite.textContent];
+        })"""
+    )
+    assert texts == ["State: holding.", ""]
+
+
 def test_the_age_of_data_is_estimated_without_synchronized_clocks(page):
     """Each case: time sent, time received, and delay [s]. One clock is faster by 100 ppm."""
     cases = [

@@ -136,14 +136,15 @@ def test_a_fault_is_named_for_the_eye_and_the_ear(shown, browser):
     """The fault is active when the page is opened, before the page knows the names of the faults."""
     shown.set(state="tripped", faults=[BURST, 34], status=["burst", "failure"], force_n=None)
     shown.open()
+    browser.wait_for_text("#alarm-announcements", FAULT_TITLES[34])
+    announced = browser.text("#alarm-announcements")
+    assert FAULT_TITLES[BURST] in announced
+    assert "fault 5" not in announced
     browser.wait_for_visible(f"#bar-fault[data-fault={FAULTS.names[BURST]}]")
     assert FAULT_TITLES[BURST] in browser.text("#bar-fault")
     for name, size in SIZES.items():
         browser("resize", **size)
         assert (name, not_in_view(browser, "#vent-button", "#bar-state", "#bar-fault")) == (name, [])
-    browser.wait_for_text("#alarm-announcements", FAULT_TITLES[BURST])
-    browser.wait_for_text("#alarm-announcements", FAULT_TITLES[34])
-    assert "fault 5" not in browser.text("#alarm-announcements")
     spoken = "[...document.querySelector('#faults h3').childNodes].filter((n) => !n.ariaHidden)"
     assert browser.evaluate(f"{spoken}.map((n) => n.textContent).join('').trim()") == FAULT_TITLES[BURST]
 
@@ -154,6 +155,57 @@ def test_the_link_to_the_rig_has_its_own_state(shown, browser):
     browser.wait(f"{links} === 'up,up'")
     shown.set(status=["stale", "link_lost", "failure"], state="tripped", force_n=None)
     browser.wait(f"{links} === 'up,down'")
+
+
+BUTTON_NAMES = "[...document.querySelectorAll('button')].map((button) => button.innerText.trim())"
+#: Count how often the alarm about the force appears.
+COUNT_APPEARANCES = """(() => {
+  window.appearances = 0;
+  const alarm = document.querySelector("#force-limit");
+  new MutationObserver(() => (window.appearances += !alarm.hidden)).observe(alarm, { attributes: true });
+})()"""
+
+
+def test_each_button_has_its_own_name(shown, browser):
+    shown.set()
+    shown.open()
+    browser.wait_for_text("#bar-state", "holding")
+    names = [name for name in browser.evaluate(BUTTON_NAMES) if name]
+    assert sorted(set(names)) == sorted(names)
+
+
+def test_a_force_near_its_limit_does_not_make_the_alarm_blink(shown, browser):
+    shown.set()
+    shown.open()
+    browser.wait_for_text("#bar-state", "holding")
+    browser.evaluate(COUNT_APPEARANCES)
+    for _ in range(5):
+        shown.set(status=["holding", "force_high_alarm"])
+        time.sleep(0.2)
+        shown.set()
+        time.sleep(0.3)
+    assert browser.evaluate("window.appearances") == 1
+    browser.wait_for_hidden("#force-limit")
+
+
+SET_HIDDEN = """(() => {
+  Object.defineProperty(document, "hidden", { value: %s, configurable: true });
+  document.dispatchEvent(new Event("visibilitychange"));
+})()"""
+
+
+def test_a_hidden_tab_shows_an_alarm_in_its_title_until_another_tab_is_opened(shown, browser):
+    shown.set()
+    shown.open()
+    browser.wait_for_text("#bar-state", "holding")
+    browser.evaluate(SET_HIDDEN % "true")
+    shown.set(state="tripped", faults=[BURST], status=["burst", "failure"], force_n=None)
+    browser.wait(f"document.title.includes('{FAULT_TITLES[BURST]}')")
+    browser.evaluate("new BroadcastChannel('pneuforce-stream').postMessage('opened')")
+    browser.wait("document.title.startsWith('not connected')")
+    shown.set()
+    browser.evaluate(SET_HIDDEN % "false")
+    browser.wait("document.title.includes('holding')")
 
 
 def test_an_alarm_does_not_move_vent(shown, browser):
