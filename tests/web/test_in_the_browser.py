@@ -176,7 +176,7 @@ def test_a_fault_is_shown_with_its_action_and_can_be_cleared(page, live):
 def test_a_new_balloon_has_a_number_and_no_inflations(page, live):
     live.rig.inflate(5.0)
     live.rig.vent()
-    page.wait_for_state("vented")
+    page.wait("document.querySelector('#balloon-button').ariaDisabled === 'false'")
     page("fill", on="#balloon-input", text="1.5")
     page("press", key="Enter")
     page.wait_for_text("#balloon-error", "whole number")
