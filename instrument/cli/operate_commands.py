@@ -6,15 +6,16 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli.instrument_address import InstrumentAddress, at_address
+from pneuforce.instrument.cli.instrument_address import InstrumentAddress
+from pneuforce.instrument.cli.option_groups import expand_options
 from pneuforce.instrument.cli.options import Json
 
 commands = typer.Typer()
 
 
 @commands.command()
-@at_address
-def status(address: InstrumentAddress, as_json: Json = False) -> None:
+@expand_options
+def status(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """Show state, fault with its remedy, force, pressure, setpoint, lease and versions of an instrument.
 
     The force is shown with its expanded uncertainty (2 u), or with the reason why there is none.
@@ -28,14 +29,15 @@ def status(address: InstrumentAddress, as_json: Json = False) -> None:
 
 
 @commands.command()
-@at_address
+@expand_options
 def vent(
-    address: InstrumentAddress,
+    *,
     timeout_s: Annotated[
         float,
         typer.Option("--timeout", help="Longest time for the confirmation, in s.", min=0.0, max=60.0),
     ] = 10.0,
     as_json: Json = False,
+    address: InstrumentAddress,
 ) -> None:
     """Vent the balloon, and wait until the instrument has verified that the balloon is empty.
 
@@ -51,11 +53,12 @@ def vent(
 
 
 @commands.command("set")
-@at_address
+@expand_options
 def set_(
-    address: InstrumentAddress,
+    *,
     setpoint_kpa: Annotated[float, typer.Argument(help="Setpoint in kPa.", min=2.0, max=12.0)],
     as_json: Json = False,
+    address: InstrumentAddress,
 ) -> None:
     """Write the setpoint of the next hold. A balloon that is held gets the setpoint at once.
 
@@ -67,9 +70,9 @@ def set_(
 
 
 @commands.command()
-@at_address
+@expand_options
 def hold(
-    address: InstrumentAddress,
+    *,
     setpoint_kpa: Annotated[
         float | None,
         typer.Argument(help="Setpoint in kPa; default: the last setpoint.", min=2.0, max=12.0),
@@ -79,6 +82,7 @@ def hold(
     ] = None,
     lease_s: Annotated[float, typer.Option("--lease", help="Lease time, in s.", min=0.2, max=60.0)] = 2.0,
     as_json: Json = False,
+    address: InstrumentAddress,
 ) -> None:
     """Vent, inflate the balloon, hold the balloon and renew the lease until Ctrl-C, then vent.
 
@@ -93,8 +97,8 @@ def hold(
 
 
 @commands.command()
-@at_address
-def release(address: InstrumentAddress, as_json: Json = False) -> None:
+@expand_options
+def release(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """Vent, and end the lease of this computer, for example after a program that was killed.
 
     Example: pneuforce release
@@ -105,8 +109,8 @@ def release(address: InstrumentAddress, as_json: Json = False) -> None:
 
 
 @commands.command()
-@at_address
-def clear(address: InstrumentAddress, as_json: Json = False) -> None:
+@expand_options
+def clear(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """Clear the latched faults. Remove their cause before. This command moves no valve.
 
     Example: pneuforce clear
@@ -117,8 +121,8 @@ def clear(address: InstrumentAddress, as_json: Json = False) -> None:
 
 
 @commands.command()
-@at_address
-def zero(address: InstrumentAddress, as_json: Json = False) -> None:
+@expand_options
+def zero(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """Make a zero adjustment of the pressure sensor. This is possible only while the rig is vented.
 
     Example: pneuforce zero
