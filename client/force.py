@@ -14,12 +14,12 @@ from pneuforce.errors import ConfigurationError, InvalidForce
 from pneuforce.instrument.calibration.estimation import (
     MAX_PRESSURE_KPA,
     Grip,
+    LawChoice,
     estimation_settings,
     pressure_problem,
 )
-from pneuforce.instrument.calibration.file import Calibration, load
+from pneuforce.instrument.calibration.file import load
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.model import ForceLaw
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import Low, MethodName, Switch
 from pneuforce.instrument.validation.accuracy import estimate_forces
@@ -39,13 +39,13 @@ def force(
     dpi_kpa: float,
     dpf_kpa: float,
     *,
-    method: MethodName = ...,
+    method: MethodName | None = ...,
     calibration: str | os.PathLike[str] | None = ...,
     switch: Switch | None = ...,
     low: Low | None = ...,
     grip: float | None = ...,
     grip_std: float | None = ...,
-    pressed_sides: int = ...,
+    pressed_sides: int | None = ...,
     extrapolate: bool = ...,
 ) -> ForceEstimate[float]: ...
 @overload
@@ -53,26 +53,26 @@ def force(
     dpi_kpa: ArrayLike,
     dpf_kpa: ArrayLike,
     *,
-    method: MethodName = ...,
+    method: MethodName | None = ...,
     calibration: str | os.PathLike[str] | None = ...,
     switch: Switch | None = ...,
     low: Low | None = ...,
     grip: float | None = ...,
     grip_std: float | None = ...,
-    pressed_sides: int = ...,
+    pressed_sides: int | None = ...,
     extrapolate: bool = ...,
 ) -> ForceEstimate[NDArray[np.float64]]: ...
 def force(
     dpi_kpa: ArrayLike,
     dpf_kpa: ArrayLike,
     *,
-    method: MethodName = "energetic",
+    method: MethodName | None = None,
     calibration: str | os.PathLike[str] | None = None,
     switch: Switch | None = None,
     low: Low | None = None,
     grip: float | None = None,
     grip_std: float | None = None,
-    pressed_sides: int = 1,
+    pressed_sides: int | None = None,
     extrapolate: bool = False,
 ) -> ForceEstimate[Any]:
     """Return the force of a contact and its standard uncertainty [N].
@@ -80,10 +80,11 @@ def force(
     `dpi_kpa` is the gauge pressure before the contact, ΔP_i, and `dpf_kpa` the gauge pressure during the
     contact, ΔP_f [kPa]. Two floats give two floats. Arrays are broadcast.
 
-    `method` is "energetic", "lulevich", "shanahan" or "membrane". `calibration` is the path of a calibration
-    file (`pneuforce calibrate`). `switch` ("paper", "blend") and `low` ("line", "smooth") are variants of the
-    law; by default, they are those of the force calibration, otherwise those of the paper. `grip`, `grip_std`
-    and `pressed_sides` apply to the method "membrane". docs/model.md explains all of them.
+    `calibration` is the path of a calibration file (`pneuforce calibrate`). `method` is "energetic",
+    "lulevich", "shanahan" or "membrane". `switch` ("paper", "blend") and `low` ("line", "smooth") are
+    variants of the law. By default, these three are those of the force calibration, otherwise those of the
+    paper. `grip`, `grip_std` and `pressed_sides` apply to the method "membrane". docs/model.md explains all
+    of them.
 
     The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa. This function does the same, unless
     `extrapolate` is True. Without a valid force, two floats raise InvalidForce, and the element of an array
@@ -110,12 +111,12 @@ def force(
 
 
 def _settings(
-    method: MethodName,
+    method: MethodName | None,
     path: str | os.PathLike[str] | None,
     switch: Switch | None,
     low: Low | None,
     grip: Grip,
-    sides: int,
+    sides: int | None,
 ) -> ChainSettings:
     """Return the settings of the estimate. Raises ConfigurationError."""
     for name, choice, choices in (
@@ -129,14 +130,10 @@ def _settings(
     for name, value in (("grip", grip.value), ("grip_std", grip.std)):
         if value is not None and not 0 <= value <= 1:
             raise ConfigurationError(f"{name} = {value!r} is invalid: it must be 0 to 1")
-    if sides not in (1, 2):
+    if sides not in (None, 1, 2):
         raise ConfigurationError(f"pressed_sides = {sides!r} is invalid: it must be 1 or 2")
-    content: Calibration | None = None if path is None else load(Path(path))
-    made_for = content.force.made_for if content and content.force else None
-    if made_for is not None and made_for.method == method:
-        switch, low = switch or made_for.switch, low or made_for.low
-    law = ForceLaw(method=method, switch=switch or "paper", low=low or "line", sides=sides)
-    return estimation_settings(law, grip, content)
+    content = None if path is None else load(Path(path))
+    return estimation_settings(LawChoice(method, switch, low, sides), grip, content)
 
 
 def _scalar_force(

@@ -4,15 +4,42 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.instrument.calibration.apply import apply_calibration
-from pneuforce.instrument.calibration.file import Calibration, load
+from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw
+from pneuforce.instrument.model.law import Low, MethodName, Switch
 
 MAX_PRESSURE_KPA = 50.0  #: full scale of the sensor
+
+
+class LawChoice(NamedTuple):
+    """Force law as the user states it. None: the value of the calibration, otherwise that of the paper."""
+
+    method: MethodName | None = None
+    switch: Switch | None = None
+    low: Low | None = None
+    sides: int | None = None
+
+    def law(self, calibration: Calibration | None) -> ForceLaw:
+        """Return the law. A force calibration for another method than the stated method does not count."""
+        made_for = calibration.force.made_for if calibration and calibration.force else None
+        grip = calibration.grip if calibration else None
+        paper = ForceLaw()
+        method = self.method or (made_for.method if made_for else paper.method)
+        if made_for is None or made_for.method != method:
+            sides = grip.made_for.pressed_sides if grip and method == "membrane" else None
+            switch, low = None, None
+        else:
+            switch, low, sides = made_for.switch, made_for.low, made_for.pressed_sides
+        return ForceLaw(
+            method=method,
+            switch=self.switch or switch or paper.switch,
+            low=self.low or low or paper.low,
+            sides=self.sides or sides or paper.sides,
+        )
 
 
 class Grip(NamedTuple):
@@ -22,18 +49,18 @@ class Grip(NamedTuple):
     std: float | None
 
 
-def estimation_settings(law: ForceLaw, grip: Grip, calibration: Path | Calibration | None) -> ChainSettings:
-    """Return the settings of an estimate.
+def estimation_settings(choice: LawChoice, grip: Grip, calibration: Calibration | None) -> ChainSettings:
+    """Return the settings of an estimate. The law is that of the calibration, if the user does not state it.
 
     A force calibration for another method is not used. Raises ConfigurationError if the calibration does not
     fit to the law.
     """
+    law = choice.law(calibration)
     chain = ChainSettings.of(law)
     if calibration is not None:
-        content = load(calibration) if isinstance(calibration, Path) else calibration
-        if content.force and content.force.made_for.method != law.method:
-            content = content.model_copy(update={"force": None})
-        chain = apply_calibration(chain, content)
+        if calibration.force and calibration.force.made_for.method != law.method:
+            calibration = calibration.model_copy(update={"force": None})
+        chain = apply_calibration(chain, calibration)
     if grip.value is not None:
         chain = replace(chain, law=replace(chain.law, grip=grip.value))
     if grip.std is not None:

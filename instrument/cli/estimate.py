@@ -13,6 +13,7 @@ from pneuforce.instrument.model import ContactEstimate, ForceLaw
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.energies import ContactEnergies, contact_energies
+from pneuforce.instrument.model.force import NO_FORCE
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
 
 NO_SOLUTION = "the model has no plausible solution for these pressures"
@@ -40,12 +41,17 @@ class EstimatedContact(NamedTuple):
         return VALID_LOW_KPA <= self.baseline_kpa <= VALID_HIGH_KPA
 
     @property
+    def valid(self) -> bool:
+        """Return True if there is a force."""
+        return bool(self.budget)
+
+    @property
     def reasons(self) -> list[str]:
-        """Return the reasons why the force has limited validity; empty if there are none."""
+        """Return the reasons why there is no force, or why its validity is limited; empty if none."""
         reasons = []
         if not self.in_range:
             reasons.append(range_reason(self.baseline_kpa))
-        if not math.isfinite(self.solution.force_n):
+        elif not self.valid:
             reasons.append(NO_SOLUTION)
         elif self.final_kpa - self.baseline_kpa < self.lowest_rise_kpa:
             reasons.append(low_rise_reason(self.lowest_rise_kpa))
@@ -63,7 +69,11 @@ def low_rise_reason(lowest_rise_kpa: float) -> str:
 
 
 def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:
-    """Return the contact between two gauge pressures. Raises ConfigurationError for impossible pressures."""
+    """Return the contact between two gauge pressures.
+
+    ΔP_i outside the validated range gives no force, as in the instrument. Raises ConfigurationError for
+    impossible pressures.
+    """
     problem = pressure_problem(baseline_kpa, final_kpa, ("--dpi", "--dpf"))
     if problem:
         raise ConfigurationError(problem)
@@ -73,13 +83,20 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
     if correction is not None:
         curve = ContactCurve(baseline_kpa, model, correction, inputs)
         solution = curve.at(final_kpa - baseline_kpa).estimate
-    budget: tuple[BudgetLine, ...] = ()
-    if math.isfinite(solution.force_n):
-        budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
-    energies = contact_energies(baseline_kpa, final_kpa, settings.balloon, settings.circuit, model.law)
-    return EstimatedContact(
-        baseline_kpa, final_kpa, model.law, model.lowest_rise_kpa, solution, energies, budget
+    contact = EstimatedContact(
+        baseline_kpa,
+        final_kpa,
+        model.law,
+        model.lowest_rise_kpa,
+        NO_FORCE._replace(radius_mm=solution.radius_mm),
+        ContactEnergies(),
+        (),
     )
+    if not (contact.in_range and math.isfinite(solution.force_n)):
+        return contact
+    energies = contact_energies(baseline_kpa, final_kpa, settings.balloon, settings.circuit, model.law)
+    budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
+    return contact._replace(solution=solution, energies=energies, budget=budget)
 
 
 def format_estimate(contact: EstimatedContact) -> str:
@@ -88,7 +105,7 @@ def format_estimate(contact: EstimatedContact) -> str:
     force = (
         f"{solution.force_n:.3f} ± {std_n:.3f} N (standard uncertainty; pneuforce uncertainty explains it)"
     )
-    lines = [f"force            {force if contact.budget else 'not available'}"]
+    lines = [f"force            {force if contact.valid else 'no valid force'}"]
     for name, value in (
         ("indentation d", solution.indentation_mm),
         ("contact radius a", solution.contact_radius_mm),
@@ -124,7 +141,7 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
         "low": contact.law.low,
         "grip": contact.law.grip if contact.law.method == "membrane" else None,
         "pressed_sides": contact.law.sides if contact.law.method == "membrane" else None,
-        "valid": contact.in_range and bool(contact.budget),
+        "valid": contact.valid,
         "reasons": contact.reasons,
     }
 
@@ -132,7 +149,7 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
 def format_budget(contact: EstimatedContact) -> str:
     """Return the uncertainty budget as a table."""
     force_n = contact.solution.force_n
-    if not contact.budget:
+    if not contact.valid:
         return format_estimate(contact)
     rows = [f"{'input':<34} {'standard uncertainty':>22} {'part of the force':>20}"]
     for line in contact.budget:

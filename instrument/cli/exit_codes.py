@@ -38,7 +38,7 @@ class ExitCode(IntEnum):
 
 MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.DONE: "the command is done",
-    ExitCode.FAILED: "a check failed, a file is damaged, or the command was not completed",
+    ExitCode.FAILED: "a check failed, no force is valid, a file is damaged, or the command was not completed",
     ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
     ExitCode.REJECTED: "the instrument rejected the request; nothing was changed",
     ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",

@@ -7,128 +7,44 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli.options import InstrumentConfig, Json, Low, Out, Overwrite, Switch
+from pneuforce.instrument.cli.force_options import EstimateInput, ForceOptions
+from pneuforce.instrument.cli.option_groups import expand_options
+from pneuforce.instrument.cli.options import InstrumentConfig, Json, Low, Overwrite, Switch
 from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
-from pneuforce.instrument.model import law
 
 commands = typer.Typer()
 
-Dpi = Annotated[float | None, typer.Option("--dpi", help="Gauge pressure before the contact, ΔP_i, in kPa.")]
-Dpf = Annotated[float | None, typer.Option("--dpf", help="Gauge pressure during the contact, ΔP_f, in kPa.")]
-ContactsFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--csv",
-        help="CSV file with one contact per line, instead of --dpi and --dpf: columns baseline_kpa and "
-        "final_kpa.",
-    ),
-]
-Method = Annotated[law.MethodName | None, typer.Option(help="Force model.", show_default="energetic")]
-Grip = Annotated[
-    float | None,
-    typer.Option(
-        help="Grip of the contact, method membrane: 0 if the skin slides, 1 if it sticks.",
-        min=0,
-        max=1,
-    ),
-]
-GripStd = Annotated[
-    float | None,
-    typer.Option(help="Standard uncertainty of the grip; by default, that of an unknown grip.", min=0, max=1),
-]
-PressedSides = Annotated[
-    int | None,
-    typer.Option(
-        help="Number of sides on which the balloon is pressed, method membrane.",
-        min=1,
-        max=2,
-        show_default="1",
-    ),
-]
-CalibrationFile = Annotated[
-    Path | None,
-    typer.Option("--calibration", help="Calibration file of the balloon; by default, the paper's balloon."),
-]
-
 
 @commands.command()
-def estimate(
-    dpi: Dpi = None,
-    dpf: Dpf = None,
-    contacts: ContactsFile = None,
-    config: InstrumentConfig = None,
-    method: Method = None,
-    switch: Switch = None,
-    low: Low = None,
-    grip: Grip = None,
-    grip_std: GripStd = None,
-    pressed_sides: PressedSides = None,
-    calibration: CalibrationFile = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: Json = False,
-) -> None:
+@expand_options
+def estimate(pressures: EstimateInput, options: ForceOptions, as_json: Json = False) -> None:
     """Calculate the force of one contact, or of each contact in a table, from two pressures per contact.
 
     With --config, the force is that of the instrument: same balloon, law, method and calibration.
+    Without a valid force, the command states the reason, and the exit code is 1.
 
     Example: pneuforce estimate --dpi 8.0 --dpf 9.2
 
-    Example: pneuforce estimate --csv contacts.csv --config instrument.toml --out forces.csv
+    Example: pneuforce estimate --csv noted.csv --config instrument.toml --out forces.csv
     """
-    from pneuforce.instrument.cli.estimate_run import EstimateInput, estimate
-    from pneuforce.instrument.cli.force_settings import ForceOptions
+    from pneuforce.instrument.cli.estimate_run import estimate
 
-    options = ForceOptions(
-        config=config,
-        method=method,
-        switch=switch,
-        low=low,
-        grip=grip,
-        grip_std=grip_std,
-        pressed_sides=pressed_sides,
-        calibration=calibration,
-    )
-    estimate(EstimateInput(dpi, dpf, contacts, out, overwrite), options, budget=False, as_json=as_json)
+    estimate(pressures, options, budget=False, as_json=as_json)
 
 
 @commands.command()
-def uncertainty(
-    dpi: Dpi = None,
-    dpf: Dpf = None,
-    contacts: ContactsFile = None,
-    config: InstrumentConfig = None,
-    method: Method = None,
-    switch: Switch = None,
-    low: Low = None,
-    grip: Grip = None,
-    grip_std: GripStd = None,
-    pressed_sides: PressedSides = None,
-    calibration: CalibrationFile = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: Json = False,
-) -> None:
+@expand_options
+def uncertainty(pressures: EstimateInput, options: ForceOptions, as_json: Json = False) -> None:
     """Print the uncertainty budget of a force: the contribution of each input, as the GUM defines it.
 
     With --config, the uncertainty is that of the instrument: same balloon, law, method and calibration.
+    Without a valid force, the command states the reason, and the exit code is 1.
 
     Example: pneuforce uncertainty --dpi 8.0 --dpf 9.2
     """
-    from pneuforce.instrument.cli.estimate_run import EstimateInput, estimate
-    from pneuforce.instrument.cli.force_settings import ForceOptions
+    from pneuforce.instrument.cli.estimate_run import estimate
 
-    options = ForceOptions(
-        config=config,
-        method=method,
-        switch=switch,
-        low=low,
-        grip=grip,
-        grip_std=grip_std,
-        pressed_sides=pressed_sides,
-        calibration=calibration,
-    )
-    estimate(EstimateInput(dpi, dpf, contacts, out, overwrite), options, budget=True, as_json=as_json)
+    estimate(pressures, options, budget=True, as_json=as_json)
 
 
 @commands.command()
@@ -168,7 +84,6 @@ def validate(
     Example: pneuforce validate --data cell.csv --config instrument.toml
     """
     from pneuforce.instrument.cli import validate
-    from pneuforce.instrument.cli.force_settings import ForceOptions
     from pneuforce.instrument.cli.validation_source import SourceOptions
 
     options = SourceOptions(

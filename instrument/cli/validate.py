@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from rich.console import Console
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.force_settings import ForceOptions
+from pneuforce.instrument.cli.force_options import ForceOptions
+from pneuforce.instrument.cli.force_settings import force_settings
 from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.instrument.cli.validation_source import (
     SourceOptions,
@@ -43,7 +44,7 @@ class OutputFiles(NamedTuple):
 def validate(options: SourceOptions, force: ForceOptions, files: OutputFiles, as_json: bool) -> None:
     """Print the report. Raises ConfigurationError if a file or an option cannot be used."""
     _check_files(files, options)
-    settings = force.settings()
+    settings = force_settings(force)
     source = load_source(options)
     if force.config is not None:
         source = with_configuration(source, force.config)

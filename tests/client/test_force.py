@@ -31,11 +31,23 @@ def test_the_force_is_that_of_the_command_line(method, pressures):
 
 
 def test_a_calibrated_force_is_that_of_the_command_line():
-    expected = command_line_estimate("--dpi", 8, "--dpf", 9.2, "--switch", "blend", "--calibration", GOLDEN)
+    expected = command_line_estimate("--dpi", 8, "--dpf", 9.2, "--calibration", GOLDEN)
     estimate = pneuforce.force(8.0, 9.2, calibration=GOLDEN)
     assert estimate.force_n == pytest.approx(expected["force_n"], abs=1e-5)
     assert estimate.force_std_n == pytest.approx(expected["force_std_n"], abs=1e-5)
     assert estimate.force_n != pneuforce.force(8.0, 9.2).force_n
+
+
+def test_the_method_is_that_of_the_force_calibration_unless_it_is_stated(tmp_path):
+    file, text = tmp_path / "calibration.toml", Path(GOLDEN).read_text()
+    file.write_text(text.replace('method = "energetic"', 'method = "lulevich"'))
+    lulevich = pneuforce.force(8.0, 9.2, method="lulevich", switch="blend", calibration=file)
+    assert pneuforce.force(8.0, 9.2, calibration=file) == lulevich
+    uncalibrated = pneuforce.force(8.0, 9.2, method="energetic", calibration=file)
+    assert uncalibrated.force_n not in (
+        lulevich.force_n,
+        pneuforce.force(8.0, 9.2, calibration=GOLDEN).force_n,
+    )
 
 
 def test_arrays_are_broadcast_and_each_element_is_that_of_two_floats():

@@ -9,8 +9,8 @@ import pneuforce
 
 CHANGELOG = Path(__file__).parents[2] / "CHANGELOG.md"
 FORCE = (
-    "(dpi_kpa, dpf_kpa, *, method='energetic', calibration=None, switch=None, low=None, grip=None, "
-    "grip_std=None, pressed_sides=1, extrapolate=False)"
+    "(dpi_kpa, dpf_kpa, *, method=None, calibration=None, switch=None, low=None, grip=None, "
+    "grip_std=None, pressed_sides=None, extrapolate=False)"
 )
 HOLD = "(setpoint_kpa, *, lease_s=2.0, timeout_s=20.0, proof_tests=True)"
 SENSOR = {

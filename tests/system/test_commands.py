@@ -29,8 +29,10 @@ from tests.system.waiting import wait_for
 
 def estimate(*arguments):
     answered = pneuforce("estimate", *arguments, "--json")
-    assert answered.returncode == 0, answered.stderr
-    return json.loads(answered.stdout)
+    answer = json.loads(answered.stdout)
+    assert answered.returncode == (0 if answer["valid"] else 1), answered.stderr
+    assert bool(answered.stderr) == (not answer["valid"])
+    return answer
 
 
 def test_estimate_gives_the_force_and_the_shape_of_a_contact():
@@ -80,7 +82,18 @@ def test_the_method_membrane_uses_the_grip_and_the_calibration(tmp_path):
 def test_outside_the_validated_pressures_the_answer_is_invalid_with_a_reason():
     answer = estimate("--dpi", "3", "--dpf", "4")
     assert answer["valid"] is False
+    assert answer["force_n"] is answer["force_std_n"] is answer["indentation_mm"] is None
+    assert answer["compression_energy_mj"] is None
     assert "outside the validated" in answer["reasons"][0]
+
+
+@pytest.mark.parametrize("command", ["estimate", "uncertainty"])
+def test_the_text_shows_no_number_for_a_force_that_is_not_valid(command):
+    answered = pneuforce(command, "--dpi", "3", "--dpf", "4")
+    assert answered.returncode == 1
+    for output in (answered.stdout, answered.stderr):
+        assert "4.95–11.45 kPa" in output
+    assert not re.search(r"\d N\b", answered.stdout)
 
 
 def test_below_half_a_kilopascal_the_answer_is_interpolated_with_a_note():

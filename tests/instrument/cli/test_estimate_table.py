@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, InvalidForce
 from pneuforce.instrument.cli.app import app
 from pneuforce.instrument.config import load
 from pneuforce.instrument.validation.accuracy import estimate_forces
@@ -64,6 +64,23 @@ def test_an_option_that_contradicts_the_configuration_is_rejected(config):
         message = error_line("estimate", "--dpi", 8, "--dpf", 9, "--config", config, *words)
         assert words[0] in message
         assert "--config" in message
+
+
+def test_the_law_is_that_of_the_calibration_unless_an_option_contradicts(config):
+    words = ("estimate", "--dpi", 8, "--dpf", 9.2, "--calibration", config.with_name("calibration.toml"))
+    estimated = json.loads(succeed(*words, "--json"))
+    configured = json.loads(succeed("estimate", "--dpi", 8, "--dpf", 9.2, "--config", config, "--json"))
+    assert (estimated["switch"], estimated["force_n"]) == ("blend", configured["force_n"])
+    assert json.loads(succeed(*words, "--switch", "blend", "--json")) == estimated
+    assert "'paper'" in error_line(*words, "--switch", "paper")
+
+
+def test_a_table_without_any_valid_force_ends_with_an_error(tmp_path):
+    file = tmp_path / "noted.csv"
+    file.write_text("baseline_kpa,final_kpa\n4,5\n")
+    done = CliRunner().invoke(app, ["estimate", "--csv", str(file)])
+    assert isinstance(done.exception, InvalidForce)
+    assert [row["force_n"] for row in rows_of(done.stdout)] == [""]
 
 
 def test_a_table_keeps_its_columns_and_gets_the_force_of_each_contact(config):

@@ -10,7 +10,7 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.export import ExportOptions, export
-from pneuforce.instrument.cli.force_settings import ForceOptions
+from pneuforce.instrument.cli.force_options import ForceOptions
 from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.cli.validate import OutputFiles, validate
 from pneuforce.instrument.cli.validation_source import SourceOptions
