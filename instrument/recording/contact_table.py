@@ -24,9 +24,9 @@ class RecordedContact(NamedTuple):
     end_s: float  #: time of the last sample of the contact
     duration_s: float
     baseline_kpa: float  #: ΔP_i
-    final_kpa: float  #: ΔP_f, the highest pressure in the balloon
-    final_s: float  #: time of `final_kpa`
-    force_n: float  #: force of the highest peak
+    final_kpa: float  #: ΔP_f at the highest peak
+    final_s: float  #: time of the highest peak
+    force_n: float  #: force of the highest peak, which follows from `baseline_kpa` and `final_kpa`
     force_std_n: float  #: standard uncertainty of `force_n`
     peaks: int  #: number of peaks; a very short contact may have none
     #: "ended"; "open" at the end of the samples; "vented", "tripped" or "interrupted" (missing samples) if

@@ -34,10 +34,10 @@ class ContactRow(NamedTuple):
     begin_s: float
     baseline_kpa: float  #: ΔP_i, as the instrument determined it
     initial_s: float  #: time of the last sample at rest, or of the trough after the previous contact
-    final_kpa: float  #: ΔP_f, the greatest pressure in the balloon
-    final_s: float
+    final_kpa: float  #: ΔP_f at the highest peak, which gives the force `peak_n`
+    final_s: float  #: time of `final_kpa`
     radius_mm: float  #: R_i
-    peak_n: float  #: force of the highest peak; the greatest force of all samples if there is no peak
+    peak_n: float  #: force of the highest peak; if there is no peak, of the sample with the greatest force
     peak_std_n: float  #: standard uncertainty of `peak_n`
     peaks: int  #: number of peaks; the peak in progress counts, and a very short contact may have none
     duration_s: float
@@ -51,24 +51,26 @@ class _OpenContact:
     baseline_kpa: float
     initial_s: float
     radius_mm: float
-    final_kpa: float
-    final_s: float
-    trough_kpa: float
+    peak: Peak  # highest peak, or the sample with the greatest force if there is no peak
+    highest_kpa: float  # of all samples: overlapping contacts are separated by samples, not by peaks
+    trough_kpa: float  # lowest pressure since `highest_kpa`
     trough_s: float
-    peak_n: float = math.nan
-    peak_std_n: float = math.nan
     peaks: int = 0
     last_s: float = math.nan
 
     def add_sample(self, m: SampleRecord, now_kpa: float) -> None:
         self.last_s = m.t_s
-        if now_kpa > self.final_kpa:
-            self.final_kpa = self.trough_kpa = now_kpa
-            self.final_s = self.trough_s = m.t_s
+        if now_kpa > self.highest_kpa:
+            self.highest_kpa = self.trough_kpa = now_kpa
+            self.trough_s = m.t_s
         elif now_kpa < self.trough_kpa:
             self.trough_kpa, self.trough_s = now_kpa, m.t_s
-        if not self.peaks and (m.force_n > self.peak_n or math.isnan(self.peak_n)):
-            self.peak_n, self.peak_std_n = m.force_n, m.force_std_n
+        if not self.peaks:
+            self.peak = max(self.peak, _sample_peak(m), key=_height)
+
+    def add_peak(self, peak: Peak) -> None:
+        self.peak = max(self.peak, peak, key=_height) if self.peaks else peak
+        self.peaks += 1
 
     def row(self, still_open: bool) -> ContactRow:
         return ContactRow(
@@ -76,15 +78,24 @@ class _OpenContact:
             self.begin_s,
             self.baseline_kpa,
             self.initial_s,
-            self.final_kpa,
-            self.final_s,
+            self.baseline_kpa + self.peak.rise_kpa,
+            self.peak.t_s,
             self.radius_mm,
-            self.peak_n,
-            self.peak_std_n,
+            self.peak.force_n,
+            self.peak.force_std_n,
             self.peaks,
             self.last_s - self.begin_s,
             still_open,
         )
+
+
+def _sample_peak(m: SampleRecord) -> Peak:
+    return Peak(m.t_s, m.rise_kpa, m.force_n, m.force_std_n)
+
+
+def _height(peak: Peak) -> tuple[float, float]:
+    """Return the key that compares peaks: force, then rise. An unknown force is the lowest."""
+    return (-math.inf if math.isnan(peak.force_n) else peak.force_n), peak.rise_kpa
 
 
 def tube_time_constant_of(header: Mapping[str, Any]) -> float:
@@ -96,10 +107,17 @@ def tube_time_constant_of(header: Mapping[str, Any]) -> float:
 
 
 def with_peak(row: ContactRow, peak: Peak) -> ContactRow:
-    """Return the row with one more peak. The highest peak determines the force of the row."""
-    higher = not row.peaks or math.isnan(row.peak_n) or peak.force_n > row.peak_n
-    force_n, std_n = (peak.force_n, peak.force_std_n) if higher else (row.peak_n, row.peak_std_n)
-    return row._replace(peak_n=force_n, peak_std_n=std_n, peaks=row.peaks + 1)
+    """Return the row with one more peak. The highest peak determines force, ΔP_f and their time."""
+    before = Peak(row.final_s, row.final_kpa - row.baseline_kpa, row.peak_n, row.peak_std_n)
+    if row.peaks and _height(before) >= _height(peak):
+        return row._replace(peaks=row.peaks + 1)
+    return row._replace(
+        final_kpa=row.baseline_kpa + peak.rise_kpa,
+        final_s=peak.t_s,
+        peak_n=peak.force_n,
+        peak_std_n=peak.force_std_n,
+        peaks=row.peaks + 1,
+    )
 
 
 class ContactHistory:
@@ -159,7 +177,7 @@ class ContactHistory:
             self._begin(m, now_kpa, m.baseline_kpa, rest_s)
             return True
         contact.add_sample(m, now_kpa)
-        if not is_new_contact(now_kpa, m.baseline_kpa, contact.final_kpa, contact.trough_kpa):
+        if not is_new_contact(now_kpa, m.baseline_kpa, contact.highest_kpa, contact.trough_kpa):
             return False
         self._end()
         self._begin(m, now_kpa, m.baseline_kpa, contact.trough_s)
@@ -170,8 +188,7 @@ class ContactHistory:
         if contact is None or self._index_of(peak) < -1:
             self._ended[-1] = with_peak(self._ended[-1], peak)
         else:
-            row = with_peak(contact.row(still_open=True), peak)
-            contact.peak_n, contact.peak_std_n, contact.peaks = row.peak_n, row.peak_std_n, row.peaks
+            contact.add_peak(peak)
 
     def _index_of(self, peak: Peak) -> int:
         """Return the index of the contact of a peak: -1 for the latest contact, -2 for the contact before it.
@@ -182,9 +199,9 @@ class ContactHistory:
 
     def _begin(self, m: SampleRecord, now_kpa: float, baseline_kpa: float, initial_s: float) -> None:
         self._count += 1
-        at_s, radius_mm = m.t_s, m.radius_mm
+        at_s, radius_mm, peak = m.t_s, m.radius_mm, _sample_peak(m)
         self._open = _OpenContact(
-            self._count, at_s, baseline_kpa, initial_s, radius_mm, now_kpa, at_s, now_kpa, at_s
+            self._count, at_s, baseline_kpa, initial_s, radius_mm, peak, now_kpa, now_kpa, at_s
         )
         self._open.add_sample(m, now_kpa)
 
