@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.radius import suspected_pressure_unit
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ONSET_KPA
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from pneuforce.support.columns import Numbers, Points
+from pneuforce.support.columns import Numbers, Points, parse_points, parse_table
 
-COLUMNS = (("baseline_kpa", "final_kpa", "force_n"),)
-OPTIONAL_COLUMNS = ("force_std_n",)
+PRESSURE_COLUMNS = ("baseline_kpa", "final_kpa")
+#: Columns of the reference force and of its standard uncertainty. If a table has the first pair, force_n is
+#: another force, for example that of the instrument.
+FORCE_COLUMNS = (("reference_n", "reference_std_n"), ("force_n", "force_std_n"))
+#: Column of the tables in which force_n is the force of the instrument: `export --contacts`,
+#: `evaluate --contacts` and `estimate --csv`.
+INSTRUMENT_COLUMN = "reason"
 MAX_FORCE_N = 20.0
 #: Above this force, errors are relative to the force. Below this force, errors are in newtons.
 RELATIVE_ERROR_MIN_N = 1.0
@@ -36,6 +42,25 @@ class CalibrationContacts:
     def select(self, rows: Numbers) -> CalibrationContacts:
         """Return the contacts of the given rows. `rows` is a boolean mask or an array of indices."""
         return CalibrationContacts(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+def parse_contacts(content: bytes, name: str) -> Points:
+    """Return the columns of a CSV text with contacts. Its reference force has the name force_n.
+
+    Raises ConfigurationError if the text is invalid, or if its only force is that of the instrument.
+    """
+    names = parse_table(content, name).names
+    columns = next((pair for pair in FORCE_COLUMNS if pair[0] in names), FORCE_COLUMNS[-1])
+    if columns == FORCE_COLUMNS[-1] and INSTRUMENT_COLUMN in names:
+        raise ConfigurationError(
+            f"{name}: force_n is the force of the instrument, as the column {INSTRUMENT_COLUMN} shows, "
+            "so the calibration would change nothing: add the force of a reference sensor as the column "
+            "reference_n, or make the table with pneuforce calibrate contacts --from"
+        )
+    force, std = columns
+    points = parse_points(content, name, [(*PRESSURE_COLUMNS, force)], [std])
+    renamed = dict(zip(columns, FORCE_COLUMNS[-1], strict=True))
+    return replace(points, columns={renamed.get(key, key): points[key] for key in points.columns})
 
 
 def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContacts:

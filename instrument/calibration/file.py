@@ -73,7 +73,7 @@ def load(path: Path) -> Calibration:
 
     Raises ConfigurationError, which names the file, and for an invalid value also the key and its range.
     """
-    text = read_text(path, f"pneuforce calibrate force contacts.csv --out {path} creates it")
+    text = read_text(path, f"pneuforce calibrate force reference-contacts.csv --out {path} creates it")
     if not _END_MARKER.search(text):
         raise ConfigurationError(f"{path}: cut short: its last lines, [end] and whole = true, are missing")
     return validated(Calibration, parse_tables(text, str(path)), str(path))

@@ -132,9 +132,10 @@ def grip(
 def force(data: Data, out: Out = None, config: Config = None, as_json: Json = False) -> None:
     """Fit the force against a reference sensor.
 
-    The CSV has the columns baseline_kpa, final_kpa, force_n, and force_std_n if known.
+    The CSV has the columns baseline_kpa, final_kpa, force_n, and force_std_n if known. The force is that of
+    the reference sensor, and not that of the instrument.
 
-    Example: pneuforce calibrate force docs/examples/contacts.csv --out calibration.toml
+    Example: pneuforce calibrate force docs/examples/reference-contacts.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
     from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget

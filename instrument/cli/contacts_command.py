@@ -70,9 +70,9 @@ def contacts(
     With --from, the command finds the contacts in the recording, and pairs the plateau of each contact with
     the force of the reference sensor.
 
-    Example: pneuforce calibrate contacts --from press.recording --reference cell.csv --out contacts.csv
+    Example: pneuforce calibrate contacts --from press.recording --reference cell.csv > reference-contacts.csv
 
-    Example: pneuforce calibrate contacts --count 24 --seed 1 > contacts.csv
+    Example: pneuforce calibrate contacts --count 24 --seed 1 > reference-contacts.csv
     """
     from pneuforce.instrument.cli.calibrate_contacts import PairingInput, write_pairing, write_simulated
     from pneuforce.instrument.validation.reference import ReferenceColumns

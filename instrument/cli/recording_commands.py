@@ -106,7 +106,7 @@ def export(
 
     Example: pneuforce export press.recording press.parquet --from-s 10 --to-s 20
 
-    Example: pneuforce export press.recording contacts.csv --contacts
+    Example: pneuforce export press.recording recorded-contacts.csv --contacts
     """
     from pneuforce.instrument.cli.export import ExportOptions, export
 
@@ -134,7 +134,7 @@ def evaluate(
 
     The instrument computes all forces from the recorded inputs. The recording is not changed.
 
-    Example: pneuforce evaluate press.recording --config instrument.toml --contacts contacts.csv
+    Example: pneuforce evaluate press.recording --config instrument.toml --contacts evaluated-contacts.csv
     """
     from pneuforce.instrument.cli.evaluate import EvaluationFiles, evaluate
 

@@ -164,9 +164,9 @@ def calibrate_grip(
 def calibrate_force(data: Path, target: CalibrationTarget) -> CalibrationStep[ForcePart, ForceCalibration]:
     """Fit the force calibration, and save it.
 
-    Raises ConfigurationError if the contacts do not support a calibration.
+    Raises ConfigurationError if the contacts do not support a calibration, or have no reference force.
     """
-    points = _points(data, contacts.COLUMNS, contacts.OPTIONAL_COLUMNS)
+    points = contacts.parse_contacts(read_file(data), str(data))
     instrument = _Instrument.of(target)
     settings = instrument.chain
     try:

@@ -11,7 +11,7 @@ from typing import NamedTuple, get_args
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration import file, parts
 from pneuforce.instrument.calibration.apply import apply_calibration
-from pneuforce.instrument.calibration.contacts import COLUMNS, OPTIONAL_COLUMNS, read_contacts
+from pneuforce.instrument.calibration.contacts import parse_contacts, read_contacts
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
@@ -27,7 +27,7 @@ from pneuforce.instrument.studies.population_study import PopulationScores
 from pneuforce.instrument.studies.reference_contacts import as_csv
 from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores, score_estimators
 from pneuforce.sim.scenario import PlantTable
-from pneuforce.support.columns import Points, parse_points
+from pneuforce.support.columns import Points
 
 LIVE_SETTINGS = ChainSettings()
 #: Estimators without a calibration: the default settings with each method.
@@ -72,7 +72,7 @@ def evaluate(
 
 def _points(plant: str, count: int, seed: int) -> Points:
     text = "\n".join(as_csv(PlantTable.model_validate({"kind": plant}), count, seed))
-    return parse_points(text.encode(), plant, COLUMNS, OPTIONAL_COLUMNS)
+    return parse_contacts(text.encode(), plant)
 
 
 def _calibrate(points: Points, settings: ChainSettings) -> _CalibratedEstimator:

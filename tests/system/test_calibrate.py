@@ -23,13 +23,14 @@ from tests.instrument.calibration.plant_contacts import plant_contacts
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs/examples"
-PARTS = {"radius": "radius.csv", "volume": "volume.csv", "lag": "lag.csv", "force": "contacts.csv"}
+PARTS = {"radius": "radius.csv", "volume": "volume.csv", "lag": "lag.csv", "force": "reference-contacts.csv"}
 #: Files of a running instrument. A command with such a file is tested elsewhere.
 INSTRUMENT_FILES = ("press.recording", "instrument.toml")
 COMMANDS = [
     line.removeprefix(".venv/bin/pneuforce calibrate ").split()
     for block in re.findall(r"```sh\n(.*?)```", (ROOT / "docs/calibration.md").read_text(), re.S)
     for line in block.replace("\\\n", " ").splitlines()
+    if line.startswith(".venv/bin/pneuforce calibrate ")
     if not any(name in line for name in INSTRUMENT_FILES)
 ]
 
@@ -180,9 +181,9 @@ def scaled(source, columns, factor, target):
         ("radius", "radius.csv", ["pressure_kpa"], 0.145),
         ("volume", "volume.csv", ["syringe_ml", "volume_mm3"], 10.0),
         ("volume", "volume.csv", ["syringe_ml", "volume_mm3"], 0.01),
-        ("force", "contacts.csv", ["force_n", "force_std_n"], 1000.0),
-        ("force", "contacts.csv", ["force_n", "force_std_n"], 4.448),
-        ("force", "contacts.csv", ["force_n", "force_std_n"], 0.102),
+        ("force", "reference-contacts.csv", ["force_n", "force_std_n"], 1000.0),
+        ("force", "reference-contacts.csv", ["force_n", "force_std_n"], 4.448),
+        ("force", "reference-contacts.csv", ["force_n", "force_std_n"], 0.102),
     ],
 )
 def test_measurements_that_are_not_plausible_give_no_calibration(tmp_path, part, source, columns, factor):
@@ -200,7 +201,7 @@ def test_an_implausible_force_in_a_file_is_replaced_by_a_new_force_calibration(c
     with pytest.raises(ConfigurationError) as raised:
         calibrate("lag", EXAMPLES / "lag.csv", "--out", out)
     assert str(raised.value).startswith(str(out))
-    calibrate("force", EXAMPLES / "contacts.csv", "--out", out)
+    calibrate("force", EXAMPLES / "reference-contacts.csv", "--out", out)
     assert file.load(out).force.constant == file.load(calibration_path).force.constant
 
 
@@ -240,7 +241,7 @@ def test_a_note_warns_of_the_inflation_limit_of_the_balloon():
 
 
 def test_the_calibrated_instrument_measures_a_rubber_balloon_within_its_stated_uncertainty(tmp_path):
-    calibrate("force", EXAMPLES / "contacts.csv", "--out", tmp_path / "calibration.toml")
+    calibrate("force", EXAMPLES / "reference-contacts.csv", "--out", tmp_path / "calibration.toml")
     (tmp_path / "instrument.toml").write_text('[measurement]\ncalibration = "calibration.toml"\n')
     forces_n = (0.5, 1.2, 2.0, 3.2)
     press = {"kind": "press", "force_n": list(forces_n), "hold_s": 1.0}

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneuforce.instrument.calibration.contacts import CalibrationContacts, read_contacts
+from pneuforce.instrument.calibration.contacts import CalibrationContacts, parse_contacts, read_contacts
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.residuals import errors_by_pressure, share_and_floor
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, ForceCorrection, estimate
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA, pressure_bin_indices
+from pneuforce.instrument.recording.contact_table import CONTACT_TYPES
 from tests.instrument.calibration.points import error_message, points, share_within
 
 SETTINGS = ChainSettings()
@@ -118,6 +119,26 @@ VALID = {"baseline_kpa": [8.0] * 6, "final_kpa": [9.0] * 6, "force_n": [1.0] * 6
 )
 def test_a_row_that_is_not_a_contact_is_rejected_with_its_line(changed, expected):
     assert expected in error_message(read_contacts, points(**VALID | changed), SETTINGS)
+
+
+INSTRUMENT_TABLES = {
+    "export": ",".join(CONTACT_TYPES),
+    "estimate": "place,baseline_kpa,final_kpa,force_n,force_std_n,valid,reason",
+}
+
+
+@pytest.mark.parametrize("names", INSTRUMENT_TABLES.values(), ids=INSTRUMENT_TABLES)
+def test_the_forces_of_the_instrument_are_no_reference(names):
+    """Such a calibration would confirm the instrument by its own forces."""
+    row = ",".join("9" if name == "final_kpa" else "8" for name in names.split(","))
+    assert "reference_n" in error_message(parse_contacts, f"{names}\n{row}\n".encode(), "own.csv")
+    table = f"{names},reference_n\n{row},1.25\n"
+    columns = parse_contacts(table.encode(), "own.csv").columns
+    assert {name: list(values) for name, values in columns.items()} == {
+        "baseline_kpa": [8.0],
+        "final_kpa": [9.0],
+        "force_n": [1.25],
+    }
 
 
 def test_five_contacts_are_too_few():

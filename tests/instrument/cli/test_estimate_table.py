@@ -13,7 +13,7 @@ from pneuforce.instrument.config import load
 from pneuforce.instrument.validation.accuracy import estimate_forces
 
 ROOT = Path(__file__).parents[3]
-CONTACTS = ROOT / "docs/examples/contacts.csv"
+CONTACTS = ROOT / "docs/examples/reference-contacts.csv"
 RECORDING = ROOT / "docs/examples/validation-recording.csv"
 
 
