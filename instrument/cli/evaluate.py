@@ -79,13 +79,11 @@ def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) ->
     """
     _check_files(files)
     configuration = load(config)
-    # Do not print the log messages: the instrument has already logged them during the recording.
-    logging.getLogger("pneuforce").addHandler(logging.NullHandler())
     with open_recording(path) as recording:
         chain = configuration.chain
         result = Evaluation(tube_time_constant_of(recording.metadata), chain.tube_time_constant_s)
         with progress("evaluating") as report:
-            samples = _counted(_evaluated(recording, configuration), result, recording, report)
+            samples = _counted(evaluated_samples(recording, configuration), result, recording, report)
             if files.samples is None:
                 for _ in samples:
                     pass
@@ -101,7 +99,7 @@ def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) ->
             types = {**CONTACT_TYPES, **RECORDED_TYPES}
             contact_rows = map(_contact_row, contacts)
             write_table(files.contacts, _form(files.contacts), contact_rows, types, recording.metadata)
-        remark = "; ".join(filter(None, (remark, _version_remark(recording))))
+        remark = "; ".join(filter(None, (remark, version_remark(recording))))
     facts = {"file": str(path), "config": str(config), **_facts(result, contacts), "remark": remark}
     if remark and not as_json:
         print_text(f"pneuforce: {remark}", sys.stderr)
@@ -124,7 +122,10 @@ def _form(out: Path) -> str:
     return form
 
 
-def _evaluated(recording: Recording, configuration: Configuration) -> Iterator[EvaluatedSample]:
+def evaluated_samples(recording: Recording, configuration: Configuration) -> Iterator[EvaluatedSample]:
+    """Return each sample as recorded, and with the forces of the configuration."""
+    # Do not print the log messages: the instrument has already logged them during the recording.
+    logging.getLogger("pneuforce").addHandler(logging.NullHandler())
     session = initial_session(recording)
     change_settings(session, configuration.settings())
     return evaluate_samples(session, recording.entries(), recording.samples())
@@ -154,7 +155,8 @@ def _recorded_force(contact: RecordedContact | None) -> tuple[float, float]:
     return (math.nan, math.nan) if contact is None else (contact.force_n, contact.force_std_n)
 
 
-def _version_remark(recording: Recording) -> str:
+def version_remark(recording: Recording) -> str:
+    """Return a remark if another version of the program made the recording, otherwise ""."""
     recorded, present = recording.metadata.get("version"), version("pneuforce")
     if recorded == present:
         return ""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.aligned_reference import read_aligned
 from pneuforce.instrument.cli.output import ReportProgress, json_text, print_text, progress
 from pneuforce.instrument.recording.contact_table import CONTACT_TYPES, collect_contacts, relative_contacts
 from pneuforce.instrument.recording.contacts import tube_time_constant_of
@@ -24,7 +25,10 @@ from pneuforce.instrument.recording.table_export import (
     write_parquet,
 )
 from pneuforce.instrument.stream.sample_record import SampleRecord
+from pneuforce.instrument.validation.reference import PressureSample, recording_lines
+from pneuforce.instrument.validation.reference_alignment import AlignedReference, ReferenceInput
 from pneuforce.support import atomic_file
+from pneuforce.support.columns import Points
 
 FORMATS = {".csv": "csv", ".parquet": "parquet"}
 PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
@@ -37,7 +41,7 @@ class ExportOptions(NamedTuple):
     form: str | None = None  #: file format; None selects it by the suffix of `out`
     from_s: float = -math.inf
     to_s: float = math.inf
-    reference: Path | None = None
+    reference: ReferenceInput | None = None
     contacts: bool = False  #: export one row per contact instead of one row per sample
     overwrite: bool = False
 
@@ -70,10 +74,11 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
     form = _check_options(path, options)
     counter = SampleCounter()
     with open_recording(path) as recording:
+        aligned = None if options.reference is None else read_aligned(recording, options.reference)[1]
         with progress("exporting") as report:
             end_s = min(recording.extent_s, options.to_s)
             samples = counter.count(_selected_samples(recording, options), report, end_s)
-            contact_count = _write(form, options, recording, samples)
+            contact_count = _write(form, options, recording, samples, aligned)
         remark = recording.remark()
         facts = {
             "file": str(path),
@@ -83,6 +88,7 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
             "contacts": contact_count,
             "from_s": counter.first_s,
             "to_s": counter.last_s,
+            **(aligned.facts() if aligned else {}),
             "remark": remark,
         }
         damaged = bool(recording.damage)
@@ -90,7 +96,8 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
         print_text(f"pneuforce: {remark}", sys.stderr)
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
     rows = f"{counter.rows} samples" if contact_count is None else f"{contact_count} contacts"
-    print_text(json_text(facts) if as_json else f"{options.out}: {rows}, {span}")
+    lines = [f"{options.out}: {rows}, {span}", *(aligned.summary() if aligned else ())]
+    print_text(json_text(facts) if as_json else "\n".join(lines))
     return 1 if damaged else 0
 
 
@@ -111,8 +118,7 @@ def _check_options(path: Path, options: ExportOptions) -> str:
         raise ConfigurationError("--reference is valid only with --format validation")
     if form == "validation" and not options.reference:
         raise ConfigurationError(
-            "a recording contains no true force: name with --reference a CSV with the columns t_s, "
-            "in seconds since the start of the recording, and force_n"
+            "a recording contains no true force: name the CSV file of a reference sensor with --reference"
         )
     if form == "validation" and options.contacts:
         raise ConfigurationError("--contacts is not valid with --format validation, which needs all samples")
@@ -131,12 +137,15 @@ def _selected_samples(recording: Recording, options: ExportOptions) -> Iterator[
 
 
 def _write(
-    form: str, options: ExportOptions, recording: Recording, samples: Iterator[SampleRecord]
+    form: str,
+    options: ExportOptions,
+    recording: Recording,
+    samples: Iterator[SampleRecord],
+    aligned: AlignedReference | None,
 ) -> int | None:
     """Write the table. Return the number of contacts; None if the table contains samples."""
-    if form == "validation":
-        assert options.reference is not None
-        _write_validation(options.out, samples, options.reference)
+    if aligned is not None:
+        _write_validation(options.out, samples, aligned.force)
         return None
     if not options.contacts:
         write_table(options.out, form, samples, SAMPLE_TYPES, recording.metadata)
@@ -158,8 +167,6 @@ def write_table(
         write_parquet(new, rows, types, metadata)
 
 
-def _write_validation(out: Path, samples: Iterator[SampleRecord], reference: Path) -> None:
-    from pneuforce.instrument.validation.reference import PressureSample, read, recording_lines
-
+def _write_validation(out: Path, samples: Iterator[SampleRecord], reference: Points) -> None:
     pressures = (PressureSample(m.t_s, m.unfiltered_kpa, math.isfinite(m.baseline_kpa)) for m in samples)
-    atomic_file.write_lines(out, recording_lines(pressures, read(reference)))
+    atomic_file.write_lines(out, recording_lines(pressures, reference))

@@ -9,7 +9,9 @@ from typing import Annotated
 
 import typer
 
+from pneuforce.instrument.cli.option_groups import expand_options
 from pneuforce.instrument.cli.options import Json, Overwrite, Seconds
+from pneuforce.instrument.cli.reference_options import ReferenceOptions
 
 commands = typer.Typer()
 
@@ -82,6 +84,7 @@ def _socket_of(config: Path | None, socket: Path | None) -> Path | None:
 
 
 @commands.command()
+@expand_options
 def export(
     file: RecordingFile,
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Output file, .csv or .parquet.")],
@@ -90,19 +93,17 @@ def export(
     ] = None,
     from_s: FromS = None,
     to_s: ToS = None,
-    reference: Annotated[
-        Path | None,
-        typer.Option(
-            "--reference", help="For validation only: a CSV of the true force, columns t_s and force_n."
-        ),
-    ] = None,
     contacts: Annotated[
         bool, typer.Option("--contacts", help="Write one row per contact, instead of one row per sample.")
     ] = False,
     overwrite: Overwrite = False,
     as_json: Json = False,
+    *,
+    reference: ReferenceOptions,
 ) -> None:
     """Write the samples of a recording as a table for a spreadsheet, pandas or pneuforce validate.
+
+    The format validation also needs the force of a reference sensor (--reference).
 
     Example: pneuforce export press.recording press.parquet --from-s 10 --to-s 20
 
@@ -111,7 +112,7 @@ def export(
     from pneuforce.instrument.cli.export import ExportOptions, export
 
     name = form.value if form else None
-    options = ExportOptions(out, name, *_span(from_s, to_s), reference, contacts, overwrite)
+    options = ExportOptions(out, name, *_span(from_s, to_s), reference.input(), contacts, overwrite)
     raise typer.Exit(export(file, options, as_json))
 
 
@@ -142,6 +143,7 @@ def evaluate(
 
 
 @commands.command()
+@expand_options
 def plot(
     file: RecordingFile,
     out: Annotated[
@@ -156,16 +158,18 @@ def plot(
         bool,
         typer.Option("--by-pressure", help="Draw the uncertainty of the peak forces by pressure bin."),
     ] = False,
-    reference: Annotated[
+    config: Annotated[
         Path | None,
-        typer.Option(
-            help="With --by-pressure: draw the errors against the true force, a CSV with t_s and force_n."
-        ),
+        typer.Option("--config", help="Compute the forces again, with this instrument.toml."),
     ] = None,
     title: Annotated[str | None, typer.Option(help="Title, instead of the name of the recording.")] = None,
     overwrite: Overwrite = False,
+    *,
+    reference: ReferenceOptions,
 ) -> None:
     """Draw a recording: pressure with ΔP_i and ΔP_f of each contact, and force with ±2u.
+
+    With --by-pressure and --reference, the errors beside the force of a reference sensor are drawn.
 
     Example: pneuforce plot press.recording press.svg --from-s 10 --to-s 40
     """
@@ -173,7 +177,8 @@ def plot(
     from pneuforce.instrument.validation.recording_plot import PlotOptions
 
     span = _span(from_s, to_s)
-    raise typer.Exit(plot(PlotOptions(file, out, *span, by_pressure, reference, title, overwrite)))
+    options = PlotOptions(file, out, *span, by_pressure, reference.input(), title, overwrite)
+    raise typer.Exit(plot(options, config))
 
 
 def _span(from_s: float | None, to_s: float | None) -> tuple[float, float]:

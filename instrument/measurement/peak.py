@@ -150,7 +150,7 @@ class PeakTracker:
         if m.in_contact:
             if not self._in_contact:
                 self._begin()
-            if m.rise_kpa > MIN_POINT_KPA and math.isfinite(m.force_n):
+            if MIN_POINT_KPA < m.rise_kpa < math.inf and math.isfinite(m.force_n):
                 self._curve[int(math.log(m.rise_kpa) / POINT_RATIO)] = m.rise_kpa, m.force_n
         elif self._in_contact:
             peaks += self._end()

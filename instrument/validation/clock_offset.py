@@ -10,6 +10,8 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.validation.trial import Floats
 
 STEP_S = 0.02
+#: Longest signal whose offset is estimated. A longer signal needs too much memory.
+MAX_DURATION_S = 12 * 3600.0
 #: Smallest share of the shorter signal that both signals must have in common.
 MIN_OVERLAP = 0.5
 #: Smallest accepted correlation, and smallest difference to the correlation at any other offset. Equal
@@ -36,8 +38,14 @@ class ClockOffset(NamedTuple):
 def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
     """Return the offset at which the pressure rise and the reference force have the highest correlation.
 
-    Raises ConfigurationError if the signals do not resemble each other, or if several offsets fit.
+    Raises ConfigurationError if the signals do not resemble each other, if several offsets fit, or if a
+    signal is too long.
     """
+    if any(signal.t_s[-1] - signal.t_s[0] > MAX_DURATION_S for signal in (recorded, reference)):
+        raise ConfigurationError(
+            f"the clock offset cannot be estimated: recording or reference is longer than "
+            f"{MAX_DURATION_S / 3600:g} h; give --offset"
+        )
     pressure, force = _on_grid(recorded), _on_grid(reference)
     correlation = _correlations(pressure, force)
     best = int(np.nanargmax(correlation)) if np.isfinite(correlation).any() else 0

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.recording.contacts import tube_time_constant_of
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducible_style, set_title
 from pneuforce.instrument.recording.reader import Recording, short_text
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation import by_pressure
 from pneuforce.instrument.validation.figures import pressure_bin_bars, require_matplotlib
-from pneuforce.instrument.validation.reference import read
+from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from pneuforce.support.atomic_file import check_new, replaced_user_file
+from pneuforce.support.columns import Points
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +38,7 @@ class PlotOptions(NamedTuple):
     from_s: float = -math.inf
     to_s: float = math.inf
     by_pressure: bool = False
-    reference: Path | None = None
+    reference: ReferenceInput | None = None
     title: str | None = None
     overwrite: bool = False
 
@@ -60,18 +60,13 @@ class PlotOptions(NamedTuple):
         return out
 
 
-def collect(
-    recording: Recording, options: PlotOptions, progress: Callable[[Samples], Samples] = iter
-) -> PlotData:
-    """Return the samples in the time range, each with the faults that were latched at its time.
-
-    `progress` receives the samples and yields them unchanged, so that it can report how many were read.
-    """
-    data = PlotData(recording.begin_s, tube_time_constant_of(recording.metadata))
+def collect(recording: Recording, samples: Samples, tube_time_constant_s: float) -> PlotData:
+    """Return the samples of a recording, each with the faults that were latched at its time."""
+    data = PlotData(recording.begin_s, tube_time_constant_s)
     faults = _latched_faults(recording)
     data.set_latched_faults(next(faults)[1])
     next_t_s, latched = next(faults)
-    for m in progress(recording.samples(options.from_s, options.to_s)):
+    for m in samples:
         while m.t_s >= next_t_s:
             data.set_latched_faults(latched)
             next_t_s, latched = next(faults)
@@ -98,22 +93,24 @@ def _names(value: Any) -> tuple[str, ...]:
     return tuple(short_text(name)[:MAX_NAME_LENGTH] for name in names)
 
 
-def write(data: PlotData, options: PlotOptions, title: str) -> None:
-    """Draw the figure and write the file. Raises ConfigurationError if a file cannot be used."""
+def write(data: PlotData, options: PlotOptions, title: str, reference: Points | None = None) -> None:
+    """Draw the figure and write the file. Raises ConfigurationError if a file cannot be used.
+
+    The times of the reference force count from the beginning of the recording.
+    """
     with reproducible_style():
         _save(
-            _draw_bars(data, options, title) if options.by_pressure else draw_figure(data, title),
+            _draw_bars(data, reference, title) if options.by_pressure else draw_figure(data, title),
             options.file,
         )
 
 
-def _draw_bars(data: PlotData, options: PlotOptions, title: str) -> Figure:
+def _draw_bars(data: PlotData, reference: Points | None, title: str) -> Figure:
     """Draw one bar per pressure bin: the error if there is a reference, else the reported uncertainty."""
-    if options.reference is None:
+    if reference is None:
         quantity, bars = "mean relative uncertainty u [%]", by_pressure.uncertainty_by_bin(data.contacts)
     else:
         quantity = "mean absolute error of the peak [%]"
-        reference = read(options.reference)
         bars = by_pressure.error_by_bin(
             data.contacts, by_pressure.ReferenceForce(reference["t_s"] + data.begin_s, reference["force_n"])
         )
@@ -124,15 +121,15 @@ def _draw_bars(data: PlotData, options: PlotOptions, title: str) -> Figure:
     set_title(axes, title)
     axes.margins(y=0.1)
     if not any(bar.contacts for bar in bars):
-        axes.text(0.5, 0.5, _empty_text(data, options), transform=axes.transAxes, ha="center", fontsize=13)
+        axes.text(0.5, 0.5, _empty_text(data, reference), transform=axes.transAxes, ha="center", fontsize=13)
         axes.set_ylim(0, 1)
         axes.set_yticks([])
     return figure
 
 
-def _empty_text(data: PlotData, options: PlotOptions) -> str:
+def _empty_text(data: PlotData, reference: Points | None) -> str:
     """Return the reason why there is no bar."""
-    with_reference = " with a reference force" if options.reference else ""
+    with_reference = " with a reference force" if reference is not None else ""
     return data.remark or f"no contact of more than 0.5 kPa{with_reference}"
 
 

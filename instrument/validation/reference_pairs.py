@@ -82,6 +82,8 @@ class PressureCourse:
 
     def free_force_n(self, reference: Signal) -> float:
         """Return the median of the reference force while the balloon has no contact; NaN without readings."""
+        if not len(self.t_s):
+            return math.nan
         at = np.clip(np.searchsorted(self.t_s, reference.t_s), 0, len(self.t_s) - 1)
         inside = (reference.t_s >= self.t_s[0]) & (reference.t_s <= self.t_s[-1])
         free = inside & np.isnan(self.rise_kpa[at])

@@ -27,6 +27,7 @@ from pneuforce.instrument.service.replay_host import replay_start
 from pneuforce.instrument.service.replay_verification import open_replayable
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation.recording_plot import PlotOptions
+from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from tests.attack.corruption import write_damaged, write_forged
 from tests.attack.result import AttackResult
 from tests.instrument.recording.recording_files import comparable
@@ -77,6 +78,7 @@ def _read(path: Path) -> None:
 def commands_of(path: Path) -> dict[str, Callable[[], object]]:
     """Return each command that reads a recording. Its output files are in the same folder."""
     out = path.with_name
+    reference = ReferenceInput(out("reference.csv"), offset_s=0.0)
     return {
         "read": lambda: _read(path),
         "replay": lambda: replay(path, as_json=False),
@@ -87,7 +89,7 @@ def commands_of(path: Path) -> dict[str, Callable[[], object]]:
         ),
         "export validation": lambda: export(
             path,
-            ExportOptions(out("v.csv"), "validation", reference=out("reference.csv"), overwrite=True),
+            ExportOptions(out("v.csv"), "validation", reference=reference, overwrite=True),
             as_json=False,
         ),
         "export contacts": lambda: export(
@@ -98,6 +100,9 @@ def commands_of(path: Path) -> dict[str, Callable[[], object]]:
         ),
         "plot": lambda: plot(PlotOptions(path, out("a.png"), overwrite=True)),
         "plot --by-pressure": lambda: plot(PlotOptions(path, out("b.svg"), by_pressure=True, overwrite=True)),
+        "plot --config": lambda: plot(
+            PlotOptions(path, out("d.svg"), overwrite=True), out("instrument.toml")
+        ),
     }
 
 

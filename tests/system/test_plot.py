@@ -14,6 +14,7 @@ from pneuforce.instrument.recording.contacts import ContactHistory
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.stream.entry import EntryKind, json_entry
 from pneuforce.instrument.validation.recording_plot import PlotOptions
+from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from tests.command_runner import pneuforce
 from tests.instrument.recording.recorded_story import hold, press, record_story
 from tests.instrument.recording.recording_files import make_recording
@@ -216,7 +217,9 @@ def test_by_pressure_the_errors_beside_a_reference_are_shown(pressed, rows, tmp_
         for row in rows:
             table.writerow([row.begin_s - begin_s, 0.0])
             table.writerow([row.begin_s - begin_s + row.duration_s / 2, 1.25 * row.peak_n])
-    assert percentages(draw(pressed, by_pressure=True, reference=reference)) == ["20.00"]
+    assert percentages(
+        draw(pressed, by_pressure=True, reference=ReferenceInput(reference, offset_s=0.0))
+    ) == ["20.00"]
 
 
 def test_the_command_writes_a_png_beside_the_recording(pressed):

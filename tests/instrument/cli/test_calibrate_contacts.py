@@ -3,11 +3,12 @@
 import csv
 import json
 import random
+import re
 
 import pytest
 
 from pneuforce.instrument.cli.calibrate_contacts import PairingInput, pair
-from pneuforce.instrument.validation.reference import ReferenceColumns
+from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from tests.command_runner import pneuforce
 from tests.instrument.recording.recorded_scenario import record_scenario
 
@@ -94,13 +95,41 @@ def test_the_table_is_accepted_by_calibrate_force(folder, tmp_path):
     assert (refused.returncode, "--overwrite" in refused.stderr) == (2, True)
 
 
+def validation_rows(folder, out, *words):
+    """Export the recording with a reference force. Return the output, and time and force of each sample."""
+    options = ("--format", "validation", "--reference", *words)
+    done = pneuforce("export", folder / "a.recording", out, *options)
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader(out.read_text().splitlines()))
+    return done.stdout, {float(row["t_s"]): float(row["force_n"]) for row in rows}
+
+
+def test_export_and_plot_align_the_reference_in_the_same_way(folder, tmp_path):
+    _, truth = validation_rows(folder, tmp_path / "a.csv", folder / "cell.csv", "--offset", "0")
+    output, aligned = validation_rows(folder, tmp_path / "b.csv", folder / "logger.csv", *LOGGER)
+    common = truth.keys() & aligned.keys()
+    assert len(common) > 0.95 * len(truth) > 1000
+    errors_n = sorted(abs(aligned[t_s] - truth[t_s]) for t_s in common)
+    assert errors_n[len(errors_n) * 9 // 10] < 0.03
+    offset_s = float(re.search(r"clock offset: (\S+) s", output)[1])
+    assert offset_s == pytest.approx(OFFSET_S, abs=0.03)
+    words = ("--by-pressure", "--reference", folder / "logger.csv", *LOGGER)
+    plotted = pneuforce("plot", folder / "a.recording", tmp_path / "errors.png", *words)
+    assert plotted.returncode == 0, plotted.stderr
+    assert plotted.stdout.splitlines()[1:] == output.splitlines()[1:]
+
+
+def test_an_option_of_the_reference_needs_a_reference(folder, tmp_path):
+    for words in (("export", folder / "a.recording", tmp_path / "a.csv"), ("plot", folder / "a.recording")):
+        rejected = pneuforce(*words, "--tare", "--unit", "mN")
+        assert rejected.returncode == 2
+        assert "--unit, --tare can be used only with --reference" in rejected.stderr
+
+
 def test_a_given_offset_is_used_and_a_wrong_offset_gives_no_wrong_force(folder):
     def paired_at(offset_s):
-        return pair(
-            PairingInput(
-                folder / "a.recording", folder / "cell.csv", ReferenceColumns(), offset_s, tare=False
-            )
-        )
+        reference = ReferenceInput(folder / "cell.csv", offset_s=offset_s)
+        return pair(PairingInput(folder / "a.recording", reference))
 
     right = paired_at(0.0)
     truths_n = {plateau.contact: plateau.force_n for plateau in right.paired}

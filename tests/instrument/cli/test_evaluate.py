@@ -3,11 +3,13 @@
 import csv
 import json
 import shutil
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.config import Configuration, load
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
@@ -17,10 +19,13 @@ from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.replay import replay_input
 from pneuforce.instrument.service.replay_verification import initial_session
 from pneuforce.instrument.stream.sample_record import pack, unpack
+from pneuforce.instrument.validation.recording_plot import PlotOptions
 from tests.command_runner import pneuforce
 from tests.instrument.calibration.test_golden import GOLDEN
 from tests.instrument.recording.recording_files import comparable
 from tests.instrument.recording.virtual_host import VirtualHost, write_recording
+
+SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture(scope="module")
@@ -141,3 +146,27 @@ def test_a_contact_without_a_recorded_counterpart_has_no_recorded_force(recordin
         len(contacts) - 1
     )
     assert [pair.recorded for pair in pair_contacts(contacts[1:], contacts)] == [None, *contacts[1:]]
+
+
+def drawn(recording, out, config=None, **options):
+    """Return the texts of a plot, and the number of its stars at ΔP_f."""
+    plot(PlotOptions(recording, out, overwrite=True, **options), config)
+    figure = ET.parse(out).getroot()
+    texts = ["".join(text.itertext()) for text in figure.iter(f"{SVG}text")]
+    return texts, len(figure.findall(f".//{SVG}g[@id='ΔP_f']//{SVG}use"))
+
+
+def test_a_plot_with_a_configuration_shows_the_evaluated_forces(recording, config, tmp_path):
+    contacts = json.loads(pneuforce("evaluate", recording, "--config", config, "--json").stdout)["contacts"]
+    percents = [
+        100 * contact["force_std_n"] / contact["force_n"]
+        for contact in contacts
+        if contact["final_kpa"] - contact["baseline_kpa"] >= 0.5 and contact["state"] != "open"
+    ]
+    mean, out = f"{sum(percents) / len(percents):.2f}", tmp_path / "a.svg"
+    texts, _ = drawn(recording, out, config, by_pressure=True)
+    assert mean in texts
+    assert any(config.name in text for text in texts)
+    assert mean not in drawn(recording, out, by_pressure=True)[0]
+    assert drawn(recording, out, config)[1] == len(contacts)
+    assert drawn(recording, out, config, to_s=contacts[-1]["begin_s"] - 0.1)[1] == len(contacts) - 1

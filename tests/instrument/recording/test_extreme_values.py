@@ -21,6 +21,7 @@ from pneuforce.instrument.rig.link import RawSample
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, json_entry
 from pneuforce.instrument.stream.sample_record import pack, unpack
 from pneuforce.instrument.validation.recording_plot import PlotOptions
+from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from pneuforce.protocol.frames import BoardState, Sample, Valve
 from tests.instrument.recording.recording_files import BEGIN_S, HEADER, read_contents
 
@@ -110,7 +111,9 @@ def test_extreme_numbers_are_read_and_exported_to_the_last_bit(extreme, tmp_path
 
 def test_an_exported_recording_with_extreme_pressures_is_not_validated(extreme, tmp_path):
     (tmp_path / "cell.csv").write_text("t_s,force_n\n" + "".join(f"{n / 20},1.0\n" for n in range(20)))
-    options = ExportOptions(tmp_path / "v.csv", "validation", reference=tmp_path / "cell.csv")
+    options = ExportOptions(
+        tmp_path / "v.csv", "validation", reference=ReferenceInput(tmp_path / "cell.csv", offset_s=0.0)
+    )
     export(extreme, options, as_json=False)
     with pytest.raises(ConfigurationError, match="pressure_kpa"):
         validate(SourceOptions(data=tmp_path / "v.csv"), ForceOptions(), NO_FILES, as_json=False)

@@ -52,3 +52,11 @@ def test_equal_presses_at_equal_times_are_ambiguous():
     regular = presses((2.0,) * 6, heights=(1.0,) * 6)
     with pytest.raises(ConfigurationError, match="ambiguous"):
         estimate_offset(regular, regular)
+
+
+def test_the_offset_of_a_very_long_recording_must_be_given():
+    """A file with a wrong time would otherwise need any amount of memory."""
+    far = Signal(np.array([0.0, 1e10]), np.array([0.0, 1.0]))
+    for recorded, reference in ((far, presses(PAUSES_S)), (presses(PAUSES_S), far)):
+        with pytest.raises(ConfigurationError, match="--offset"):
+            estimate_offset(recorded, reference)
