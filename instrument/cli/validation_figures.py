@@ -46,7 +46,7 @@ def draw_figures(
     fig6a = figures.draw_contacts(slow, settings, "slow contacts", paper.SLOW_PERCENT)
     figures.save(folder, "fig6a-slow", fig6a)
     figures.save(folder, "fig6c-continuous", figures.draw_continuous(fast))
-    figures.save(folder, "fig7-errors", figures.draw_error_bars(peaks))
+    figures.save(folder, "fig7-errors", figures.draw_error_bars(peaks, settings))
     figures.save(folder, "law", draw_law(settings.balloon, settings.circuit))
 
 

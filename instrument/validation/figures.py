@@ -12,8 +12,10 @@ import numpy as np
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.validation.accuracy import estimate_forces
+from pneuforce.instrument.validation.instrument_errors import instrument_errors
 from pneuforce.instrument.validation.paper import PRESSURE_BINS
-from pneuforce.instrument.validation.peaks import PeakForces, estimate_peaks, group_errors
+from pneuforce.instrument.validation.peaks import PeakForces
 from pneuforce.instrument.validation.report import TrialEvaluation
 from pneuforce.instrument.validation.trial import Floats
 
@@ -93,16 +95,17 @@ def draw_contacts(
     _draw_line(below, t_s, processed.filtered_n, GREEN, label="reference")
     shown = [contact for contact in trial.evaluable_contacts if contact.final_s - begin_s < SHOWN_S]
     initial, final, reference_n, initial_s, final_s = np.array(shown).T
-    peaks = estimate_peaks(initial, final, reference_n, settings)
+    estimate_n, _ = estimate_forces(zip(initial, final, strict=True), settings)
     above.plot(
         initial_s - begin_s, initial, "*", color=YELLOW, markeredgecolor=GREY, markersize=9, label="ΔP_i"
     )
     above.plot(final_s - begin_s, final, "*", color=RED, markersize=9, label="ΔP_f")
-    at_s, estimate_n = final_s - begin_s, peaks.estimates_n["energetic"]
+    at_s = final_s - begin_s
     below.hlines(estimate_n, at_s - DASH_S, at_s + DASH_S, RED, "dashed", label="estimated peak")
     above.set(ylabel="pressure [kPa]")
-    mean = f"{_mean_percent(peaks):.2f} % (paper: {published_percent} %)"
-    above.set_title(f"{title}: mean error {mean}", loc="left", fontsize=10)
+    mean_percent = 100 * float(np.nanmean(np.abs(estimate_n / reference_n - 1)))
+    mean = f"{mean_percent:.2f} % (paper: {published_percent} %)"
+    above.set_title(f"{title}{_force_name(settings)}: mean error {mean}", loc="left", fontsize=10)
     below.set(ylabel="force [N]", xlabel="time [s]")
     _add_legends(above, below)
     return figure
@@ -127,14 +130,23 @@ def draw_continuous(trial: TrialEvaluation) -> Figure:
     return figure
 
 
-def draw_error_bars(peaks: PeakForces) -> Figure:
-    """Return Fig. 7: the mean absolute error in each pressure bin."""
-    groups = group_errors(peaks, PRESSURE_BINS)
-    names = [f"{group.name}\nn = {group.contacts}" for group in groups]
-    heights = [group.by_method["energetic"].absolute_percent for group in groups]
-    figure = pressure_bin_bars(names, heights, "inflating pressure ΔP_i", "mean absolute error [%]")
+def draw_error_bars(peaks: PeakForces, settings: ChainSettings) -> Figure:
+    """Return Fig. 7: the mean absolute error in each pressure bin, of the force by the law in effect."""
+    bins = instrument_errors(peaks, settings, PRESSURE_BINS)
+    names = [f"{errors.group}\nn = {errors.contacts}" for errors in bins]
+    quantity = f"mean absolute error{_force_name(settings)} [%]"
+    figure = pressure_bin_bars(
+        names, [errors.absolute for errors in bins], "inflating pressure ΔP_i", quantity
+    )
     figure.axes[0].tick_params(axis="x", labelsize=8)
     return figure
+
+
+def _force_name(settings: ChainSettings) -> str:
+    """Return the force for a label, "" for the energetic method without a force calibration."""
+    if settings.correction is not None:
+        return ", calibrated"
+    return "" if settings.law.method == "energetic" else f", {settings.law.method}"
 
 
 def pressure_bin_bars(names: Sequence[str], percent: Sequence[float], x_label: str, y_label: str) -> Figure:
@@ -182,7 +194,3 @@ def _begin_s(trial: TrialEvaluation) -> float:
 def _add_legends(*plots: Axes) -> None:
     for axes in plots:
         axes.legend(frameon=False, ncols=3, fontsize=8, loc="lower right", bbox_to_anchor=(1, 1))
-
-
-def _mean_percent(peaks: PeakForces) -> float:
-    return float(np.nanmean(np.abs(peaks.errors_percent("energetic"))))
