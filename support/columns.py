@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.support.counted import counted
 
 Numbers = NDArray[np.float64]
 MAX_ROWS = 4_000_000
@@ -96,7 +97,7 @@ class Points:
     def require_rows(self, count: int) -> None:
         """Raise ConfigurationError if there are fewer rows than `count`."""
         if len(self) < count:
-            raise self.error(f"{len(self)} points, and at least {count} are needed")
+            raise self.error(f"{counted(len(self), 'point')}, and at least {count} are needed")
 
 
 def parse_table(content: bytes, file: str) -> CsvTable:
@@ -163,5 +164,5 @@ def _rows(lines: Iterator[tuple[int, list[str]]], file: str, header: list[str]) 
         row = CsvRow(file, line, dict(zip(header, cells, strict=False)))
         if len(cells) != len(header):
             hint = f": {CSV_FORMAT_HINT}" if len(cells) > len(header) else ""
-            raise row.error(f"{len(cells)} columns, the header has {len(header)}{hint}")
+            raise row.error(f"{counted(len(cells), 'column')}, the header has {len(header)}{hint}")
         yield row

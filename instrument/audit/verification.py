@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from pneuforce.instrument.audit.record import GENESIS, chain_digest
+from pneuforce.support.counted import counted
 
 
 class StoredRecord(NamedTuple):
@@ -45,7 +46,7 @@ def verify_chain(rows: Iterable[StoredRecord], noted_head: str | None = None) ->
         first, last = first or row.body, row.body
     if not found:
         raise BrokenChainError(
-            f"none of the {number} records has the digest {noted_head}, the head that was noted: "
+            f"none of {counted(number, 'record')} has the digest {noted_head}, the head that was noted: "
             "records up to this head were changed or removed"
         )
     return VerifiedChain(number, record_time(first), record_time(last), head.hex())

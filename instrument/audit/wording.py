@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
+from pneuforce.support.counted import counted
+
 _Formatter = Callable[[Mapping[str, Any]], str]
 
 #: Fields that the description leaves out, because the table of records shows them in their own columns.
@@ -59,10 +61,10 @@ _FORMATTERS: Mapping[str, _Formatter] = {
     "answer": lambda fields: f"command {fields['command']}",
     "repeated": _count_formatter(lambda times: "repeated once" if times == 1 else f"repeated {times} times"),
     "held_back": _count_formatter(
-        lambda times: f"{times} more events counted but not logged", "last event: "
+        lambda times: f"{counted(times, 'more event')} counted but not logged", "last event: "
     ),
     "lost": _count_formatter(
-        lambda times: f"{times} records lost because of the disk", "first lost record: "
+        lambda times: f"{counted(times, 'record')} lost because of the disk", "first lost record: "
     ),
 }
 

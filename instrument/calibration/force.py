@@ -20,6 +20,7 @@ from pneuforce.instrument.calibration.plausibility import check_force
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA, ForceCorrection
 from pneuforce.support.columns import Numbers
+from pneuforce.support.counted import counted
 
 #: Terms of each candidate. The terms are names of fields of `ForceCorrection`.
 CANDIDATES: tuple[tuple[str, ...], ...] = (
@@ -87,7 +88,9 @@ def fit_force(contacts: CalibrationContacts, settings: ChainSettings) -> ForceCa
     law, or if the corrected force is implausible.
     """
     if len(contacts) < MIN_CONTACTS:
-        raise ConfigurationError(f"{len(contacts)} contacts, and at least {MIN_CONTACTS} are needed")
+        raise ConfigurationError(
+            f"{counted(len(contacts), 'contact')}, and at least {MIN_CONTACTS} are needed"
+        )
     corrected = (_cross_validate(terms, contacts, settings) for terms in supported_terms(contacts, settings))
     candidates = (_uncalibrated(contacts), *corrected)
     best = min(candidates, key=lambda candidate: float((candidate.errors**2).mean()))

@@ -18,6 +18,7 @@ from pneuforce.instrument.commissioning.calibration_steps import (
     calibrate_radius,
     calibrate_volume,
 )
+from pneuforce.support.counted import counted
 from pneuforce.support.printable import printable
 
 
@@ -30,7 +31,7 @@ def radius(data: Path, target: CalibrationTarget, as_json: bool) -> str:
         f"R_0         {rest:.3f} ± {stds[0]:.3f} mm",
         f"linear      {linear:.5f} ± {stds[1]:.5f} mm/kPa",
         f"quadratic   {quadratic:.6f} ± {stds[2]:.6f} mm/kPa²",
-        f"residual    {step.fit.quadratic.std:.3f} mm over {step.point_count} points",
+        f"residual    {step.fit.quadratic.std:.3f} mm over {counted(step.point_count, 'point')}",
         f"rubber      limit point {rubber.limit_kpa:.2f} ± {rubber.limit_std_kpa:.2f} kPa "
         f"(neo-Hookean, residual {rubber.residual_mm:.3f} mm)",
     ]
@@ -45,7 +46,7 @@ def volume(
     ambient_kpa = step.part.ambient_kpa
     lines = [
         f"V_c         {step.fit.volume_mm3:.0f} ± {step.fit.std_mm3:.0f} mm³ at {ambient_kpa:g} kPa ambient",
-        f"residual    {step.fit.residual_kpa:.3f} kPa over {step.point_count} strokes",
+        f"residual    {step.fit.residual_kpa:.3f} kPa over {counted(step.point_count, 'stroke')}",
     ]
     return _format_step(step, lines, as_json)
 

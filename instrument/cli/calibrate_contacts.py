@@ -18,6 +18,7 @@ from pneuforce.instrument.validation.reference_pairs import (
     pair_reference,
 )
 from pneuforce.support.atomic_file import check_new, write_lines
+from pneuforce.support.counted import counted
 
 
 class PairingInput(NamedTuple):
@@ -88,7 +89,7 @@ def _check_out(out: Path | None, overwrite: bool) -> None:
 def _comments(given: PairingInput, found: Pairing) -> list[str]:
     recording, reference = given.recording.name, given.reference.file.name
     return [
-        f"# {len(found.paired)} contacts of {recording} with the force of {reference}, "
+        f"# {counted(len(found.paired), 'contact')} of {recording} with the force of {reference}, "
         f"clock offset {found.aligned.offset.offset_s:+.3f} s"
     ]
 
@@ -102,7 +103,7 @@ def _csv_lines(names: Iterable[str], rows: Iterable[PairedContact]) -> Iterator[
 def _summary(found: Pairing) -> Iterator[str]:
     yield from found.aligned.summary()
     total = len(found.paired) + len(found.unpaired)
-    yield f"{len(found.paired)} of {total} contacts are paired with a reference force"
+    yield f"paired with a reference force: {len(found.paired)} of {counted(total, 'contact')}"
     for contact in found.unpaired:
         yield f"contact {contact.contact} at {contact.begin_s:.2f} s is not paired: {contact.reason}"
     if found.remark:

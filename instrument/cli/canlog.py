@@ -14,6 +14,7 @@ from pneuforce.instrument.cli.output import CONNECTION_HINT, stop_after
 from pneuforce.registers.can.bus import CanAddress, CanBus
 from pneuforce.registers.can.log_writer import LOG_FORMATS, CanLogWriter
 from pneuforce.registers.can.wire import CanFrame
+from pneuforce.support.counted import counted
 
 
 def record(address: CanAddress, log_format: str, output: Path | None, seconds: float | None) -> None:
@@ -33,9 +34,10 @@ def record(address: CanAddress, log_format: str, output: Path | None, seconds: f
         raise
     except OSError as error:
         raise OSError(
-            f"{output or 'stdout'} cannot be written: {error.strerror}; it contains {log.frame_count} frames"
+            f"{output or 'stdout'} cannot be written: {error.strerror}; it contains "
+            f"{counted(log.frame_count, 'frame')}"
         ) from None
-    print(f"pneuforce: {log.frame_count} frames on {address}", file=sys.stderr)
+    print(f"pneuforce: {counted(log.frame_count, 'frame')} on {address}", file=sys.stderr)
 
 
 def _frames(address: CanAddress, stop: Event) -> Iterator[tuple[float, CanFrame] | None]:

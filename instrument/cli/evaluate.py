@@ -34,6 +34,7 @@ from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.recording.table_export import Row, check_parquet
 from pneuforce.instrument.service.replay_verification import initial_session
 from pneuforce.support.atomic_file import check_new
+from pneuforce.support.counted import counted
 
 PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
 MAX_LINES = 40  #: number of contacts that are shown on the terminal
@@ -178,15 +179,14 @@ def _facts(result: Evaluation, contacts: list[ComparedContact]) -> dict[str, Any
 
 def _format_result(result: Evaluation, contacts: list[ComparedContact]) -> str:
     lines = [
-        f"{result.samples} samples: {result.recorded_forces} with a recorded force, "
+        f"{counted(result.samples, 'sample')}: {result.recorded_forces} with a recorded force, "
         f"{result.evaluated_forces} with an evaluated force",
         f"{'contact':>7} {'begin':>9} {'ΔP_i':>10} {'ΔP_f':>10} {'recorded':>17} {'evaluated':>17}  change",
     ]
     lines += [_format_contact(contact) for contact in contacts[:MAX_LINES]]
     if len(contacts) > MAX_LINES:
-        lines.append(
-            f"and {len(contacts) - MAX_LINES} more contacts: --contacts writes all of them to a file"
-        )
+        more = counted(len(contacts) - MAX_LINES, "more contact")
+        lines.append(f"and {more}: --contacts writes all contacts to a file")
     return "\n".join(lines)
 
 

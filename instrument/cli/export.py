@@ -29,6 +29,7 @@ from pneuforce.instrument.validation.reference import PressureSample, recording_
 from pneuforce.instrument.validation.reference_alignment import AlignedReference, ReferenceInput
 from pneuforce.support import atomic_file
 from pneuforce.support.columns import Points
+from pneuforce.support.counted import counted
 
 FORMATS = {".csv": "csv", ".parquet": "parquet"}
 PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
@@ -95,7 +96,7 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
     if remark:
         print_text(f"pneuforce: {remark}", sys.stderr)
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
-    rows = f"{counter.rows} samples" if contact_count is None else f"{contact_count} contacts"
+    rows = counted(counter.rows, "sample") if contact_count is None else counted(contact_count, "contact")
     lines = [f"{options.out}: {rows}, {span}", *(aligned.summary() if aligned else ())]
     print_text(json_text(facts) if as_json else "\n".join(lines))
     return 1 if damaged else 0
@@ -131,7 +132,10 @@ def _selected_samples(recording: Recording, options: ExportOptions) -> Iterator[
     samples = relative_to_begin(recording.begin_s, recording.samples(options.from_s, options.to_s))
     first = next(samples, None)
     if first is None:
-        why = recording.remark() or f"it has {recording.sample_count} samples in {recording.extent_s:.1f} s"
+        why = (
+            recording.remark()
+            or f"it has {counted(recording.sample_count or 0, 'sample')} in {recording.extent_s:.1f} s"
+        )
         raise ConfigurationError(f"{recording.path}: no samples in this time range ({why})")
     return chain([first], samples)
 

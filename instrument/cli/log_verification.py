@@ -11,6 +11,7 @@ from pneuforce.instrument.audit.anchor import Anchor, check_anchors, collect_hea
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
 from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain, verify_chain
 from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.support.counted import counted
 
 HEAD_PATTERN = re.compile(r"[0-9a-f]{64}")
 
@@ -85,7 +86,7 @@ def _read_anchors(path: Path) -> list[Anchor]:
 def _format(chain: VerifiedChain, anchors: list[Anchor], *, noted: bool) -> str:
     included = [
         *(["the noted head"] if noted else []),
-        *([f"{len(anchors)} anchors from {anchors[0].at} to {anchors[-1].at}"] if anchors else []),
+        *([f"{counted(len(anchors), 'anchor')} from {anchors[0].at} to {anchors[-1].at}"] if anchors else []),
     ]
-    extent = f"{chain.records} records from {chain.first_at} to {chain.last_at}, unbroken"
+    extent = f"{counted(chain.records, 'record')} from {chain.first_at} to {chain.last_at}, unbroken"
     return f"{extent}{''.join(f', including {text}' for text in included)}, head {chain.head}"

@@ -16,6 +16,7 @@ from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.reader import Recording
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.instrument.validation.recording_plot import PlotOptions, collect, write
+from pneuforce.support.counted import counted
 
 PROGRESS_SAMPLES = 5000  #: number of samples between two progress reports
 
@@ -73,4 +74,4 @@ def _summary(data: PlotData) -> str:
         return data.remark
     contacts: Sequence[object] = data.contacts
     duration_s = data.end_s - data.first_s
-    return f"{duration_s:.1f} s, {len(contacts)} contact{'s' if len(contacts) != 1 else ''}"
+    return f"{duration_s:.1f} s, {counted(len(contacts), 'contact')}"

@@ -25,6 +25,7 @@ from pneuforce.instrument.service.socket_recorder import (
     served_demo_sockets,
 )
 from pneuforce.protocol.frames import BoardState
+from pneuforce.support.counted import counted
 
 _STATES = {state.value: state.name.lower() for state in BoardState}
 
@@ -89,7 +90,9 @@ def progress_line(file: RecordingWriter) -> str:
     minutes, seconds = divmod(int(file.extent_s), 60)
     hours, minutes = divmod(minutes, 60)
     size_mb = file.size_bytes / 1e6
-    return f"{hours:02}:{minutes:02}:{seconds:02}  {file.samples} samples  {size_mb:.1f} MB  {state}"
+    return (
+        f"{hours:02}:{minutes:02}:{seconds:02}  {counted(file.samples, 'sample')}  {size_mb:.1f} MB  {state}"
+    )
 
 
 def _print_result(result: RecorderResult, as_json: bool) -> None:
@@ -104,7 +107,8 @@ def _print_result(result: RecorderResult, as_json: bool) -> None:
     }
     reason = f"{result.reason.value}{f': {result.detail}' if result.detail else ''}"
     size_mb = result.size_bytes / 1e6
-    text = f"{result.path}: {result.duration_s:.1f} s, {result.samples} samples, {size_mb:.1f} MB; {reason}"
+    extent = f"{result.duration_s:.1f} s, {counted(result.samples, 'sample')}, {size_mb:.1f} MB"
+    text = f"{result.path}: {extent}; {reason}"
     if as_json:
         print_text(json_text(facts))
     if not result.complete:

@@ -8,6 +8,7 @@ from typing import Any
 
 from pneuforce.instrument.cli.output import json_line, print_text, progress
 from pneuforce.instrument.service.replay_verification import ReplayResult, open_replayable, verify_recording
+from pneuforce.support.counted import counted
 
 
 def replay(file: Path, as_json: bool) -> int:
@@ -39,11 +40,11 @@ def _facts(result: ReplayResult) -> dict[str, Any]:
 
 def _format_result(result: ReplayResult) -> str:
     speed = f"replayed in {result.took_s:.1f} s, {result.times_real_time:.0f} times real time"
-    lines = [f"{result.samples} samples of {result.duration_s:.1f} s, {speed}"]
+    lines = [f"{counted(result.samples, 'sample')} of {result.duration_s:.1f} s, {speed}"]
     if result.difference is not None:
         lines.append(f"differs: {result.difference}")
     elif result.unexplained:
-        lines.append(f"differs: the replay does not produce the last {result.unexplained} samples")
+        lines.append(f"differs: the replay does not produce the last {counted(result.unexplained, 'sample')}")
     else:
         lines.append(f"all {'undamaged samples ' if result.damaged else ''}equal, to the last bit")
     return "\n".join([*lines, result.remark] if result.remark else lines)

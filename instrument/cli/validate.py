@@ -29,6 +29,7 @@ from pneuforce.instrument.validation.report import (
     report_to_json,
 )
 from pneuforce.support.atomic_file import check_new
+from pneuforce.support.counted import counted
 
 MIN_CONTACTS = 3
 
@@ -88,7 +89,8 @@ def _check_contacts(report: ValidationReport, name: str) -> None:
     counts = report.counts
     if counts.evaluated < MIN_CONTACTS:
         raise ConfigurationError(
-            f"{name}: {counts.evaluated} contacts can be evaluated, at least {MIN_CONTACTS} are needed; "
+            f"{name}: {counted(counts.evaluated, 'contact')} can be evaluated, "
+            f"and at least {MIN_CONTACTS} are needed; "
             f"{counts.found} were found, of them {counts.too_small} with a rise below {MIN_RISE_KPA} kPa, "
             f"{counts.out_of_range} with ΔP_i outside {VALID_LOW_KPA} to {VALID_HIGH_KPA} kPa, "
             f"{counts.without_force} without a reference force"

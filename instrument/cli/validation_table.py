@@ -18,6 +18,7 @@ from pneuforce.instrument.validation.continuous import ContinuousErrors
 from pneuforce.instrument.validation.instrument_errors import InstrumentErrors
 from pneuforce.instrument.validation.peaks import GroupErrors, MethodErrors
 from pneuforce.instrument.validation.report import ValidationReport
+from pneuforce.support.counted import counted
 from pneuforce.support.printable import printable
 
 METHOD_TITLES: Mapping[PublishedMethod, str] = {
@@ -83,7 +84,8 @@ def _contact_lines(report: ValidationReport) -> Iterator[str]:
     counts, change = report.counts, report.volume_change
     low, high, mean = paper.VOLUME_CHANGE
     yield "signed: mean error of the energetic method; –: the paper gives no value"
-    yield f"{counts.found} contacts in {report.trials} trials (paper: {paper.CONTACT_COUNT}), not evaluated:"
+    found = f"{counted(counts.found, 'contact')} in {counted(report.trials, 'trial')}"
+    yield f"{found} (paper: {paper.CONTACT_COUNT}), not evaluated:"
     yield f"  rise below 0.5 kPa, as in the paper: {counts.too_small}"
     yield f"  ΔP_i outside the validated range: {counts.out_of_range}"
     yield f"  no force measured by the reference: {counts.without_force}"

@@ -27,6 +27,7 @@ from pneuforce.instrument.recording.schema import (
 )
 from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, StreamEntry, StreamError, parse_json
 from pneuforce.instrument.stream.sample_record import SampleRecord, is_valid
+from pneuforce.support.counted import counted
 from pneuforce.support.printable import printable
 
 ROWS_PER_QUERY = 1000
@@ -73,7 +74,7 @@ class Recording:
         if not 0 <= self.begin_s <= MAX_TIME_S:
             raise ConfigurationError(f"{path} is not a recording: its begin_s is {self.begin_s:g} s")
         if self.ending and self.ending.samples != self._last["samples"] is not None:
-            self.damage = f"it has {self._last['samples']} of {self.ending.samples} samples"
+            self.damage = f"it has {self._last['samples']} of {counted(self.ending.samples, 'sample')}"
 
     # ---- contents; all times are on the monotonic clock of the host process
 
@@ -160,7 +161,8 @@ class Recording:
         why = "has no end (it is still written, or its recorder was killed)"
         if ending is not None:
             why = f"ended unexpectedly ({ending.how}: {ending.why})"
-        return f"{self.path} {why}: {self.extent_s:.1f} s, {self.sample_count} samples are intact"
+        samples = counted(self.sample_count or 0, "sample is", "samples are")
+        return f"{self.path} {why}: {self.extent_s:.1f} s, {samples} intact"
 
     # ---- rows
 
@@ -193,7 +195,9 @@ class Recording:
     def _set_damage(self, table: str, intact: int, why: str) -> None:
         in_time = table == "samples" and intact
         until = f", up to {self._time_of(intact) - self.begin_s:.1f} s," if in_time else ""
-        self.damage = f"{intact} rows of {table}{until} are intact ({why})"
+        self.damage = (
+            f"{counted(intact, 'row')} of {table}{until} {'is' if intact == 1 else 'are'} intact ({why})"
+        )
 
     def _last_numbers(self) -> dict[str, int | None]:
         """Return the last row number of each table, read in one transaction."""

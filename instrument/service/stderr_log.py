@@ -13,6 +13,7 @@ from queue import Full, Queue
 from threading import Thread
 
 from pneuforce.instrument.core.state import STATE_LOGGER
+from pneuforce.support.counted import counted
 from pneuforce.support.printable import printable
 from pneuforce.support.throttle import TokenBucket
 
@@ -83,7 +84,10 @@ class LogQueue(QueueHandler):
             counter.dropped += 1
             return
         if counter.dropped:
-            record.msg, counter.dropped = f"{record.msg} ({counter.dropped} lines dropped before)", 0
+            record.msg, counter.dropped = (
+                f"{record.msg} ({counted(counter.dropped, 'line')} dropped before)",
+                0,
+            )
         with suppress(Full):  # at the end of the process, the last entry is not a record
             self._waiting.put_nowait(record)
 
