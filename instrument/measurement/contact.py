@@ -4,8 +4,7 @@
 balloon is free, the baseline follows the pressure: fast downwards, slowly upwards.
 
 A contact ends when the pressure is back at the baseline. The next contact can also start earlier, when the
-pressure turns upwards after a trough. This is a new contact if the rise in the trough was below
-`RELEASE_RATIO` of the peak. Otherwise the same contact continues. The new contact keeps ΔP_i, because the
+pressure turns upwards after a trough (`contact_extremes.py`). The new contact keeps ΔP_i, because the
 remaining rise in the trough is force: the gas is locked, and the compensated pressure has no lag. (The paper
 uses the trough as the new ΔP_i, but its pressure has a lag.)
 """
@@ -15,6 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from pneuforce.instrument.measurement.contact_extremes import RELEASE_RATIO, ContactExtremes
 from pneuforce.instrument.measurement.unexplained_rise import UnexplainedRise
 
 #: A contact starts if the lag-compensated pressure (noise 0.02 kPa) has risen by this value, and the smoothed
@@ -24,12 +24,6 @@ ONSET_KPA = 0.06
 CONFIRMED_KPA = 0.02
 #: A contact ends when the smoothed reading is this close to the baseline.
 END_KPA = 0.015
-#: The balloon counts as released if the rise falls below this fraction of its peak.
-RELEASE_RATIO = 0.3
-#: Smallest upturn after a trough that starts a new contact: the larger of six times the noise and a fraction
-#: of the peak.
-MIN_UPTURN_KPA = 0.12
-MIN_UPTURN_RATIO = 0.1
 #: Highest rate of drift without contact. A faster rise of the pressure is a contact.
 MAX_TRACKING_KPA_PER_S = 0.03
 #: Time constant of a falling baseline. A contact heats the gas, and the pressure then dips for 0.3 s. The
@@ -54,14 +48,6 @@ SETTLING_S = 0.5
 MAX_TEST_CHANGE_KPA = 0.03
 
 
-def is_new_contact(now_kpa: float, baseline_kpa: float, peak_kpa: float, trough_kpa: float) -> bool:
-    """Return True if the upturn after a trough is a new contact. Otherwise the same contact continues."""
-    rise_kpa = peak_kpa - baseline_kpa
-    released = trough_kpa - baseline_kpa < RELEASE_RATIO * rise_kpa
-    upturn_kpa = now_kpa - max(trough_kpa, baseline_kpa)
-    return released and upturn_kpa > max(MIN_UPTURN_KPA, MIN_UPTURN_RATIO * rise_kpa)
-
-
 @dataclass(slots=True)
 class ContactTracker:
     """Detector of contacts in the pressure of the locked balloon."""
@@ -79,8 +65,7 @@ class ContactTracker:
     _mean_drift_kpa_per_s: float = 0.0  # average of the drift; a negative value is a leak
     _rest_kpa: float = math.nan  # baseline at the last time when the pressure was at rest
     _rest_s: float = 0.0  # time since then
-    _peak_kpa: float = math.nan
-    _trough_kpa: float = math.nan
+    _extremes: ContactExtremes = field(default_factory=lambda: ContactExtremes.start(math.nan, math.nan))
     _averages_kpa: tuple[float, float] = (math.nan, math.nan)  # averages for the drift
     #: The drift and its average at two past instants. The first instant is the earlier one.
     _past_drifts: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
@@ -143,7 +128,7 @@ class ContactTracker:
             self._end_test(smoothed_kpa)
         above_kpa = smoothed_kpa - self.baseline_kpa
         if not self.baseline_lost and above_kpa > CONFIRMED_KPA and now_kpa - self.baseline_kpa > ONSET_KPA:
-            self._start_first_contact(now_kpa)
+            self._start_first_contact(now_kpa, smoothed_kpa)
             return
         fall_kpa = above_kpa * min(dt_s / FALL_TIME_CONSTANT_S, 1.0)
         change_kpa = min(fall_kpa if above_kpa < 0 else above_kpa, MAX_TRACKING_KPA_PER_S * dt_s)
@@ -195,26 +180,26 @@ class ContactTracker:
         drift_kpa_per_s = self.drift_kpa_per_s
         self._averages_kpa = smoothed_kpa - drift_kpa_per_s * fast_s, smoothed_kpa - drift_kpa_per_s * slow_s
 
-    def _start_first_contact(self, now_kpa: float) -> None:
+    def _start_first_contact(self, now_kpa: float, smoothed_kpa: float) -> None:
         """Start a contact of a free balloon. ΔP_i is the baseline at the last rest."""
         self.drift_kpa_per_s, past_mean_kpa_per_s = self._past_drifts[0]
         # The beginning of a contact can only raise the mean, so the lower mean is the better one.
         self._mean_drift_kpa_per_s = min(self._mean_drift_kpa_per_s, past_mean_kpa_per_s)
         self.unexplained.move_baseline(self._rest_kpa - self.baseline_kpa)
         self.unexplained.start_contact(self._rest_kpa, self._rest_s)
-        self._start_contact(self._rest_kpa, now_kpa)
+        self._start_contact(self._rest_kpa, now_kpa, smoothed_kpa)
 
-    def _start_contact(self, baseline_kpa: float, now_kpa: float) -> None:
+    def _start_contact(self, baseline_kpa: float, now_kpa: float, smoothed_kpa: float) -> None:
         self.in_contact = True
         self.contact_count += 1
         self.baseline_kpa = baseline_kpa
-        self._peak_kpa = self._trough_kpa = now_kpa
+        self._extremes = ContactExtremes.start(now_kpa, smoothed_kpa)
 
     def _step_contact(self, smoothed_kpa: float, now_kpa: float, dt_s: float) -> None:
         self.baseline_age_s += dt_s
         self.baseline_kpa += self.leak_kpa_per_s * dt_s
         self.unexplained.follow_contact(smoothed_kpa, self.baseline_kpa, dt_s)
-        released_kpa = RELEASE_RATIO * (self._peak_kpa - self.baseline_kpa)
+        released_kpa = RELEASE_RATIO * (self._extremes.peak_kpa - self.baseline_kpa)
         above_kpa = smoothed_kpa - self.baseline_kpa
         if above_kpa - END_KPA < min(released_kpa, self._warming_kpa):
             # If ΔP_i was lowered by a leak that has ended, a contact can continue below the present pressure.
@@ -223,12 +208,9 @@ class ContactTracker:
             self.baseline_kpa = self._rest_kpa = smoothed_kpa
             self._restart_drift(smoothed_kpa, self.drift_kpa_per_s, self._mean_drift_kpa_per_s)
             return
-        if now_kpa > self._peak_kpa:
-            self._peak_kpa = self._trough_kpa = now_kpa
-        self._trough_kpa = min(self._trough_kpa, now_kpa)
-        if is_new_contact(now_kpa, self.baseline_kpa, self._peak_kpa, self._trough_kpa):
+        if self._extremes.step(now_kpa, smoothed_kpa, self.baseline_kpa):
             self.finished_count += 1
-            self._start_contact(self.baseline_kpa, now_kpa)
+            self._start_contact(self.baseline_kpa, now_kpa, smoothed_kpa)
 
     @property
     def _warming_kpa(self) -> float:

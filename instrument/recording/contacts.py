@@ -1,8 +1,8 @@
 """Contacts in a stream of measured samples: pressures, peaks of the force and times of each contact.
 
 The instrument decides when a sample belongs to a contact (`instrument/measurement/contact.py`). This module
-groups these samples into contacts. If no free sample lies between two contacts, `is_new_contact` of that
-module separates them. The peaks are those of the instrument, because `PeakTracker` finds both.
+groups these samples into contacts. If no free sample lies between two contacts, `ContactExtremes` separates
+them, as in the instrument. The peaks are those of the instrument, because `PeakTracker` finds both.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
-from pneuforce.instrument.measurement.contact import AT_REST_KPA, is_new_contact
+from pneuforce.instrument.measurement.contact import AT_REST_KPA
+from pneuforce.instrument.measurement.contact_extremes import ContactExtremes
+from pneuforce.instrument.measurement.lag import SMOOTHING_TIME_CONSTANT_S
 from pneuforce.instrument.measurement.measurement import Quality
 from pneuforce.instrument.measurement.peak import Peak, PeakTracker
 from pneuforce.instrument.stream.sample_record import SampleRecord
@@ -52,21 +54,20 @@ class _OpenContact:
     initial_s: float
     radius_mm: float
     peak: Peak  # highest peak, or the sample with the greatest force if there is no peak
-    highest_kpa: float  # of all samples: overlapping contacts are separated by samples, not by peaks
-    trough_kpa: float  # lowest pressure since `highest_kpa`
-    trough_s: float
+    extremes: ContactExtremes
+    trough_s: float  # time of the lowest pressure since the highest
     peaks: int = 0
     last_s: float = math.nan
 
-    def add_sample(self, m: SampleRecord, now_kpa: float) -> None:
-        self.last_s = m.t_s
-        if now_kpa > self.highest_kpa:
-            self.highest_kpa = self.trough_kpa = now_kpa
+    def add_sample(self, m: SampleRecord, smoothed_kpa: float) -> bool:
+        """Add one sample. Return True if a new contact begins with it."""
+        self.last_s, now_kpa = m.t_s, m.baseline_kpa + m.rise_kpa
+        is_new = self.extremes.step(now_kpa, smoothed_kpa, m.baseline_kpa)
+        if now_kpa == self.extremes.trough_kpa:
             self.trough_s = m.t_s
-        elif now_kpa < self.trough_kpa:
-            self.trough_kpa, self.trough_s = now_kpa, m.t_s
         if not self.peaks:
             self.peak = max(self.peak, _sample_peak(m), key=_height)
+        return is_new
 
     def add_peak(self, peak: Peak) -> None:
         self.peak = max(self.peak, peak, key=_height) if self.peaks else peak
@@ -134,7 +135,7 @@ class ContactHistory:
         self._ended: deque[ContactRow] = deque(maxlen=capacity)
         self._open: _OpenContact | None = None
         self._count = 0
-        self._last_s = self._rest_s = math.nan
+        self._last_s = self._rest_s = self._smoothed_kpa = math.nan
 
     @property
     def rows(self) -> list[ContactRow]:
@@ -154,10 +155,12 @@ class ContactHistory:
 
     def add_sample(self, m: SampleRecord) -> bool:
         """Add one sample. Return True if a contact began or ended, or if a peak is complete."""
-        continuous = 0 <= m.t_s - self._last_s <= HOST_SILENCE_S
+        dt_s = m.t_s - self._last_s
+        continuous = 0 <= dt_s <= HOST_SILENCE_S
         self._last_s = m.t_s
         if not continuous:
             self._rest_s = math.nan
+        self._smooth(m.unfiltered_kpa, dt_s, continuous)
         peaks = self._peaks.step(m)
         for peak in peaks:
             self._add_peak(peak)
@@ -171,17 +174,24 @@ class ContactHistory:
         return self._end() or ended
 
     def _add_contact_sample(self, m: SampleRecord) -> bool:
-        now_kpa, contact = m.baseline_kpa + m.rise_kpa, self._open
+        contact = self._open
         if contact is None:
-            rest_s = m.t_s if math.isnan(self._rest_s) else self._rest_s
-            self._begin(m, now_kpa, m.baseline_kpa, rest_s)
+            self._begin(m, m.t_s if math.isnan(self._rest_s) else self._rest_s)
             return True
-        contact.add_sample(m, now_kpa)
-        if not is_new_contact(now_kpa, m.baseline_kpa, contact.highest_kpa, contact.trough_kpa):
+        if not contact.add_sample(m, self._smoothed_kpa):
             return False
         self._end()
-        self._begin(m, now_kpa, m.baseline_kpa, contact.trough_s)
+        self._begin(m, contact.trough_s)
         return True
+
+    def _smooth(self, unfiltered_kpa: float, dt_s: float, continuous: bool) -> None:
+        """Smooth the reading as `LagCompensator` does. Restart after a gap."""
+        if continuous and math.isfinite(self._smoothed_kpa):
+            if math.isfinite(unfiltered_kpa):
+                share = min(dt_s / SMOOTHING_TIME_CONSTANT_S, 1.0)
+                self._smoothed_kpa += share * (unfiltered_kpa - self._smoothed_kpa)
+        else:
+            self._smoothed_kpa = unfiltered_kpa
 
     def _add_peak(self, peak: Peak) -> None:
         contact = self._open
@@ -197,13 +207,20 @@ class ContactHistory:
         """
         return -2 if self._open is not None and self._ended and peak.t_s < self._open.initial_s else -1
 
-    def _begin(self, m: SampleRecord, now_kpa: float, baseline_kpa: float, initial_s: float) -> None:
+    def _begin(self, m: SampleRecord, initial_s: float) -> None:
         self._count += 1
-        at_s, radius_mm, peak = m.t_s, m.radius_mm, _sample_peak(m)
+        extremes = ContactExtremes.start(m.baseline_kpa + m.rise_kpa, self._smoothed_kpa)
         self._open = _OpenContact(
-            self._count, at_s, baseline_kpa, initial_s, radius_mm, peak, now_kpa, now_kpa, at_s
+            self._count,
+            m.t_s,
+            m.baseline_kpa,
+            initial_s,
+            m.radius_mm,
+            _sample_peak(m),
+            extremes,
+            m.t_s,
+            last_s=m.t_s,
         )
-        self._open.add_sample(m, now_kpa)
 
     def _end(self) -> bool:
         contact, self._open = self._open, None

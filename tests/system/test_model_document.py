@@ -12,9 +12,9 @@ from pneuforce.instrument.measurement.contact import (
     MAX_LEAK_KPA_PER_S,
     MAX_TRACKING_KPA_PER_S,
     ONSET_KPA,
-    RELEASE_RATIO,
     WARMING_TIME_CONSTANT_S,
 )
+from pneuforce.instrument.measurement.contact_extremes import RELEASE_RATIO
 from pneuforce.instrument.measurement.lag import (
     MAX_BRIDGED_SAMPLES,
     OUTLIER_KPA,

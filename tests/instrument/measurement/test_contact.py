@@ -6,6 +6,7 @@ import random
 import pytest
 
 from pneuforce.instrument.measurement.contact import MAX_TRACKING_KPA_PER_S, ContactTracker
+from pneuforce.instrument.measurement.contact_extremes import ContactExtremes
 from pneuforce.instrument.measurement.lag import LagCompensator
 
 DT_S = 0.002
@@ -168,6 +169,32 @@ def test_each_light_touch_in_noise_is_one_contact_that_ends():
         noisy.step(8.0 + 0.15 * ((step // 500) % 2))
     assert noisy.tracker.contact_count == 30
     assert noisy.tracker.finished_count in (29, 30)
+
+
+def test_a_long_light_press_in_noise_is_one_contact():
+    noisy = NoisyTracker(4)
+    for step in range(4 * 12 * 500):
+        noisy.step(8.0 + (0.1 * min(1, (step % 6000 - 1000) / 200) if step // 500 % 12 >= 2 else 0.0))
+    assert noisy.tracker.contact_count == 4
+
+
+@pytest.mark.parametrize(
+    ("smoothed_kpa", "is_new"),
+    [((8.16, 8.145, 8.15), False), ((8.16, 8.05, 8.06), False), ((8.16, 8.05, 8.09), True)],
+)
+def test_the_smoothed_reading_must_show_the_trough_and_the_upturn(smoothed_kpa, is_new):
+    extremes = ContactExtremes.start(8.15, 8.15)
+    steps = [extremes.step(*pair, 8.0) for pair in zip((8.24, 8.06, 8.2), smoothed_kpa, strict=True)]
+    assert steps == [False, False, is_new]
+
+
+@pytest.mark.parametrize("trough_s", [0.04, 0.1, 0.5])
+def test_a_short_deep_trough_in_noise_separates_two_contacts(trough_s):
+    noisy = NoisyTracker(5)
+    for pressure_kpa, seconds in ((8.0, 1.0), (9.0, 0.3), (8.05, trough_s), (9.2, 0.3), (8.0, 1.0)):
+        for _ in range(round(seconds / DT_S)):
+            noisy.step(pressure_kpa)
+    assert noisy.tracker.contact_count == 2
 
 
 @pytest.mark.parametrize("kpa_per_s", [0.05, 0.1, 0.5])
