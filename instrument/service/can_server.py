@@ -107,7 +107,7 @@ class CanServer:
         return {
             "frames not sent": self.bus.dropped,
             "error frames": counters.error_frames,
-            "invalid frames with our identifiers ignored": self.node.counters.ignored,
+            "ignored frames with our identifiers": self.node.counters.ignored,
             "frames dropped because of a flood": self._received.dropped,
             "internal errors": counters.errors + self._errors,
             f"frames of another node with our id {self.node.options.node_id}": self._duplicate_id_frames,

@@ -29,6 +29,10 @@ class AbortCode(Enum):
         self.meaning = meaning
 
 
+#: Abort codes of writes that the instrument rejected. The event log already contains these writes.
+SOURCE_REJECTED = frozenset((AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE))
+
+
 class SdoAbort(Exception):
     """Error that aborts an SDO transfer."""
 

@@ -268,10 +268,8 @@ class CanopenNode:
         rpdo_enabled = not self._parameters[RPDO_COB_ID] & PDO_DISABLED
         enabled = self._allows(CommunicationObject.PDO) and rpdo_enabled
         if not enabled and not is_vent_command(data):
-            remedy = "enable RPDO1, and start the node with NMT"
-            rejected = rejected_command(data, f"ignored_in_{self._state}", remedy)
-            self._source.log_rejected_write(CAN_PEER, rejected, now_s)
-            return None
+            self._log_disabled_command(data, now_s)
+            return []
         if len(data) == COMMAND.length:
             self._last_frames.command = data
         result = self._command_handler.handle(data, now_s)
@@ -279,6 +277,16 @@ class CanopenNode:
             self._source.log_rejected_write(CAN_PEER, rejected_command(data, result.result), now_s)
         self._answer(result)
         return self._due_tpdos(now_s)
+
+    def _log_disabled_command(self, data: bytes, now_s: float) -> None:
+        """Log a Command that the NMT state of the node, or a disabled RPDO1, does not allow."""
+        reason, remedy = f"node_{self._state}", "start the node with NMT"
+        if self._state == nmt.OPERATIONAL:
+            reason, remedy = (
+                "rpdo1_disabled",
+                f"clear bit 31 of object {RPDO_COB_ID[0]:04X}h:{RPDO_COB_ID[1]}",
+            )
+        self._source.log_rejected_write(CAN_PEER, rejected_command(data, reason, remedy), now_s)
 
     def _answer(self, result: CommandResult | None) -> None:
         if result is not None:

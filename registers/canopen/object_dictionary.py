@@ -110,9 +110,14 @@ ENTRIES: tuple[ObjectEntry, ...] = tuple(entry for object_ in OBJECTS for entry 
 _BY_ADDRESS = {entry.address: entry for entry in ENTRIES}
 
 
+def entry_at(index: int, subindex: int) -> ObjectEntry | None:
+    """Return the entry at an index and sub-index; None if it does not exist."""
+    return _BY_ADDRESS.get((index, subindex))
+
+
 def find_entry(index: int, subindex: int) -> ObjectEntry:
     """Return the entry at an index and sub-index. Raises SdoAbort if it does not exist."""
-    entry = _BY_ADDRESS.get((index, subindex))
+    entry = entry_at(index, subindex)
     if entry is None:
         raise SdoAbort(AbortCode.NO_SUBINDEX if index in BY_INDEX else AbortCode.NO_OBJECT)
     return entry

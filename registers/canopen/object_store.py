@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Mapping
 
 from pneuforce.registers.can.command import CAN_PEER
 from pneuforce.registers.can.frames import COMMAND, COMMAND_MODES
-from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
+from pneuforce.registers.canopen.abort import SOURCE_REJECTED, AbortCode, SdoAbort
 from pneuforce.registers.canopen.communication import ERROR_FIELD
 from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
 from pneuforce.registers.canopen.node_values import ValueReader, field_address
-from pneuforce.registers.canopen.object_dictionary import REGISTER_INDEX_BASE
+from pneuforce.registers.canopen.object_dictionary import REGISTER_INDEX_BASE, entry_at
 from pneuforce.registers.canopen.parameters import Parameters
+from pneuforce.registers.canopen.rejected_sdo import rejected_sdo
 from pneuforce.registers.map import BY_NAME
 from pneuforce.registers.source import Source
-from pneuforce.support.rejected_write import RejectedWrite
 
 _COMMAND_MODE = field_address(COMMAND, "mode")
 _MODES = (_COMMAND_MODE, (REGISTER_INDEX_BASE + BY_NAME["mode"].address, 0))
 _VENT = COMMAND_MODES.codes["vent"]
 #: Reject reasons that depend on the client. The others depend on the state of the rig.
-_VALUE_REJECTED = (AbortCode.TOO_LOW, AbortCode.TOO_HIGH, AbortCode.INVALID_VALUE)
 _LOCAL_CONTROL = frozenset(("lease", "write_protect"))
 
 
@@ -56,40 +54,24 @@ class ObjectStore:
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         return entry.encode(field.encode(getattr(snapshot, field.quantity)))
 
-    def check_writable(self, entry: ObjectEntry, now_s: float) -> None:
-        """Raise SdoAbort if the entry is read-only."""
-        if not entry.writable:
-            self._log_rejected(entry, b"", AbortCode.READ_ONLY, now_s)
-            raise SdoAbort(AbortCode.READ_ONLY)
-
-    def _log_rejected(self, entry: ObjectEntry, raw: bytes, abort_code: AbortCode, now_s: float) -> None:
-        """Log a rejected write to a register. Communication parameters are not logged."""
-        if entry.index >= REGISTER_INDEX_BASE:
-            request = entry.index.to_bytes(2, "little") + bytes((entry.subindex,)) + raw
-            name = entry.field.name if entry.field else entry.name
-            written = f"object {entry.index:04X}h:{entry.subindex}, {name} {raw[::-1].hex()}h"
-            allowed = ""
-            if entry.field and len(raw) == entry.type.size:
-                (code,) = struct.unpack(entry.type.layout, raw)
-                written = f"object {entry.index:04X}h:{entry.subindex}, {entry.field.describe(code)}"
-                if abort_code in _VALUE_REJECTED:
-                    allowed = f"{name} {entry.field.allowed_values}"
-            rejected = RejectedWrite(request, abort_code.meaning, written, allowed)
-            self._source.log_rejected_write(CAN_PEER, rejected, now_s)
-
     def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> None:
         """Write all bytes of an entry. Raises SdoAbort and changes nothing if the value is rejected."""
-        try:
-            value = self._decode(entry, raw)
-        except SdoAbort as abort:
-            self._log_rejected(entry, raw, abort.abort_code, now_s)
-            raise
+        value = self._decode(entry, raw)
         if entry.index >= REGISTER_INDEX_BASE:
             self._write_source(entry, value, now_s)
         elif entry.address != ERROR_FIELD:
             self._parameters.set(entry.address, int(value))
         if entry.address in self.on_write:
             self.on_write[entry.address](now_s)
+
+    def log_rejected_write(
+        self, address: EntryAddress, raw: bytes, abort_code: AbortCode, now_s: float
+    ) -> None:
+        """Log a rejected write. Writes to communication parameters are not logged."""
+        entry = entry_at(*address)
+        is_register = entry is None or entry.index >= REGISTER_INDEX_BASE
+        if is_register and abort_code not in SOURCE_REJECTED:  # the source logs its own rejections
+            self._source.log_rejected_write(CAN_PEER, rejected_sdo(address, raw, abort_code, entry), now_s)
 
     def is_vent(self, entry: ObjectEntry, raw: bytes) -> bool:
         """Return True if this write is a vent and nothing else. Raises SdoAbort if the value is invalid."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
-from pneuforce.registers.canopen.entry import ObjectEntry
-from pneuforce.registers.canopen.object_dictionary import find_entry
+from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
+from pneuforce.registers.canopen.object_dictionary import entry_at, find_entry
 
 TIMEOUT_S = 2.0  #: longest time between two segments of a transfer
 _REQUEST_BYTES = 8
@@ -26,12 +26,14 @@ class EntryStore(Protocol):
         """Return the value of an entry. Raises SdoAbort."""
         ...
 
-    def check_writable(self, entry: ObjectEntry, now_s: float) -> None:
-        """Raise SdoAbort if the entry is read-only."""
-        ...
-
     def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> None:
         """Write all bytes of an entry. Raises SdoAbort."""
+        ...
+
+    def log_rejected_write(
+        self, address: EntryAddress, raw: bytes, abort_code: AbortCode, now_s: float
+    ) -> None:
+        """Log a rejected write. `raw` contains the bytes that were received."""
         ...
 
     def is_vent(self, entry: ObjectEntry, raw: bytes) -> bool:
@@ -75,16 +77,19 @@ class SdoServer:
         if specifier == 4:
             self._transfer = None
             return b""
-        is_segment = specifier in (0, 3)
+        is_segment, transfer = specifier in (0, 3), self._transfer
         if not is_segment:
             multiplexer = request[1:4]
         else:
-            multiplexer = self._transfer.multiplexer if self._transfer else _NO_MULTIPLEXER
+            multiplexer = transfer.multiplexer if transfer else _NO_MULTIPLEXER
         try:
             if specifier not in self._services:
                 raise SdoAbort(AbortCode.COMMAND)
             return self._services[specifier](request, now_s)
         except SdoAbort as abort:
+            if specifier == _DOWNLOAD or (specifier == 0 and transfer and not transfer.upload):
+                raw = transfer.data if is_segment and transfer else _initial_data(request)
+                self._store.log_rejected_write(_address_of(multiplexer), raw, abort.abort_code, now_s)
             return self._abort(multiplexer, abort.abort_code)
 
     def is_vent(self, request: bytes) -> bool:
@@ -93,7 +98,7 @@ class SdoServer:
             return False
         try:
             entry = _entry_of(request)
-            return self._store.is_vent(entry, _expedited_data(request, entry))
+            return self._store.is_vent(entry, _expedited_data(request, entry.type.size))
         except SdoAbort:
             return False
 
@@ -128,9 +133,10 @@ class SdoServer:
     def _download(self, request: bytes, now_s: float) -> bytes:
         self._transfer = None
         multiplexer, entry = request[1:4], _entry_of(request)
-        self._store.check_writable(entry, now_s)
+        if not entry.writable:
+            raise SdoAbort(AbortCode.READ_ONLY)
         if request[0] & _EXPEDITED:
-            self._store.write(entry, _expedited_data(request, entry), now_s)
+            self._store.write(entry, _expedited_data(request, entry.type.size), now_s)
         else:
             size_indicated = request[0] & _SIZE_INDICATED
             size = int.from_bytes(request[4:], "little") if size_indicated else entry.type.size
@@ -164,11 +170,24 @@ class SdoServer:
         return transfer
 
 
-def _expedited_data(request: bytes, entry: ObjectEntry) -> bytes:
-    length = 4 - (request[0] >> 2 & 3) if request[0] & _SIZE_INDICATED else entry.type.size
+def _expedited_data(request: bytes, size: int) -> bytes:
+    """Return the data of an expedited download. `size` is its length if the request does not state it."""
+    length = 4 - (request[0] >> 2 & 3) if request[0] & _SIZE_INDICATED else size
     return request[4 : 4 + length]
 
 
+def _initial_data(request: bytes) -> bytes:
+    """Return the data in a request that begins a download; empty if segments follow."""
+    if not request[0] & _EXPEDITED:
+        return b""
+    entry = entry_at(*_address_of(request[1:4]))
+    return _expedited_data(request, entry.type.size if entry else 4)
+
+
+def _address_of(multiplexer: bytes) -> EntryAddress:
+    index, subindex = struct.unpack("<HB", multiplexer)
+    return index, subindex
+
+
 def _entry_of(request: bytes) -> ObjectEntry:
-    index, subindex = struct.unpack_from("<HB", request, 1)
-    return find_entry(index, subindex)
+    return find_entry(*_address_of(request[1:4]))

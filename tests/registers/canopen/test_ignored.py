@@ -16,12 +16,11 @@ IGNORED = [
     (PRE, "605 !"),
     (PRE, "605 40 00 10 00 !"),
     (STOPPED, "605 40 00 10 00"),
-    (PRE, "205 40 1F 01 01 00 00 00 00"),
     (OPERATIONAL, "185 00"),
     (OPERATIONAL, "585 00"),
     (OPERATIONAL, "705 05"),
 ]
-#: Frames that are handled, frames to all nodes, and frames to other nodes.
+#: Frames that are handled, rejected Commands, frames to all nodes, and frames to other nodes.
 NOT_IGNORED = [
     (PRE, "000 01 06"),
     (PRE, "000 01 00"),
@@ -29,6 +28,8 @@ NOT_IGNORED = [
     (OPERATIONAL, "080 07"),
     (PRE, "605 40 00 10 00"),
     (PRE, "605 80 00 10 00"),
+    (PRE, "205 40 1F 01 01 00 00 00 00"),
+    (STOPPED, "205 40 1F 01 01 00 00 00 00"),
     (STOPPED, "205 00 00 00 01 00 00 00 00"),
     (OPERATIONAL, "205 40 1F 01 01 00 00 00 00"),
     (OPERATIONAL, "186 00"),

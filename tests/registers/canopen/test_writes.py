@@ -66,10 +66,18 @@ def test_a_vent_by_sdo_is_carried_out_in_every_state_with_sdo(state, step):
 )
 @pytest.mark.parametrize("state", [PRE, STOPPED])
 def test_outside_operational_only_a_complete_vent_is_carried_out(state, step):
-    master = FakeMaster(state)
+    master, states = FakeMaster(state), {PRE: "pre_operational", STOPPED: "stopped"}
     assert master.send(step) == []
     assert master.source.written == []
-    assert master.node.counters.ignored == 1
+    assert [reason for _, reason in master.source.rejected_writes] == [f"node_{states[state]}"]
+
+
+def test_a_command_to_a_disabled_rpdo_is_logged_with_its_own_reason():
+    master = FakeMaster(OPERATIONAL)
+    master.send("605 23 00 14 01 05 02 00 80")
+    assert master.send("205 40 1F 01 01 00 00 00 00") == []
+    assert master.source.written == []
+    assert [reason for _, reason in master.source.rejected_writes] == ["rpdo1_disabled"]
 
 
 VENTS = [
@@ -143,8 +151,30 @@ def test_a_rejected_write_to_a_register_is_logged_and_does_not_reach_the_instrum
     assert master.source.written == []
     assert master.source.rejected_writes == [
         (bytes.fromhex("002200 00004841"), AbortCode.TOO_HIGH.meaning),
-        (bytes.fromhex("002000"), AbortCode.READ_ONLY.meaning),
+        (bytes.fromhex("002000 00000000"), AbortCode.READ_ONLY.meaning),
     ]
+
+
+@pytest.mark.parametrize(
+    ("step", "request_", "abort_code"),
+    [
+        ("605 2B 00 50 00 34 12", "005000 3412", AbortCode.NO_OBJECT),
+        ("605 2F 10 28 09 01", "102809 01", AbortCode.NO_SUBINDEX),
+        ("605 2F 10 10 01 01", "101001 01", AbortCode.NO_OBJECT),  # store parameters: not supported
+        ("605 21 00 20 00 04", "002000", AbortCode.READ_ONLY),  # segmented: the value never arrives
+        ("605 21 00 22 00 05", "002200", AbortCode.TOO_LONG),
+    ],
+)
+def test_a_write_to_a_missing_or_read_only_object_is_logged_with_its_bytes(step, request_, abort_code):
+    master = FakeMaster()
+    master.send(step)
+    assert master.source.rejected_writes == [(bytes.fromhex(request_), abort_code.meaning)]
+
+
+def test_a_read_of_a_missing_object_is_not_logged_as_a_write():
+    master = FakeMaster()
+    master.send("605 40 00 50 00")
+    assert master.source.rejected_writes == []
 
 
 def test_a_malformed_command_is_logged():
