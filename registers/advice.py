@@ -166,7 +166,8 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "simulated": "Do not let a machine start with these values.",
     "not_zeroed": "Vent and wait: the zero is taken automatically when the pressure is steady. Command 1 "
     "also takes the zero.",
-    "write_protect": "The measurement continues. To write values, enable writing in the configuration.",
+    "write_protect": "The measurement continues. To write values, enable writing in the configuration. A "
+    "replay of a recording accepts no writes.",
     "board_watchdog": "Check the supply of the board. Then clear.",
     "can_down": "Check the CAN bus and its adapter. The other buses continue to work.",
     "inlet_fault": "Check the gas supply and the inlet valve. Then clear.",
@@ -201,8 +202,8 @@ REJECT_REASON_ADVICE: Mapping[str, str] = {
     "fault_latched": _AFTER_A_FAULT,
     "lease": "Another peer holds the lease: wait until the lease is free. Or the configuration requires a "
     "lease: take a lease.",
-    "write_protect": "The configuration disables writing: enable writing in the configuration. A vent is "
-    "always accepted.",
+    "write_protect": "The configuration disables writing: enable writing in the configuration. Or this is a "
+    "replay of a recording, which accepts no writes. A vent is always accepted.",
     "cause_persists": "The cause of the fault is still present: see the advice for the fault (register 778).",
     "link_lost": "No samples arrive from the rig: check the cable and the power supply of the rig.",
     "not_zeroed": "The sensor has no zero adjustment: vent and wait. The zero is taken when the rig is "

@@ -201,6 +201,8 @@ class Field:
             return "must be one of " + ", ".join(self.values.codes)
         if self.low is None:
             return f"must be an integer from {self.wire.min_code} to {self.wire.max_code}"
+        if self.low == self.high:
+            return f"must be {self.low:g} {self.unit}".rstrip()
         also = "".join(f", or {value:g}" for value in self.also_allowed)
         return f"must be from {self.low:g} to {self.high:g} {self.unit}".rstrip() + also
 

@@ -1,4 +1,4 @@
-"""Rate limits: a logger that suppresses floods of messages, and a token bucket."""
+"""Rate limits: a logger that drops lines of a flood, and a token bucket."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MAX_LINES = 5
 
 
 class RateLimitedLogger:
-    """Logger that writes at most five lines per period, and later the number of suppressed lines."""
+    """Logger that writes at most five lines per period, and later the number of dropped lines."""
 
     def __init__(self, logger: logging.Logger, period_s: float = 1.0) -> None:
         self._logger = logger
@@ -21,7 +21,7 @@ class RateLimitedLogger:
         """Log one line at level WARNING. With `exc_info`, add the exception that is being handled."""
         if now_s - self._period_begin_s >= self._period_s:
             if self._lines > MAX_LINES:
-                self._logger.warning("%d more lines were suppressed", self._lines - MAX_LINES)
+                self._logger.warning("%d more lines were dropped", self._lines - MAX_LINES)
             self._period_begin_s, self._lines = now_s, 0
         self._lines += 1
         if self._lines <= MAX_LINES:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections import defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any, Protocol
 
@@ -17,8 +16,7 @@ from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.snapshot import Snapshot, state_of, writable_values
 from pneuforce.support.call_guard import CallGuard
-from pneuforce.support.rejected_write import RejectedWrite, describe_write
-from pneuforce.support.throttle import RateLimitedLogger
+from pneuforce.support.rejected_write import RejectedWrite, RejectedWriteLogger
 
 log = logging.getLogger("pneuforce")
 
@@ -71,8 +69,7 @@ class AuditLogger:
         self._next_due_s = 0.0
         self._guarded = CallGuard("a write was not logged because of a programming error")
         self._ended = False
-        # Each channel has its own limit, so that no peer hides the rejected writes on another bus.
-        self._rejected_log: defaultdict[str, RateLimitedLogger] = defaultdict(lambda: RateLimitedLogger(log))
+        self._rejected_writes = RejectedWriteLogger(log)
         # Commands without an answer, by the name of the peer.
         self._pending_commands: dict[str, CommandBlock] = {}
         self._discrete_state: Hashable = None
@@ -145,8 +142,7 @@ class AuditLogger:
 
     def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Log a write request that the bus server rejected and did not pass to the instrument."""
-        line = describe_write(peer, rejected.written, rejected.result)
-        self._rejected_log[peer[0]].warning(now_s, "%s", line)
+        self._rejected_writes.log(peer, rejected, now_s)
         fields = {
             "kind": "request",
             "who": _name_of(peer),

@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from pneuforce.support.counted import counted
+from pneuforce.support.rejected_write import register_and_unit
 
 _Formatter = Callable[[Mapping[str, Any]], str]
 
@@ -28,13 +29,14 @@ def describe_record(fields: Mapping[str, Any]) -> str:
 
 
 def _format_write(fields: Mapping[str, Any]) -> str:
-    parts = (
-        f"{name} {_format_value(new)}"
-        if old == new
-        else f"{name} {_format_value(old)} → {_format_value(new)}"
-        for name, (old, new) in fields["values"].items()
-    )
+    parts = (_format_quantity(name, old, new) for name, (old, new) in fields["values"].items())
     return ", ".join(parts) + (" (vented nevertheless)" if fields.get("vented") else "")
+
+
+def _format_quantity(quantity: str, old: Any, new: Any) -> str:
+    name, unit = register_and_unit(quantity)
+    change = _format_value(new) if old == new else f"{_format_value(old)} → {_format_value(new)}"
+    return f"{name} {change} {unit}".rstrip()
 
 
 def _format_request(fields: Mapping[str, Any]) -> str:

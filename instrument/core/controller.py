@@ -127,7 +127,7 @@ class Instrument(InstrumentState):
         self._check_lease(now_s)
         self.command_monitor.set_command(self.holding, now_s)
         if self.vent_due_s is not None and not (self.measurement.in_contact and now_s <= self.vent_due_s):
-            self.vent_due_s = None
+            self.end_vent_delay()
         result = finish_clearing(self, now_s)
         if result is not None:
             for block in self.command_blocks.values():

@@ -1,7 +1,8 @@
-"""Reasons for the rejection of a write: the names that the register `reject_reason` reports."""
+"""Reasons for the rejection of a write: the names that the register `reject_reason` reports, and remedies."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum, auto
 
 
@@ -17,3 +18,18 @@ class RejectReason(StrEnum):
     LINK_LOST = auto()  #: no samples arrive from the rig
     NOT_ZEROED = auto()  #: the zero adjustment of the pressure sensor is missing
     IN_CONTACT = auto()  #: not allowed during a contact
+
+
+#: Cause and remedy of each reason, for the line of the log.
+REMEDIES: Mapping[RejectReason, str] = {
+    RejectReason.STATE: "not allowed in this state or order, or a command is running: wait until the command "
+    "has ended, then write mode vent, a setpoint and mode hold",
+    RejectReason.FAULT_LATCHED: "a fault is latched: remove its cause, clear the faults, and write mode vent",
+    RejectReason.LEASE: "another peer holds the lease, or the configuration requires a lease: wait until the "
+    "lease is free, and write a lease",
+    RejectReason.WRITE_PROTECT: "the configuration allows no write except a vent: set write_protect = false",
+    RejectReason.CAUSE_PERSISTS: "the cause of the fault still exists: remove the cause",
+    RejectReason.LINK_LOST: "no samples arrive from the rig: check its cable and its power supply",
+    RejectReason.NOT_ZEROED: "the pressure sensor has no zero adjustment: vent, and wait for the zero",
+    RejectReason.IN_CONTACT: "not allowed during a contact: end the contact, and wait",
+}

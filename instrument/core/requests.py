@@ -12,9 +12,9 @@ from pneuforce.instrument.core.authorization import WriteContext
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.operations import run
 from pneuforce.instrument.core.peers import PeerRecord
-from pneuforce.instrument.core.reject_reason import RejectReason
+from pneuforce.instrument.core.reject_reason import REMEDIES, RejectReason
 from pneuforce.instrument.core.state import InstrumentState
-from pneuforce.support.rejected_write import describe_write
+from pneuforce.support.rejected_write import describe_quantity, describe_write
 
 log = logging.getLogger("pneuforce")
 
@@ -62,14 +62,17 @@ def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s
         state.command_block(peer).write(peer, values, partial(run, state, now_s=now_s))
 
 
-def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord) -> None:
-    """Log a write and its result. Skip repetitions, because a PLC may write the same values in each cycle."""
-    written = ", ".join(f"{name} {value}" for name, value in values.items())
+def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord, remark: str = "") -> None:
+    """Log a write and its result. Skip repetitions, because a PLC may write the same values in each cycle.
+
+    `remark` replaces the remedy that belongs to the reject reason.
+    """
+    written = ", ".join(describe_quantity(name, value) for name, value in values.items())
     reason = record.reject_reason
     result = "accepted" if reason is RejectReason.NONE else f"rejected, {reason}"
     if values.get("mode") == "vent" and reason is not RejectReason.NONE:
         result += " (vented nevertheless)"
-    line = describe_write(peer, written, result)
+    line = describe_write(peer, written, ": ".join(filter(None, (result, remark or REMEDIES.get(reason)))))
     if line != record.logged:
         record.logged = line
         log.info("%s", line)

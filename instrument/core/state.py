@@ -184,25 +184,40 @@ class InstrumentState:
 
     def trip(self, fault: int) -> None:
         """Latch a fault and end the hold at once."""
-        is_new = self.faults.set(fault)
-        self.clearing.faults.discard(fault)
-        self.vent_due_s = None
-        self.advance(Step.TRIP)
-        if is_new:
-            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
+        self._trip(fault, None)
 
     def trip_after_contact(self, fault: int, now_s: float) -> None:
         """Trip because the commanding peer is lost. A contact delays the vent, at most by 5 s."""
         in_contact = self.arming is Arming.HOLDING and self.measurement.in_contact
         due_s = now_s + MAX_VENT_DELAY_S if in_contact else self.vent_due_s
-        self.trip(fault)
-        self.vent_due_s = due_s
+        self._trip(fault, due_s)
+
+    def _trip(self, fault: int, vent_due_s: float | None) -> None:
+        was_pending, is_new = self.vent_pending, self.faults.set(fault)
+        self.clearing.faults.discard(fault)
+        self.vent_due_s = vent_due_s
+        self.advance(Step.TRIP)
+        if is_new and self.vent_pending:
+            log.warning(
+                "%s (fault %d): the rig vents and trips when the contact ends, at the latest after %g s",
+                name_of(fault),
+                fault,
+                MAX_VENT_DELAY_S,
+            )
+        elif is_new or (was_pending and not self.vent_pending):
+            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
+
+    def end_vent_delay(self) -> None:
+        """Vent now if the vent waits for the end of a contact."""
+        if self.vent_pending:
+            self.vent_due_s = None
+            log.warning("tripped: %s (fault %d)", name_of(self.faults.first), self.faults.first)
 
     def vent(self, now_s: float) -> None:
         """Vent in any state. The board receives the vent even if a hold follows at once."""
         if self.holding:
             self.command_monitor.request_vent(now_s)
-        self.vent_due_s = None
+        self.end_vent_delay()
         self.advance(Step.VENT)
 
     def hold(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Hashable, Mapping
 from typing import Any
 
@@ -11,10 +12,12 @@ from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.requests import log_write
 from pneuforce.instrument.core.snapshot import Snapshot
 from pneuforce.instrument.recording.paced_replay import PacedReplay
-from pneuforce.support.rejected_write import RejectedWrite
+from pneuforce.support.rejected_write import RejectedWrite, RejectedWriteLogger
 
 #: Status bits that are set during each replay, so that a robot does not use the values.
 REPLAY_STATUS = frozenset(("simulated", "function_check", "write_protect"))
+_REMARK = "this is a replay of a recording, which accepts no write except a vent, and a vent has no effect"
+log = logging.getLogger("pneuforce")
 
 
 class ReplaySource:
@@ -27,6 +30,7 @@ class ReplaySource:
         self.can_down = False  #: True if the CAN bus of the replay is down
         self._replay = replay
         self._peers = Peers()
+        self._rejected_writes = RejectedWriteLogger(log)
 
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:  # noqa: ARG002
         """Return the recorded snapshot at the present time of the replay, with the reject reason for `peer`.
@@ -54,7 +58,7 @@ class ReplaySource:
         record = self._peers.record_of(peer)
         is_vent = dict(values) == {"mode": "vent"}
         record.reject_reason = RejectReason.NONE if is_vent else RejectReason.WRITE_PROTECT
-        log_write(peer, values, record)
+        log_write(peer, values, record, _REMARK)
         return record.reject_reason
 
     def master_lost(self, now_s: float) -> None:
@@ -70,4 +74,5 @@ class ReplaySource:
         """Do nothing: a replay has no event log."""
 
     def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
-        """Do nothing: a replay has no event log."""
+        """Log a write request that the bus server rejected."""
+        self._rejected_writes.log(peer, rejected, now_s)

@@ -197,7 +197,7 @@ class Host:
     def _log_board_events(self) -> None:
         events, self.link.events = self.link.events, []
         for event in events:
-            before, after = (BoardState(code).name.lower() for code in (event.previous_state, event.state))
+            before, after = (_state_name(code) for code in (event.previous_state, event.state))
             why = f" ({name_of(event.fault)})" if event.fault else ""
             log.info("board: %s to %s%s", before, after, why)
 
@@ -236,3 +236,8 @@ class Host:
         if self._reopening is not None:
             self._reopening.cancel()
         self._close_port()
+
+
+def _state_name(code: int) -> str:
+    """Return the name of a board state, as in the documents."""
+    return "proof test" if code == BoardState.TESTING else BoardState(code).name.lower()

@@ -126,6 +126,28 @@ def test_after_expiry_in_contact_the_balloon_stays_locked_until_the_contact_ends
     assert harness.snapshot().state == "tripped"
 
 
+def test_the_log_says_that_a_contact_delays_the_trip(caplog):
+    harness = pressed_and_run_out()
+    delayed = list(caplog.messages)
+    harness.push_kpa = 0.0
+    harness.run(1.0)
+    tripped = [message for message in caplog.messages if message.startswith("tripped")]
+    assert not any(message.startswith("tripped") for message in delayed)
+    assert "when the contact ends" in delayed[-1]
+    assert len(tripped) == 1
+    assert "lease expired (fault 32)" in tripped[0]
+
+
+@pytest.mark.parametrize("end", ["vent", "fault"])
+def test_the_log_names_a_trip_that_ends_the_delay(end, caplog):
+    harness = pressed_and_run_out()
+    if end == "vent":
+        harness.write_ok(VENT, WEB)
+    else:
+        harness.instrument.trip(HostFault.BOARD_RESET)
+    assert sum(message.startswith("tripped") for message in caplog.messages) == 1
+
+
 def test_after_expiry_in_contact_the_balloon_is_vented_within_five_seconds():
     harness = pressed_and_run_out()
     harness.run(4.8)

@@ -1,6 +1,7 @@
 """Tests of a replay on the buses: the values are those of the recording, and are marked as simulated."""
 
 import json
+import logging
 
 import pytest
 
@@ -9,6 +10,7 @@ from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.recording.paced_replay import PacedReplay
 from pneuforce.instrument.recording.replay_source import ReplaySource
 from pneuforce.instrument.stream.entry import EntryKind
+from pneuforce.support.rejected_write import RejectedWrite
 from tests.instrument.recording.virtual_host import PLC, ROBOT, advance, inputs, make_replay, samples, session
 
 
@@ -61,6 +63,17 @@ def test_writes_are_rejected_and_a_vent_is_accepted_without_effect():
     assert source.write(PLC, {"mode": "vent"}, 0.0) == "none"
     assert source.snapshot(PLC, 0.0).reject_reason is RejectReason.NONE
     assert repr(replay.session.instrument.snapshot(PLC, replay.t_s)) == repr(before)
+
+
+def test_a_rejected_write_is_logged_with_the_reason_that_this_is_a_replay(caplog):
+    source = ReplaySource(make_replay())
+    with caplog.at_level(logging.INFO):
+        source.write(PLC, {"mode": "hold"}, 0.0)
+        source.log_rejected_write(PLC, RejectedWrite(b"", "illegal_value", "mode 7"), 0.0)
+    rejected, illegal = caplog.messages
+    assert "replay" in rejected
+    assert "configuration" not in rejected
+    assert "mode 7" in illegal
 
 
 def test_after_the_end_of_the_recording_the_link_is_lost_and_values_are_not_available():

@@ -7,6 +7,9 @@ import pytest
 from pneuforce.instrument.audit.audit_logger import AuditLogger
 from pneuforce.instrument.audit.wording import describe_record
 from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.core.peers import PeerRecord
+from pneuforce.instrument.core.reject_reason import REMEDIES, RejectReason
+from pneuforce.instrument.core.requests import log_write
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.service.local_server import LocalServer
@@ -16,6 +19,8 @@ from pneuforce.registers.can.node import CanNode
 from pneuforce.registers.can.options import CanOptions
 from pneuforce.registers.can.wire import CanFrame
 from pneuforce.registers.canopen.node import CanopenNode
+from pneuforce.registers.field import quantity_unit
+from pneuforce.registers.map import REGISTERS
 from pneuforce.registers.modbus.device_identification import DeviceIdentification
 from pneuforce.registers.modbus.pdu import RequestHandler
 from pneuforce.registers.modbus.register_bank import RegisterBank
@@ -82,6 +87,7 @@ CASES = [
     ("modbus_tcp", ["10 0200 0002 04 41500000"], (TCP, "setpoint_requested", "13 kPa", *RANGE_KPA)),
     ("modbus_tcp", ["10 0200 0002 04 7fc00000"], (TCP, "setpoint_requested", "nan", *RANGE_KPA)),
     ("modbus_tcp", ["06 0204 0007"], (TCP, "mode", "7", "vent", "hold")),
+    ("modbus_tcp", ["06 0208 0001"], (TCP, "command_key 1", "must be 20550")),
     ("modbus_tcp", ["06 0200 4100"], (TCP, "setpoint_requested", "both words")),
     ("modbus_tcp", ["06 0000 0001"], (TCP, "force", "read-only")),
     ("modbus_tcp", ["10 0000 0002 04 00000000"], (TCP, "force", "0 N", "read-only")),
@@ -136,7 +142,24 @@ def test_a_write_that_the_instrument_rejects_is_one_line_with_peer_value_and_rea
     with caplog.at_level(logging.INFO):
         buses.modbus_tcp("10 0200 0006 0c 41000000 40a00000 0001 03e8")
     (line,) = [message for message in caplog.messages if TCP in message]
-    assert all(fact in line for fact in ("setpoint_requested_kpa 8.0", "mode hold", "lease_s 1.0"))
+    assert all(fact in line for fact in ("setpoint_requested 8 kPa", "mode hold", "lease 1 s"))
+
+
+@pytest.mark.parametrize("reason", [reason for reason in RejectReason if reason is not RejectReason.NONE])
+def test_the_line_of_a_rejection_by_the_instrument_has_a_remedy(reason, caplog):
+    with caplog.at_level(logging.INFO):
+        log_write(PLC, {"mode": "hold"}, PeerRecord(reject_reason=reason))
+    assert f"rejected, {reason}: {REMEDIES[reason]}" in caplog.text
+
+
+@pytest.mark.parametrize("register", [register for register in REGISTERS if register.writable])
+def test_an_accepted_write_is_logged_with_the_name_of_its_register(register, caplog):
+    canonical = next(other for other in REGISTERS if other.writable and other.quantity == register.quantity)
+    value = register.decode(next(iter(register.code_names), register.low or 0))
+    with caplog.at_level(logging.INFO):
+        log_write(PLC, {register.quantity: value}, PeerRecord())
+    assert f" wrote {canonical.name} " in caplog.text
+    assert caplog.messages[0].split(": accepted")[0].endswith(quantity_unit(register.unit))
 
 
 def test_a_refused_request_over_rdt_names_the_client_and_the_request(caplog):
