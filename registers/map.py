@@ -73,7 +73,8 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=26, name="contact_counter", wire=U16, quantity="contact_counter",
              doc="Number of contacts that have started. Wraps to 0."),
     Register(address=27, name="reject_reason", wire=U16, quantity="reject_reason", values=REJECT_REASONS,
-             doc="Reason why the last write of this peer was rejected; 0 after an accepted write."),
+             doc="Reason why the last valid write of this peer was rejected; 0 if the write was accepted. An "
+                 "invalid write (exceptions 01–03) does not change the reason."),
     Register(address=28, name="force_lower_range_limit", wire=F32, unit="N",
              quantity="force_lower_range_limit_n", low=0, high=20,
              doc="Lower limit of the model's range at this ΔP_i: the force at a rise of 0.5 kPa."),

@@ -185,10 +185,12 @@ void print(const Frame &frame)
 void run(Link &link, std::optional<pneuforce::Inflation> inflation)
 {
     pneuforce::ForceInput input;
+    std::optional<double> first_frame_s;
     double printed_mm_per_s = std::numeric_limits<double>::quiet_NaN();
     while (link.open && !stopped && !(inflation && inflation->rejected())) {
         if (auto frame = link.receive()) {
             print(*frame);
+            first_frame_s = first_frame_s.value_or(link.now_s());
             if (auto force = pneuforce::decode_force(*frame))
                 input.take(*force, link.now_s());
             if (auto answer = pneuforce::decode_answer(*frame); answer && inflation)
@@ -196,8 +198,8 @@ void run(Link &link, std::optional<pneuforce::Inflation> inflation)
         }
         double now_s = link.now_s(), speed = speed_mm_per_s(input, now_s);
         if (speed != printed_mm_per_s)
-            std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s, speed, input.lost(),
-                        input.simulated());
+            std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s - first_frame_s.value_or(now_s),
+                        speed, input.lost(), input.simulated());
         printed_mm_per_s = speed;
         if (inflation)
             if (auto due = inflation->due(now_s))

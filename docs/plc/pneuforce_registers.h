@@ -343,7 +343,7 @@ static inline bool pneuforce_contact_counter(const uint16_t *from_0, uint16_t *v
     return true;
 }
 
-/* 27: Reason why the last write of this peer was rejected; 0 after an accepted write. */
+/* 27: Reason why the last valid write of this peer was rejected; 0 if the write was accepted. An invalid write (exceptions 01-03) does not change the reason. */
 static inline bool pneuforce_reject_reason(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 27, sizeof *value);

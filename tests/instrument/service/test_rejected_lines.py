@@ -56,7 +56,7 @@ class Buses:
     def modbus_tcp(self, pdu, **options):
         identification = DeviceIdentification(IDENTITY)
         handler = RequestHandler(RegisterBank(), self.source, identification, **options)
-        handler.answer(bytes.fromhex(pdu), PLC, self.now_s)
+        return handler.answer(bytes.fromhex(pdu), PLC, self.now_s)
 
     def modbus_rtu(self, pdu):
         unit = ModbusRtuUnit(self.source, 1, TIMING, IDENTITY)
@@ -143,6 +143,15 @@ def test_a_write_that_the_instrument_rejects_is_one_line_with_peer_value_and_rea
         buses.modbus_tcp("10 0200 0006 0c 41000000 40a00000 0001 03e8")
     (line,) = [message for message in caplog.messages if TCP in message]
     assert all(fact in line for fact in ("setpoint_requested 8 kPa", "mode hold", "lease 1 s"))
+
+
+def test_an_invalid_write_does_not_change_the_reject_reason(buses):
+    """The documents of register 27 say so."""
+    assert buses.modbus_tcp("06 0204 0001") == bytes.fromhex("86 06")
+    reason = buses.modbus_tcp("03 001b 0001")
+    assert reason != bytes.fromhex("03 02 0000")
+    assert buses.modbus_tcp("06 0204 0007") == bytes.fromhex("86 03")
+    assert buses.modbus_tcp("03 001b 0001") == reason
 
 
 @pytest.mark.parametrize("reason", [reason for reason in RejectReason if reason is not RejectReason.NONE])

@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 from typing import get_type_hints
 
 import cantools
@@ -62,8 +63,14 @@ def _signals(frame):
     return {signal.name: signal for signal in DBC.get_message_by_name(frame.name).signals}
 
 
-def test_a_robot_can_compare_the_map_hash_with_the_identity_frame():
-    assert int(DBC.dbc.attributes["MapHash"].value, 16) == MAP_HASH
+@pytest.mark.parametrize("difference", [0, 1])
+def test_the_function_of_the_guide_compares_the_map_hash_with_the_identity_frame(difference):
+    guide = (Path(__file__).parents[3] / "docs/robot.md").read_text(encoding="utf-8")
+    (function,) = re.findall(r"```python\n(def fits.*?)```", guide, re.DOTALL)
+    names = {}
+    exec(function, names)
+    identity = (MAP_HASH ^ difference).to_bytes(4, "little") + bytes(4)
+    assert names["fits"](DBC, identity) is (difference == 0)
 
 
 @each_frame
