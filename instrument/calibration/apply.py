@@ -22,7 +22,6 @@ from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
-from pneuforce.instrument.model.pressure_bins import uncovered_bins
 from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
@@ -240,9 +239,11 @@ def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSett
         balloon=settings.balloon,
         rise_span_kpa=(part.rise_low_kpa, part.rise_high_kpa),
         baseline_span_kpa=(part.initial_low_kpa, part.initial_high_kpa),
+        outside=settings.input_uncertainties,
     )
     residual = ModelUncertainty.constant(part.residual_share, part.residual_floor_n)
-    # Without contacts in a pressure bin, the correction is not known there: it keeps its last value.
-    model = residual.joined(settings.model_uncertainty, uncovered_bins(*correction.baseline_span_kpa))
+    # Without contacts in a pressure bin or at a rise, the correction is not known there: it keeps its last
+    # value, and the uncertainty before the calibration is added.
+    model = residual.within(correction.rise_span_kpa, correction.covered_bins, settings.model_uncertainty)
     inputs = replace(settings.input_uncertainties, **dict.fromkeys(COMPENSATED_INPUTS, 0.0))
     return replace(settings, correction=correction, model_uncertainty=model, input_uncertainties=inputs)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_index, uncovered_bins
+from pneuforce.instrument.model.uncertainty import InputUncertainties
 
 #: ΔP_i at which the variable p of `ForceCorrection` is zero [kPa].
 REFERENCE_BASELINE_KPA = 8.0
@@ -32,6 +34,19 @@ class ForceCorrection:
     by_step: float = 0.0
     law: ForceLaw = PAPER_LAW  #: the force law that is corrected
     balloon: Balloon = field(default_factory=Balloon)
+    #: Uncertainties of the inputs where there are no contacts. None: the same as where there are contacts.
+    outside: InputUncertainties | None = None
+
+    @property
+    def covered_bins(self) -> tuple[int, ...]:
+        """Return the indices of the pressure bins with contacts."""
+        uncovered = uncovered_bins(*self.baseline_span_kpa)
+        return tuple(index for index in range(BIN_COUNT) if index not in uncovered)
+
+    def covers(self, rise_kpa: float, baseline_kpa: float) -> bool:
+        """Return True if contacts were calibrated at this rise, and in the pressure bin of this ΔP_i."""
+        low, high = self.rise_span_kpa
+        return low <= rise_kpa <= high and pressure_bin_index(baseline_kpa) in self.covered_bins
 
     def factor(self, rise_kpa: Number, baseline_kpa: Number) -> Number:
         """Return the factor that multiplies the force of the law. The arguments are floats or arrays."""

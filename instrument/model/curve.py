@@ -137,6 +137,20 @@ class ContactCurve:
         """
         return self._correct(self._uncorrected(rise_kpa), rise_kpa)
 
+    def uncertainties_at(self, rise_kpa: float) -> InputUncertainties:
+        """Return the uncertainties of the inputs at a rise.
+
+        A force calibration compensates errors of the inputs only where it has contacts. Up to one node inside
+        the ends of the calibrated span, the larger uncertainties apply, because the curve interpolates
+        between nodes.
+        """
+        correction = self.correction
+        if correction is None or correction.outside is None:
+            return self.uncertainties
+        neighbours = (rise_kpa / NODE_RATIO, rise_kpa * NODE_RATIO)
+        covered = all(correction.covers(rise, self.baseline_kpa) for rise in neighbours)
+        return self.uncertainties if covered else correction.outside
+
     def force_n(self, rise_kpa: float) -> float:
         """Return only the force at a rise [N], without correction if the corrected force is implausible.
 
@@ -227,7 +241,7 @@ class ContactCurve:
         solved, by_baseline, by_final = self.model.solve(self.baseline_kpa, rise_kpa)
         if not math.isfinite(solved.force_n):
             return _Node(rise_kpa, solved, by_final, _UNKNOWN_SENSITIVITY)
-        stds_n = self.model.parameter_stds_n(self.baseline_kpa, rise_kpa, self.uncertainties)
+        stds_n = self.model.parameter_stds_n(self.baseline_kpa, rise_kpa, self.uncertainties_at(rise_kpa))
         sensitivity = ForceSensitivity(by_baseline.force_n, by_final.force_n, math.hypot(*stds_n.values()))
         return _Node(rise_kpa, solved, by_final, sensitivity)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pneuforce.instrument.model.derivatives import ContactDifferentiator
-from pneuforce.instrument.model.pressure_bins import pressure_bin_index
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_index
 
 #: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
 #: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
@@ -64,33 +64,11 @@ BinValues = tuple[float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelUncertainty:
-    """Standard uncertainty of the force law itself, by pressure bin: a relative part and an absolute part."""
+class BinUncertainty:
+    """Standard uncertainty of the force law by pressure bin: a relative part and an absolute part."""
 
     relative_stds: BinValues
     absolute_stds_n: BinValues
-
-    @classmethod
-    def constant(cls, relative_std: float, absolute_std_n: float = 0.0) -> ModelUncertainty:
-        """Return an uncertainty that is the same at each ΔP_i."""
-        relative = (relative_std, relative_std, relative_std, relative_std, relative_std)
-        absolute_n = (absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n)
-        return cls(relative_stds=relative, absolute_stds_n=absolute_n)
-
-    def joined(self, other: ModelUncertainty, bins: Collection[int]) -> ModelUncertainty:
-        """Return this uncertainty, and in some pressure bins the root of the sum of squares with another."""
-
-        def joined(own: BinValues, others: BinValues) -> BinValues:
-            first, second, third, fourth, fifth = (
-                math.hypot(value, others[index]) if index in bins else value
-                for index, value in enumerate(own)
-            )
-            return first, second, third, fourth, fifth
-
-        return ModelUncertainty(
-            relative_stds=joined(self.relative_stds, other.relative_stds),
-            absolute_stds_n=joined(self.absolute_stds_n, other.absolute_stds_n),
-        )
 
     def relative_std(self, baseline_kpa: float) -> float:
         """Return the relative standard uncertainty at ΔP_i."""
@@ -99,6 +77,62 @@ class ModelUncertainty:
     def absolute_std_n(self, baseline_kpa: float) -> float:
         """Return the absolute standard uncertainty [N] at ΔP_i."""
         return self.absolute_stds_n[pressure_bin_index(baseline_kpa)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelUncertainty(BinUncertainty):
+    """Standard uncertainty of the force law itself, which may depend on the rise."""
+
+    #: Uncertainty at a rise outside `rise_span_kpa`. None: the values above apply to each rise.
+    outside: BinUncertainty | None = None
+    rise_span_kpa: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def constant(cls, relative_std: float, absolute_std_n: float = 0.0) -> ModelUncertainty:
+        """Return an uncertainty that is the same at each ΔP_i."""
+        relative = (relative_std, relative_std, relative_std, relative_std, relative_std)
+        absolute_n = (absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n)
+        return cls(relative_stds=relative, absolute_stds_n=absolute_n)
+
+    def within(
+        self, rise_span_kpa: tuple[float, float], bins: Collection[int], before: BinUncertainty
+    ) -> ModelUncertainty:
+        """Return this uncertainty for the rises in a span and for some pressure bins.
+
+        At another rise or in another bin, it is the root of the sum of squares with the uncertainty `before`.
+        """
+        others = [index for index in range(BIN_COUNT) if index not in bins]
+        relative_stds, absolute_stds_n = self._joined(before, others)
+        outside_relative_stds, outside_absolute_stds_n = self._joined(before, range(BIN_COUNT))
+        return ModelUncertainty(
+            relative_stds=relative_stds,
+            absolute_stds_n=absolute_stds_n,
+            rise_span_kpa=rise_span_kpa,
+            outside=BinUncertainty(
+                relative_stds=outside_relative_stds, absolute_stds_n=outside_absolute_stds_n
+            ),
+        )
+
+    def _joined(self, other: BinUncertainty, bins: Collection[int]) -> tuple[BinValues, BinValues]:
+        """Return the values of this uncertainty. In some bins, they are joined with those of another."""
+
+        def joined(own: BinValues, others: BinValues) -> BinValues:
+            first, second, third, fourth, fifth = (
+                math.hypot(value, others[index]) if index in bins else value
+                for index, value in enumerate(own)
+            )
+            return first, second, third, fourth, fifth
+
+        return (
+            joined(self.relative_stds, other.relative_stds),
+            joined(self.absolute_stds_n, other.absolute_stds_n),
+        )
+
+    def std_n(self, force_n: float, baseline_kpa: float, rise_kpa: float) -> float:
+        """Return the standard uncertainty [N] of a force at ΔP_i and at a rise."""
+        low_kpa, high_kpa = self.rise_span_kpa
+        values = self if self.outside is None or low_kpa <= rise_kpa <= high_kpa else self.outside
+        return math.hypot(force_n * values.relative_std(baseline_kpa), values.absolute_std_n(baseline_kpa))
 
 
 class ForceSensitivity(NamedTuple):
@@ -167,8 +201,7 @@ def contributions_n(
         by_final * pressures.final_std_kpa,
         (by_baseline * pressures.baseline_kpa + by_final * pressures.final_kpa) * input_uncertainties.gain,
         parameters_n,
-        math.hypot(
-            force_n * model_uncertainty.relative_std(pressures.baseline_kpa),
-            model_uncertainty.absolute_std_n(pressures.baseline_kpa),
+        model_uncertainty.std_n(
+            force_n, pressures.baseline_kpa, pressures.final_kpa - pressures.baseline_kpa
         ),
     )

@@ -65,7 +65,9 @@ def compute_budget(
         BudgetLine("noise of ΔP_f", inputs.final_noise_kpa, "kPa", abs(by_final)),
         BudgetLine("sensor gain after zero adjustment", 100 * inputs.gain, "%", abs(by_gain)),
         BudgetLine(f"drift of ΔP_i in {contact_s:g} s", drift_kpa, "kPa", abs(by_drift)),
-        *_parameter_lines(baseline_kpa, rise_kpa, sensitivity.parameters_n, force_model, inputs),
+        *_parameter_lines(
+            baseline_kpa, rise_kpa, sensitivity.parameters_n, force_model, curve.uncertainties_at(rise_kpa)
+        ),
         BudgetLine("force law", by_law, "N", by_law),
     )
 
@@ -83,7 +85,7 @@ def _parameter_lines(
     """
     solved_kpa = max(rise_kpa, force_model.lowest_rise_kpa)
     stds_n = force_model.parameter_stds_n(baseline_kpa, solved_kpa, uncertainties)
-    scale = total_n / math.hypot(*stds_n.values())
+    scale = total_n / (math.hypot(*stds_n.values()) or 1.0)  # a calibration can compensate all parameters
     return [
         BudgetLine(
             PARAMETER_LABELS[name][0], getattr(uncertainties, name), PARAMETER_LABELS[name][1], std_n * scale
