@@ -104,7 +104,13 @@ def _log_file(file: Path | None, config: Path | None) -> Path:
     from pneuforce.instrument.config import read, resolve_path
 
     if config is None:
-        return file or Path("events.sqlite")
+        default = Path("events.sqlite")
+        if file is None and not default.exists():
+            raise ConfigurationError(
+                "this folder has no events.sqlite: name the configuration of the instrument (--config), or "
+                "the log (--file)"
+            )
+        return file or default
     if file is not None:
         raise ConfigurationError("--file and --config both name a log: give only one of them")
     path = resolve_path(config, read(config).events.file)

@@ -181,6 +181,7 @@ def test_since_selects_the_records_from_a_time_on(finished):
     [
         (("show", "--file", "/nowhere/log"), "does not exist"),
         (("verify", "--file", "/nowhere/log"), "does not exist"),
+        (("show",), "--config"),
         (("verify", "--file", "{log}", "--head", "abc"), "64 hexadecimal digits"),
         (("show", "--file", "{log}", "--config", "x"), "--file"),
         (("show", "--config", "{config}"), "events"),
