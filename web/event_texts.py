@@ -13,8 +13,6 @@ from pneuforce.registers.map import REGISTERS
 from pneuforce.web.operator_texts import FAULT_TITLES
 
 _CODE_NAME = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
-#: Units at the end of the names of quantities. The value that follows the name has this unit.
-_UNITS = {"kpa": "kPa", "n": "N", "s": "s"}
 _CHANNELS = {"modbus_tcp": "Modbus TCP", "modbus_rtu": "Modbus RTU", "can": "CAN", "web": "web page"}
 #: Values of a command that an operator reads. Only the command for a new balloon has an argument.
 _COMMAND_VALUES = ("command_code", "command_argument")
@@ -68,13 +66,6 @@ def _in_words(text: str) -> str:
     return _CODE_NAME.sub(lambda found: _WORDS.get(found[0], found[0]), text)
 
 
-def _quantity_words() -> Iterator[tuple[str, str]]:
-    for register in REGISTERS:
-        stem, _, unit = register.quantity.rpartition("_")
-        if register.writable and unit in _UNITS:
-            yield register.quantity, f"{stem.replace('_', ' ')} [{_UNITS[unit]}]"
-
-
 def _register_words() -> Iterator[tuple[str, str]]:
     for register in REGISTERS:
         stem = register.name.removesuffix(f"_{register.unit.lower()}") if register.unit else register.name
@@ -86,7 +77,6 @@ _CODES = chain(*(codes.names.values() for codes in (COMMANDS, HOLDERS, REJECT_RE
 _WORDS: Mapping[str, str] = {
     **{name: name.replace("_", " ") for name in _CODES},
     **dict(_register_words()),
-    **dict(_quantity_words()),
     **_CHANNELS,
     "zero_kpa": "zero [kPa]",
     "command_code": "command",

@@ -16,7 +16,7 @@ COMMAND = {
 }
 LOG = "/var/log_of_n/my_events.sqlite"
 RECORDS = [
-    ({"kind": "write", "values": {"force_limit_n": [0.5, 5.0]}}, "force limit [N] 0.5 → 5"),
+    ({"kind": "write", "values": {"force_limit_n": [0.5, 5.0]}}, "force limit 0.5 → 5 N"),
     ({"kind": "write", "values": COMMAND}, "command new balloon, argument 12"),
     ({"kind": "faults", "was": [], "is": ["vent shut", "burst"]}, "none → vent valve stuck + burst"),
     (
@@ -25,7 +25,7 @@ RECORDS = [
     ),
     (
         {"kind": "write", "values": {"setpoint_requested_kpa": ["nan", 8.0]}},
-        "setpoint requested [kPa] none → 8",
+        "setpoint requested none → 8 kPa",
     ),
     ({"kind": "zero_kpa", "was": None, "is": 0.25}, "none → 0.25"),
     ({"kind": "file_changed", "why": f"{LOG} was removed"}, f"why {LOG} was removed"),
