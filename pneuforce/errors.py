@@ -10,6 +10,7 @@
     │   ├── ProtocolMismatch (ValueError)   the board uses another version of the rig link
     │   └── TimeoutMismatch (ValueError)    the board and this program use different host timeouts
     ├── ServerError (OSError)               a bus or a local socket is not available
+    ├── WriteFailed (OSError)               the disk is full or defective
     └── ClientError                         errors of the Python package
         ├── ConnectionFailed (OSError)      no instrument answers at an address
         │   └── ConnectionLost              an open connection, or the samples, have stopped
@@ -101,6 +102,10 @@ class TimeoutMismatch(RigError, ValueError):
 
 class ServerError(PneuforceError, OSError):
     """Bus or local socket that is not available."""
+
+
+class WriteFailed(PneuforceError, OSError):
+    """File that cannot be written, because the disk is full or defective, or the file is too large."""
 
 
 class ClientError(PneuforceError):

@@ -9,6 +9,7 @@ from pathlib import Path
 from secrets import token_hex
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.support.write_error import write_error
 
 MAX_BYTES = 100_000_000
 #: Standard input, the only pipe that may be read: a user chooses its content on purpose.
@@ -70,7 +71,7 @@ def check_new(path: Path, overwrite: bool) -> None:
 def write_lines(path: Path, lines: Iterable[str]) -> None:
     """Write lines to a file. An old file stays until the new file is complete.
 
-    Raises ConfigurationError if the file cannot be written.
+    Raises ConfigurationError if the file cannot be created, WriteFailed if the disk is full.
     """
     with replaced_user_file(path) as temporary, temporary.open("wb") as file:
         file.writelines(line.encode() for line in lines)
@@ -78,7 +79,7 @@ def write_lines(path: Path, lines: Iterable[str]) -> None:
 
 @contextmanager
 def replaced_user_file(path: Path) -> Iterator[Path]:
-    """Do the same as `replaced_file`, but raise ConfigurationError instead of OSError."""
+    """Do the same as `replaced_file`, but raise ConfigurationError or WriteFailed instead of OSError."""
     with _errors_of(path), replaced_file(path) as temporary:
         yield temporary
 
@@ -90,7 +91,7 @@ def _errors_of(path: Path) -> Iterator[None]:
             _check_regular(path, "written")
         yield
     except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise write_error(path, error) from None
 
 
 def _check_regular(path: Path, action: str) -> None:

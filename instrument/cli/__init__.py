@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import signal
 import sys
@@ -38,8 +37,10 @@ def main() -> None:
     except BrokenPipeError:
         _exit("", 0)
     except OSError as error:
-        prefix = "the output cannot be written: " if error.errno == errno.ENOSPC else ""
-        _fail(error, f"{prefix}{error.strerror or error}")
+        from pneuforce.support.write_error import REMEDY, is_disk_error
+
+        text = error.strerror or str(error)
+        _fail(error, f"the output cannot be written: {text}: {REMEDY}" if is_disk_error(error) else text)
 
 
 @contextmanager

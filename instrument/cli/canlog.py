@@ -9,19 +9,20 @@ from pathlib import Path
 from threading import Event
 from typing import IO, Any
 
-from pneuforce.errors import ConfigurationError, ServerError
+from pneuforce.errors import ConfigurationError, ServerError, WriteFailed
 from pneuforce.instrument.cli.output import CONNECTION_HINT, stop_after
 from pneuforce.registers.can.bus import CanAddress, CanBus
 from pneuforce.registers.can.log_writer import LOG_FORMATS, CanLogWriter
 from pneuforce.registers.can.wire import CanFrame
 from pneuforce.support.counted import counted
+from pneuforce.support.write_error import REMEDY
 
 
 def record(address: CanAddress, log_format: str, output: Path | None, seconds: float | None) -> None:
     """Write all frames to the new file `output`, or to stdout, until `seconds` have passed or Ctrl-C.
 
     Raises ConfigurationError if the file cannot be created, ServerError if the bus is not available, and
-    OSError if the file cannot be written.
+    WriteFailed if the file cannot be written.
     """
     frames = _frames(address, stop_after(seconds))
     next(frames)
@@ -33,9 +34,9 @@ def record(address: CanAddress, log_format: str, output: Path | None, seconds: f
     except (ServerError, BrokenPipeError):
         raise
     except OSError as error:
-        raise OSError(
+        raise WriteFailed(
             f"{output or 'stdout'} cannot be written: {error.strerror}; it contains "
-            f"{counted(log.frame_count, 'frame')}"
+            f"{counted(log.frame_count, 'frame')}: {REMEDY}"
         ) from None
     print(f"pneuforce: {counted(log.frame_count, 'frame')} on {address}", file=sys.stderr)
 

@@ -23,6 +23,7 @@ from pneuforce.instrument.recording.schema import (
 )
 from pneuforce.instrument.stream.entry import INPUTS, EntryKind, StreamEntry, StreamError, encode
 from pneuforce.instrument.stream.sample_record import SampleRecord, unpack
+from pneuforce.support.write_error import REMEDY
 
 #: SQLite syncs its log after this number of pages. A power cut loses at most these pages, which are 5 s of
 #: samples.
@@ -39,7 +40,8 @@ class RecordingWriteError(PneuforceError, OSError):
 class RecordingWriter:
     """Writer of a new recording. A commit writes all added entries, or none of them.
 
-    Raises ConfigurationError if the file exists already or cannot be created.
+    Raises ConfigurationError if the file exists already or cannot be created, RecordingWriteError if the disk
+    is full.
     """
 
     def __init__(self, path: Path) -> None:
@@ -59,6 +61,8 @@ class RecordingWriter:
             self._db = self._open()
         except (sqlite3.Error, OSError) as error:
             path.unlink(missing_ok=True)
+            if isinstance(error, sqlite3.Error) and _is_disk_error(error):
+                raise RecordingWriteError(f"{path} cannot be created: {_format_error(error)}") from None
             why = getattr(error, "strerror", None) or error
             raise ConfigurationError(f"{path} cannot be created: {why}") from None
 
@@ -235,6 +239,10 @@ def _with_side_files(path: Path) -> tuple[Path, ...]:
 
 
 def _format_error(error: sqlite3.Error) -> str:
-    """Return the message of SQLite. For an I/O error, add the question whether the disk is full."""
-    io_error = getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_IOERR
-    return f"{error}{': is the disk full, or the file at its size limit?' if io_error else ''}"
+    """Return the message of SQLite. For an error of the disk, add what to check."""
+    remedy = f": is the disk full, or the file at its size limit? Remedy: {REMEDY}"
+    return f"{error}{remedy if _is_disk_error(error) else ''}"
+
+
+def _is_disk_error(error: sqlite3.Error) -> bool:
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_FULL)

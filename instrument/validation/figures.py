@@ -18,6 +18,7 @@ from pneuforce.instrument.validation.paper import PRESSURE_BINS
 from pneuforce.instrument.validation.peaks import PeakForces
 from pneuforce.instrument.validation.report import TrialEvaluation
 from pneuforce.instrument.validation.trial import Floats
+from pneuforce.support.write_error import write_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,13 +63,13 @@ def prepare_folder(folder: Path, overwrite: bool) -> None:
 
 
 def save(folder: Path, name: str, figure: Figure) -> None:
-    """Write a figure in every format. Raises ConfigurationError if a file cannot be written."""
+    """Write a figure in every format. Raises ConfigurationError or WriteFailed."""
     for extension in FORMATS:
         path = folder / f"{name}.{extension}"
         try:
             figure.savefig(path, dpi=DOTS_PER_INCH)
         except OSError as error:
-            raise ConfigurationError(f"{path}: cannot be written: {error.strerror}") from None
+            raise write_error(path, error) from None
 
 
 def draw_radius(pressure_kpa: Floats, radius_mm: Floats, settings: ChainSettings) -> Figure:
