@@ -48,6 +48,11 @@ def fault_of(code: int) -> LatchedFault | None:
     return LatchedFault(code, FAULTS.names[code], advice.what, advice.do)
 
 
+def fault_named(name: str) -> LatchedFault | None:
+    """Return the fault with this name, None for a name that this version does not know."""
+    return next((fault_of(code) for code, each in FAULTS.names.items() if each == name), None)
+
+
 def details_of(registers: Mapping[str, Any]) -> Details:
     """Return the details in the values of the registers, by register name."""
     held = registers["lease_holder"] != "none"

@@ -202,6 +202,8 @@ def _result(output: bytes, errors: bytes) -> dict[str, Any]:
     lines = errors.decode(errors="replace").strip().splitlines()
     try:
         facts = json.loads(output)
+        if "ended" not in facts:  # the recording did not start
+            return {"seconds": None, "bytes": None, "text": facts["message"]}
         text = ": ".join(filter(None, (facts["ended"], facts["why"])))
         return {"seconds": facts["seconds"], "bytes": facts["bytes"], "text": text}
     except (ValueError, KeyError, TypeError):

@@ -6,14 +6,14 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 #: Exit code after Ctrl-C, as a shell reports it.
 INTERRUPTED = 128 + signal.SIGINT
 
 
 def main() -> None:
-    """Run the command line. An expected failure prints one sentence on stderr.
+    """Run the command line. An expected failure prints one sentence on stderr, or with --json a JSON object.
 
     `pneuforce.instrument.cli.exit_codes` contains the exit codes. Ctrl-C exits with code 130 if the command
     has not installed its own signal handler yet.
@@ -21,26 +21,26 @@ def main() -> None:
     with _exit_at_once_on_interrupt():
         from pneuforce.errors import PneuforceError
         from pneuforce.instrument.cli.app import app
+        from pneuforce.instrument.cli.parsing import run
 
     try:
         try:
-            app()
+            code = run(app)
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
-        _exit("", INTERRUPTED)
-    except PneuforceError as error:
-        _fail(
-            error,
-            " ".join([f"{error}.", *notes]) if (notes := getattr(error, "__notes__", [])) else str(error),
-        )
+        _exit(INTERRUPTED)
     except BrokenPipeError:
-        _exit("", 0)
+        _exit(0)
+    except PneuforceError as error:
+        _fail(error)
     except OSError as error:
         from pneuforce.support.write_error import REMEDY, is_disk_error
 
         text = error.strerror or str(error)
         _fail(error, f"the output cannot be written: {text}: {REMEDY}" if is_disk_error(error) else text)
+    else:
+        sys.exit(code)
 
 
 @contextmanager
@@ -53,18 +53,24 @@ def _exit_at_once_on_interrupt() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
-def _fail(error: Exception, message: str) -> None:
-    """Print the message of an error and exit with the code of the error."""
+def _fail(error: Exception, message: str | None = None) -> None:
+    """Report an error, and exit with its code. `message` replaces the sentence about the error."""
     from pneuforce.instrument.cli.exit_codes import exit_code_of
+    from pneuforce.instrument.cli.failure import failure_text, failure_values
+    from pneuforce.instrument.cli.output import json_line
+    from pneuforce.support.printable import printable
 
-    _exit(f"pneuforce: {message}", exit_code_of(error))
+    code = exit_code_of(error)
+    if "--json" in sys.argv:
+        with suppress(OSError):  # stdout can be closed or full
+            print(json_line(failure_values(error, message)), flush=True)
+            _exit(code)
+    if text := message or failure_text(error):
+        print(printable(f"pneuforce: {text}", keep="\n"), file=sys.stderr)
+    _exit(code)
 
 
-def _exit(message: str, code: int) -> None:
-    """Print a message on stderr and exit, even if stdout is full or closed."""
-    if message:
-        from pneuforce.support.printable import printable
-
-        print(printable(message, keep="\n"), file=sys.stderr)
+def _exit(code: int) -> None:
+    """Exit, even if stdout is full or closed."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     sys.exit(code)

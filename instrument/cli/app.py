@@ -195,4 +195,4 @@ def config(
     if example or check is None:
         typer.echo(example_text(), nl=False)
     if check is not None:
-        raise typer.Exit(check_config(check, as_json))
+        check_config(check, as_json)

@@ -10,10 +10,9 @@ from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import Measurement
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import ClientError, ConfigurationError, HoldEnded, Tripped
-from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
-from pneuforce.instrument.cli.operate import confirmed_vent, explained, failure
-from pneuforce.instrument.cli.output import json_line, pressure_text, print_line, print_result
+from pneuforce.errors import ConfigurationError, HoldEnded, Tripped
+from pneuforce.instrument.cli.operate import confirmed_vent, explained
+from pneuforce.instrument.cli.output import json_line, pressure_text, print_done, print_line
 from pneuforce.instrument.cli.status import force_text
 from pneuforce.instrument.cli.stop_signals import at_stop_signal
 
@@ -22,25 +21,19 @@ POLL_S, POLLS_PER_LINE = 0.2, 5
 
 def hold_until_stopped(
     url: str, setpoint_kpa: float | None, lease_s: float, seconds: float | None, as_json: bool
-) -> int:
-    """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent. Return the exit code.
+) -> None:
+    """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent.
 
-    Raises ClientError if the hold fails. With `as_json`, the error is printed as JSON instead.
+    Raises ClientError if the hold fails, ConfigurationError if there is no setpoint.
     """
     stop = threading.Event()
-    try:
-        with connect(url) as sensor:
-            setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
-            hold = sensor.hold(setpoint, lease_s=lease_s)
-            at_stop_signal(stop.set, hold.cancel)
-            print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
-            message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
-    except ClientError as error:
-        if not as_json:
-            raise
-        return print_result(json_line(failure(error)), exit_code_of(error))
-    text = json_line({"done": True, "message": message}) if as_json else message
-    return print_result(text, ExitCode.DONE)
+    with connect(url) as sensor:
+        setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
+        hold = sensor.hold(setpoint, lease_s=lease_s)
+        at_stop_signal(stop.set, hold.cancel)
+        print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
+        message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
+    print_done(message, as_json)
 
 
 def _held(

@@ -10,6 +10,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.anchor import Anchor, check_anchors, collect_heads, find_anchors
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
 from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain, verify_chain
+from pneuforce.instrument.cli.failure import failure_values
 from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.support.counted import counted
 
@@ -47,11 +48,10 @@ def verify_events(path: Path, known: Verification, as_json: bool) -> int:
         chain = _verify_file(path, head, anchors, heads[-1])
         check_anchors(anchors, heads)
     except (BrokenChainError, DamagedLogError) as error:
-        result = {"file": str(path), "good": False, "why": str(error)}
-        print_text(json_text(result) if as_json else f"{path}: NOT GOOD: {error}")
+        print_text(json_text(failure_values(error)) if as_json else f"{path}: NOT GOOD: {error}")
         return 1
     if as_json:
-        print_text(json_text({"file": str(path), "good": True, **chain._asdict(), "anchors": len(anchors)}))
+        print_text(json_text({"ok": True, "file": str(path), **chain._asdict(), "anchors": len(anchors)}))
     else:
         print_text(_format(chain, anchors, noted=head is not None))
     return 0

@@ -3,34 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from pneuforce.client.address import connect
+from pneuforce.client.details import LatchedFault
 from pneuforce.client.measurement import State, Status
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import ClientError, Rejected
-from pneuforce.instrument.cli.exit_codes import ExitCode, exit_code_of
-from pneuforce.instrument.cli.output import json_line, pressure_text, print_result
+from pneuforce.errors import Rejected
+from pneuforce.instrument.cli.output import pressure_text, print_done
 
 INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
 #: Reject reasons whose remedy depends on the first-out fault.
 _CAUSED_BY_FAULT = ("fault_latched", "cause_persists")
 
 
-def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool) -> int:
-    """Connect, send a request, and print the sentence that it returns. Return the exit code.
+class RejectedByFault(Rejected):
+    """Request that the instrument rejected because of a fault. `fault` is the name of the first-out fault."""
 
-    Raises ClientError if the request fails. With `as_json`, the error is printed as JSON instead.
-    """
-    try:
-        with connect(url) as sensor:
-            message = explained(sensor, request)
-    except ClientError as error:
-        if not as_json:
-            raise
-        return print_result(json_line(failure(error)), exit_code_of(error))
-    text = json_line({"done": True, "message": message}) if as_json else message
-    return print_result(text, ExitCode.DONE)
+    def __init__(self, error: Rejected, fault: LatchedFault) -> None:
+        remedy = f"{error.remedy} First-out fault {fault.name}: {fault.cause} {fault.remedy}"
+        super().__init__(error.request, error.reason, remedy)
+        self.fault = fault.name
+
+
+def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool) -> None:
+    """Connect, send a request, and print the sentence that it returns. Raises ClientError if it fails."""
+    with connect(url) as sensor:
+        message = explained(sensor, request)
+    print_done(message, as_json)
 
 
 def explained(sensor: ForceSensor, request: Callable[[ForceSensor], str]) -> str:
@@ -41,14 +40,7 @@ def explained(sensor: ForceSensor, request: Callable[[ForceSensor], str]) -> str
         fault = sensor.details().first_out_fault if error.reason in _CAUSED_BY_FAULT else None
         if fault is None:
             raise
-        remedy = f"{error.remedy} First-out fault {fault.name}: {fault.cause} {fault.remedy}"
-        raise Rejected(error.request, error.reason, remedy) from None
-
-
-def failure(error: ClientError) -> dict[str, Any]:
-    """Return the result of a failed command for JSON. The reject reason and the remedy can be None."""
-    reason, remedy = getattr(error, "reason", None), getattr(error, "remedy", None)
-    return {"done": False, "message": str(error), "reason": reason, "remedy": remedy}
+        raise RejectedByFault(error, fault) from None
 
 
 def write_setpoint(sensor: ForceSensor, setpoint_kpa: float) -> str:

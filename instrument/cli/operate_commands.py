@@ -49,7 +49,7 @@ def vent(
     """
     from pneuforce.instrument.cli.vent import vent_and_confirm
 
-    raise typer.Exit(vent_and_confirm(address.url, timeout_s, as_json))
+    vent_and_confirm(address.url, timeout_s, as_json)
 
 
 @commands.command("set")
@@ -66,7 +66,7 @@ def set_(
     """
     from pneuforce.instrument.cli.operate import execute, write_setpoint
 
-    raise typer.Exit(execute(address.url, lambda sensor: write_setpoint(sensor, setpoint_kpa), as_json))
+    execute(address.url, lambda sensor: write_setpoint(sensor, setpoint_kpa), as_json)
 
 
 @commands.command()
@@ -93,7 +93,7 @@ def hold(
     """
     from pneuforce.instrument.cli.hold import hold_until_stopped
 
-    raise typer.Exit(hold_until_stopped(address.url, setpoint_kpa, lease_s, seconds, as_json))
+    hold_until_stopped(address.url, setpoint_kpa, lease_s, seconds, as_json)
 
 
 @commands.command()
@@ -105,7 +105,7 @@ def release(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """
     from pneuforce.instrument.cli.operate import execute, release_lease
 
-    raise typer.Exit(execute(address.url, release_lease, as_json))
+    execute(address.url, release_lease, as_json)
 
 
 @commands.command()
@@ -117,7 +117,7 @@ def clear(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """
     from pneuforce.instrument.cli.operate import clear_faults, execute
 
-    raise typer.Exit(execute(address.url, clear_faults, as_json))
+    execute(address.url, clear_faults, as_json)
 
 
 @commands.command()
@@ -129,4 +129,4 @@ def zero(*, as_json: Json = False, address: InstrumentAddress) -> None:
     """
     from pneuforce.instrument.cli.operate import execute, make_zero_adjustment
 
-    raise typer.Exit(execute(address.url, make_zero_adjustment, as_json))
+    execute(address.url, make_zero_adjustment, as_json)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -69,13 +68,9 @@ def print_text(text: str, file: TextIO | None = None) -> None:
     print(printable(text, keep="\n"), file=file, flush=True)
 
 
-def print_result(text: str, code: int, file: TextIO | None = None) -> int:
-    """Print the result of a command and return its exit code, also if the output is closed."""
-    try:
-        print_text(text, file)
-    except BrokenPipeError:  # the exit code must still show a failure
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return code
+def print_done(message: str, as_json: bool, **values: Any) -> None:
+    """Print the result of a command that is done: a sentence, or JSON with the sentence and `values`."""
+    print_text(json_line({"ok": True, "message": message, **values}) if as_json else message)
 
 
 def json_text(value: Any, indent: int | None = None) -> str:

@@ -14,10 +14,13 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from pneuforce.errors import ServerError
-from pneuforce.instrument.cli.output import CONNECTION_HINT, json_text, print_text, stop_after
+from pneuforce.errors import PneuforceError, ServerError
+from pneuforce.instrument.cli.exit_codes import exit_code_of
+from pneuforce.instrument.cli.failure import failure_values
+from pneuforce.instrument.cli.output import CONNECTION_HINT, json_text, print_done, print_text, stop_after
 from pneuforce.instrument.recording.limits import NO_LIMITS, RecordingLimits
-from pneuforce.instrument.recording.writer import RecordingWriter
+from pneuforce.instrument.recording.schema import EndReason
+from pneuforce.instrument.recording.writer import RecordingWriteError, RecordingWriter
 from pneuforce.instrument.service.socket_recorder import (
     OnCommit,
     RecorderResult,
@@ -33,17 +36,17 @@ _STATES = {state.value: state.name.lower() for state in BoardState}
 class RecordEnd(NamedTuple):
     """Conditions that end a recording, in addition to Ctrl-C, SIGTERM and the end of the instrument."""
 
-    seconds: float | None = None  #: duration of the recording [s]
     limits: RecordingLimits = NO_LIMITS
     until_stdin_closes: bool = False  #: end when the program that started this process ends
 
 
 def record(path: Path, socket_path: Path, end: RecordEnd, as_json: bool) -> int:
-    """Record until a condition of `end` is fulfilled. Return the exit code.
+    """Record until a condition of `end` is fulfilled, and print the result. Return the exit code.
 
-    Raises ConfigurationError if the file cannot be created, ServerError if no instrument answers.
+    Raises ConfigurationError if the file cannot be created, ServerError if no instrument answers. Without
+    `as_json`, also raises the error of a recording that is not complete.
     """
-    stop = stop_after(end.seconds)
+    stop = stop_after(None)
     if end.until_stdin_closes:
         Thread(target=_set_at_end_of_stdin, args=(stop,), daemon=True).start()
     try:
@@ -51,8 +54,7 @@ def record(path: Path, socket_path: Path, end: RecordEnd, as_json: bool) -> int:
             result = record_socket(path, socket_path, stop, show, end.limits)
     except ServerError as error:
         raise ServerError(f"{error}; {CONNECTION_HINT}") from None
-    _print_result(result, as_json)
-    return 0 if result.complete else 1
+    return _print_result(result, as_json)
 
 
 def _set_at_end_of_stdin(stop: Event) -> None:
@@ -95,7 +97,8 @@ def progress_line(file: RecordingWriter) -> str:
     )
 
 
-def _print_result(result: RecorderResult, as_json: bool) -> None:
+def _print_result(result: RecorderResult, as_json: bool) -> int:
+    """Print the result of a recording. Return the exit code. Without `as_json`, raise its error."""
     facts = {
         "file": str(result.path),
         "ended": result.reason.value,
@@ -105,13 +108,27 @@ def _print_result(result: RecorderResult, as_json: bool) -> None:
         "events": result.events,
         "bytes": result.size_bytes,
     }
-    reason = f"{result.reason.value}{f': {result.detail}' if result.detail else ''}"
+    error = _error_of(result)
+    if error is None:
+        print_done(_sentence(result), as_json, **facts)
+    elif as_json:
+        print_text(json_text({**failure_values(error), **facts}))
+    else:
+        raise error
+    return 0 if error is None else exit_code_of(error)
+
+
+def _error_of(result: RecorderResult) -> PneuforceError | None:
+    """Return the error of a recording that is not complete, None for a complete recording."""
+    if result.complete:
+        return None
+    kind = RecordingWriteError if result.reason is EndReason.UNWRITABLE else PneuforceError
+    return kind(_sentence(result))
+
+
+def _sentence(result: RecorderResult) -> str:
+    limit_reached = result.reason is EndReason.STOPPED and result.detail
+    reason = result.detail if limit_reached else ": ".join(filter(None, (result.reason.value, result.detail)))
     size_mb = result.size_bytes / 1e6
     extent = f"{result.duration_s:.1f} s, {counted(result.samples, 'sample')}, {size_mb:.1f} MB"
-    text = f"{result.path}: {extent}; {reason}"
-    if as_json:
-        print_text(json_text(facts))
-    if not result.complete:
-        print_text(f"pneuforce: {text}", sys.stderr)
-    elif not as_json:
-        print_text(text)
+    return f"{result.path}: {extent}; {reason}"

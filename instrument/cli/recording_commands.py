@@ -63,8 +63,9 @@ def record(
     from pneuforce.instrument.recording.limits import RecordingLimits
 
     socket_path = _socket_of(config, socket) or socket_of_demo()
-    limits = RecordingLimits(max_mb * 1e6, min_free_mb * 1e6)
-    raise typer.Exit(record(file, socket_path, RecordEnd(seconds, limits, until_stdin_closes), as_json))
+    duration_s = math.inf if seconds is None else seconds
+    limits = RecordingLimits(max_mb * 1e6, min_free_mb * 1e6, duration_s)
+    raise typer.Exit(record(file, socket_path, RecordEnd(limits, until_stdin_closes), as_json))
 
 
 def _socket_of(config: Path | None, socket: Path | None) -> Path | None:

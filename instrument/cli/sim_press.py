@@ -37,4 +37,4 @@ def press(
 
 
 def _print(as_json: bool, force_n: float, message: str) -> None:
-    print_text(json_line({"force_n": force_n}) if as_json else message)
+    print_text(json_line({"ok": True, "force_n": force_n}) if as_json else message)

@@ -41,6 +41,7 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
     """Return the status for JSON, with None or NaN for everything that is not available."""
     fault = details.first_out_fault
     return {
+        "ok": True,
         "address": url,
         "state": measurement.state,
         "status": sorted(measurement.status),

@@ -1,4 +1,4 @@
-"""Limits at which a recorder ends a recording: size of the recording, and free space on its disk."""
+"""Limits at which a recorder ends a recording: its size, its duration, and the free space on its disk."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ class RecordingLimits(NamedTuple):
 
     max_bytes: float = math.inf
     min_free_bytes: float = 0.0
+    max_s: float = math.inf
 
     def reached(self, folder: Path, size_bytes: int) -> str:
         """Return which limit a recording of this size in this folder has reached; empty if none.
@@ -30,6 +31,10 @@ class RecordingLimits(NamedTuple):
                 "must stay free"
             )
         return ""
+
+    def over(self, elapsed_s: float) -> str:
+        """Return that the time of the recording is over; empty if it is not over yet."""
+        return f"the time of {self.max_s:g} s is over" if not elapsed_s < self.max_s else ""
 
     def check_start(self, folder: Path) -> None:
         """Raise ConfigurationError if a recording in this folder would reach a limit at once."""

@@ -149,6 +149,8 @@ def _write_entries(
             if data == b"":
                 return _End(EndReason.CUT_OFF, NO_END if file.has_header else "the connection was closed")
             now_s = time.monotonic()
+            if reason := limits.over(now_s - started_s):
+                return _End(EndReason.STOPPED, reason)
             if now_s >= commit_s:
                 commit_s = now_s + COMMIT_PERIOD_S
                 file.commit()

@@ -19,6 +19,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.instrument.cli.record import RecordEnd, record
 from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.instrument.recording.table_export import check_parquet
@@ -26,6 +27,7 @@ from pneuforce.instrument.service.socket_recorder import NO_END
 from pneuforce.instrument.stream.entry import EntryKind, encode, json_entry
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.protocol.frames import BoardState
+from pneuforce.support.write_error import REMEDY
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import start
 from tests.command_runner import FORKSERVER, pneuforce
@@ -97,7 +99,9 @@ def error_line(*words, code=2):
 def test_a_recording_of_a_running_instrument_is_complete(recorded):
     file, summary = recorded
     contents = read_contents(file)
-    assert (summary["file"], summary["ended"]) == (str(file), "the recorder was stopped")
+    assert (summary["file"], summary["ended"]) == (str(file), EndReason.STOPPED)
+    assert summary["why"] == contents.ending.why == "the time of 1 s is over"
+    assert summary["message"].endswith("; the time of 1 s is over")
     assert summary["samples"] == len(contents.samples) > 0
     assert summary["bytes"] == file.stat().st_size
     assert contents.remark == ""
@@ -206,9 +210,10 @@ def test_a_full_disk_ends_the_recording_and_sets_the_maintenance_bit(rig, socket
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes)),
     )
     _, err = recorder.communicate(timeout=30)
-    assert recorder.returncode == 1
+    assert recorder.returncode == ExitCode.IO_ERROR
     (line,) = err.strip().splitlines()
     assert line.startswith(f"pneuforce: {file}: ")
+    assert line.endswith(REMEDY)
     assert "the file cannot be written: disk I/O error: is the disk full, or " in line
     contents = read_contents(file)
     assert f"{len(contents.samples)} samples" in line

@@ -171,7 +171,7 @@ class TestManipulatedLogs:
         cut = make_log(tmp_path / "cut", range(remaining))
         assert verify_log(cut).records == remaining
         assert verify(cut, journal()) == 1
-        assert result_of(capsys)["good"] is False
+        assert result_of(capsys)["ok"] is False
 
     def test_a_rewritten_chain_with_correct_digests_is_found(self, tmp_path, journal):
         run_writer(tmp_path / "log", range(10))
@@ -190,7 +190,7 @@ class TestManipulatedLogs:
         run_writer(file, range(30, 60))
         assert verify_log(file).records == 40
         assert verify(file, journal()) == 1
-        assert "record 20 " in result_of(capsys)["why"]
+        assert "record 20 " in result_of(capsys)["message"]
 
     def test_an_older_copy_that_was_in_use_for_a_time_is_found(self, tmp_path, journal):
         """The complete log is in place again, but the journal shows that it was shorter for a time."""
@@ -208,7 +208,7 @@ class TestManipulatedLogs:
             first, second = find_anchors(lines)
         cut = make_log(tmp_path / "cut", range(4))
         assert verify(cut, journal()) == 1
-        why = result_of(capsys)["why"]
+        why = result_of(capsys)["message"]
         assert first.at in why
         assert second.at not in why
 

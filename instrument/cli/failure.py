@@ -1,0 +1,37 @@
+"""Report of a failed command: one sentence, or with --json one JSON object with the same keys everywhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pneuforce.client.details import fault_named
+from pneuforce.errors import Rejected, Tripped
+from pneuforce.instrument.cli.exit_codes import exit_code_of
+
+
+def failure_text(error: BaseException) -> str:
+    """Return the sentence about an error, with the notes that were added to the error."""
+    notes = getattr(error, "__notes__", [])
+    return " ".join([f"{error}.", *notes]) if notes else str(error)
+
+
+def failure_values(error: BaseException, message: str | None = None) -> dict[str, Any]:
+    """Return the values of an error for JSON. `message` replaces the sentence about the error."""
+    code = exit_code_of(error)
+    fault = fault_named(getattr(error, "fault", ""))
+    return {
+        "ok": False,
+        "code": code.name.lower(),
+        "exit_code": int(code),
+        "message": message or failure_text(error),
+        "reason": _reason(error),
+        "remedy": getattr(error, "remedy", None),
+        "fault": None if fault is None else fault._asdict(),
+    }
+
+
+def _reason(error: BaseException) -> str | None:
+    """Return the reject reason of a request, "tripped" after a trip, None for all other errors."""
+    if isinstance(error, Rejected):
+        return error.reason
+    return "tripped" if isinstance(error, Tripped) else None

@@ -1,0 +1,40 @@
+"""Run of a typer application: a usage error is one sentence, and the help shows no type for a flag."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+import typer.main
+
+from pneuforce.errors import ConfigurationError
+
+#: Base class of all errors in the words of a command. typer does not export this class.
+_WORDS_ERROR: Any = typer.BadParameter.__mro__[1]
+
+
+def run(app: typer.Typer) -> int:
+    """Run the command that the words of the command line name. Return its exit code.
+
+    Raises ConfigurationError for words that no command accepts, and each error of the command.
+    """
+    command = typer.main.get_command(app)
+    _hide_flag_types(command)
+    try:
+        return command(standalone_mode=False) or 0
+    except _WORDS_ERROR as error:
+        message = error.format_message()
+        if not message:  # words without a command: typer has printed the help
+            return int(error.exit_code)
+        help_command = f" (help: {error.ctx.command_path} -h)" if error.ctx else ""
+        raise ConfigurationError(f"{message[0].lower()}{message[1:].rstrip('.')}{help_command}") from None
+
+
+def _hide_flag_types(command: Any, parent: typer.Context | None = None) -> None:
+    """Remove the type from the help of each flag, because a flag is given without a value."""
+    context = typer.Context(command, parent=parent, **command.context_settings)
+    for parameter in command.get_params(context):
+        if getattr(parameter, "is_flag", False):
+            parameter.metavar = ""
+    for each in getattr(command, "commands", {}).values():
+        _hide_flag_types(each, context)
