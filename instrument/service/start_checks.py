@@ -8,6 +8,7 @@ from pathlib import Path
 from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
 from pneuforce.instrument.config import Configuration, load, resolve_path
 from pneuforce.instrument.service.can_server import options_of
+from pneuforce.instrument.service.collisions import check_collisions
 from pneuforce.instrument.service.rtu_server import check_ports
 from pneuforce.instrument.service.web_process import web_process_of
 
@@ -24,6 +25,7 @@ def load_checked(path: Path) -> Configuration:
         if configuration.can.enabled:
             options_of(configuration.can)
         check_ports(configuration)
+        check_collisions(configuration, path)
         socket = resolve_path(path, configuration.local.socket)
         check_socket_path(socket)
         web_process_of(configuration.web, socket)

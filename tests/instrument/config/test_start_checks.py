@@ -5,8 +5,9 @@ import socket
 
 import pytest
 
-from pneuforce.errors import ConfigurationError, PneuforceError
+from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
 from pneuforce.instrument.config import load
+from pneuforce.instrument.service.start_checks import load_checked
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
@@ -33,6 +34,26 @@ REJECTED = [
     ("rig.port", '[rig]\nport = "socket://127.0.0.1:70000"\n'),
     ("rig.port", '[rig]\nport = "socket://127.0.0.1:5000?logging=debug"\n'),
     ("rig.port", '[rig]\nport = "/dev/ttyUSB0"\n[modbus_rtu]\nenabled = true\n'),
+    ("modbus.port and web.port", f'[modbus]\nport = 8080\nhost = "0.0.0.0"\n{ALLOW}[web]\nenabled = true\n'),
+]
+#: Configurations in which a port or a file is used twice, with the two keys. "": there is no collision.
+COLLISIONS = [
+    ("modbus.port web.port", "[modbus]\nport = 8080\n[web]\nenabled = true\n"),
+    ("modbus.port web.port", '[modbus]\nport = 8080\nhost = "localhost"\n[web]\nenabled = true\n'),
+    ("modbus.port can.port", '[can]\nenabled = true\ninterface = "socketcand"\nport = 5020\n'),
+    (
+        "web.port can.port",
+        '[web]\nenabled = true\nport = 29536\n[can]\nenabled = true\ninterface = "socketcand"\n',
+    ),
+    ("rig.port modbus.port", '[rig]\nport = "socket://127.0.0.1:5020"\n'),
+    ("events.file local.socket", '[local]\nsocket = "./events.sqlite"\n'),
+    ("file events.file", '[events]\nfile = "instrument.toml"\n'),
+    ("", "[modbus]\nport = 8080\n"),
+    ("", f'[modbus]\nport = 8080\nhost = "10.0.0.1"\n{ALLOW}[web]\nenabled = true\n'),
+    ("", f'[rig]\nport = "socket://10.0.0.1:5020"\n[modbus]\nhost = "0.0.0.0"\n{ALLOW}'),
+    ("", "[rdt]\nenabled = true\nport = 5020\n"),  # UDP
+    ("", "[can]\nenabled = true\nport = 5020\n"),  # no TCP
+    ("", '[events]\nfile = ""\n[local]\nsocket = ""\n'),
 ]
 
 
@@ -46,6 +67,18 @@ def test_what_stops_the_start_is_reported_with_file_and_key(tmp_path, command, k
     assert done.stderr.startswith(f"pneuforce: {file}: ")
     assert key in done.stderr
     assert done.stderr.strip().isprintable()
+
+
+@pytest.mark.parametrize(("keys", "text"), COLLISIONS, ids=range(len(COLLISIONS)))
+def test_a_port_or_a_file_that_is_used_twice_is_reported_with_both_keys(tmp_path, keys, text):
+    file = tmp_path / "instrument.toml"
+    file.write_text(text)
+    if not keys:
+        load_checked(file)
+        return
+    with pytest.raises(ConfigurationFileError) as caught:
+        load_checked(file)
+    assert all(key in str(caught.value) for key in keys.split())
 
 
 @pytest.mark.parametrize(

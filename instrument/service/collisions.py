@@ -1,0 +1,75 @@
+"""Check that no TCP port and no file is used twice in a configuration."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.config import Configuration, resolve_path
+from pneuforce.support.network_name import is_socket_url
+
+_WILDCARDS = frozenset({"0.0.0.0", "::"})
+_LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
+
+
+class TcpPort(NamedTuple):
+    """TCP address that the instrument uses. `key` is the configuration key of the port."""
+
+    key: str
+    host: str
+    port: int
+
+    def collides_with(self, other: TcpPort) -> bool:
+        """Return True if both addresses cannot be used at the same time."""
+        hosts = {self.host, other.host}
+        same = len(hosts) == 1 or hosts <= _LOOPBACK or hosts & _WILDCARDS
+        return self.port == other.port and bool(same)
+
+
+def check_collisions(configuration: Configuration, path: Path) -> None:
+    """Raise ConfigurationError if two enabled parts of a configuration use one TCP port or one file.
+
+    `path` is the configuration file, to which the names of files are relative.
+    """
+    for first, second in combinations(_tcp_ports(configuration), 2):
+        if first.collides_with(second):
+            raise ConfigurationError(
+                f"{first.key} and {second.key} are both the TCP port {first.port}: change one of them"
+            )
+    files = [(key, os.path.realpath(file)) for key, file in _files(configuration, path)]
+    for (first_key, file), (second_key, other) in combinations(files, 2):
+        if file == other:
+            raise ConfigurationError(f"{first_key} and {second_key} are both {file}: change one of them")
+
+
+def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
+    """Yield the ports on which the instrument listens, and the ports of servers on this computer."""
+    for key, section in (("modbus.port", configuration.modbus), ("web.port", configuration.web)):
+        if section.enabled:
+            yield TcpPort(key, section.host, section.port)
+    rig, can = configuration.rig, configuration.can
+    servers = (
+        [TcpPort("can.port", can.host, can.port)] if can.enabled and can.interface == "socketcand" else []
+    )
+    if is_socket_url(rig.port):
+        url = urlsplit(rig.port)
+        servers.append(TcpPort("rig.port", url.hostname or "", url.port or 0))
+    yield from (server for server in servers if server.host in _LOOPBACK)
+
+
+def _files(configuration: Configuration, path: Path) -> Iterator[tuple[str, Path]]:
+    names = {
+        "measurement.calibration": configuration.measurement.calibration,
+        "events.file": configuration.events.file,
+        "local.socket": configuration.local.socket,
+    }
+    yield "the configuration file", path
+    for key, name in names.items():
+        file = resolve_path(path, name)
+        if file is not None:
+            yield key, file
