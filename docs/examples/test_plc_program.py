@@ -28,8 +28,8 @@ class Program:
         """Run one cycle of the program."""
         registers = None
         with suppress(ModbusException):  # without an answer, the force is unknown
-            self.client.write_registers(517, [LEASE_MS], device_id=1)
-            registers = self.client.read_input_registers(0, count=36, device_id=1).registers
+            self.client.write_registers(517, [LEASE_MS])  # to unit 1, the default
+            registers = self.client.read_input_registers(0, count=36).registers
         self.valid, self.force_n = self._check(registers) if registers else (False, ASSUMED_FORCE_N)
 
     def _check(self, registers):

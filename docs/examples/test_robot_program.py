@@ -1,13 +1,16 @@
 """Test of a robot's force control loop, written here in Python, over CAN with a simulated rig."""
 
+import subprocess
+import sys
 import time
-from pathlib import Path
 
 import can
 import cantools
 import pytest
 
-DBC = cantools.database.load_file(Path(__file__).parents[1] / "pneuforce.dbc")
+# The DBC file of the installed version, as pneuforce map --format dbc > pneuforce.dbc writes it.
+MAP = [sys.executable, "-m", "pneuforce", "map", "--format", "dbc"]
+DBC = cantools.database.load_string(subprocess.run(MAP, stdout=subprocess.PIPE, text=True, check=True).stdout)
 FORCE = DBC.get_message_by_name("Force")
 TARGET_N = 1.5
 GAIN_MM_PER_S_N = 2.0

@@ -33,6 +33,7 @@ from importlib.metadata import version
 from urllib.request import urlopen
 import can, pymodbus, pytest
 from pneuforce.registers.modbus.client import WriteRejectedError
+from test_plc_program import Program
 
 WEB = {"enabled": True, "port": PORT}
 
@@ -45,6 +46,9 @@ def test_mine(pneuforce_rig):
         pneuforce_rig.press(2.0)
         assert pneuforce_rig.read()["force"] == pytest.approx(pneuforce_rig.truth()["force_n"], abs=0.3)
         assert bus.recv(1.0) is not None
+    program = Program(pneuforce_rig.modbus_port)
+    program.cycle()
+    assert program.valid and program.force_n > 1.5
     with pytest.raises(WriteRejectedError) as rejected:
         pneuforce_rig.write("setpoint_requested", 12.5)
     assert rejected.value.reason == "illegal value"
@@ -78,7 +82,7 @@ def test_the_packages_of_the_user_and_of_the_instrument_do_not_disturb_each_othe
 @NEEDS_OLDEST
 def test_the_fixture_works_with_the_oldest_libraries(tmp_path):
     program = WITH_OLDEST_LIBRARIES.replace("PORT", str(free_port())).replace("FOLDER", repr(str(OLDEST)))
-    output = pytest_in(tmp_path, program, PYTHONPATH=str(OLDEST))
+    output = pytest_in(tmp_path, program, PYTHONPATH=f"{OLDEST}:{ROOT / 'docs/examples'}")
     wanted = re.findall(r"^([\w-]+)==([\d.]+)$", (ROOT / "tests/oldest.txt").read_text(), re.MULTILINE)
     assert str(dict(wanted)) in output
 
