@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +16,7 @@ from typing import Any
 from rich.live import Live
 
 from pneuforce.instrument.cli.panel import MAX_EVENTS, DemoPorts, format_line, panel
+from pneuforce.instrument.cli.stop_signals import at_stop_signal
 from pneuforce.registers.can.bus import CanAddress
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.teststand.child_process import StartCancelled
@@ -29,15 +29,14 @@ REPORT_WIDTH = 76  #: width of the panel without its frame [characters]
 
 
 def run_demo(seconds: float | None, ports: DemoPorts, simulator_options: Sequence[str]) -> int:
-    """Run the demo until `seconds` have passed, Ctrl-C or SIGTERM. Return the exit code.
+    """Run the demo until `seconds` have passed or a stop signal is received. Return the exit code.
 
     `simulator_options` are additional arguments of `pneuforce sim run`.
 
     Raises ChildProcessFailed if a process cannot start or ends by itself.
     """
     stop = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    at_stop_signal(stop.set)
     with ExitStack() as stack, suppress(StartCancelled):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
         tables: dict[str, dict[str, Any]] = {

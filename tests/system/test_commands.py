@@ -211,14 +211,21 @@ def test_a_modbus_port_in_use_is_reported_with_its_key(shared_stack, tmp_path):
 
 @pytest.mark.parametrize("modbus", ["enabled = false", "port = 5999"])
 def test_sigterm_ends_a_host_process_during_the_handshake(tmp_path, modbus):
+    """A shell script starts a background job with SIGINT ignored, and the job then keeps ignoring SIGINT."""
     board, port = os.openpty()
     file = tmp_path / "instrument.toml"
     file.write_text(f'[rig]\nport = "{os.ttyname(port)}"\n[modbus]\n{modbus}\n')
     host = subprocess.Popen(
-        [sys.executable, "-m", "pneuforce", "run", "--config", str(file)], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "pneuforce", "run", "--config", str(file)],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN),
     )
     assert select.select([board], [], [], 10)[0], "the host process sends no Identify"
     assert len(os.read(board, 24)) == 24
+    host.send_signal(signal.SIGINT)
+    with pytest.raises(subprocess.TimeoutExpired):
+        host.wait(0.2)
     host.terminate()
     _, stderr = host.communicate(timeout=3)
     assert (host.returncode, "Traceback" in stderr) == (0, False)

@@ -45,7 +45,8 @@ class Demo:
 
 
 @pytest.fixture
-def demo():
+def demo(tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # the demo makes its folder there
     started = Demo()
     yield started
     started.process.kill()
@@ -60,8 +61,8 @@ def running(pid):
     return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number, tmp_path):
     demo.until_holding()
     children = demo.children()
     assert len(children) == 3
@@ -72,6 +73,7 @@ def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number):
     assert demo.process.returncode == 0
     assert "Traceback" not in stderr
     assert not any(running(pid) for pid in children)
+    assert list(tmp_path.glob("pneuforce-*")) == []
 
 
 def test_the_demo_inflates_again_after_the_computer_was_suspended_and_reports_why_the_rig_tripped(demo):
