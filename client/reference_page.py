@@ -140,13 +140,13 @@ def _properties(value: type) -> Iterator[tuple[str, str]]:
 
 
 def _fields(value: type) -> Iterator[tuple[str, str]]:
-    """Yield each attribute with a comment `#:` behind or above it."""
+    """Yield each public attribute with a comment `#:` behind or above it."""
     above: list[str] = []
     for line in inspect.getsource(value).splitlines():
         if comment := re.match(r" +#: (.*)", line):
             above.append(comment[1])
             continue
-        if field := re.match(r" +(?:self\.)?(\w+)(?::| =)[^#]*(?:#: (.*))?$", line):
+        if field := re.match(r" +(?:self\.)?([a-z]\w*)(?::| =)[^#]*(?:#: (.*))?$", line):
             text = " ".join([*above, field[2] or ""]).strip()
             if text:
                 yield field[1], text

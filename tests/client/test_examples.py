@@ -34,6 +34,7 @@ def recording(tmp_path, monkeypatch):
 
 def test_the_committed_page_is_current():
     assert render() == PAGE, "run: python -m pneuforce.client.reference_page"
+    assert "| `_" not in PAGE, "the page shows a private attribute"
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=name_of)
