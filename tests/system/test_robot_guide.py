@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from pneuforce.client import measurement
 from pneuforce.registers.views import dbc
 from pneuforce.teststand.stack import free_port
 from tests.command_runner import pneuforce
@@ -46,6 +47,11 @@ def run_commands(folder, shared_stack):
         return subprocess.run(shell, cwd=folder, capture_output=True, text=True, timeout=30, check=False)
 
     return run
+
+
+def test_the_program_of_the_guide_knows_each_reason_for_a_missing_force():
+    [names] = re.findall('^REASONS = "(.*)"', GUIDE, re.MULTILINE)
+    assert names.split() == [reason.value for reason in measurement._REASONS]
 
 
 def test_the_commands_of_the_first_five_minutes(run_commands, folder):
