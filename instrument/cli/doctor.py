@@ -6,9 +6,7 @@ import asyncio
 import logging
 import sys
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from pneuforce.instrument.cli.output import json_text, print_text
@@ -42,7 +40,7 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     if as_json:
         print_text(json_text([check._asdict() for check in checks], indent=2))
     else:
-        _print_table(checks)
+        print_checks(checks)
         print(_conclusion(checks))
     return int(any(check.result is CheckResult.FAIL or check.name == INTERRUPTED for check in checks))
 
@@ -51,13 +49,20 @@ def _print_stage(stage: ExaminationStage) -> None:
     print(STAGE_TEXTS[stage], file=sys.stderr, flush=True)
 
 
-def _print_table(checks: list[Check]) -> None:
-    table = Table("check", "result", "finding", box=SIMPLE_HEAD)
-    table.add_column("what to do", overflow="fold")  # paths are not truncated, so that they can be copied
+def print_checks(checks: list[Check]) -> None:
+    """Print each check in one line, and its advice in the next line.
+
+    The lines are not divided at the width of the terminal, so that a path in them can be copied.
+    """
+    console = Console(soft_wrap=True, highlight=False)
+    name_width, result_width = (max(map(len, column)) for column in list(zip(*checks, strict=True))[:2])
     for name, result, finding, advice in checks:
-        cell = f"[{COLOURS.get(result, 'dim')}]{result}[/]"
-        table.add_row(name, cell, Text(printable(finding)), Text(printable(advice)))
-    Console(soft_wrap=not sys.stdout.isatty()).print(table)
+        line = Text(f"{name:<{name_width}}  ")
+        line.append(f"{result:<{result_width}}", style=COLOURS.get(result, "dim"))
+        line.append(f"  {printable(finding)}")
+        console.print(line)
+        if advice:
+            console.print(Text(f"{'':<{name_width}}  what to do: {printable(advice)}"))
 
 
 def _conclusion(checks: list[Check]) -> str:

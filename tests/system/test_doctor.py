@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from pneuforce.instrument.cli.doctor import _print_table
+from pneuforce.instrument.cli.doctor import print_checks
 from pneuforce.instrument.doctor.check import Check, CheckResult
 from pneuforce.instrument.doctor.port import INSTALL_RULES
 from pneuforce.instrument.rig.usb_device import UDEV_RULES
@@ -58,10 +58,16 @@ def test_the_table_ends_with_a_conclusion_that_names_the_failed_checks(rig):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_path_to_copy_is_complete_in_80_columns(monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    _print_table([Check("USB latency", CheckResult.WARNING, "16 ms", INSTALL_RULES)])
-    assert str(UDEV_RULES) in "".join(capsys.readouterr().out.split())
+def test_a_path_to_copy_is_complete_in_40_columns(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "40")
+    port = "/dev/serial/by-id/usb-Arduino__www.arduino.cc__0043_85735313-if00"
+    print_checks(
+        [Check("USB latency", CheckResult.WARNING, port, INSTALL_RULES), Check("a", CheckResult.PASS, "")]
+    )
+    shown = capsys.readouterr().out
+    assert port in shown
+    assert str(UDEV_RULES) in shown
+    assert len(shown.splitlines()) == 3
 
 
 def test_ctrl_c_vents_the_inflated_balloon(rig):

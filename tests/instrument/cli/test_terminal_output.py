@@ -101,7 +101,7 @@ def test_a_nested_record_is_shown(tmp_path, capsys):
 
 
 def test_the_doctor_prints_no_control_characters(capsys):
-    doctor._print_table([Check("sensor", CheckResult.FAIL, EVIL, f"[bold]{EVIL}")])
+    doctor.print_checks([Check("sensor", CheckResult.FAIL, EVIL, f"[bold]{EVIL}")])
     assert_printable(capsys.readouterr().out)
 
 
@@ -129,7 +129,7 @@ def test_the_doctor_shows_the_name_of_another_process_without_control_characters
     finally:
         for descriptor in (master, port, is_closed, closed):
             os.close(descriptor)
-    doctor._print_table(checks)
+    doctor.print_checks(checks)
     shown = capsys.readouterr().out
     assert_printable(shown)
     assert f"x\x1b[2J ({child})" in checks[3].finding
