@@ -8,11 +8,12 @@ from typing import Any
 
 from pneuforce.client.address import connect
 from pneuforce.client.details import Details
-from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
 from pneuforce.registers.advice import STATE_DESCRIPTIONS, STATUS_ADVICE
 
 NOT_AVAILABLE = "not available"
+EXAMPLE_SETPOINT_KPA = 6.5  #: shown if the instrument has no setpoint yet
 #: Conditions that other lines of the output show, or that describe the normal operation.
 _SHOWN_ELSEWHERE = frozenset(
     {
@@ -68,7 +69,7 @@ def lines(measurement: Measurement, details: Details) -> Iterator[tuple[str, str
     state = str(measurement.state or "unknown")
     yield "state", f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
     yield "fault", _fault_text(details)
-    yield "force", force_text(measurement)
+    yield "force", _force_text(measurement, details)
     yield "pressure", pressure_text(measurement.pressure_kpa)
     requested = pressure_text(details.setpoint_requested_kpa)
     yield "setpoint", f"{pressure_text(measurement.setpoint_kpa)} (requested {requested})"
@@ -85,6 +86,14 @@ def force_text(measurement: Measurement) -> str:
     std_n = measurement.force_std_n
     uncertainty = NOT_AVAILABLE if std_n is None else f"{2 * std_n:.3f} N"
     return f"{measurement.force_n:.3f} N ± {uncertainty} (2 u)"
+
+
+def _force_text(measurement: Measurement, details: Details) -> str:
+    """Return the force or what to do. A vented rig without another problem needs one short sentence."""
+    if measurement.state is not State.VENTED or measurement.reasons != (Status.FUNCTION_CHECK,):
+        return force_text(measurement)
+    setpoint_kpa = details.setpoint_requested_kpa or EXAMPLE_SETPOINT_KPA
+    return f"{NOT_AVAILABLE}: to measure, inflate the balloon: pneuforce hold {setpoint_kpa:g}"
 
 
 def _fault_text(details: Details) -> str:
