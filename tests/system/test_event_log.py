@@ -127,12 +127,12 @@ def test_a_changed_record_is_reported_with_exit_code_1(finished, tmp_path):
 
 def test_the_result_of_the_verification_is_available_as_json(finished, tmp_path):
     result = json.loads(log("verify", "--file", finished[0], "--json").stdout)
-    assert (result["good"], result["head"]) == (True, verify_log(finished[0]).head)
+    assert (result["ok"], result["head"]) == (True, verify_log(finished[0]).head)
     (tmp_path / "notes").write_text("notes\n" * 1000)
     verified = log("verify", "--file", tmp_path / "notes", "--json")
     result = json.loads(verified.stdout)
-    assert (verified.returncode, result["good"]) == (1, False)
-    assert "is not an event log" in result["why"]
+    assert (verified.returncode, result["ok"]) == (1, False)
+    assert "is not an event log" in result["message"]
 
 
 def test_repetitions_are_described_with_their_number():
