@@ -62,13 +62,13 @@ def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off
 
 
 def control_port_of(link: Path) -> int:
-    """Return the control port of the simulator whose serial port is at `link`. Raises ConfigurationError."""
+    """Return the control port of the simulator whose serial port is at `link`. Raises RigError."""
     try:
         port = int(read_file(control_port_file(link)).decode("ascii"))
     except ValueError:  # ConfigurationError of `read_file` is a subclass
         port = 0
     if not 1 <= port <= MAX_PORT:
-        raise ConfigurationError(
+        raise RigError(
             f"no simulator has its port at {link}: start pneuforce sim run, or give --link or --control PORT"
         )
     return port
