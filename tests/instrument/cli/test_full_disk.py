@@ -38,7 +38,7 @@ def run(*words, stdout=subprocess.PIPE, **options):
         "export {recording} {out}.csv",
         "export {recording} {out}.parquet",
         "plot {recording} {out}.png",
-        "estimate --csv {examples}/contacts.csv --out {out}.csv",
+        "estimate --csv {examples}/reference-contacts.csv --out {out}.csv",
         "calibrate radius {examples}/radius.csv --out {out}.toml",
     ],
 )
