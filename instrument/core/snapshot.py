@@ -68,7 +68,9 @@ class Snapshot(NamedTuple):
     answer_sequence: int
     answer_state: str
     answer_result: str
-    # identity
+    # adjustment and identity
+    zero_offset_kpa: float
+    filter_samples: int
     method: str
     configuration_hash: int
     map_hash: int
@@ -182,12 +184,11 @@ def _command_values(block: CommandBlock) -> dict[str, Any]:
 
 
 def _identity_values(state: InstrumentState) -> dict[str, Any]:
-    identity, chain = (
-        state.settings.identity,
-        state.chain.settings,
-    )
+    identity, settings = state.settings.identity, state.chain.settings
     return {
-        "method": chain.law.method + ("_calibrated" if chain.correction else ""),
+        "zero_offset_kpa": -state.chain.zero.zero_kpa,
+        "filter_samples": settings.filter_samples,
+        "method": settings.law.method + ("_calibrated" if settings.correction else ""),
         "configuration_hash": identity.configuration_hash,
         "map_hash": identity.map_hash,
         "serial_number": identity.serial_number,

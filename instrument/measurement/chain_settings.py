@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 from pneuforce.instrument.measurement.force_tables import force_table
+from pneuforce.instrument.measurement.lag import SAMPLE_S
 from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, ForceCorrection, ForceLaw
 from pneuforce.instrument.model.force_model import ForceModel
 from pneuforce.instrument.model.method_uncertainty import without_force_reference
@@ -53,6 +55,11 @@ class ChainSettings:
             input_uncertainties=inputs,
             model_uncertainty=without_force_reference(law, balloon),
         )
+
+    @property
+    def filter_samples(self) -> int:
+        """Return n of the filter: each sample changes the filtered pressure by 1/n of the difference."""
+        return round(-1 / math.expm1(-SAMPLE_S / self.filter_time_constant_s))
 
     @property
     def force_model(self) -> ForceModel:
