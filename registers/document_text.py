@@ -21,6 +21,7 @@ from pneuforce.registers.map import BY_NAME
 TYPE_NAMES: Mapping[WireType, str] = {
     WireType.F32: "float32",
     WireType.U32: "uint32",
+    WireType.I32: "int32",
     WireType.I16: "int16",
     WireType.U16: "uint16",
     WireType.U8: "uint8",

@@ -33,6 +33,7 @@ class WireType(Enum):
 
     F32 = ("f", 4, None, None)
     U32 = ("I", 4, 0, 0xFFFF_FFFF)
+    I32 = ("i", 4, -0x8000_0000, 0x7FFF_FFFF)
     I16 = ("h", 2, -0x8000, 0x7FFF)
     U16 = ("H", 2, 0, 0xFFFF)
     U8 = ("B", 1, 0, 0xFF)
@@ -127,7 +128,7 @@ class Field:
 
     @property
     def not_available(self) -> float | None:
-        """Return the not-available code: NaN, 7FFFh or FFFFh; None if the field always has a value."""
+        """Return the not-available code: NaN or the largest code; None if the field always has a value."""
         if not self.unit or self.always_available or self.constant is not None:
             return None
         return math.nan if self.wire is WireType.F32 else self.wire.max_code

@@ -21,7 +21,8 @@ class Source(Protocol):
     def snapshot(self, peer: Peer, now_s: float) -> Any:
         """Return all values at one instant. Some values depend on the peer, for example its reject reason.
 
-        The snapshot is immutable. It has one attribute for each quantity of the register map.
+        The snapshot is immutable. It has one attribute for each quantity of the register map and of the
+        CANopen objects.
         """
         ...
 

@@ -20,6 +20,22 @@ def is_vent_command(data: bytes) -> bool:
     return len(data) == COMMAND.length and COMMAND.codes(data)["mode"] == COMMAND_MODES.codes["vent"]
 
 
+def write_command(source: Source, code: str, now_s: float) -> str:
+    """Write a command with a new sequence number and return the reject reason of the write.
+
+    The result of the command itself is the answer in the next snapshot.
+    """
+    command = {
+        "command_key": COMMAND_KEY,
+        "command_code": code,
+        "command_argument": 0,
+        # The source carries out a command only if its sequence number differs from the last number. The SDO
+        # server also writes this number, so the last number is read from the snapshot.
+        "command_sequence": (source.snapshot(CAN_PEER, now_s).command_sequence + 1) & 0xFFFF,
+    }
+    return source.write(CAN_PEER, command, now_s)
+
+
 class CommandResult(NamedTuple):
     """Content of the Answer frame."""
 
@@ -95,15 +111,7 @@ class CommandHandler:
             return _result(
                 self._source.write(CAN_PEER, {"mode": "hold"} | _setpoint_and_lease(values), now_s)
             )
-        command = {
-            "command_key": COMMAND_KEY,
-            "command_code": values["mode"],
-            "command_argument": 0,
-            # The source carries out a command only if its sequence number differs from the last number. The
-            # SDO server also writes this number, so the last number is read from the snapshot.
-            "command_sequence": (self._source.snapshot(CAN_PEER, now_s).command_sequence + 1) & 0xFFFF,
-        }
-        return _result(self._source.write(CAN_PEER, command, now_s))
+        return _result(write_command(self._source, values["mode"], now_s))
 
     def _is_busy(self, sequence: int, now_s: float) -> bool:
         snapshot = self._source.snapshot(CAN_PEER, now_s)

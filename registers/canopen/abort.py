@@ -11,6 +11,7 @@ class AbortCode(Enum):
     TOGGLE = (0x0503_0000, "toggle bit not alternated")
     TIMEOUT = (0x0504_0000, "SDO protocol timed out")
     COMMAND = (0x0504_0001, "command specifier invalid or not supported")
+    WRITE_ONLY = (0x0601_0001, "attempt to read a write-only object")
     READ_ONLY = (0x0601_0002, "attempt to write a read-only object")
     NO_OBJECT = (0x0602_0000, "object does not exist")
     TOO_LONG = (0x0607_0012, "length too high")

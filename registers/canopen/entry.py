@@ -20,6 +20,7 @@ class DataType(Enum):
     """Data type: number (CiA 301, table 44), `struct` format, and size [bytes]. A text has the size 0."""
 
     I16 = (0x0003, "<h", 2)
+    I32 = (0x0004, "<i", 4)
     U8 = (0x0005, "<B", 1)
     U16 = (0x0006, "<H", 2)
     U32 = (0x0007, "<I", 4)
@@ -52,7 +53,7 @@ class ObjectEntry:
     subindex: int = 0
     name: str
     type: DataType
-    access: str = "ro"  #: const, ro, rw, or rww (written by a PDO)
+    access: str = "ro"  #: const, ro, wo, rw, or rww (written by a PDO)
     doc: str = ""
     field: Field | None = None
     default: int | None = None
@@ -69,9 +70,14 @@ class ObjectEntry:
         return self.index, self.subindex
 
     @property
+    def readable(self) -> bool:
+        """Return True if the entry can be read."""
+        return self.access != "wo"
+
+    @property
     def writable(self) -> bool:
         """Return True if the entry can be written."""
-        return self.access in ("rw", "rww")
+        return self.access in ("wo", "rw", "rww")
 
     def encode(self, value: EntryValue) -> bytes:
         """Return the bytes of a value, little-endian. A number that is too large for float32 becomes NaN."""

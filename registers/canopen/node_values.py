@@ -19,12 +19,14 @@ from pneuforce.registers.canopen.communication import (
 )
 from pneuforce.registers.canopen.emergency import EmergencyProducer
 from pneuforce.registers.canopen.entry import EntryAddress, EntryValue
-from pneuforce.registers.canopen.object_dictionary import AI_STATUS
+from pneuforce.registers.canopen.measuring_device import AI_STATUS, FORCE_SPAN, PRESSURE_SPAN
+from pneuforce.registers.field import Field
 
 #: Function that returns the value of an entry for a snapshot. Raises SdoAbort if there is no value.
 ValueReader = Callable[[Any], EntryValue]
 
-_NOT_VALID, _ABOVE_RANGE = 1, 2
+#: Bits of the status of a channel (6150h).
+_NOT_VALID, _POSITIVE_OVERLOAD, _NEGATIVE_OVERLOAD = 1, 2, 4
 
 
 class CanopenIdentity(NamedTuple):
@@ -69,8 +71,10 @@ def value_readers(
         field_address(ANSWER, "sequence"): lambda _: last_frames.answer.sequence,
         field_address(ANSWER, "result"): lambda _: RESULTS.codes[last_frames.answer.result],
         **{field_address(COMMAND, f.name): _command_reader(last_frames, f.name) for f in COMMAND.fields},
-        (AI_STATUS, 1): lambda s: _channel_status("force_valid" in s.status, "force_high_alarm" in s.status),
-        (AI_STATUS, 2): lambda s: _channel_status(math.isfinite(s.pressure_kpa), "overpressure" in s.status),
+        (AI_STATUS, 1): lambda s: _channel_status("force_valid" in s.status, s.force_n, FORCE_SPAN),
+        (AI_STATUS, 2): lambda s: _channel_status(
+            math.isfinite(s.pressure_kpa), s.pressure_kpa, PRESSURE_SPAN
+        ),
     }
 
 
@@ -93,5 +97,9 @@ def _command_reader(last_frames: LastFrames, name: str) -> ValueReader:
     return lambda _: COMMAND.codes(last_frames.command)[name]
 
 
-def _channel_status(valid: bool, above_range: bool) -> int:
-    return (0 if valid else _NOT_VALID) | (_ABOVE_RANGE if above_range else 0)
+def _channel_status(valid: bool, value: float, span: Field) -> int:
+    """Return the status bits of a channel. A value of NaN sets no overload bit."""
+    assert span.low is not None
+    assert span.high is not None
+    overload = _POSITIVE_OVERLOAD if value > span.high else _NEGATIVE_OVERLOAD if value < span.low else 0
+    return overload | (0 if valid else _NOT_VALID)

@@ -6,18 +6,15 @@ from pneuforce.registers.can.frames import COMMAND, FrameDefinition
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
 from pneuforce.registers.canopen.communication import COMMUNICATION, RECORDS, TPDOS, compound
 from pneuforce.registers.canopen.entry import (
-    DataType,
     DictionaryObject,
     ObjectCode,
     ObjectEntry,
     entry_of_field,
 )
-from pneuforce.registers.map import BY_NAME, REGISTERS, Register
+from pneuforce.registers.canopen.measuring_device import MEASURING_DEVICE
+from pneuforce.registers.map import REGISTERS, Register
 
 REGISTER_INDEX_BASE = 0x2000
-#: Physical units of CiA 303-2: prefix code, then unit code.
-NEWTON, KILOPASCAL = 0x0021_0000, 0x0322_0000
-AI_STATUS = 0x6150  #: status of each channel; bit 0: not valid, bit 1: above the range
 
 
 def register_index(register: Register) -> int:
@@ -43,55 +40,6 @@ def _record(frame: FrameDefinition) -> DictionaryObject:
     return compound(index, frame.name, entries)
 
 
-def _channels(index: int, name: str, force: ObjectEntry, pressure: ObjectEntry) -> DictionaryObject:
-    return compound(index, name, (force, pressure), ObjectCode.ARRAY)
-
-
-def _constants(index: int, name: str, data_type: DataType, force: int, pressure: int) -> DictionaryObject:
-    return _channels(
-        index,
-        name,
-        ObjectEntry(index=index, subindex=1, name="force", type=data_type, access="const", default=force),
-        ObjectEntry(
-            index=index, subindex=2, name="pressure", type=data_type, access="const", default=pressure
-        ),
-    )
-
-
-def _measured(index: int, name: str, force: str, pressure: str) -> DictionaryObject:
-    return _channels(
-        index,
-        name,
-        entry_of_field(BY_NAME[force], index, 1),
-        entry_of_field(BY_NAME[pressure], index, 2),
-    )
-
-
-_MEASURING_DEVICE: tuple[DictionaryObject, ...] = (
-    _measured(0x6130, "AI process value", "force", "pressure"),
-    _constants(0x6131, "AI physical unit process value", DataType.U32, NEWTON, KILOPASCAL),
-    _constants(0x6132, "AI decimal digits process value", DataType.U8, 3, 3),
-    _channels(
-        AI_STATUS,
-        "AI status",
-        ObjectEntry(
-            index=AI_STATUS,
-            subindex=1,
-            name="force",
-            type=DataType.U8,
-            doc="Bit 0: not valid; bit 1: above the force limit.",
-        ),
-        ObjectEntry(
-            index=AI_STATUS,
-            subindex=2,
-            name="pressure",
-            type=DataType.U8,
-            doc="Bit 0: not valid; bit 1: overpressure.",
-        ),
-    ),
-    _measured(0x7130, "AI process value, 16 bits", "force_mn", "pressure_pa"),
-)
-
 OBJECTS: tuple[DictionaryObject, ...] = tuple(
     sorted(
         (
@@ -99,7 +47,7 @@ OBJECTS: tuple[DictionaryObject, ...] = tuple(
             *(_register(register) for register in REGISTERS),
             *(_record(tpdo[0]) for tpdo in TPDOS),
             _record(COMMAND),
-            *_MEASURING_DEVICE,
+            *MEASURING_DEVICE,
         ),
         key=lambda object_: object_.index,
     )

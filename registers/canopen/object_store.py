@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from pneuforce.registers.can.command import CAN_PEER
+from pneuforce.registers.can.command import CAN_PEER, write_command
 from pneuforce.registers.can.frames import COMMAND, COMMAND_MODES
 from pneuforce.registers.canopen.abort import SOURCE_REJECTED, AbortCode, SdoAbort
 from pneuforce.registers.canopen.communication import ERROR_FIELD
 from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
+from pneuforce.registers.canopen.measuring_device import AUTOZERO, AUTOZERO_PRESSURE, AUTOZERO_SIGNATURE
 from pneuforce.registers.canopen.node_values import ValueReader, field_address
 from pneuforce.registers.canopen.object_dictionary import REGISTER_INDEX_BASE, entry_at
 from pneuforce.registers.canopen.parameters import Parameters
@@ -43,6 +44,8 @@ class ObjectStore:
 
     def read(self, entry: ObjectEntry, now_s: float) -> bytes:
         """Return the value of an entry, taken from one snapshot. Raises SdoAbort if there is no value."""
+        if not entry.readable:
+            raise SdoAbort(AbortCode.WRITE_ONLY)
         if entry.address in self._value_readers:
             snapshot = self._source.snapshot(CAN_PEER, now_s)
             return entry.encode(self._value_readers[entry.address](snapshot))
@@ -82,15 +85,27 @@ class ObjectStore:
         if entry.index == _COMMAND_MODE[0] and not (entry.address == _COMMAND_MODE and value == _VENT):
             # An SDO writes a single field, but a Command needs all its fields. Only mode := vent is allowed.
             raise SdoAbort(AbortCode.NOT_STORED)
+        if entry.index == AUTOZERO and (entry.address, value) != (AUTOZERO_PRESSURE, AUTOZERO_SIGNATURE):
+            raise SdoAbort(AbortCode.NOT_STORED)
         return value
 
     def _write_source(self, entry: ObjectEntry, value: float, now_s: float) -> None:
         if entry.address == _COMMAND_MODE:
             self._source.write(CAN_PEER, {"mode": "vent"}, now_s)
             return
-        assert entry.field is not None, "a writable entry of this area is a register"
-        written = {entry.field.quantity: entry.field.decode(value)}
-        reject_reason = self._source.write(CAN_PEER, written, now_s)
+        if entry.index == AUTOZERO:
+            reject_reason = self._zero_pressure(now_s)
+        else:
+            assert entry.field is not None, "any other writable entry of this area is a register"
+            written = {entry.field.quantity: entry.field.decode(value)}
+            reject_reason = self._source.write(CAN_PEER, written, now_s)
         if reject_reason != "none":
             client_related = reject_reason in _LOCAL_CONTROL
             raise SdoAbort(AbortCode.LOCAL_CONTROL if client_related else AbortCode.DEVICE_STATE)
+
+    def _zero_pressure(self, now_s: float) -> str:
+        """Run the zero adjustment and return its reject reason. The zero adjustment takes no time."""
+        reject_reason = write_command(self._source, "zero_pressure", now_s)
+        answer = self._source.snapshot(CAN_PEER, now_s)
+        command_failed = reject_reason == "none" and answer.answer_state == "failed"
+        return str(answer.answer_result) if command_failed else reject_reason

@@ -28,6 +28,7 @@ _PARTS = (
 _COLUMNS = "| index | sub | name | type | access | default | range | meaning |\n" + 8 * "| --- " + "|\n"
 _TYPES = {
     DataType.I16: "int16",
+    DataType.I32: "int32",
     DataType.U8: "uint8",
     DataType.U16: "uint16",
     DataType.U32: "uint32",

@@ -148,15 +148,30 @@ def test_the_static_cases_pass_with_a_running_instrument(rig):
     assert failed == {}
 
 
-def test_every_object_of_the_eds_can_be_read_in_its_data_type(node):
+def test_every_readable_object_of_the_eds_can_be_read_in_its_data_type(node):
     for entry in ENTRIES:
         found = node.sdo[entry.index]
         variable = found if hasattr(found, "raw") else found[entry.subindex]
         if entry.index == 0x1003 and entry.subindex:
             with pytest.raises(canopen.SdoAbortedError):
                 _ = variable.raw
+        elif not variable.od.readable:
+            with pytest.raises(canopen.SdoAbortedError, match="0x06010001"):
+                _ = variable.raw
         else:
             assert isinstance(variable.raw, str if entry.type.name == "TEXT" else int | float), entry
+
+
+def test_autozero_by_sdo_adjusts_the_pressure_of_the_vented_rig_but_not_the_force(node, rig):
+    rig.wait_for(lambda r: "vented" in r["status"] and "not_zeroed" not in r["status"])
+    signature = int.from_bytes(b"zero", "little")
+    before = node.sdo["answer_sequence"].raw
+    node.sdo["AI autozero"]["pressure"].raw = signature
+    assert (node.sdo["answer_sequence"].raw, node.sdo["answer_result"].raw) == (before + 1, 0)
+    assert node.sdo["AI input offset"]["pressure"].raw == pytest.approx(0, abs=1.3)
+    assert node.sdo["AI process value"]["pressure"].raw == pytest.approx(0, abs=0.1)
+    with pytest.raises(canopen.SdoAbortedError, match="0x08000020"):
+        node.sdo["AI autozero"]["force"].raw = signature
 
 
 #: Registers that do not change between two reads. Each bus has its own command block.

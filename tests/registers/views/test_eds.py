@@ -147,7 +147,7 @@ def test_each_entry_has_the_keys_of_an_entry():
     entries = [section for name, section in SHEET.items() if "DataType" in section]
     assert len(entries) == len(ENTRIES)
     assert all(set(section) >= ENTRY_KEYS for section in entries)
-    assert {section["AccessType"] for section in entries} <= {"ro", "rw", "rww", "const"}
+    assert {section["AccessType"] for section in entries} <= {"ro", "wo", "rw", "rww", "const"}
 
 
 def test_the_text_is_ascii_with_short_lines():
