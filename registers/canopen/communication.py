@@ -6,7 +6,7 @@ each PDO, and the inhibit time and the event timer of each TPDO.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from pneuforce.registers.can.frames import (
@@ -18,7 +18,14 @@ from pneuforce.registers.can.frames import (
     STATUS_FRAME,
     FrameDefinition,
 )
-from pneuforce.registers.canopen.entry import DataType, DictionaryObject, ObjectCode, ObjectEntry
+from pneuforce.registers.canopen.entry import (
+    DataType,
+    DictionaryObject,
+    EntryAddress,
+    ObjectCode,
+    ObjectEntry,
+)
+from pneuforce.registers.field import Field
 from pneuforce.registers.map import BY_NAME, MAP_VERSION
 
 DEVICE_TYPE = 0x0002_0194  #: measuring device (CiA 404) with analogue inputs
@@ -31,13 +38,18 @@ NO_RTR = 0x4000_0000  #: bit 30 of a TPDO's COB-ID: remote frames are not allowe
 EVENT_DRIVEN = (254, 255)  #: transmission types that send at events
 SYNCHRONOUS = range(241)  #: transmission types: 0 sends at the SYNC after an event, n at each n-th SYNC
 
-#: Frame → index of the record with the frame's fields. The mapping of the PDO refers to this record.
+#: Frame → index of the record with the frame's fields.
 RECORDS = {
     FORCE.name: 0x2800,
     STATE.name: 0x2801,
     STATUS_FRAME.name: 0x2802,
     ANSWER.name: 0x2803,
     COMMAND.name: 0x2810,
+}
+#: Fields that a PDO maps from an object of the device profile, not from the record of the frame.
+PROFILE_FIELDS: Mapping[tuple[str, str], EntryAddress] = {
+    (FORCE.name, "force"): (0x7130, 1),
+    (FORCE.name, "pressure"): (0x7130, 2),
 }
 #: Each TPDO with its default inhibit time [100 µs] and event timer [ms]. The defaults give the timing of
 #: raw mode.
@@ -123,13 +135,18 @@ def _tpdo(number: int, frame: FrameDefinition, inhibit: int, timer: int) -> Dict
     return compound(index, f"TPDO{number + 1} communication parameter ({frame.name})", entries)
 
 
+def mapped_fields(frame: FrameDefinition) -> Iterator[tuple[Field, EntryAddress]]:
+    """Yield each field of a frame with the address of the entry that the PDO maps."""
+    for subindex, field in enumerate(frame.fields, 1):
+        yield field, PROFILE_FIELDS.get((frame.name, field.name), (RECORDS[frame.name], subindex))
+
+
 def _mapping(index: int, name: str, frame: FrameDefinition) -> DictionaryObject:
     """Return the mapping parameter of a PDO: index, sub-index and length [bits] of each field."""
-    record = RECORDS[frame.name]
     entries = tuple(
         ObjectEntry(index=index, subindex=subindex, name=field.name, type=DataType.U32, access="const",
-                    default=record << 16 | subindex << 8 | 8 * field.wire.size)
-        for subindex, field in enumerate(frame.fields, 1)
+                    default=mapped[0] << 16 | mapped[1] << 8 | 8 * field.wire.size)
+        for subindex, (field, mapped) in enumerate(mapped_fields(frame), 1)
     )  # fmt: skip
     return compound(index, f"{name} mapping parameter ({frame.name})", entries)
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pneuforce.registers.can.options import SAMPLE_RATE_HZ
-from pneuforce.registers.canopen.communication import compound
+from pneuforce.registers.canopen.communication import PROFILE_FIELDS, compound
 from pneuforce.registers.canopen.entry import (
     DataType,
     DictionaryObject,
@@ -59,7 +59,13 @@ def _constants(
 
 def _fields(index: int, name: str, force: Field, pressure: Field) -> DictionaryObject:
     entries = tuple(
-        entry_of_field(field, index, subindex, access="ro" if field.constant is None else "const")
+        entry_of_field(
+            field,
+            index,
+            subindex,
+            access="ro" if field.constant is None else "const",
+            mappable=(index, subindex) in PROFILE_FIELDS.values(),
+        )
         for subindex, field in enumerate((force, pressure), 1)
     )
     return compound(index, name, entries, ObjectCode.ARRAY)
@@ -105,8 +111,8 @@ MEASURING_DEVICE: tuple[DictionaryObject, ...] = (
         Field(name="pressure", wire=_U16, quantity="filter_samples",
               doc="n: each sample changes the pressure by 1/n of the difference to the new reading."),
     ),
-    _fields(0x7130, "AI process value, 16 bits", _FORCE.with_wire_type(_I16, "mN", "force"),
+    _fields(0x7130, "AI process value int16", _FORCE.with_wire_type(_I16, "mN", "force"),
             _PRESSURE.with_wire_type(_I16, "Pa", "pressure")),
-    _fields(0x9130, "AI process value, 32 bits", _FORCE.with_wire_type(_I32, "mN", "force"),
+    _fields(0x9130, "AI process value int32", _FORCE.with_wire_type(_I32, "mN", "force"),
             _PRESSURE.with_wire_type(_I32, "Pa", "pressure")),
 )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pneuforce.registers.can.frames import COMMAND, FrameDefinition
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
-from pneuforce.registers.canopen.communication import COMMUNICATION, RECORDS, TPDOS, compound
+from pneuforce.registers.canopen.communication import COMMUNICATION, RECORDS, TPDOS, compound, mapped_fields
 from pneuforce.registers.canopen.entry import (
     DictionaryObject,
     ObjectCode,
@@ -31,11 +31,11 @@ def _register(register: Register) -> DictionaryObject:
 
 
 def _record(frame: FrameDefinition) -> DictionaryObject:
-    """Return the record with the fields of a frame. The mapping of the frame's PDO refers to this record."""
+    """Return the record with the fields of a frame. A field is mappable if the frame's PDO maps it."""
     index, access = RECORDS[frame.name], "rww" if frame.received else "ro"
     entries = tuple(
-        entry_of_field(field, index, subindex, access=access, mappable=True)
-        for subindex, field in enumerate(frame.fields, 1)
+        entry_of_field(field, index, subindex, access=access, mappable=mapped == (index, subindex))
+        for subindex, (field, mapped) in enumerate(mapped_fields(frame), 1)
     )
     return compound(index, frame.name, entries)
 

@@ -193,8 +193,8 @@ def test_process_data_are_sent_from_start_to_stop(node):
     for number in (1, 2, 3):
         assert node.tpdo[number].wait_for_reception(10.0) is not None
     assert node.tpdo[3]["Status.state"].raw == BY_NAME["state"].values.codes["vented"]
-    assert node.tpdo[1]["Force.pressure"].raw == pytest.approx(0, abs=300)
-    assert node.tpdo[1]["Force.force"].raw == 0x7FFF
+    assert node.tpdo[1]["AI process value int16.pressure"].raw == pytest.approx(0, abs=300)
+    assert node.tpdo[1]["AI process value int16.force"].raw == 0x7FFF
     node.nmt.state = "STOPPED"
     node.nmt.wait_for_heartbeat(10.0)
     assert node.nmt.state == "STOPPED"
@@ -236,7 +236,7 @@ def test_a_master_lost_during_a_contact_vents_the_balloon_when_the_contact_ends(
     with master_heartbeat(network):
         inflate_by_sdo(node, rig)
         rig.press(1.5)
-        wait_for(lambda: node.tpdo[1]["Force.force"].raw, lambda force: 1000 < force < 2000)
+        wait_for(lambda: node.tpdo[1]["AI process value int16.force"].raw, lambda force: 1000 < force < 2000)
     assert wait_for_emergency(node, 0x8130).register & 0x10
     registers = rig.read()
     assert ("holding" in registers["status"], registers["first_out_fault"]) == (True, 41)

@@ -156,7 +156,8 @@ def test_the_text_is_ascii_with_short_lines():
     assert all(1 <= len(section.get("ParameterName", "x")) <= 241 for section in SHEET.values())
 
 
-def test_the_mapping_covers_each_frame_byte_by_byte():
+def test_the_mapping_covers_each_frame_byte_by_byte_and_only_mapped_entries_are_mappable():
+    all_mapped = set()
     frames = [tpdo[0] for tpdo in TPDOS]
     mapped = [READ[0x1A00 + number] for number in range(4)] + [READ[0x1600]]
     commanded = next(frame for frame in FRAMES if frame.received)
@@ -167,6 +168,8 @@ def test_the_mapping_covers_each_frame_byte_by_byte():
         assert [len(var) for var in named] == [code & 0xFF for code in entries]
         assert sum(map(len, named)) == 8 * frame.length
         assert all(var.pdo_mappable for var in named)
+        all_mapped |= {(var.index, var.subindex) for var in named}
+    assert {entry.address for entry in ENTRIES if entry.mappable} == all_mapped
 
 
 def test_identifiers_agree_with_the_frames():
