@@ -28,7 +28,8 @@ from pneuforce.registers.canopen.entry import (
 from pneuforce.registers.field import Field
 from pneuforce.registers.map import BY_NAME, MAP_VERSION
 
-DEVICE_TYPE = 0x0002_0194  #: measuring device (CiA 404) with analogue inputs
+#: Measuring device (CiA 404) with analogue inputs (bit 17) and a manufacturer-specific PDO mapping (bit 23).
+DEVICE_TYPE = 0x0082_0194
 VENDOR_ID = 0  #: CiA has not assigned a vendor id
 PRODUCT_CODE = 0x5046_0001
 REVISION = (0x1018, 3)
@@ -187,7 +188,7 @@ _SDO_SERVER = (
 
 COMMUNICATION: tuple[DictionaryObject, ...] = (
     single_value(0x1000, "Device type", DataType.U32, "const", default=DEVICE_TYPE,
-                 doc="Measuring device with analogue inputs (CiA 404)."),
+                 doc="Measuring device (CiA 404): analogue inputs, manufacturer-specific PDO mapping."),
     single_value(0x1001, "Error register", DataType.U8,
                  doc="Bit 0: any error; bit 4: heartbeat of the master lost; bit 7: fault of the rig."),
     DictionaryObject(index=0x1003, name="Pre-defined error field", object_code=ObjectCode.ARRAY,

@@ -23,7 +23,7 @@ _REVISION = revision_number(MAP_HASH).to_bytes(4, "little").hex(" ").upper()
 #: Cases whose responses do not depend on the rig. They are also tested with a running instrument.
 STATIC_CASES = [
     # ---- reads
-    ("device type", PRE, [("605 40 00 10 00", "585 43 00 10 00 94 01 02 00")]),
+    ("device type", PRE, [("605 40 00 10 00", "585 43 00 10 00 94 01 82 00")]),
     ("SYNC COB-ID", PRE, [("605 40 05 10 00", "585 43 05 10 00 80")]),
     ("text of four characters, expedited", PRE, [("605 40 09 10 00", "585 43 09 10 00 50 46 2D 31")]),
     ("text in segments", PRE, [
@@ -74,7 +74,7 @@ STATIC_CASES = [
     ("filter constant of the force", PRE, [("605 40 A1 61 01", "585 4B A1 61 01 01")]),
     ("pressure with a moving average", PRE, [("605 40 A0 61 02", "585 4F A0 61 02 01")]),
     ("autozero cannot be read", PRE, [("605 40 25 61 02", "585 80 25 61 02 01 00 01 06")]),
-    ("read in operational", OPERATIONAL, [("605 40 00 10 00", "585 43 00 10 00 94 01 02 00")]),
+    ("read in operational", OPERATIONAL, [("605 40 00 10 00", "585 43 00 10 00 94 01 82 00")]),
     # ---- objects and sub-indexes that do not exist
     ("unknown object", PRE, [("605 40 34 12 00", "585 80 34 12 00 00 00 02 06")]),
     ("a reserved register", PRE, [("605 40 28 20 00", "585 80 28 20 00 00 00 02 06")]),
