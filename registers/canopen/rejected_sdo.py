@@ -6,6 +6,7 @@ import struct
 
 from pneuforce.registers.canopen.abort import AbortCode
 from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
+from pneuforce.registers.canopen.measuring_device import AUTOZERO, AUTOZERO_SIGNATURE
 from pneuforce.support.rejected_write import RejectedWrite
 
 _VALUE_REJECTED = (AbortCode.TOO_LOW, AbortCode.TOO_HIGH, AbortCode.INVALID_VALUE)
@@ -39,6 +40,8 @@ def _allowed(entry: ObjectEntry | None, abort_code: AbortCode) -> str:
     """Return what is allowed, or the remedy. Empty if the abort code says everything."""
     if entry is None:
         return "the objects are listed in canopen-objects.md"
+    if entry.index == AUTOZERO:
+        return f"write {AUTOZERO_SIGNATURE:08X}h to 6125h:2; the force has no zero adjustment"
     if entry.field and abort_code in _VALUE_REJECTED:
         return f"{_name(entry)} {entry.field.allowed_values}"
     if abort_code in (AbortCode.TOO_LONG, AbortCode.TOO_SHORT):
