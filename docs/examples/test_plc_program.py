@@ -12,7 +12,7 @@ from pymodbus.exceptions import ModbusException
 
 ASSUMED_FORCE_N = 5.0  # the machine must assume this force while the force is unknown
 MAX_AGE_MS = 100
-STALE_OR_LOST = 1 << 8 | 1 << 9  # status bits 8 and 9
+NOT_USABLE = 1 << 8 | 1 << 9 | 1 << 31  # status bits: stale, link_lost, any_failure
 LEASE_MS = 1000
 
 
@@ -36,7 +36,7 @@ class Program:
         """Return validity and force. All values of one request belong to one sample; high word first."""
         (force_n,) = struct.unpack(">f", struct.pack(">2H", *registers[0:2]))
         status = registers[20] << 16 | registers[21]
-        valid = math.isfinite(force_n) and not status & STALE_OR_LOST and registers[24] <= MAX_AGE_MS
+        valid = math.isfinite(force_n) and not status & NOT_USABLE and registers[24] <= MAX_AGE_MS
         return valid, force_n if valid else ASSUMED_FORCE_N
 
 

@@ -25,6 +25,7 @@ class Controller:
             RegisterBank(word_swap=word_swap), self.harness.instrument, DeviceIdentification(IDENTITY)
         )
         self.program = Block("PneuForce")
+        self.program["AllowSimulatedRig"] = 1
         self.program.words(self.read(3840, 5), "TestWords")
         self.line_cut = False
 

@@ -85,6 +85,7 @@ class Controller:
             RegisterBank(word_swap=word_swap), self.harness.instrument, DeviceIdentification(IDENTITY)
         )
         self.program = Block(tutorial.program, tutorial.text())
+        self.program["AllowSimulatedRig"] = 1
         self.line_cut = False
         self.waited_s = 0.0
         self.reads_s = []
@@ -179,6 +180,22 @@ class TestWithTheInstrument:
         assert plc.program["Pressure.CommandDone"] == 1
         plc.run(4.0, Inflate=1, ClearFaults=0)
         assert plc.program["MayPush"] == 1
+
+    def test_pushing_is_not_allowed_after_the_lease_expired_in_a_contact(self, tutorial):
+        plc = Controller(tutorial).run(1.0).run(3.0, Inflate=1)
+        plc.harness.push_kpa = 1.2
+        plc.run(1.0)
+        assert plc.program["MayPush"] == 1
+        plc.line_cut = True
+        plc.run(2.6)
+        plc.line_cut = False
+        plc.run(1.0)
+        assert (plc.state, plc.program["Pressure.Holding"], plc.program["MayPush"]) == ("holding", 1, 0)
+
+    def test_pushing_is_not_allowed_with_a_simulated_rig(self, tutorial):
+        plc = Controller(tutorial).run(1.0, AllowSimulatedRig=0).run(3.0, Inflate=1)
+        assert (plc.state, plc.program["MayPush"]) == ("holding", 0)
+        assert plc.run(0.1, AllowSimulatedRig=1).program["MayPush"] == 1
 
     def test_a_rejected_inflation_is_reported_with_its_reason(self, tutorial):
         plc = Controller(tutorial).run(1.0)

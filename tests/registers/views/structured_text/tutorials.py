@@ -223,7 +223,7 @@ TUTORIALS = [
         "tia-portal.md", "scl", "PneuForce", ("Client",), TIA,
         {
             "FUNCTION_BLOCK PneuForce": "PROGRAM PneuForce",
-            "< 3.0;\nEND_FUNCTION_BLOCK": "< 3.0;\nEND_PROGRAM",
+            "Simulated);\nEND_FUNCTION_BLOCK": "Simulated);\nEND_PROGRAM",
             "    Client : MB_CLIENT;\n": "    Client : MB_CLIENT;\n    Words : PF_MEASURED_WORDS;\n",
             "ARRAY[0..35] OF WORD": "PF_MEASURED_WORDS",
             "ARRAY[0..4] OF WORD": "PF_TEST_WORDS",
