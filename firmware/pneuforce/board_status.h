@@ -74,7 +74,7 @@ static void board_status_update(struct board_status *s, uint16_t adc_sum, uint16
     supply_step(&s->supply, supply_mv);
     inlet_step(&s->inlet, s->valves == FILL, &s->reading);
     vent_monitor_step(&s->vent, s->valves == SAFE, &s->reading);
-    emptying_step(&s->emptying, s->state == STATE_VENTING, s->in_contact, &s->reading);
+    emptying_step(&s->emptying, s->state == STATE_VENTING, s->valves == SAFE, s->in_contact, &s->reading);
     top_ups_step(&s->top_ups, s->state == STATE_HOLDING && may_move_valves(s) && !s->in_contact, &s->reading,
                  s->setpoint_kpa);
 }

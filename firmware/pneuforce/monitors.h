@@ -103,10 +103,12 @@ static void vent_monitor_step(struct vent_valve_monitor *m, bool vent_open, cons
 /* Monitor of the speed at which the vent empties the balloon. The time in which the pressure halves is divided by the
  * time of the commissioned circuit. If only the tubes empty, this ratio is too small, and it is equal for each halving.
  * If a contact ends during the vent, the pressure falls faster, too, but not equally. Therefore, a vent that starts
- * during a contact is judged by three halvings, and every other vent by the first. */
+ * during a contact is judged by three halvings, and every other vent by the first. If the vent valve was already open,
+ * as after a trip, the vent is not judged. */
 struct emptying_monitor {
     float halving_time_ratio; /* judged halving time / commissioned halving time */
     bool venting;
+    bool was_shut;       /* the vent valve was shut before the vent */
     bool pressed;        /* at the start of the vent */
     uint16_t elapsed_ms; /* since the start of the present halving */
     float from_kpa;      /* pressure at that time */
@@ -144,18 +146,21 @@ static void end_halving(struct emptying_monitor *m, const struct pressure_readin
 }
 
 /* Add one sample. */
-static void emptying_step(struct emptying_monitor *m, bool venting, bool pressed, const struct pressure_reading *r)
+static void emptying_step(struct emptying_monitor *m, bool venting, bool vent_open, bool pressed,
+                          const struct pressure_reading *r)
 {
     if (!venting) {
         m->halving_time_ratio = INFINITY;
         m->venting = false;
+        m->was_shut = !vent_open;
         return;
     }
     if (!m->venting)
         emptying_restart(m, pressed, r);
     elapse(&m->elapsed_ms);
-    if (m->halvings < HALVINGS && m->from_kpa >= (m->halvings ? LATER_HALVING_FROM_KPA : FIRST_HALVING_FROM_KPA) &&
-        r->filtered_kpa <= 0.5f * m->from_kpa)
+    float lowest_from_kpa = m->halvings ? LATER_HALVING_FROM_KPA : FIRST_HALVING_FROM_KPA;
+    bool halved = m->from_kpa >= lowest_from_kpa && r->filtered_kpa <= 0.5f * m->from_kpa;
+    if (halved && m->was_shut && m->halvings < HALVINGS)
         end_halving(m, r);
 }
 

@@ -56,6 +56,7 @@ class BoardStatus:
         self.supply.step(supply_mv)
         self.inlet.step(self.valves == FILL, self.reading, dt_s)
         self.vent.step(self.valves == SAFE, self.reading, dt_s)
-        self.emptying.step(self.state is BoardState.VENTING, self.in_contact, self.reading, dt_s)
+        venting, vent_open = self.state is BoardState.VENTING, self.valves == SAFE
+        self.emptying.step(venting, vent_open, self.in_contact, self.reading, dt_s)
         observed = self.state is BoardState.HOLDING and self.may_move_valves and not self.in_contact
         self.top_ups.step(observed, self.reading, self.setpoint_kpa, dt_s)

@@ -124,20 +124,24 @@ class EmptyingMonitor:
     The time in which the pressure halves is divided by the time of the commissioned circuit. If only the
     tubes empty, this ratio is too small, and it is equal for each halving. If a contact ends during the vent,
     the pressure falls faster, too, but not equally. Therefore, a vent that starts during a contact is judged
-    by three halvings, and every other vent by the first.
+    by three halvings, and every other vent by the first. If the vent valve was already open, as after a trip,
+    the vent is not judged.
     """
 
     halving_time_ratio: float = math.inf  #: judged halving time / commissioned halving time
     _venting: bool = False
+    _was_shut: bool = False  # the vent valve was shut before the vent
     _pressed: bool = False  # at the start of the vent
     _elapsed_s: float = 0.0  # since the start of the present halving
     _from_kpa: float = 0.0  # pressure at that time
     _ratios: list[float] = field(default_factory=list)
 
-    def step(self, venting: bool, pressed: bool, reading: PressureReading, dt_s: float) -> None:
+    def step(
+        self, venting: bool, vent_open: bool, pressed: bool, reading: PressureReading, dt_s: float
+    ) -> None:
         """Add one sample."""
         if not venting:
-            self.halving_time_ratio, self._venting = math.inf, False
+            self.halving_time_ratio, self._venting, self._was_shut = math.inf, False, not vent_open
             return
         if not self._venting:
             self._venting, self._pressed, self._ratios = True, pressed, []
@@ -145,7 +149,7 @@ class EmptyingMonitor:
         self._elapsed_s += dt_s
         from_kpa = LATER_HALVING_FROM_KPA if self._ratios else FIRST_HALVING_FROM_KPA
         halved = self._from_kpa >= from_kpa and reading.filtered_kpa <= 0.5 * self._from_kpa
-        if halved and len(self._ratios) < HALVINGS:
+        if halved and self._was_shut and len(self._ratios) < HALVINGS:
             self._end_halving(reading)
 
     def _end_halving(self, reading: PressureReading) -> None:
