@@ -117,6 +117,7 @@ COMMANDS = Enumeration(
         3: "self_test",
         4: "restore_zero",
         5: "new_balloon",
+        6: "reset_force_extremes",
     }
 )
 ANSWERS = Enumeration({0: "idle", 1: "busy", 2: "done", 3: "failed"})

@@ -90,6 +90,12 @@ REGISTERS: tuple[Register, ...] = (
              doc="Time since a proof test passed, or since a new setpoint."),
     Register(address=37, name="peak_counter", wire=U16, quantity="peak_counter",
              doc="Number of completed peaks of the force. Wraps to 0."),
+    Register(address=38, name="force_maximum", wire=F32, unit="N", quantity="force_maximum_n", low=-20,
+             high=20, doc="Largest valid force of all samples since command 6 or since the start of the "
+             "host process."),
+    Register(address=40, name="force_minimum", wire=F32, unit="N", quantity="force_minimum_n", low=-20,
+             high=20, doc="Smallest valid force of all samples since command 6 or since the start of the "
+             "host process. It is 0 N after a sample without contact."),
     Register(address=64, name="force_mn", wire=I16, unit="mN", quantity="force_n", doc="Contact force."),
     Register(address=65, name="force_uncertainty_mn", wire=U16, unit="mN", quantity="force_std_n",
              doc="Standard uncertainty of the force."),

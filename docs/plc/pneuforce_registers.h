@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash CDCFBC2Dh (registers 768 and 770).
+ * Map version 1, hash 6B886256h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0xCDCFBC2D)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x6B886256)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -42,6 +42,8 @@
 #define PNEUFORCE_ADDRESS_BASELINE_AGE 35
 #define PNEUFORCE_ADDRESS_PROOF_TEST_AGE 36
 #define PNEUFORCE_ADDRESS_PEAK_COUNTER 37
+#define PNEUFORCE_ADDRESS_FORCE_MAXIMUM 38
+#define PNEUFORCE_ADDRESS_FORCE_MINIMUM 40
 #define PNEUFORCE_ADDRESS_FORCE_MN 64
 #define PNEUFORCE_ADDRESS_FORCE_UNCERTAINTY_MN 65
 #define PNEUFORCE_ADDRESS_PRESSURE_PA 66
@@ -167,7 +169,8 @@ enum pneuforce_command_code {
     PNEUFORCE_COMMAND_CODE_CLEAR_FAULTS = 2,
     PNEUFORCE_COMMAND_CODE_SELF_TEST = 3,
     PNEUFORCE_COMMAND_CODE_RESTORE_ZERO = 4,
-    PNEUFORCE_COMMAND_CODE_NEW_BALLOON = 5
+    PNEUFORCE_COMMAND_CODE_NEW_BALLOON = 5,
+    PNEUFORCE_COMMAND_CODE_RESET_FORCE_EXTREMES = 6
 };
 
 enum pneuforce_answer_state {
@@ -343,7 +346,7 @@ static inline bool pneuforce_contact_counter(const uint16_t *from_0, uint16_t *v
     return true;
 }
 
-/* 27: Reason why the last valid write of this peer was rejected; 0 if the write was accepted. An invalid write (exceptions 01-03) does not change the reason. */
+/* 27: Reason why the last write of this peer was rejected; 0 after an accepted write. */
 static inline bool pneuforce_reject_reason(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 27, sizeof *value);
@@ -391,6 +394,18 @@ static inline bool pneuforce_peak_counter(const uint16_t *from_0, uint16_t *valu
 {
     memcpy(value, from_0 + 37, sizeof *value);
     return true;
+}
+
+/* 38: Largest valid force of all samples since command 6 or since the start of the host process. [N] */
+static inline bool pneuforce_force_maximum_n(const uint16_t *from_0, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_0 + 38, low_word_first, value);
+}
+
+/* 40: Smallest valid force of all samples since command 6 or since the start of the host process. It is 0 N after a sample without contact. [N] */
+static inline bool pneuforce_force_minimum_n(const uint16_t *from_0, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_0 + 40, low_word_first, value);
 }
 
 /* 64: Contact force. [mN] */

@@ -97,6 +97,8 @@ class Instrument(InstrumentState):
     def _follow_force(self, m: Measurement) -> None:
         for peak in self.peaks.step(m):
             self.peak_force_n = peak.force_n
+        if not self.tripped and math.isfinite(m.force_std_n):
+            self.extremes.add(m.force_n)
         if self.settings.vent_on_force_limit and self.holding and self.force_limit_exceeded:
             self.trip(HostFault.FORCE_LIMIT)
 

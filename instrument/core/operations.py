@@ -1,4 +1,4 @@
-"""Operations that the command block starts: zero, restore zero, clear faults, self-test, new balloon."""
+"""Operations that the command block starts, for example zero adjustment, clear faults and self-test."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pneuforce.instrument.core.interlocks import violated
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.measurement.force_extremes import ForceExtremes
 from pneuforce.instrument.model.known_results import computes_known_forces
 
 log = logging.getLogger("pneuforce")
@@ -87,6 +88,11 @@ def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectR
     return RejectReason.NONE
 
 
+def _reset_force_extremes(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
+    state.extremes = ForceExtremes()
+    return RejectReason.NONE
+
+
 def _clear_faults(state: InstrumentState, argument: int, now_s: float) -> RejectReason | None:  # noqa: ARG001
     """Ask the board to clear its faults. Later samples show the result. No valve moves."""
     if state.vent_pending:
@@ -134,4 +140,5 @@ _OPERATIONS: Mapping[str, Callable[[InstrumentState, int, float], RejectReason |
     "self_test": _self_test,
     "restore_zero": _restore_zero,
     "new_balloon": _new_balloon,
+    "reset_force_extremes": _reset_force_extremes,
 }

@@ -29,6 +29,8 @@ class Snapshot(NamedTuple):
     force_uncompensated_n: float
     force_lower_range_limit_n: float
     peak_force_n: float
+    force_maximum_n: float
+    force_minimum_n: float
     pressure_kpa: float
     baseline_pressure_kpa: float
     rise_kpa: float
@@ -115,6 +117,8 @@ def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) ->
         "force_uncompensated_n": math.nan if Quality.OUT_OF_RANGE in m.quality else m.force_uncompensated_n,
         "force_lower_range_limit_n": m.force_lower_range_limit_n,
         "peak_force_n": state.peak_force_n,
+        "force_maximum_n": state.extremes.maximum_n,
+        "force_minimum_n": state.extremes.minimum_n,
         "pressure_kpa": m.pressure_kpa,
         "baseline_pressure_kpa": m.baseline_kpa,
         "rise_kpa": m.rise_kpa,

@@ -18,6 +18,7 @@ from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.core.stall_monitor import StallMonitor
 from pneuforce.instrument.core.vent_monitor import VentMonitor
 from pneuforce.instrument.measurement.chain import Chain
+from pneuforce.instrument.measurement.force_extremes import ForceExtremes
 from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.measurement.peak import PeakTracker
 from pneuforce.instrument.rig.link import RawSample
@@ -84,6 +85,7 @@ class InstrumentState:
     recording_down: bool = False  #: a requested recording has stopped because of an error
     peak_force_n: float = math.nan  #: force of the last completed peak
     peaks: PeakTracker = field(init=False)
+    extremes: ForceExtremes = field(default_factory=ForceExtremes)
     balloon_id: int = field(init=False)
     inflation_count: int = 0
     revision: int = 0  #: grows with each change; snapshots are cached per revision

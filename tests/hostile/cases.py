@@ -121,7 +121,7 @@ PNEUFORCE_SINGLE = [
     (QUANTITIES, "a byte too many", "03 0000 0001 00", "83 03"),
     (MAP, "the test pattern", "04 0f00 0005", "04 0a c2f6e666 12345678 cfc7"),
     (MAP, "half of a 32-bit value is read", "03 0001 0001", "03 02 ...."),
-    (MAP, "reserved registers read 0", "03 0028 0003", "03 06 000000000000"),
+    (MAP, "reserved registers read 0", "03 003c 0003", "03 06 000000000000"),
     (MAP, "a read-only register", "06 0000 0000", "86 02"),
     (MAP, "a reserved register", "06 020f 0000", "86 02"),
     (MAP, "a register outside the blocks", "06 2710 0000", "86 02"),

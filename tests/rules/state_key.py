@@ -91,6 +91,7 @@ NOT_IN_KEY = {
     "sample_counter": "only shown",
     "revision": "only shown",
     "peak_force_n": "only shown",
+    "extremes": "only shown",
     "balloon_id": "only shown",
     "inflation_count": "only shown",
     "can_down": "only shown",

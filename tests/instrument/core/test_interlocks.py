@@ -174,7 +174,15 @@ class TestSilence:
         assert harness.snapshot().force_n == fresh.force_n
         harness.now_s += 0.0002
         stale = harness.snapshot()
-        history = {"peak_force_n", "baseline_age_s", "proof_test_age_s", "age_s", "zero_offset_kpa"}
+        history = {
+            "peak_force_n",
+            "force_maximum_n",
+            "force_minimum_n",
+            "baseline_age_s",
+            "proof_test_age_s",
+            "age_s",
+            "zero_offset_kpa",
+        }
         requested = {
             "setpoint_requested_kpa",
             "force_limit_n",

@@ -77,7 +77,7 @@ STATIC_CASES = [
     ("read in operational", OPERATIONAL, [("605 40 00 10 00", "585 43 00 10 00 94 01 82 00")]),
     # ---- objects and sub-indexes that do not exist
     ("unknown object", PRE, [("605 40 34 12 00", "585 80 34 12 00 00 00 02 06")]),
-    ("a reserved register", PRE, [("605 40 28 20 00", "585 80 28 20 00 00 00 02 06")]),
+    ("a reserved register", PRE, [("605 40 3C 20 00", "585 80 3C 20 00 00 00 02 06")]),
     ("unknown sub-index of a variable", PRE, [("605 40 00 10 01", "585 80 00 10 01 11 00 09 06")]),
     ("unknown sub-index of a record", PRE, [("605 40 18 10 05", "585 80 18 10 05 11 00 09 06")]),
     ("reserved sub-index 4 of a TPDO", PRE, [("605 40 00 18 04", "585 80 00 18 04 11 00 09 06")]),
@@ -117,7 +117,7 @@ STATIC_CASES = [
     ("lease 100 ms", PRE, [("605 2B 05 22 00 64", "585 80 05 22 00 30 00 09 06")]),
     ("lease 60001 ms", PRE, [("605 2B 05 22 00 61 EA", "585 80 05 22 00 31 00 09 06")]),
     ("wrong key", PRE, [("605 2B 08 22 00 47 50", "585 80 08 22 00 31 00 09 06")]),
-    ("unknown command", PRE, [("605 2B 09 22 00 06", "585 80 09 22 00 31 00 09 06")]),
+    ("unknown command", PRE, [("605 2B 09 22 00 07", "585 80 09 22 00 31 00 09 06")]),
     ("error history set to 1", PRE, [("605 2F 03 10 00 01", "585 80 03 10 00 30 00 09 06")]),
     ("transmission type 241", PRE, [("605 2F 00 18 02 F1", "585 80 00 18 02 30 00 09 06")]),
     ("transmission type 253", PRE, [("605 2F 00 18 02 FD", "585 80 00 18 02 30 00 09 06")]),

@@ -99,7 +99,7 @@ def test_a_number_too_large_for_float32_reads_as_nan():
         (513, "0000 40000000", ExceptionCode.ILLEGAL_VALUE),  # the low word of a float, and a complete float
         (515, "0000 0001", ExceptionCode.ILLEGAL_VALUE),
         (516, "0002", ExceptionCode.ILLEGAL_VALUE),
-        (521, "0006", ExceptionCode.ILLEGAL_VALUE),
+        (521, "0007", ExceptionCode.ILLEGAL_VALUE),
         (520, "5045", ExceptionCode.ILLEGAL_VALUE),  # a wrong key
         (519, "0000", ExceptionCode.ILLEGAL_VALUE),
         (524, "0000", ExceptionCode.ILLEGAL_ADDRESS),  # read-only
