@@ -56,6 +56,7 @@ class Status(StrEnum):
     FAILURE = "failure"
     CALIBRATED = "calibrated"
     PROOF_TEST_OVERDUE = "proof_test_overdue"
+    FORCE_HIGH_ALARM_2 = "force_high_alarm_2"
     ANY_FAILURE = "any_failure"
 
 

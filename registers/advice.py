@@ -185,6 +185,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "the tissue for 5 s, and write 546 := 0.",
     "failure": "Stop moving. Follow the advice for the fault (register 778).",
     "calibrated": "",
+    "force_high_alarm_2": "Stop pushing, and back off.",
     "any_failure": "See bit 27 (failure). This bit is for programs that can test only the sign of the "
     "status.",
 }

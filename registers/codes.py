@@ -63,6 +63,11 @@ STATUS = BitField(
         StatusBit(
             29, "proof_test_overdue", "No proof test has passed for ten periods, or proof tests are disabled."
         ),
+        StatusBit(
+            30,
+            "force_high_alarm_2",
+            "The force is above the second force limit (register 548), with hysteresis and delay.",
+        ),
         StatusBit(31, "any_failure", "Copy of bit 27, for masters that test the sign of the status."),
     )
 )

@@ -88,6 +88,7 @@ STATUS_ACTIONS: Mapping[str, str] = {
     "failure": "",
     "calibrated": "",
     "proof_test_overdue": "A blocked tube might be undetected. Lift off for 5 s.",
+    "force_high_alarm_2": "Back off.",
     "any_failure": "",
 }
 

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 6B886256h (registers 768 and 770).
+ * Map version 1, hash EC78649Fh (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x6B886256)
+#define PNEUFORCE_MAP_HASH UINT32_C(0xEC78649F)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -71,6 +71,11 @@
 #define PNEUFORCE_ADDRESS_SETPOINT_REQUESTED_PA 544
 #define PNEUFORCE_ADDRESS_FORCE_LIMIT_MN 545
 #define PNEUFORCE_ADDRESS_PROOF_TEST 546
+#define PNEUFORCE_ADDRESS_FORCE_LIMIT_2 548
+#define PNEUFORCE_ADDRESS_ALARM_HYSTERESIS 550
+#define PNEUFORCE_ADDRESS_ALARM_DELAY 552
+#define PNEUFORCE_ADDRESS_FORCE_LIMIT_2_MN 553
+#define PNEUFORCE_ADDRESS_ALARM_HYSTERESIS_MN 554
 #define PNEUFORCE_ADDRESS_MAP_VERSION 768
 #define PNEUFORCE_ADDRESS_METHOD 769
 #define PNEUFORCE_ADDRESS_MAP_HASH 770
@@ -96,6 +101,16 @@
 #define PNEUFORCE_MAX_SETPOINT_REQUESTED_PA 12000 /* Pa */
 #define PNEUFORCE_MIN_FORCE_LIMIT_MN 100 /* mN */
 #define PNEUFORCE_MAX_FORCE_LIMIT_MN 20000 /* mN */
+#define PNEUFORCE_MIN_FORCE_LIMIT_2 0.1f /* N */
+#define PNEUFORCE_MAX_FORCE_LIMIT_2 20.0f /* N */
+#define PNEUFORCE_MIN_ALARM_HYSTERESIS 0.0f /* N */
+#define PNEUFORCE_MAX_ALARM_HYSTERESIS 10.0f /* N */
+#define PNEUFORCE_MIN_ALARM_DELAY 0 /* ms */
+#define PNEUFORCE_MAX_ALARM_DELAY 10000 /* ms */
+#define PNEUFORCE_MIN_FORCE_LIMIT_2_MN 100 /* mN */
+#define PNEUFORCE_MAX_FORCE_LIMIT_2_MN 20000 /* mN */
+#define PNEUFORCE_MIN_ALARM_HYSTERESIS_MN 0 /* mN */
+#define PNEUFORCE_MAX_ALARM_HYSTERESIS_MN 10000 /* mN */
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
@@ -126,6 +141,7 @@
 #define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
 #define PNEUFORCE_STATUS_PROOF_TEST_OVERDUE UINT32_C(0x20000000) /* No proof test has passed for ten periods, or proof tests are disabled. */
+#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM_2 UINT32_C(0x40000000) /* The force is above the second force limit (register 548), with hysteresis and delay. */
 #define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Copy of bit 27, for masters that test the sign of the status. */
 
 enum pneuforce_state {
@@ -583,6 +599,36 @@ static inline bool pneuforce_proof_test(const uint16_t *from_512, uint16_t *valu
 {
     memcpy(value, from_512 + 34, sizeof *value);
     return true;
+}
+
+/* 548: Second force alarm limit (status bit 30). [N] */
+static inline bool pneuforce_force_limit_2_n(const uint16_t *from_512, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_512 + 36, low_word_first, value);
+}
+
+/* 550: Hysteresis of the second force alarm: the alarm ends at the limit minus this force. [N] */
+static inline bool pneuforce_alarm_hysteresis_n(const uint16_t *from_512, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_512 + 38, low_word_first, value);
+}
+
+/* 552: Delay of the second force alarm: time for which the force must be above the limit. [ms] */
+static inline bool pneuforce_alarm_delay_ms(const uint16_t *from_512, uint16_t *value)
+{
+    return pneuforce_uint16(from_512[40], value);
+}
+
+/* 553: Second force alarm limit, for masters that can write only single registers. [mN] */
+static inline bool pneuforce_force_limit_2_mn(const uint16_t *from_512, uint16_t *value)
+{
+    return pneuforce_uint16(from_512[41], value);
+}
+
+/* 554: Hysteresis of the second force alarm, for masters that can write only single registers. [mN] */
+static inline bool pneuforce_alarm_hysteresis_mn(const uint16_t *from_512, uint16_t *value)
+{
+    return pneuforce_uint16(from_512[42], value);
 }
 
 /* 768: Version of this register map. */

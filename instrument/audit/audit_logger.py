@@ -64,8 +64,10 @@ class AuditLogger:
         self._sink = sink
         self._utc_us = utc_us
         self._throttle = EventThrottle()
-        self._last = ObservedState(board=None, faults=(), state="boot", zero_kpa=None, force_alarm=False)
-        self._alarm_until_s = 0.0
+        self._last = ObservedState(
+            board=None, faults=(), state="boot", zero_kpa=None, force_alarm=False, force_alarm_2=False
+        )
+        self._alarm_until_s = self._alarm_2_until_s = 0.0
         self._next_due_s = 0.0
         self._guarded = CallGuard("a write was not logged because of a programming error")
         self._ended = False
@@ -207,12 +209,15 @@ class AuditLogger:
         hello, zero = instrument.hello, instrument.chain.zero
         if instrument.force_limit_exceeded:
             self._alarm_until_s = now_s + ALARM_HOLD_S
+        if instrument.alarm_2.active:
+            self._alarm_2_until_s = now_s + ALARM_HOLD_S
         return ObservedState(
             board=(hello.board, hello.serial, hello.firmware) if hello else None,
             faults=tuple(instrument.faults),
             state=state_of(instrument),
             zero_kpa=zero.zero_kpa if zero.taken else None,
             force_alarm=now_s < self._alarm_until_s,
+            force_alarm_2=now_s < self._alarm_2_until_s,
         )
 
     def _log_answers(self, now_s: float) -> None:

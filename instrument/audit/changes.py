@@ -18,6 +18,7 @@ class ObservedState(NamedTuple):
     state: str
     zero_kpa: float | None
     force_alarm: bool
+    force_alarm_2: bool
 
 
 def changes(before: ObservedState, now: ObservedState) -> list[RecordFields]:

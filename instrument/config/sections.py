@@ -153,6 +153,24 @@ class SafetySection(Section):
         le=20,
         description="force alarm limit after a start, register 514 [N]",
     )
+    force_limit_2_n: float = Field(
+        _SETTINGS.force_limit_2_n,
+        ge=0.1,
+        le=20,
+        description="second force alarm limit after a start, register 548 [N]",
+    )
+    alarm_hysteresis_n: float = Field(
+        _SETTINGS.alarm_hysteresis_n,
+        ge=0,
+        le=10,
+        description="hysteresis of the second force alarm after a start, register 550 [N]",
+    )
+    alarm_delay_s: float = Field(
+        _SETTINGS.alarm_delay_s,
+        ge=0,
+        le=10,
+        description="delay of the second force alarm after a start, register 552 [s]",
+    )
     proof_test_s: Annotated[float, AfterValidator(_check_period)] = Field(
         _SETTINGS.proof_test_s,
         ge=0,

@@ -22,7 +22,7 @@ from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Command, CommandFlag, Fault, Hello, Mode, Sample
-from pneuforce.protocol.limits import PRESSURISED
+from pneuforce.protocol.limits import HELD, PRESSURISED
 
 log = logging.getLogger("pneuforce")
 
@@ -99,8 +99,20 @@ class Instrument(InstrumentState):
             self.peak_force_n = peak.force_n
         if not self.tripped and math.isfinite(m.force_std_n):
             self.extremes.add(m.force_n)
+        self._follow_alarm_2(m.t_s)
         if self.settings.vent_on_force_limit and self.holding and self.force_limit_exceeded:
             self.trip(HostFault.FORCE_LIMIT)
+
+    def _follow_alarm_2(self, t_s: float) -> None:
+        requested = self.requested
+        self.alarm_2.step(
+            t_s,
+            self.alarm_force_n,
+            held=self.sample is not None and self.sample.state in HELD,
+            limit_n=requested.force_limit_2_n,
+            hysteresis_n=requested.alarm_hysteresis_n,
+            delay_s=requested.alarm_delay_s,
+        )
 
     def _follow_proof_test(self, raw: RawSample, m: Measurement) -> None:
         """Evaluate a finished proof test, and request the next test when it is due."""

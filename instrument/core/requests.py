@@ -18,6 +18,15 @@ from pneuforce.support.rejected_write import describe_quantity, describe_write
 
 log = logging.getLogger("pneuforce")
 
+#: Quantities that are only stored until they are used, and their fields in `RequestedValues`.
+_STORED = {
+    "setpoint_requested_kpa": "setpoint_kpa",
+    "force_limit_n": "force_limit_n",
+    "force_limit_2_n": "force_limit_2_n",
+    "alarm_hysteresis_n": "alarm_hysteresis_n",
+    "alarm_delay_s": "alarm_delay_s",
+}
+
 
 def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteContext:
     """Return the conditions that decide on a write of `peer` at `now_s`."""
@@ -39,8 +48,9 @@ def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteC
 def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s: float) -> None:
     """Execute an accepted write: first its values, then its mode, then its command."""
     requested, lease = state.requested, state.lease
-    requested.setpoint_kpa = values.get("setpoint_requested_kpa", requested.setpoint_kpa)
-    requested.force_limit_n = values.get("force_limit_n", requested.force_limit_n)
+    for quantity, name in _STORED.items():
+        if quantity in values:
+            setattr(requested, name, values[quantity])
     if "reference_pressure_kpa" in values:
         requested.reference_kpa, requested.reference_written_s = values["reference_pressure_kpa"], now_s
         if state.vented(now_s):

@@ -26,6 +26,9 @@ class Settings:
     contact_limit_kpa: float = 18.0  #: the locked balloon is vented above this pressure
     identity: Identity = field(default_factory=Identity)
     force_limit_n: float = 5.0
+    force_limit_2_n: float = 10.0
+    alarm_hysteresis_n: float = 0.1  #: of the second force alarm
+    alarm_delay_s: float = 0.0  #: of the second force alarm
     vent_on_force_limit: bool = False
     host_timeout_s: float = 2.0
     #: Time after a write of the reference pressure in which the force is valid; 0: always valid.

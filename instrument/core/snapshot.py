@@ -55,6 +55,9 @@ class Snapshot(NamedTuple):
     # requested values
     setpoint_requested_kpa: float
     force_limit_n: float
+    force_limit_2_n: float
+    alarm_hysteresis_n: float
+    alarm_delay_s: float
     mode: str
     reference_pressure_kpa: float
     proof_test: str
@@ -158,6 +161,9 @@ def _requested_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[
     return {
         "setpoint_requested_kpa": requested.setpoint_kpa,
         "force_limit_n": requested.force_limit_n,
+        "force_limit_2_n": requested.force_limit_2_n,
+        "alarm_hysteresis_n": requested.alarm_hysteresis_n,
+        "alarm_delay_s": requested.alarm_delay_s,
         "mode": requested.mode,
         "reference_pressure_kpa": requested.reference_kpa,
         "proof_test": state.peers.proof_test_of(

@@ -11,6 +11,7 @@ from pneuforce.instrument.core.arming import STEPS, Arming, Step
 from pneuforce.instrument.core.command_block import CommandBlock
 from pneuforce.instrument.core.command_monitor import CommandMonitor
 from pneuforce.instrument.core.faults import FaultLatch, name_of
+from pneuforce.instrument.core.force_alarm import ForceAlarm
 from pneuforce.instrument.core.lease import Lease, Peer
 from pneuforce.instrument.core.peers import Peers
 from pneuforce.instrument.core.proof_test_schedule import ProofTestSchedule
@@ -40,6 +41,9 @@ class RequestedValues:
 
     setpoint_kpa: float = math.nan
     force_limit_n: float = 5.0
+    force_limit_2_n: float = 10.0
+    alarm_hysteresis_n: float = 0.1
+    alarm_delay_s: float = 0.0
     mode: str = "vent"
     reference_kpa: float = 0.0
     reference_written_s: float = -math.inf  #: time of the last write of `reference_kpa`
@@ -77,6 +81,7 @@ class InstrumentState:
     lease: Lease = field(default_factory=Lease)
     peers: Peers = field(default_factory=Peers)
     requested: RequestedValues = field(init=False)
+    alarm_2: ForceAlarm = field(default_factory=ForceAlarm)
     held_setpoint_kpa: float = math.nan
     command_blocks: dict[str, CommandBlock] = field(default_factory=dict)
     can_down: bool = False
@@ -98,7 +103,12 @@ class InstrumentState:
     def __post_init__(self) -> None:
         self.chain = Chain(self.settings.chain)
         self.peaks = PeakTracker(self.settings.chain.tube_time_constant_s)
-        self.requested = RequestedValues(force_limit_n=self.settings.force_limit_n)
+        self.requested = RequestedValues(
+            force_limit_n=self.settings.force_limit_n,
+            force_limit_2_n=self.settings.force_limit_2_n,
+            alarm_hysteresis_n=self.settings.alarm_hysteresis_n,
+            alarm_delay_s=self.settings.alarm_delay_s,
+        )
         self.balloon_id = self.settings.identity.balloon_id
 
     # ---- derived properties
@@ -128,16 +138,19 @@ class InstrumentState:
         return self.arming is Arming.HOLDING or self.vent_pending
 
     @property
-    def force_limit_exceeded(self) -> bool:
-        """Return True if the force exceeds its limit, or if the pressure rise exceeds `ALARM_RISE_KPA`.
+    def alarm_force_n(self) -> float:
+        """Return the force for the alarms [N]. It is infinite if the rise exceeds `ALARM_RISE_KPA`.
 
         The pressure rise is computed from the unfiltered pressure, which has no filter delay.
         """
         m = self.measurement
-        return (
-            m.force_uncompensated_n > self.requested.force_limit_n
-            or m.unfiltered_kpa - m.baseline_kpa > ALARM_RISE_KPA
-        )
+        is_above = m.unfiltered_kpa - m.baseline_kpa > ALARM_RISE_KPA
+        return math.inf if is_above else m.force_uncompensated_n
+
+    @property
+    def force_limit_exceeded(self) -> bool:
+        """Return True if the force for the alarms exceeds the first limit."""
+        return self.alarm_force_n > self.requested.force_limit_n
 
     def reference_known(self, now_s: float) -> bool:
         """Return True if the pressure around the balloon was written recently, or need not be written."""
@@ -157,6 +170,7 @@ class InstrumentState:
             sample and (sample.state, sample.setpoint_pa),
             (m.in_contact, m.quality, math.isfinite(m.force_n + m.force_std_n)),
             self.force_limit_exceeded,
+            self.alarm_2.active,
             self.vent_monitor.vented,
             self.chain.tracker.contact_count,
             self.peaks.count,

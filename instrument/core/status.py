@@ -60,6 +60,7 @@ def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[t
         ("interpolated", Quality.INTERPOLATED in m.quality),
         ("out_of_range", outside or bool(m.quality & _NO_FORCE_AT_PRESSURE)),
         ("force_high_alarm", state.force_limit_exceeded and not stale),
+        ("force_high_alarm_2", state.alarm_2.active),
         ("stale", stale),
         ("link_lost", lost),
         ("stale_or_lost", stale or lost),

@@ -23,6 +23,9 @@ _NUMBER = (int, float)
 WRITABLE_TYPES: Mapping[str, tuple[type, ...]] = {
     "setpoint_requested_kpa": _NUMBER,
     "force_limit_n": _NUMBER,
+    "force_limit_2_n": _NUMBER,
+    "alarm_hysteresis_n": _NUMBER,
+    "alarm_delay_s": _NUMBER,
     "reference_pressure_kpa": _NUMBER,
     "lease_s": _NUMBER,
     "mode": (str,),

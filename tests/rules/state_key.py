@@ -92,6 +92,7 @@ NOT_IN_KEY = {
     "revision": "only shown",
     "peak_force_n": "only shown",
     "extremes": "only shown",
+    "alarm_2": "only shown",
     "balloon_id": "only shown",
     "inflation_count": "only shown",
     "can_down": "only shown",

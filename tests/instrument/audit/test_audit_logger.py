@@ -179,6 +179,17 @@ def test_a_force_that_varies_around_its_limit_is_one_alarm():
     assert [record["is"] for record in logged.records("force_alarm")] == [True, False]
 
 
+def test_the_second_alarm_has_its_own_records():
+    logged = LoggedInstrument(InstrumentHarness.ready())
+    alarm = logged.harness.instrument.alarm_2
+    for alarm.active in (True, False, True, False):
+        logged.update()
+    logged.harness.now_s += ALARM_HOLD_S
+    logged.update()
+    assert [record["is"] for record in logged.records("force_alarm_2")] == [True, False]
+    assert not logged.records("force_alarm")
+
+
 def test_a_write_error_of_the_log_sets_the_maintenance_bit_while_it_lasts():
     logged = LoggedInstrument(InstrumentHarness.holding())
     logged.sink.write_error = "disk full"

@@ -254,9 +254,10 @@ def test_the_same_values_have_the_same_hash():
 
 
 def test_the_limits_agree_with_those_of_registers_and_interlocks():
-    limit = BY_NAME["force_limit"]
     safety = config.SafetySection.model_json_schema()["properties"]
-    assert (safety["force_limit_n"]["minimum"], safety["force_limit_n"]["maximum"]) == (limit.low, limit.high)
+    for name in ("force_limit", "force_limit_2", "alarm_hysteresis", "alarm_delay"):
+        limit, key = BY_NAME[name], safety[BY_NAME[name].quantity]
+        assert (key["minimum"] * limit.scale, key["maximum"] * limit.scale) == (limit.low, limit.high)
     assert safety["contact_limit_kpa"]["maximum"] == HARD_LIMIT_KPA
     assert set(config.MeasurementSection.model_json_schema()["properties"]["method"]["enum"]) == set(
         get_args(MethodName)

@@ -186,6 +186,9 @@ class TestSilence:
         requested = {
             "setpoint_requested_kpa",
             "force_limit_n",
+            "force_limit_2_n",
+            "alarm_hysteresis_n",
+            "alarm_delay_s",
             "reference_pressure_kpa",
             "lease_s",
             "lease_left_s",

@@ -29,6 +29,7 @@ AT_REST: dict[str, Any] = {
     "faults": (),
     "setpoint_requested_kpa": 5.0,
     "force_limit_n": 5.0,
+    "force_limit_2_n": 10.0,
     "mode": "vent",
     "lease_holder": "none",
     "proof_test": "allowed",
