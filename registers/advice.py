@@ -177,7 +177,8 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "the force stays invalid, vent and inflate again. If the configuration sets reference_timeout_s, write "
     "register 518 periodically.",
     "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
-    "board, or a failed event log or recording. The log of the host process names the cause.",
+    "board, a failed event log or recording, or a missing ambient pressure (ambient_required). The log of "
+    "the host process names the other causes.",
     "out_of_specification": "See bit 5 (out_of_range).",
     "function_check": "No force is available now. If a proof test is in progress, wait for up to 5 s. "
     "Otherwise inflate the balloon, or wait until the setpoint is reached.",
@@ -211,6 +212,9 @@ REJECT_REASON_ADVICE: Mapping[str, str] = {
     "vented and the pressure is steady within ±1.3 kPa.",
     "in_contact": "The request is not allowed during a contact, or while the instrument waits for the end "
     "of a contact and then vents. End the contact, and wait.",
+    "implausible": "The written ambient pressure differs by more than 6 kPa from circuit.ambient_kpa in the "
+    "configuration, or by more than 1 kPa from the last written one. Write the absolute pressure at the "
+    "instrument, not the pressure reduced to sea level. Check the barometer and the configuration.",
 }
 
 STATE_DESCRIPTIONS: Mapping[str, str] = {

@@ -109,6 +109,7 @@ REJECT_REASONS = Enumeration(
         6: "link_lost",
         7: "not_zeroed",
         8: "in_contact",
+        9: "implausible",
     }
 )
 MODES = Enumeration({0: "vent", 1: "hold"})
@@ -126,6 +127,7 @@ COMMANDS = Enumeration(
     }
 )
 ANSWERS = Enumeration({0: "idle", 1: "busy", 2: "done", 3: "failed"})
+AMBIENT_SOURCES = Enumeration({0: "configured", 1: "measured"})
 METHODS = Enumeration(
     {
         0: "energetic",

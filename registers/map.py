@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pneuforce.registers.codes import (
+    AMBIENT_SOURCES,
     ANSWERS,
     COMMANDS,
     CONDENSED,
@@ -96,6 +97,12 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=40, name="force_minimum", wire=F32, unit="N", quantity="force_minimum_n", low=-20,
              high=20, doc="Smallest valid force of all samples since command 6 or since the start of the "
              "host process. It is 0 N after a sample without contact."),
+    Register(address=47, name="ambient_source", wire=U16, quantity="ambient_source", values=AMBIENT_SOURCES,
+             doc="Source of the ambient pressure in effect: the configuration, or register 556."),
+    Register(address=48, name="ambient_in_effect", wire=F32, unit="kPa", quantity="ambient_in_effect_kpa",
+             low=60, high=110, doc="Absolute ambient pressure P_0 in effect. A contact does not change it."),
+    Register(address=50, name="ambient_age", wire=U16, unit="s", quantity="ambient_age_s",
+             doc="Time since the last accepted write of register 556."),
     Register(address=64, name="force_mn", wire=I16, unit="mN", quantity="force_n", doc="Contact force."),
     Register(address=65, name="force_uncertainty_mn", wire=U16, unit="mN", quantity="force_std_n",
              doc="Standard uncertainty of the force."),
@@ -168,6 +175,10 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=554, name="alarm_hysteresis_mn", wire=U16, unit="mN", low=0, high=10000,
              quantity="alarm_hysteresis_n", writable=True,
              doc="Hysteresis of the second force alarm, for masters that can write only single registers."),
+    Register(address=556, name="ambient_pressure", wire=F32, unit="kPa", quantity="ambient_pressure_kpa",
+             low=60, high=110, writable=True,
+             doc="Measured absolute ambient pressure P_0. Used from the next contact on, until "
+             "ambient_timeout_s after its last write."),
     Register(address=768, name="map_version", wire=U16, constant=MAP_VERSION,
              doc="Version of this register map."),
     Register(address=769, name="method", wire=U16, quantity="method", values=METHODS,

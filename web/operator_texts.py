@@ -103,4 +103,5 @@ REJECT_TEXTS: Mapping[str, str] = {
     "link_lost": "No samples from the rig. Check its cable and its power supply.",
     "not_zeroed": "No zero yet. Press VENT, and wait until the pressure is steady.",
     "in_contact": "Not possible during a contact. Lift off, and wait.",
+    "implausible": "The value contradicts the configuration or the value before. Check the sensor.",
 }

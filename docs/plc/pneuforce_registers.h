@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash EC78649Fh (registers 768 and 770).
+ * Map version 1, hash 9C24654Eh (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0xEC78649F)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x9C24654E)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -44,6 +44,9 @@
 #define PNEUFORCE_ADDRESS_PEAK_COUNTER 37
 #define PNEUFORCE_ADDRESS_FORCE_MAXIMUM 38
 #define PNEUFORCE_ADDRESS_FORCE_MINIMUM 40
+#define PNEUFORCE_ADDRESS_AMBIENT_SOURCE 47
+#define PNEUFORCE_ADDRESS_AMBIENT_IN_EFFECT 48
+#define PNEUFORCE_ADDRESS_AMBIENT_AGE 50
 #define PNEUFORCE_ADDRESS_FORCE_MN 64
 #define PNEUFORCE_ADDRESS_FORCE_UNCERTAINTY_MN 65
 #define PNEUFORCE_ADDRESS_PRESSURE_PA 66
@@ -76,6 +79,7 @@
 #define PNEUFORCE_ADDRESS_ALARM_DELAY 552
 #define PNEUFORCE_ADDRESS_FORCE_LIMIT_2_MN 553
 #define PNEUFORCE_ADDRESS_ALARM_HYSTERESIS_MN 554
+#define PNEUFORCE_ADDRESS_AMBIENT_PRESSURE 556
 #define PNEUFORCE_ADDRESS_MAP_VERSION 768
 #define PNEUFORCE_ADDRESS_METHOD 769
 #define PNEUFORCE_ADDRESS_MAP_HASH 770
@@ -111,6 +115,8 @@
 #define PNEUFORCE_MAX_FORCE_LIMIT_2_MN 20000 /* mN */
 #define PNEUFORCE_MIN_ALARM_HYSTERESIS_MN 0 /* mN */
 #define PNEUFORCE_MAX_ALARM_HYSTERESIS_MN 10000 /* mN */
+#define PNEUFORCE_MIN_AMBIENT_PRESSURE 60.0f /* kPa */
+#define PNEUFORCE_MAX_AMBIENT_PRESSURE 110.0f /* kPa */
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
@@ -163,7 +169,8 @@ enum pneuforce_reject_reason {
     PNEUFORCE_REJECT_REASON_CAUSE_PERSISTS = 5,
     PNEUFORCE_REJECT_REASON_LINK_LOST = 6,
     PNEUFORCE_REJECT_REASON_NOT_ZEROED = 7,
-    PNEUFORCE_REJECT_REASON_IN_CONTACT = 8
+    PNEUFORCE_REJECT_REASON_IN_CONTACT = 8,
+    PNEUFORCE_REJECT_REASON_IMPLAUSIBLE = 9
 };
 
 enum pneuforce_mode {
@@ -424,6 +431,25 @@ static inline bool pneuforce_force_minimum_n(const uint16_t *from_0, bool low_wo
     return pneuforce_float(from_0 + 40, low_word_first, value);
 }
 
+/* 47: Source of the ambient pressure in effect: the configuration, or register 556. */
+static inline bool pneuforce_ambient_source(const uint16_t *from_0, uint16_t *value)
+{
+    memcpy(value, from_0 + 47, sizeof *value);
+    return true;
+}
+
+/* 48: Absolute ambient pressure P_0 in effect. A contact does not change it. [kPa] */
+static inline bool pneuforce_ambient_in_effect_kpa(const uint16_t *from_0, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_0 + 48, low_word_first, value);
+}
+
+/* 50: Time since the last accepted write of register 556. [s] */
+static inline bool pneuforce_ambient_age_s(const uint16_t *from_0, uint16_t *value)
+{
+    return pneuforce_uint16(from_0[50], value);
+}
+
 /* 64: Contact force. [mN] */
 static inline bool pneuforce_force_mn(const uint16_t *from_0, int16_t *value)
 {
@@ -629,6 +655,12 @@ static inline bool pneuforce_force_limit_2_mn(const uint16_t *from_512, uint16_t
 static inline bool pneuforce_alarm_hysteresis_mn(const uint16_t *from_512, uint16_t *value)
 {
     return pneuforce_uint16(from_512[42], value);
+}
+
+/* 556: Measured absolute ambient pressure P_0. Used from the next contact on, until ambient_timeout_s after its last write. [kPa] */
+static inline bool pneuforce_ambient_pressure_kpa(const uint16_t *from_512, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_512 + 44, low_word_first, value);
 }
 
 /* 768: Version of this register map. */

@@ -132,7 +132,9 @@ class Configuration(Section):
         return replace(
             chain,
             input_uncertainties=replace(chain.input_uncertainties, grip=measurement.grip_std),
-            **measurement.model_dump(include={"filter_time_constant_s", "tube_time_constant_s"}),
+            **measurement.model_dump(
+                include={"filter_time_constant_s", "tube_time_constant_s", "ambient_std_kpa"}
+            ),
         )
 
     @property
@@ -151,7 +153,9 @@ class Configuration(Section):
                 map_hash=map_hash,
                 balloon_id=self.balloon.id,
             ),
-            reference_timeout_s=self.measurement.reference_timeout_s,
+            **self.measurement.model_dump(
+                include={"reference_timeout_s", "ambient_timeout_s", "ambient_required"}
+            ),
             **self.safety.model_dump(),
         )
 

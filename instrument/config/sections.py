@@ -125,6 +125,21 @@ class MeasurementSection(Section):
         le=3600,
         description="time after a write of register 518 in which the force is valid [s]; 0: not limited",
     )
+    ambient_timeout_s: float = Field(
+        _SETTINGS.ambient_timeout_s,
+        ge=1,
+        le=86_400,
+        description="time after a write of register 556 in which this ambient pressure is used [s]",
+    )
+    ambient_std_kpa: float = Field(
+        _CHAIN.ambient_std_kpa,
+        ge=0.001,
+        le=5,
+        description="standard uncertainty of the ambient pressure that is written to register 556 [kPa]",
+    )
+    ambient_required: bool = Field(
+        False, description="set the status bit maintenance_required without a recent ambient pressure"
+    )
     calibration: Text = Field(
         "",
         max_length=500,

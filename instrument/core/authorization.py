@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pneuforce.instrument.core.arming import HOLD_REJECT_REASONS, STEPS, Arming, Step
+from pneuforce.instrument.core.barometer import is_plausible
 from pneuforce.instrument.core.lease import Lease, Peer
 from pneuforce.instrument.core.peers import PeerRecord
 from pneuforce.instrument.core.reject_reason import RejectReason
@@ -26,6 +27,8 @@ class WriteContext:
     vented: bool
     reference_monitored: bool  #: the reference pressure must be written periodically, in all states
     in_contact: bool
+    ambient_kpa: float  #: configured ambient pressure
+    recent_ambient_kpa: float  #: ambient pressure that was written recently, or NaN
     write_protect: bool
     lease_required: bool
     busy: bool  #: a command is in progress
@@ -68,6 +71,10 @@ def _check_values(values: Mapping[str, Any], context: WriteContext) -> RejectRea
         return RejectReason.STATE
     if "reference_pressure_kpa" in values and not (context.vented or context.reference_monitored):
         return RejectReason.IN_CONTACT if context.in_contact else RejectReason.STATE
+    if "ambient_pressure_kpa" in values and not is_plausible(
+        values["ambient_pressure_kpa"], context.ambient_kpa, context.recent_ambient_kpa
+    ):
+        return RejectReason.IMPLAUSIBLE
     sequence = values.get("command_sequence", context.pending_sequence)
     if context.busy and sequence != context.pending_sequence:
         return RejectReason.STATE

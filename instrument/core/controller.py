@@ -65,7 +65,9 @@ class Instrument(InstrumentState):
     def process(self, raw: RawSample) -> Measurement:
         """Return the measurement of one sample. Trip at a fault of the board or a violated interlock."""
         self.revision += 1
-        m = self.chain.step(raw)
+        chain = self.chain
+        chain.ambient.follow(self.recent_ambient_kpa(raw.t_s), in_contact=chain.tracker.in_contact)
+        m = chain.step(raw)
         self._follow_board(raw.message, raw.t_s)
         if not self.command_monitor.state_credible:
             m = m.without_force()

@@ -18,6 +18,7 @@ class RejectReason(StrEnum):
     LINK_LOST = auto()  #: no samples arrive from the rig
     NOT_ZEROED = auto()  #: the zero adjustment of the pressure sensor is missing
     IN_CONTACT = auto()  #: not allowed during a contact
+    IMPLAUSIBLE = auto()  #: the written value contradicts the configuration or the value before
 
 
 #: Cause and remedy of each reason, for the line of the log.
@@ -32,4 +33,6 @@ REMEDIES: Mapping[RejectReason, str] = {
     RejectReason.LINK_LOST: "no samples arrive from the rig: check its cable and its power supply",
     RejectReason.NOT_ZEROED: "the pressure sensor has no zero adjustment: vent, and wait for the zero",
     RejectReason.IN_CONTACT: "not allowed during a contact: end the contact, and wait",
+    RejectReason.IMPLAUSIBLE: "the value contradicts the configuration or the value before: check the unit and "
+    "the barometer",
 }

@@ -38,6 +38,8 @@ def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteC
         vented=state.vented(now_s),
         reference_monitored=state.settings.reference_timeout_s > 0,
         in_contact=state.measurement.in_contact,
+        ambient_kpa=state.settings.chain.circuit.ambient_kpa,
+        recent_ambient_kpa=state.recent_ambient_kpa(now_s),
         write_protect=state.settings.write_protect,
         lease_required=state.settings.lease_required,
         busy=state.clearing.pending,
@@ -57,6 +59,8 @@ def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s
             state.chain.reference_kpa = requested.reference_kpa
         else:
             state.chain.check_reference(requested.reference_kpa)
+    if "ambient_pressure_kpa" in values:
+        requested.ambient_kpa, requested.ambient_written_s = values["ambient_pressure_kpa"], now_s
     if "proof_test" in values:
         state.peers.record_of(peer).proof_test = values["proof_test"]
     if "lease_s" in values:

@@ -33,6 +33,8 @@ class Settings:
     host_timeout_s: float = 2.0
     #: Time after a write of the reference pressure in which the force is valid; 0: always valid.
     reference_timeout_s: float = 0.0
+    ambient_timeout_s: float = 600.0  #: time after a write of the ambient pressure in which it is used
+    ambient_required: bool = False  #: without a recent ambient pressure, maintenance is required
     proof_test_s: float = 60.0  #: time from one proof test to the next; 0: no proof tests
     write_protect: bool = False
     lease_required: bool = False

@@ -41,6 +41,9 @@ class Snapshot(NamedTuple):
     baseline_age_s: float
     proof_test_age_s: float
     delay_s: float
+    ambient_source: str
+    ambient_in_effect_kpa: float
+    ambient_age_s: float
     age_s: float
     sample_counter: int
     contact_counter: int
@@ -60,6 +63,7 @@ class Snapshot(NamedTuple):
     alarm_delay_s: float
     mode: str
     reference_pressure_kpa: float
+    ambient_pressure_kpa: float
     proof_test: str
     lease_s: float
     lease_left_s: float
@@ -94,6 +98,7 @@ def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
         status=status_of(state, m, now_s),
         **_measurement_values(state, m, now_s),
         **_control_values(state, stale),
+        **_ambient_values(state, now_s),
         **_requested_values(state, peer, now_s),
         **_command_values(state.command_block(peer)),
         **_identity_values(state),
@@ -139,6 +144,15 @@ def _measurement_values(state: InstrumentState, m: Measurement, now_s: float) ->
     }
 
 
+def _ambient_values(state: InstrumentState, now_s: float) -> dict[str, Any]:
+    chain = state.chain
+    return {
+        "ambient_source": "measured" if chain.ambient.is_measured else "configured",
+        "ambient_in_effect_kpa": chain.ambient.kpa(chain.settings),
+        "ambient_age_s": _finite_or_nan(now_s - state.requested.ambient_written_s),
+    }
+
+
 def _finite_or_nan(age_s: float) -> float:
     """Return an age [s], NaN for an infinite age: the event has not happened yet."""
     return age_s if math.isfinite(age_s) else math.nan
@@ -166,6 +180,7 @@ def _requested_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[
         "alarm_delay_s": requested.alarm_delay_s,
         "mode": requested.mode,
         "reference_pressure_kpa": requested.reference_kpa,
+        "ambient_pressure_kpa": requested.ambient_kpa,
         "proof_test": state.peers.proof_test_of(
             peer, oldest_forbidding_s(now_s, state.settings.proof_test_s)
         ),

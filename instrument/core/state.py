@@ -47,6 +47,8 @@ class RequestedValues:
     mode: str = "vent"
     reference_kpa: float = 0.0
     reference_written_s: float = -math.inf  #: time of the last write of `reference_kpa`
+    ambient_kpa: float = math.nan
+    ambient_written_s: float = -math.inf  #: time of the last write of `ambient_kpa`
 
 
 @dataclass(slots=True)
@@ -156,6 +158,12 @@ class InstrumentState:
         """Return True if the pressure around the balloon was written recently, or need not be written."""
         timeout_s = self.settings.reference_timeout_s
         return timeout_s == 0 or now_s - self.requested.reference_written_s <= timeout_s
+
+    def recent_ambient_kpa(self, now_s: float) -> float:
+        """Return the written ambient pressure [kPa], NaN if it was not written recently."""
+        requested = self.requested
+        is_recent = now_s - requested.ambient_written_s <= self.settings.ambient_timeout_s
+        return requested.ambient_kpa if is_recent else math.nan
 
     @property
     def discrete_state(self) -> Hashable:

@@ -27,17 +27,18 @@ def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset
         names |= {"failure", "any_failure"}
     if "out_of_range" in names:
         names.add("out_of_specification")
-    if "leak" in names or _maintenance_required(state):
+    if "leak" in names or _maintenance_required(state, now_s):
         names.add("maintenance_required")
     if Quality.TESTING in m.quality or not names & {"holding", "failure"}:
         names.add("function_check")
     return frozenset(names)
 
 
-def _maintenance_required(state: InstrumentState) -> bool:
+def _maintenance_required(state: InstrumentState, now_s: float) -> bool:
     service_down = state.can_down or state.log_down or state.recording_down
+    no_barometer = state.settings.ambient_required and math.isnan(state.recent_ambient_kpa(now_s))
     clock_off = state.raw is not None and state.raw.clock_off
-    return service_down or clock_off or state.chain.leak.detected
+    return service_down or no_barometer or clock_off or state.chain.leak.detected
 
 
 def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
+from pneuforce.instrument.measurement.ambient import AmbientPressure
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import ONSET_KPA, ContactTracker
 from pneuforce.instrument.measurement.lag import LagCompensator
@@ -49,15 +50,17 @@ class Chain:
     tracker: ContactTracker = field(default_factory=ContactTracker)
     leak: LeakMonitor = field(default_factory=LeakMonitor)
     proof_test: ProofTest = field(default_factory=ProofTest)
+    ambient: AmbientPressure = field(default_factory=AmbientPressure)
     reference_kpa: float = 0.0  #: pressure around the balloon above ambient (insufflation)
     _lag: LagCompensator = field(init=False)
     #: Force model of the settings. It is built once, because its table may have to be computed.
     _model: ForceModel | None = field(default=None, metadata={"state": False})
     _filtered_kpa: float = math.nan  # filtered pressure before the zero is subtracted
     _curve_baseline_kpa: float = math.nan  # ΔP_i of the cached force curve; NaN if no curve is valid
-    _curve_ambient_kpa: float = math.nan  # ambient pressure of the cached force curve
-    #: Cached force curve, and its force at the contact onset. Both follow from the settings and from the two
-    #: pressures above.
+    #: Pressure around the balloon of the cached force curve, whether P_0 is measured, and whether recently.
+    _curve_ambient: tuple[float, bool, bool] = (math.nan, False, False)
+    #: Cached force curve, and its force at the contact onset. Both follow from the settings and from the
+    #: values above.
     _curve: tuple[ContactCurve, float] | None = field(default=None, metadata={"state": False})
 
     #: Cached uncertainty, which follows from the settings, the curve and the unexplained rise.
@@ -274,11 +277,12 @@ class Chain:
 
         The cached curve is returned while ΔP_i differs from its ΔP_i by at most `tolerance_kpa`.
         """
-        ambient_kpa = self.settings.circuit.ambient_kpa + self.reference_kpa
-        valid = abs(self._curve_baseline_kpa - baseline_kpa) <= tolerance_kpa
-        if not valid or self._curve_ambient_kpa != ambient_kpa:
-            self._curve_baseline_kpa, self._curve_ambient_kpa = baseline_kpa, ambient_kpa
-            self._curve = None
+        around_kpa = self.ambient.kpa(self.settings) + self.reference_kpa
+        ambient = around_kpa, self.ambient.is_measured, self.ambient.recent
+        if not abs(self._curve_baseline_kpa - baseline_kpa) <= tolerance_kpa:
+            self._curve_baseline_kpa, self._curve = baseline_kpa, None
+        if self._curve_ambient != ambient:
+            self._curve_ambient, self._curve = ambient, None
         if self._curve is None:
             self._curve = self._compute_curve()
         return self._curve
@@ -286,8 +290,7 @@ class Chain:
     def _compute_curve(self) -> tuple[ContactCurve, float]:
         settings = self.settings
         self._model = self._model or self.settings.force_model
-        model = self._model.at_ambient(self._curve_ambient_kpa)
-        curve = ContactCurve(
-            self._curve_baseline_kpa, model, settings.correction, settings.input_uncertainties
-        )
+        model = self._model.at_ambient(self._curve_ambient[0])
+        inputs = self.ambient.input_uncertainties(settings)
+        curve = ContactCurve(self._curve_baseline_kpa, model, settings.correction, inputs)
         return curve, curve.at(ONSET_KPA).estimate.force_n

@@ -34,6 +34,7 @@ class ChainSettings:
     #: Time constant of the first-order low-pass filter of the displayed pressure.
     filter_time_constant_s: float = 0.06
     tube_time_constant_s: float = 0.06  #: first-order lag between balloon and sensor
+    ambient_std_kpa: float = 0.1  #: standard uncertainty of a measured ambient pressure
     lag_relative_std: float = 0.15  #: relative standard uncertainty of `tube_time_constant_s`
 
     @classmethod

@@ -30,7 +30,7 @@ class ComparedContact(NamedTuple):
 
 
 def change_settings(session: Session, settings: Settings) -> None:
-    """Give the session the measuring chain and the reference timeout of `settings`.
+    """Give the session the measuring chain and the time-outs of the written pressures of `settings`.
 
     All other settings remain, because they have determined the course of the recording. For the same reason,
     the force does not vent the balloon.
@@ -42,6 +42,7 @@ def change_settings(session: Session, settings: Settings) -> None:
         instrument.settings,
         chain=settings.chain,
         reference_timeout_s=settings.reference_timeout_s,
+        ambient_timeout_s=settings.ambient_timeout_s,
         vent_on_force_limit=False,
     )
     instrument.chain.change_settings(settings.chain)

@@ -27,6 +27,7 @@ WRITABLE_TYPES: Mapping[str, tuple[type, ...]] = {
     "alarm_hysteresis_n": _NUMBER,
     "alarm_delay_s": _NUMBER,
     "reference_pressure_kpa": _NUMBER,
+    "ambient_pressure_kpa": _NUMBER,
     "lease_s": _NUMBER,
     "mode": (str,),
     "proof_test": (str,),

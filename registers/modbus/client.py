@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pymodbus.pdu import ModbusPDU
 
 #: Ranges of the registers that change.
-_CHANGING_RANGES = (range(42), range(64, 74), range(512, 555))
+_CHANGING_RANGES = (range(51), range(64, 74), range(512, 558))
 #: Ranges of the registers that change seldom or never.
 _CONSTANT_RANGES = (range(768, 784), range(3840, 3845))
 #: Registers with the answer to a command.

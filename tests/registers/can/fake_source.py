@@ -9,6 +9,7 @@ from pneuforce.registers.map_hash import MAP_HASH
 _TEXT = {
     "state": "holding",
     "mode": "hold",
+    "ambient_source": "configured",
     "lease_holder": "none",
     "proof_test": "allowed",
     "reject_reason": "none",

@@ -32,6 +32,7 @@ AT_REST: dict[str, Any] = {
     "force_limit_2_n": 10.0,
     "mode": "vent",
     "lease_holder": "none",
+    "ambient_source": "configured",
     "proof_test": "allowed",
     "reject_reason": "none",
     "command_key": 0,
