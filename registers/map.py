@@ -97,6 +97,14 @@ REGISTERS: tuple[Register, ...] = (
     Register(address=40, name="force_minimum", wire=F32, unit="N", quantity="force_minimum_n", low=-20,
              high=20, doc="Smallest valid force of all samples since command 6 or since the start of the "
              "host process. It is 0 N after a sample without contact."),
+    Register(address=42, name="sample_time", wire=U32, quantity="sample_time_ms",
+             doc="Time in ms at which the board took the last sample, on the monotonic clock of the host. "
+             "Wraps to 0 after 49.7 days."),
+    Register(address=44, name="sample_utc", wire=U32, quantity="sample_utc",
+             doc="The same time as UTC, in seconds since 1970-01-01; 0 if unknown. The clock may be wrong or "
+             "jump."),
+    Register(address=46, name="sample_utc_fraction", wire=U16, quantity="sample_utc_ms",
+             doc="Milliseconds of the time in register 44, 0 to 999."),
     Register(address=47, name="ambient_source", wire=U16, quantity="ambient_source", values=AMBIENT_SOURCES,
              doc="Source of the ambient pressure in effect: the configuration, or register 556."),
     Register(address=48, name="ambient_in_effect", wire=F32, unit="kPa", quantity="ambient_in_effect_kpa",
@@ -199,6 +207,12 @@ REGISTERS: tuple[Register, ...] = (
              doc="Number of the balloon, from the configuration or from the last command 5."),
     Register(address=782, name="inflation_count", wire=U32, quantity="inflation_count",
              doc="Number of inflations since the balloon was fitted, or since the host process started."),
+    Register(address=784, name="event_log_records", wire=U32, quantity="event_log_records",
+             doc="Number of records of the event log on the disk; 0 without an event log."),
+    Register(address=786, name="event_log_digest_1", wire=U32, quantity="event_log_digest_1",
+             doc="Digest of the last record of the event log: the first 8 hexadecimal digits."),
+    Register(address=788, name="event_log_digest_2", wire=U32, quantity="event_log_digest_2",
+             doc="Digest of the last record of the event log: the next 8 hexadecimal digits."),
     Register(address=3840, name="test_float", wire=F32, constant=-123.45, doc="Test pattern −123.45."),
     Register(address=3842, name="test_long", wire=U32, constant=0x12345678, doc="Test pattern 12345678h."),
     Register(address=3844, name="test_int", wire=I16, constant=-12345, doc="Test pattern −12345."),

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 9C24654Eh (registers 768 and 770).
+ * Map version 1, hash C4552A37h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x9C24654E)
+#define PNEUFORCE_MAP_HASH UINT32_C(0xC4552A37)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -44,6 +44,9 @@
 #define PNEUFORCE_ADDRESS_PEAK_COUNTER 37
 #define PNEUFORCE_ADDRESS_FORCE_MAXIMUM 38
 #define PNEUFORCE_ADDRESS_FORCE_MINIMUM 40
+#define PNEUFORCE_ADDRESS_SAMPLE_TIME 42
+#define PNEUFORCE_ADDRESS_SAMPLE_UTC 44
+#define PNEUFORCE_ADDRESS_SAMPLE_UTC_FRACTION 46
 #define PNEUFORCE_ADDRESS_AMBIENT_SOURCE 47
 #define PNEUFORCE_ADDRESS_AMBIENT_IN_EFFECT 48
 #define PNEUFORCE_ADDRESS_AMBIENT_AGE 50
@@ -90,6 +93,9 @@
 #define PNEUFORCE_ADDRESS_ACTIVE_FAULT_COUNT 779
 #define PNEUFORCE_ADDRESS_BALLOON_ID 780
 #define PNEUFORCE_ADDRESS_INFLATION_COUNT 782
+#define PNEUFORCE_ADDRESS_EVENT_LOG_RECORDS 784
+#define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_1 786
+#define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_2 788
 #define PNEUFORCE_ADDRESS_TEST_FLOAT 3840
 #define PNEUFORCE_ADDRESS_TEST_LONG 3842
 #define PNEUFORCE_ADDRESS_TEST_INT 3844
@@ -431,6 +437,27 @@ static inline bool pneuforce_force_minimum_n(const uint16_t *from_0, bool low_wo
     return pneuforce_float(from_0 + 40, low_word_first, value);
 }
 
+/* 42: Time in ms at which the board took the last sample, on the monotonic clock of the host. Wraps to 0 after 49.7 days. */
+static inline bool pneuforce_sample_time(const uint16_t *from_0, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_0 + 42, low_word_first);
+    return true;
+}
+
+/* 44: The same time as UTC, in seconds since 1970-01-01; 0 if unknown. The clock may be wrong or jump. */
+static inline bool pneuforce_sample_utc(const uint16_t *from_0, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_0 + 44, low_word_first);
+    return true;
+}
+
+/* 46: Milliseconds of the time in register 44, 0 to 999. */
+static inline bool pneuforce_sample_utc_fraction(const uint16_t *from_0, uint16_t *value)
+{
+    memcpy(value, from_0 + 46, sizeof *value);
+    return true;
+}
+
 /* 47: Source of the ambient pressure in effect: the configuration, or register 556. */
 static inline bool pneuforce_ambient_source(const uint16_t *from_0, uint16_t *value)
 {
@@ -730,6 +757,27 @@ static inline bool pneuforce_balloon_id(const uint16_t *from_768, bool low_word_
 static inline bool pneuforce_inflation_count(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 14, low_word_first);
+    return true;
+}
+
+/* 784: Number of records of the event log on the disk; 0 without an event log. */
+static inline bool pneuforce_event_log_records(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 16, low_word_first);
+    return true;
+}
+
+/* 786: Digest of the last record of the event log: the first 8 hexadecimal digits. */
+static inline bool pneuforce_event_log_digest_1(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 18, low_word_first);
+    return true;
+}
+
+/* 788: Digest of the last record of the event log: the next 8 hexadecimal digits. */
+static inline bool pneuforce_event_log_digest_2(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 20, low_word_first);
     return true;
 }
 

@@ -16,6 +16,13 @@ MAX_LINE_BYTES = 1_000_000
 _PATTERN = re.compile(rb"event log: ([1-9][0-9]{0,17}) records, head ([0-9a-f]{64}) at ([0-9T:.-]{19,26}Z)")
 
 
+class NotedDigest(NamedTuple):
+    """Number of records and the first digits of the digest, which a client has read from the registers."""
+
+    records: int
+    digits: str  #: hexadecimal
+
+
 class Anchor(NamedTuple):
     """State of an event log at one time."""
 
@@ -40,7 +47,7 @@ def find_anchors(journal: BinaryIO) -> list[Anchor]:
 
 
 def collect_heads(
-    rows: Iterable[StoredRecord], anchors: Iterable[Anchor], heads: dict[int, str]
+    rows: Iterable[StoredRecord], anchors: Iterable[Anchor | NotedDigest], heads: dict[int, str]
 ) -> Iterator[StoredRecord]:
     """Yield the rows unchanged. Store in `heads` the digest of each record at which an anchor was made."""
     numbers = {anchor.records for anchor in anchors}
@@ -48,6 +55,16 @@ def collect_heads(
         if row.number in numbers and isinstance(row.digest, bytes):
             heads[row.number] = row.digest.hex()
         yield row
+
+
+def check_noted(noted: Iterable[NotedDigest], logs: Sequence[Mapping[int, str]]) -> None:
+    """Check that one of the logs has each noted digest. Raises BrokenChainError for the first missing one."""
+    for number, digits in noted:
+        if not any(log.get(number, "").startswith(digits) for log in logs):
+            raise BrokenChainError(
+                f"record {number} had a digest that began with {digits}, but no record has this number and "
+                "digest now: later, the log was cut, rewritten, replaced by an older copy or moved away"
+            )
 
 
 def check_anchors(anchors: Iterable[Anchor], logs: Sequence[Mapping[int, str]]) -> None:

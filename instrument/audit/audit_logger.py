@@ -11,6 +11,7 @@ from pneuforce.instrument.audit.changes import ObservedState, changes
 from pneuforce.instrument.audit.event_throttle import AuditEvent, EventThrottle
 from pneuforce.instrument.audit.record import AuditRecord, RecordFields, Timestamp
 from pneuforce.instrument.core.command_block import CommandBlock
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.session import Session
@@ -36,11 +37,17 @@ class AuditSink(Protocol):
         """Append a record. This method never blocks and never raises."""
         ...
 
+    @property
+    def head(self) -> EventLogHead:
+        """Return the head of the records on the disk."""
+        ...
+
 
 class NullAuditSink:
     """Sink that discards all records, for an instrument without an event log."""
 
     write_error = ""
+    head = EventLogHead()
 
     def append(self, record: AuditRecord) -> None:
         """Discard the record."""
@@ -171,8 +178,9 @@ class AuditLogger:
             self._log_changes(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Log changes and due reports. Set the instrument's flag if the event log cannot be written."""
+        """Log changes and due reports. Pass the head of the event log and its failure to the instrument."""
         self._instrument.log_down = bool(self._sink.write_error)
+        self._instrument.event_log_head = self._sink.head
         self._log_changes(now_s)
         if now_s >= self._next_due_s:
             self._next_due_s = now_s + DUE_INTERVAL_S

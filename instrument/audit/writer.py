@@ -13,6 +13,7 @@ from pneuforce.instrument.audit.anchor import Anchor, format_anchor
 from pneuforce.instrument.audit.event_throttle import EventCounter
 from pneuforce.instrument.audit.record import AuditRecord, Timestamp, iso_utc, record_body
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.state import STATE_LOGGER
 
 log = logging.getLogger("pneuforce")
@@ -33,7 +34,9 @@ ANCHOR_INTERVAL_S = 3600.0  #: interval of the anchors, in addition to those aft
 class EventLogWriter:
     """Writer that appends records to a file, and keeps them in memory while the file cannot be written.
 
-    `write_error` is the reason why the file cannot be written now, or an empty string. The constructor raises
+    `write_error` is the reason why the file cannot be written now, or an empty string. `head` is the head of
+    the records on the disk. The thread of the writer replaces both, and any thread may read them. The
+    constructor raises
     EventLogFileError if the file is not an event log or another instrument writes it. A full or missing disk
     does not prevent the start.
     """
@@ -41,6 +44,7 @@ class EventLogWriter:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.write_error = ""
+        self.head = EventLogHead()
         self._waiting: deque[AuditRecord] = deque()
         self._batch: list[bytes] = []  # bodies taken from `_waiting` that are not yet on the disk
         self._lost: EventCounter | None = None
@@ -113,6 +117,7 @@ class EventLogWriter:
             self._batch.insert(0, record_body(AuditRecord(_now(), fields)))
             self._anchor_due_s = -math.inf
         self._head, self._expected_head, self._replaced = file.head, None, ""
+        self.head = EventLogHead(file.record_count, file.head)
 
     def _write(self) -> None:
         assert self._file is not None
@@ -123,6 +128,7 @@ class EventLogWriter:
             self._expected_head = self._file.rows_of(self._batch)[-1][2]
             self._file.append(self._batch)
             self._batch, self._head, self._expected_head = [], self._file.head, None
+            self.head = EventLogHead(self._file.record_count, self._file.head)
         if time.monotonic() >= self._anchor_due_s:
             self._log_anchor(self._file)
 

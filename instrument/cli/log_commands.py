@@ -77,7 +77,17 @@ def verify(
     earlier: Annotated[
         list[Path] | None,
         typer.Option(
-            "--earlier", help="With --anchors: a log that was moved away; repeat for more, the oldest first."
+            "--earlier",
+            help="With --anchors or --noted: a log that was moved away; repeat for more, the oldest first.",
+        ),
+    ] = None,
+    noted: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--noted",
+            metavar="NUMBER:DIGITS",
+            help="Number of records and first 8 or 16 digits of the digest, from registers 784–789; "
+            "repeat for more.",
         ),
     ] = None,
     as_json: Json = False,
@@ -87,7 +97,7 @@ def verify(
     The exit code is 1 if the log was changed.
 
     A person who can write the file can also cut its end or recompute the whole chain.
-    Such a change is found with --anchors, or with --head.
+    Such a change is found with --anchors, with --head, or with --noted.
     The instrument logs its head as an anchor at its start, each hour and at its end.
     A head that you note yourself must be in a place that others cannot write.
 
@@ -95,7 +105,7 @@ def verify(
     """
     from pneuforce.instrument.cli.log_verification import Verification, verify_events
 
-    known = Verification(head, anchors, tuple(earlier or ()))
+    known = Verification(head, anchors, tuple(earlier or ()), tuple(noted or ()))
     raise typer.Exit(verify_events(_log_file(file, config), known, as_json))
 
 

@@ -7,7 +7,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.audit.anchor import Anchor, check_anchors, collect_heads, find_anchors
+from pneuforce.instrument.audit.anchor import (
+    Anchor,
+    NotedDigest,
+    check_anchors,
+    check_noted,
+    collect_heads,
+    find_anchors,
+)
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
 from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain, verify_chain
 from pneuforce.instrument.cli.failure import failure_values
@@ -15,6 +22,7 @@ from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.support.counted import counted
 
 HEAD_PATTERN = re.compile(r"[0-9a-f]{64}")
+_NOTED_PATTERN = re.compile(r"([1-9][0-9]{0,9}):([0-9a-f]{8,64})")
 
 
 class Verification(NamedTuple):
@@ -23,6 +31,7 @@ class Verification(NamedTuple):
     head: str | None = None  #: noted head
     anchors: Path | None = None  #: journal with anchors
     earlier: tuple[Path, ...] = ()  #: logs that were moved away, the oldest first
+    noted: tuple[str, ...] = ()  #: heads that were read from the registers, as NUMBER:DIGITS
 
 
 def verify_events(path: Path, known: Verification, as_json: bool) -> int:
@@ -35,29 +44,45 @@ def verify_events(path: Path, known: Verification, as_json: bool) -> int:
         raise ConfigurationError(
             f"--head {known.head} is invalid: a head has 64 hexadecimal digits, as verify prints"
         )
-    if known.earlier and known.anchors is None:
-        raise ConfigurationError("--earlier is valid only with --anchors: it names logs for the anchors")
+    if known.earlier and known.anchors is None and not known.noted:
+        raise ConfigurationError("--earlier is valid only with --anchors or --noted: it names logs for them")
+    noted = [_parse_noted(text) for text in known.noted]
     # The journal is read before the log, so that the log of a running instrument contains each anchor.
     anchors = _read_anchors(known.anchors) if known.anchors else []
     try:
         heads: list[dict[int, str]] = []
         for earlier in known.earlier:
             heads.append({})
-            _verify_file(earlier, None, anchors, heads[-1])
+            _verify_file(earlier, None, [*anchors, *noted], heads[-1])
         heads.append({})
-        chain = _verify_file(path, head, anchors, heads[-1])
+        chain = _verify_file(path, head, [*anchors, *noted], heads[-1])
         check_anchors(anchors, heads)
+        check_noted(noted, heads)
     except (BrokenChainError, DamagedLogError) as error:
         print_text(json_text(failure_values(error)) if as_json else f"{path}: NOT GOOD: {error}")
         return 1
     if as_json:
-        print_text(json_text({"ok": True, "file": str(path), **chain._asdict(), "anchors": len(anchors)}))
+        counts = {"anchors": len(anchors), "noted": len(noted)}
+        print_text(json_text({"ok": True, "file": str(path), **chain._asdict(), **counts}))
     else:
-        print_text(_format(chain, anchors, noted=head is not None))
+        print_text(_format(chain, anchors, len(noted) + (head is not None)))
     return 0
 
 
-def _verify_file(path: Path, head: str | None, anchors: list[Anchor], heads: dict[int, str]) -> VerifiedChain:
+def _parse_noted(text: str) -> NotedDigest:
+    """Return a noted head. Raises ConfigurationError."""
+    match = _NOTED_PATTERN.fullmatch(text.lower())
+    if match is None:
+        raise ConfigurationError(
+            f"--noted {text} is invalid: write the number of records, a colon and at least the first 8 "
+            "hexadecimal digits of the digest, for example 1234:49a95ea7"
+        )
+    return NotedDigest(int(match[1]), match[2])
+
+
+def _verify_file(
+    path: Path, head: str | None, anchors: list[Anchor | NotedDigest], heads: dict[int, str]
+) -> VerifiedChain:
     """Verify one log and store in `heads` the digests at the numbers of the anchors."""
     with open_event_log(path) as rows:
         chain = verify_chain(collect_heads(rows, anchors, heads), head)
@@ -83,9 +108,9 @@ def _read_anchors(path: Path) -> list[Anchor]:
     return anchors
 
 
-def _format(chain: VerifiedChain, anchors: list[Anchor], *, noted: bool) -> str:
+def _format(chain: VerifiedChain, anchors: list[Anchor], noted_heads: int) -> str:
     included = [
-        *(["the noted head"] if noted else []),
+        *(["the noted head" if noted_heads == 1 else f"{noted_heads} noted heads"] if noted_heads else []),
         *([f"{counted(len(anchors), 'anchor')} from {anchors[0].at} to {anchors[-1].at}"] if anchors else []),
     ]
     extent = f"{counted(chain.records, 'record')} from {chain.first_at} to {chain.last_at}, unbroken"

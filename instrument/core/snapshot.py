@@ -46,6 +46,9 @@ class Snapshot(NamedTuple):
     ambient_age_s: float
     age_s: float
     sample_counter: int
+    sample_time_ms: int
+    sample_utc: int
+    sample_utc_ms: int
     contact_counter: int
     peak_counter: int
     # the rig
@@ -87,6 +90,9 @@ class Snapshot(NamedTuple):
     calibration_date: int
     balloon_id: int
     inflation_count: int
+    event_log_records: int
+    event_log_digest_1: int
+    event_log_digest_2: int
 
 
 def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
@@ -99,6 +105,7 @@ def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
         **_measurement_values(state, m, now_s),
         **_control_values(state, stale),
         **_ambient_values(state, now_s),
+        **_sample_times(state),
         **_requested_values(state, peer, now_s),
         **_command_values(state.command_block(peer)),
         **_identity_values(state),
@@ -150,6 +157,17 @@ def _ambient_values(state: InstrumentState, now_s: float) -> dict[str, Any]:
         "ambient_source": "measured" if chain.ambient.is_measured else "configured",
         "ambient_in_effect_kpa": chain.ambient.kpa(chain.settings),
         "ambient_age_s": _finite_or_nan(now_s - state.requested.ambient_written_s),
+    }
+
+
+def _sample_times(state: InstrumentState) -> dict[str, Any]:
+    """Return the time of the last sample on both clocks. Each part is 0 while it is unknown."""
+    t_s, utc_s = state.measurement.t_s, state.measurement.t_s + state.utc_offset_s
+    whole_s, ms = divmod(math.floor(utc_s * 1e3), 1000) if math.isfinite(utc_s) else (0, 0)
+    return {
+        "sample_time_ms": math.floor(t_s * 1e3) if math.isfinite(t_s) else 0,
+        "sample_utc": whole_s,
+        "sample_utc_ms": ms,
     }
 
 
@@ -209,7 +227,7 @@ def _command_values(block: CommandBlock) -> dict[str, Any]:
 
 
 def _identity_values(state: InstrumentState) -> dict[str, Any]:
-    identity, settings = state.settings.identity, state.chain.settings
+    identity, settings, head = state.settings.identity, state.chain.settings, state.event_log_head
     return {
         "zero_offset_kpa": -state.chain.zero.zero_kpa,
         "filter_samples": settings.filter_samples,
@@ -218,6 +236,9 @@ def _identity_values(state: InstrumentState) -> dict[str, Any]:
         "map_hash": identity.map_hash,
         "serial_number": identity.serial_number,
         "calibration_date": identity.calibration_date,
+        "event_log_records": head.records,
+        "event_log_digest_1": head.digest_word(0),
+        "event_log_digest_2": head.digest_word(1),
     }
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pneuforce.instrument.core.arming import STEPS, Arming, Step
 from pneuforce.instrument.core.command_block import CommandBlock
 from pneuforce.instrument.core.command_monitor import CommandMonitor
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.faults import FaultLatch, name_of
 from pneuforce.instrument.core.force_alarm import ForceAlarm
 from pneuforce.instrument.core.lease import Lease, Peer
@@ -89,6 +90,9 @@ class InstrumentState:
     can_down: bool = False
     master_lost: bool = False  #: the heartbeat of the CANopen master is monitored and missing
     log_down: bool = False  #: the event log cannot be written
+    #: Head of the event log, and UTC minus the monotonic clock [s]. Only shown, and unknown in a replay.
+    event_log_head: EventLogHead = field(default=EventLogHead(), metadata={"state": False})
+    utc_offset_s: float = field(default=math.nan, metadata={"state": False})
     recording_down: bool = False  #: a requested recording has stopped because of an error
     peak_force_n: float = math.nan  #: force of the last completed peak
     peaks: PeakTracker = field(init=False)

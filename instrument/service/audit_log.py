@@ -12,6 +12,7 @@ from pneuforce.instrument.audit.audit_logger import AuditLogger, AuditSink, Null
 from pneuforce.instrument.audit.record import AuditRecord, record_body
 from pneuforce.instrument.audit.writer import EventLogWriter
 from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.stream.entry import EntryKind
@@ -29,6 +30,11 @@ class PublishingAuditSink:
     def write_error(self) -> str:
         """Return the present write error, or an empty string."""
         return self._sink.write_error
+
+    @property
+    def head(self) -> EventLogHead:
+        """Return the head of the records on the disk."""
+        return self._sink.head
 
     def append(self, record: AuditRecord) -> None:
         """Write and publish one record."""

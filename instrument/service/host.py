@@ -41,6 +41,7 @@ class Host:
         url: str,
         open_port: Callable[[str], BytePort] = SerialPort,
         clock: Callable[[], float] = time.monotonic,
+        utc: Callable[[], float] = time.time,
     ) -> None:
         self.session = session
         self.url = url
@@ -48,6 +49,7 @@ class Host:
         self.reconnects = 0
         self._open_port = open_port
         self._clock = clock
+        self._utc = utc
         self._port: BytePort | None = None
         self._backoff = Backoff(FIRST_RETRY_S, MAX_RETRY_S, stable_s=0.0)
         self._retry_s = 0.0
@@ -108,6 +110,7 @@ class Host:
 
     def _tick(self) -> None:
         now_s = self._clock()
+        self.instrument.utc_offset_s = self._utc() - now_s
         self.session.tick(now_s)
         self._send_commands(now_s)
         for channel in self.channels:

@@ -92,6 +92,8 @@ NOT_IN_KEY = {
     "revision": "only shown",
     "peak_force_n": "only shown",
     "extremes": "only shown",
+    "event_log_head": "only shown",
+    "utc_offset_s": "only shown",
     "alarm_2": "only shown",
     "balloon_id": "only shown",
     "inflation_count": "only shown",

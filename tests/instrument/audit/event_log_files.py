@@ -4,6 +4,7 @@ from pneuforce.instrument.audit.reading import open_event_log
 from pneuforce.instrument.audit.record import AuditRecord, Timestamp, record_body
 from pneuforce.instrument.audit.store import EventLogFile
 from pneuforce.instrument.audit.verification import verify_chain
+from pneuforce.instrument.core.event_log_head import EventLogHead
 
 TIMESTAMP = Timestamp(1_800_000_000_000_000, 5.0)
 
@@ -31,7 +32,7 @@ class MemorySink:
     """Audit sink that keeps all records in memory."""
 
     def __init__(self):
-        self.records, self.write_error = [], ""
+        self.records, self.write_error, self.head = [], "", EventLogHead()
 
     def append(self, record):
         self.records.append(record)

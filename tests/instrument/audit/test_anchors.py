@@ -52,6 +52,30 @@ def long_close_timeout(monkeypatch):
     monkeypatch.setattr("pneuforce.instrument.audit.writer.CLOSE_S", TIMEOUT_S)
 
 
+def verify_noted(file, *noted, **others):
+    return verify_events(file, Verification(noted=noted, **others), as_json=True)
+
+
+def test_a_noted_head_is_in_the_log_until_a_record_before_it_is_changed(tmp_path, capsys):
+    file, other = make_log(tmp_path / "log", range(9)), make_log(tmp_path / "other", range(1, 10))
+    digest = verify_log(make_log(tmp_path / "first", range(5))).head
+    assert verify_noted(file, f"5:{digest[:8]}", f"5:{digest[:16].upper()}", f"5:{digest}") == 0
+    assert json.loads(capsys.readouterr().out)["noted"] == 3
+    assert verify_noted(file, f"4:{digest[:8]}") == 1
+    assert verify_noted(file, f"10:{digest[:8]}") == 1
+    assert verify_noted(other, f"5:{digest[:8]}") == 1
+    assert "record 5" in json.loads(capsys.readouterr().out.splitlines()[-1])["why"]
+    assert verify_noted(other, f"5:{digest[:8]}", earlier=(file,)) == 0
+
+
+@pytest.mark.parametrize(
+    "noted", ["5", "5:1234567", "0:12345678", "5:1234567g", "-1:12345678", "5:12345678:"]
+)
+def test_a_noted_head_needs_a_number_and_digits(tmp_path, noted):
+    with pytest.raises(ConfigurationError, match="--noted"):
+        verify_noted(make_log(tmp_path / "log", [1]), noted)
+
+
 def run_writer(file, numbers):
     """Write records as an instrument does, from its start to its end."""
     writer = EventLogWriter(file)

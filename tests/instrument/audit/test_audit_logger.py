@@ -3,6 +3,7 @@
 import pytest
 
 from pneuforce.instrument.audit.audit_logger import ALARM_HOLD_S, AuditLogger
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.session import Session
 from pneuforce.protocol.frames import Fault
 from pneuforce.registers.map import REGISTERS
@@ -188,6 +189,15 @@ def test_the_second_alarm_has_its_own_records():
     logged.update()
     assert [record["is"] for record in logged.records("force_alarm_2")] == [True, False]
     assert not logged.records("force_alarm")
+
+
+def test_the_buses_show_the_head_of_the_log():
+    logged = LoggedInstrument(InstrumentHarness.ready())
+    logged.sink.head = EventLogHead(7, bytes(range(1, 33)))
+    logged.run(DT_S)
+    seen = logged.harness.snapshot()
+    assert (seen.event_log_records, seen.event_log_digest_1) == (7, 0x0102_0304)
+    assert seen.event_log_digest_2 == 0x0506_0708
 
 
 def test_a_write_error_of_the_log_sets_the_maintenance_bit_while_it_lasts():

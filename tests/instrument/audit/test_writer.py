@@ -15,6 +15,7 @@ import pytest
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
 from pneuforce.instrument.audit.writer import MAX_WAITING, EventLogWriter
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from tests.instrument.audit.event_log_files import make_record, verify_log
 
 TIMEOUT_S = 20.0
@@ -39,6 +40,25 @@ def writer(tmp_path):
     made = EventLogWriter(folder / "log")
     yield made
     made.close()
+
+
+def test_the_head_is_that_of_the_records_on_the_disk(writer):
+    assert writer.head == EventLogHead()
+    for count in (1, 2):
+        writer.append(make_record(count))
+        wait_until(lambda count=count: writer.head.records == count)
+        assert writer.head.digest.hex() == verify_log(writer.path).head
+    digits = "".join(f"{writer.head.digest_word(index):08x}" for index in (0, 1))
+    assert verify_log(writer.path).head.startswith(digits)
+
+
+def test_the_head_of_an_existing_log_is_known_at_the_start(writer):
+    writer.append(make_record(1))
+    writer.close()
+    again = EventLogWriter(writer.path)
+    assert again.head == writer.head
+    assert again.head.records == 1
+    again.close()
 
 
 def test_records_are_written_soon_without_a_close(writer):

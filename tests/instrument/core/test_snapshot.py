@@ -61,6 +61,30 @@ def test_the_age_of_a_baseline_that_was_never_measured_is_not_available():
     assert 0 <= pressed().snapshot().baseline_age_s < 2
 
 
+def test_the_time_of_the_sample_is_shown_on_both_clocks():
+    harness = InstrumentHarness.new()
+    before = harness.snapshot()
+    assert (before.sample_time_ms, before.sample_utc, before.sample_utc_ms) == (0, 0, 0)
+    harness.now_s = 4_294_967.0
+    harness.instrument.utc_offset_s = 1_800_000_000.25
+    t_s = harness.feed().t_s
+    harness.now_s += 0.05  # the time is that of the sample and not that of the read
+    seen = harness.snapshot()
+    assert seen.sample_time_ms == pytest.approx(t_s * 1e3, abs=1)
+    utc_s = seen.sample_utc + seen.sample_utc_ms / 1e3
+    assert utc_s == pytest.approx(t_s + 1_800_000_000.25, abs=0.001)
+    harness.now_s = 4_294_968.0
+    harness.feed()
+    register = BY_NAME["sample_time"]
+    assert register.encode(harness.snapshot().sample_time_ms) == pytest.approx(1002 - 296, abs=1)  # 2³² ms
+
+
+def test_without_a_wall_clock_the_utc_time_is_unknown():
+    seen = InstrumentHarness.zeroed().snapshot()
+    assert seen.sample_time_ms > 0
+    assert (seen.sample_utc, seen.sample_utc_ms) == (0, 0)
+
+
 def without_a_sensor():
     harness = pressed()
     harness.adc_sum = 0
