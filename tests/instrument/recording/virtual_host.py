@@ -143,7 +143,7 @@ def eventful():
     host.run(0.3)
     host.record()
     host.run(4.0)
-    host.write_ok({"setpoint_requested_kpa": 9.5})
+    host.write_ok({"setpoint_requested_kpa": 9.5, "ambient_pressure_kpa": 98.0, "force_limit_2_n": 0.5})
     host.run(4.0)
     host.world.line.noise.bursts = 2e-3
     host.run(3.0)
