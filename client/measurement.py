@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from pneuforce.errors import InvalidForce
-from pneuforce.registers.advice import STATE_DESCRIPTIONS, STATUS_ADVICE
+from pneuforce.registers.advice import NO_FORCE_REASONS, STATE_DESCRIPTIONS, STATUS_ADVICE
 
 
 class State(StrEnum):
@@ -61,16 +61,7 @@ class Status(StrEnum):
 
 
 #: Conditions that can be the reason for a missing force. The first condition is the most important.
-_REASONS = (
-    Status.LINK_LOST,
-    Status.STALE,
-    Status.SENSOR_FAULT,
-    Status.NOT_ZEROED,
-    Status.OUT_OF_RANGE,
-    Status.BASELINE_OLD,
-    Status.FUNCTION_CHECK,
-    Status.FAILURE,
-)
+_REASONS = tuple(Status(name) for name in NO_FORCE_REASONS)
 
 
 #: Conditions in which the pressure does not prove that the balloon is empty.

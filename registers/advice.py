@@ -195,6 +195,18 @@ STATUS_ADVICE: Mapping[str, Advice] = {
     bit.name: Advice(bit.doc, _STATUS_ACTIONS[bit.name]) for bit in STATUS.bits
 }
 
+#: Status bits that can be the reason for a missing force. The first bit is the most important.
+NO_FORCE_REASONS = (
+    "link_lost",
+    "stale",
+    "sensor_fault",
+    "not_zeroed",
+    "out_of_range",
+    "baseline_old",
+    "function_check",
+    "failure",
+)
+
 _AFTER_A_FAULT = "A fault has vented the rig: remove its cause, clear, vent (mode 0), then hold (mode 1)."
 
 REJECT_REASON_ADVICE: Mapping[str, str] = {

@@ -56,6 +56,12 @@ def ascii_text(text: str) -> str:
     return text.translate(_ASCII)
 
 
+def name_with_unit(field: Field) -> str:
+    """Return the name of a value in program code, for example `force_n` or `baseline_drift_kpa_per_s`."""
+    unit = ascii_text(field.unit).replace("/", "_per_").lower()
+    return field.name if not unit or field.name.endswith(f"_{unit}") else f"{field.name}_{unit}"
+
+
 def value_range(field: Field) -> tuple[float, float] | None:
     """Return the smallest and largest value in the field's unit, without the not-available code.
 

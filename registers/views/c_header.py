@@ -16,6 +16,7 @@ from pneuforce.registers.document_text import (
     TEST_BLOCK,
     ascii_text,
     format_number,
+    name_with_unit,
 )
 from pneuforce.registers.field import Enumeration, WireType
 from pneuforce.registers.map import BLOCKS, COMMAND_KEY, MAP_VERSION, REGISTERS, Register
@@ -137,18 +138,13 @@ def _function(register: Register) -> str:
     start = next(first for first, last in BLOCKS if first <= register.address <= last)
     words = f"from_{start}"
     word_order = ", bool low_word_first" if register.wire.words == 2 else ""
-    head = f"bool {_name(register)}(const uint16_t *{words}{word_order}, {_C_TYPES[register.wire]} *value)"
+    name = f"pneuforce_{name_with_unit(register)}"
+    head = f"bool {name}(const uint16_t *{words}{word_order}, {_C_TYPES[register.wire]} *value)"
     unit = f" [{register.unit}]" if register.unit else ""
     return (
         f"/* {register.address}: {ascii_text(register.doc + unit)} */\n"
         f"static inline {head}\n{{\n{_function_body(register, words, register.address - start)}}}\n"
     )
-
-
-def _name(register: Register) -> str:
-    unit = ascii_text(register.unit).replace("/", "_per_").lower()
-    name_has_unit = not unit or register.name.endswith(f"_{unit}")
-    return f"pneuforce_{register.name}" if name_has_unit else f"pneuforce_{register.name}_{unit}"
 
 
 def _function_body(register: Register, words: str, index: int) -> str:
