@@ -77,6 +77,8 @@ class MapFormat(Enum):
     PLCOPEN = "plcopen"
     SCL = "scl"
     H = "h"
+    NODE_RED = "node-red"
+    NODE_RED_DASHBOARD = "node-red-dashboard"
 
 
 @app.command()

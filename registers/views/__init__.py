@@ -11,6 +11,8 @@ from pneuforce.registers.views import (
     eds,
     faults_page,
     markdown,
+    node_red,
+    node_red_dashboard,
     object_table,
     plcopen_xml,
     siemens_scl,
@@ -39,5 +41,7 @@ VIEWS = {
     "st": View(structured_text.render, "docs/plc/pneuforce.st"),
     "scl": View(siemens_scl.render, "docs/plc/pneuforce.scl"),
     "plcopen": View(plcopen_xml.render, "docs/plc/pneuforce.xml"),
+    "node-red": View(node_red.render, "docs/node-red/pneuforce-flow.json"),
+    "node-red-dashboard": View(node_red_dashboard.render, "docs/node-red/pneuforce-dashboard.json"),
     "h": View(c_header.render, "docs/plc/pneuforce_registers.h"),
 }
