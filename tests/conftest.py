@@ -26,6 +26,7 @@ REAL_TIME = [
     "tests/instrument/audit/test_writer.py",
     "tests/instrument/config/test_start_checks.py",
     "tests/instrument/service",
+    "tests/node_red",
     "tests/peers",
     "tests/registers/can/test_bus.py",
     "tests/registers/can/test_connection.py",
