@@ -8,18 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any
 
-from pneuforce.registers.can.command import (
-    CAN_PEER,
-    MALFORMED,
-    CommandHandler,
-    CommandResult,
-    is_vent_command,
-)
+from pneuforce.registers.can.command import CAN_PEER, MALFORMED, CommandHandler, is_vent_command
 from pneuforce.registers.can.frames import (
-    ANSWER,
     COMMAND,
     EMERGENCY,
-    FORCE,
     HEARTBEAT,
     SDO_RESPONSE,
     FrameDefinition,
@@ -39,7 +31,6 @@ from pneuforce.registers.canopen.communication import (
     PDO_DISABLED,
     PRODUCER_HEARTBEAT,
     RPDO_COB_ID,
-    TPDOS,
 )
 from pneuforce.registers.canopen.emergency import EmergencyProducer
 from pneuforce.registers.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer, monitored_node
@@ -47,9 +38,9 @@ from pneuforce.registers.canopen.nmt import CommunicationObject
 from pneuforce.registers.canopen.node_values import CanopenIdentity, LastFrames, value_readers
 from pneuforce.registers.canopen.object_store import ObjectStore
 from pneuforce.registers.canopen.parameters import Parameters
-from pneuforce.registers.canopen.pdo import Tpdo
 from pneuforce.registers.canopen.pdo_triggers import PdoTriggers
 from pneuforce.registers.canopen.sdo import SdoServer
+from pneuforce.registers.canopen.tpdo_producer import TpdoProducer
 from pneuforce.registers.source import Source
 
 SYNC_ID = 0x080
@@ -77,9 +68,7 @@ class CanopenNode:
         self._heartbeat_producer = HeartbeatProducer()
         self._last_frames = LastFrames()
         self._emergencies = EmergencyProducer()
-        self._tpdos = {
-            tpdo[0].name: Tpdo(number, tpdo[0], self._parameters) for number, tpdo in enumerate(TPDOS)
-        }
+        self._tpdos = TpdoProducer(source, self._parameters, self._last_frames)
         readers = value_readers(identity, self._last_frames, lambda: self._emergencies)
         self._store = ObjectStore(source, self._parameters, options.node_id, readers)
         self._store.on_write = {
@@ -106,7 +95,7 @@ class CanopenNode:
         frames = []
         if force_due or self._discrete_state != before or self._emergencies.pending:
             snapshot = self._source.snapshot(CAN_PEER, now_s)
-            self._trigger(self._triggers.at_sample(snapshot, force_due=force_due))
+            self._tpdos.trigger(self._triggers.at_sample(snapshot, force_due=force_due))
             frames = self._emergency_frames(snapshot, now_s)
         return frames + self._due_tpdos(now_s)
 
@@ -119,8 +108,8 @@ class CanopenNode:
             snapshot = self._source.snapshot(CAN_PEER, now_s)
         if self._heartbeat_producer.due(now_s, self._parameters[PRODUCER_HEARTBEAT] / 1e3):
             frames.append(self._frame(HEARTBEAT, None, node_state=self._state))
-        self._trigger(self._triggers.at_tick(snapshot, now_s))
-        self._answer(self._command_handler.finished_result(snapshot))
+        self._tpdos.trigger(self._triggers.at_tick(snapshot, now_s))
+        self._tpdos.answer(self._command_handler.finished_result(snapshot))
         abort = self._sdo_server.tick(now_s)
         if abort and self._allows(CommunicationObject.SDO):
             frames.append(self._sdo_frame(abort))
@@ -137,23 +126,8 @@ class CanopenNode:
     def _allows(self, communication_object: CommunicationObject) -> bool:
         return communication_object in nmt.ALLOWED_OBJECTS.get(self._state, ())
 
-    def _trigger(self, frame_names: set[str]) -> None:
-        for name in frame_names:
-            self._tpdos[name].trigger()
-
     def _due_tpdos(self, now_s: float) -> list[CanFrame]:
-        if not self._allows(CommunicationObject.PDO):
-            return []
-        due = [tpdo.frame for tpdo in self._tpdos.values() if tpdo.due(now_s)]
-        if not due:
-            return []
-        snapshot = self._source.snapshot(CAN_PEER, now_s)
-        return [self._tpdo_frame(frame, snapshot) for frame in due]
-
-    def _tpdo_frame(self, frame: FrameDefinition, snapshot: Any) -> CanFrame:
-        if frame is FORCE:
-            self._last_frames.counter = (self._last_frames.counter + 1) & 0xFF
-        return self._frame(frame, snapshot, **self._last_frames.node_values(frame))
+        return self._tpdos.due(now_s) if self._allows(CommunicationObject.PDO) else []
 
     def _emergency_frames(self, snapshot: Any, now_s: float) -> list[CanFrame]:
         self._emergencies.update(snapshot, master_lost=self._heartbeat_consumer.lost)
@@ -227,18 +201,13 @@ class CanopenNode:
 
     def _enter(self, state: str) -> None:
         if state == nmt.OPERATIONAL != self._state:
-            for tpdo in self._tpdos.values():
-                tpdo.start()
+            self._tpdos.start()
         self._state = state
 
     def _on_sync(self, data: bytes, now_s: float) -> list[CanFrame] | None:
         if len(data) > 1:
             return None
-        if not self._allows(CommunicationObject.PDO):
-            return []
-        snapshot = self._source.snapshot(CAN_PEER, now_s)
-        due = [tpdo for tpdo in self._tpdos.values() if tpdo.due_at_sync()]
-        return [self._tpdo_frame(tpdo.frame, snapshot) for tpdo in due]
+        return self._tpdos.due_at_sync(now_s) if self._allows(CommunicationObject.PDO) else []
 
     def _on_sdo(self, data: bytes, now_s: float) -> list[CanFrame] | None:
         allowed = self._allows(CommunicationObject.SDO)
@@ -275,7 +244,7 @@ class CanopenNode:
         result = self._command_handler.handle(data, now_s)
         if result and result.result in MALFORMED:
             self._source.log_rejected_write(CAN_PEER, rejected_command(data, result.result), now_s)
-        self._answer(result)
+        self._tpdos.answer(result)
         return self._due_tpdos(now_s)
 
     def _log_disabled_command(self, data: bytes, now_s: float) -> None:
@@ -287,8 +256,3 @@ class CanopenNode:
                 f"clear bit 31 of object {RPDO_COB_ID[0]:04X}h:{RPDO_COB_ID[1]}",
             )
         self._source.log_rejected_write(CAN_PEER, rejected_command(data, reason, remedy), now_s)
-
-    def _answer(self, result: CommandResult | None) -> None:
-        if result is not None:
-            self._last_frames.answer = result
-            self._tpdos[ANSWER.name].trigger()

@@ -27,11 +27,11 @@ class Parameters:
     """Values of the communication parameters by index and sub-index."""
 
     def __init__(self, options: CanOptions) -> None:
-        self._options = options
+        self.options = options
         self._values = self._defaults()
 
     def _defaults(self) -> dict[EntryAddress, int]:
-        node_id = self._options.node_id
+        node_id = self.options.node_id
         return {address: default + node_id * adds_id for address, (default, adds_id) in _DEFAULTS.items()}
 
     def __getitem__(self, address: EntryAddress) -> int:
@@ -55,7 +55,7 @@ class Parameters:
             pdo_enabled = not self._values[address[0], 1] & PDO_DISABLED
             if pdo_enabled:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
-        if not bus_load(changed, self._options) <= MAX_BUS_LOAD:
+        if not bus_load(changed, self.options) <= MAX_BUS_LOAD:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         self._values = changed
 
