@@ -31,9 +31,15 @@ NODE_STATES = Enumeration({0: "boot_up", 4: "stopped", 5: "operational", 127: "p
 
 NO_ERROR = 0x0000
 MASTER_LOST = 0x8130  #: the heartbeat of the CANopen master is missing
+PDO_TOO_SHORT, PDO_TOO_LONG = 0x8210, 0x8220  #: a Command has a wrong length (CANopen only)
 RIG_ERROR = 0xFF00  #: error code of a fault: FF00h plus the code of the fault
 ERRORS = Enumeration(
-    {NO_ERROR: "no_error", MASTER_LOST: "master_lost"}
+    {
+        NO_ERROR: "no_error",
+        MASTER_LOST: "master_lost",
+        PDO_TOO_SHORT: "pdo_too_short",
+        PDO_TOO_LONG: "pdo_too_long",
+    }
     | {RIG_ERROR + code: name for code, name in FAULTS.names.items() if code}
 )
 GENERIC_ERROR = 0x81  #: bits of the error register: generic error, manufacturer-specific error
@@ -198,11 +204,12 @@ EMERGENCY = FrameDefinition(
             name="error_code",
             wire=U16,
             legend=ERRORS,
-            doc="FF00h + code of the new fault; 8130h: CANopen master lost; 0000h: an error is gone.",
+            doc="FF00h + code of the new fault; 8130h: CANopen master lost; 8210h, 8220h: a Command is too "
+            "short or too long (CANopen); 0000h: an error is gone.",
         ),
         _node_field(
             "error_register",
-            "Object 1001h (CiA 301): bits 0 and 7 during any fault, bits 0 and 4 while the master is lost.",
+            "Object 1001h (CiA 301): bits 0 and 7 during any fault, bits 0 and 4 during error 8xxxh.",
         ),
         BY_NAME["active_fault_count"].with_wire_type(U8),
         BY_NAME["status"],

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import Any
 
-from pneuforce.registers.can.frames import EMERGENCY, GENERIC_ERROR, MASTER_LOST, NO_ERROR, RIG_ERROR, encode
+from pneuforce.registers.can.frames import EMERGENCY, GENERIC_ERROR, NO_ERROR, RIG_ERROR, encode
 from pneuforce.registers.canopen.communication import ERROR_HISTORY_LENGTH
 
 _COMMUNICATION_ERROR = 0x11  #: bits of the error register: generic error, communication error
@@ -25,30 +25,33 @@ class EmergencyProducer:
         self.history: deque[int] = deque(maxlen=ERROR_HISTORY_LENGTH)  #: error codes, the newest first
         self._pending: deque[bytes] = deque(maxlen=_MAX_PENDING)
         self._faults: tuple[int, ...] = ()
-        self._master_lost = False
+        self._errors: frozenset[int] = frozenset()
         self._sent_s = -math.inf
 
     @property
     def error_register(self) -> int:
         """Return the error register (1001h)."""
-        return (GENERIC_ERROR if self._faults else 0) | (_COMMUNICATION_ERROR if self._master_lost else 0)
+        return (GENERIC_ERROR if self._faults else 0) | (_COMMUNICATION_ERROR if self._errors else 0)
 
     @property
     def pending(self) -> bool:
         """Return True if a message waits, for example because of the inhibit time."""
         return bool(self._pending)
 
-    def update(self, snapshot: Any, *, master_lost: bool) -> None:
-        """Queue messages if the faults or the state of the master have changed since the last call."""
+    def update(self, snapshot: Any, errors: frozenset[int]) -> None:
+        """Queue messages if the faults or the errors of the node have changed since the last call.
+
+        `errors` are the error codes of the present communication errors.
+        """
         faults = snapshot.faults
-        if (faults, master_lost) == (self._faults, self._master_lost):
+        if (faults, errors) == (self._faults, self._errors):
             return
-        before, was_lost = self._faults, self._master_lost
-        self._faults, self._master_lost = faults, master_lost
-        if was_lost > master_lost or not set(before) <= set(faults):
+        old_faults, old_errors = self._faults, self._errors
+        self._faults, self._errors = faults, errors
+        if not (set(old_faults) <= set(faults) and old_errors <= errors):
             self._queue(NO_ERROR, snapshot)
-        new_codes = [MASTER_LOST] if master_lost > was_lost else []
-        for code in new_codes + [RIG_ERROR + fault for fault in faults if fault not in before]:
+        new_codes = sorted(errors - old_errors)
+        for code in new_codes + [RIG_ERROR + fault for fault in faults if fault not in old_faults]:
             self.history.appendleft(code)
             self._queue(code, snapshot)
 

@@ -13,6 +13,9 @@ from pneuforce.registers.can.frames import (
     COMMAND,
     EMERGENCY,
     HEARTBEAT,
+    MASTER_LOST,
+    PDO_TOO_LONG,
+    PDO_TOO_SHORT,
     SDO_RESPONSE,
     FrameDefinition,
     encode,
@@ -68,6 +71,9 @@ class CanopenNode:
         self._heartbeat_producer = HeartbeatProducer()
         self._last_frames = LastFrames()
         self._emergencies = EmergencyProducer()
+        self._pdo_errors: frozenset[int] = (
+            frozenset()
+        )  #: error code of the last Command, if its length is wrong
         self._tpdos = TpdoProducer(source, self._parameters, self._last_frames)
         readers = value_readers(identity, self._last_frames, lambda: self._emergencies)
         self._store = ObjectStore(source, self._parameters, options.node_id, readers)
@@ -130,7 +136,8 @@ class CanopenNode:
         return self._tpdos.due(now_s) if self._allows(CommunicationObject.PDO) else []
 
     def _emergency_frames(self, snapshot: Any, now_s: float) -> list[CanFrame]:
-        self._emergencies.update(snapshot, master_lost=self._heartbeat_consumer.lost)
+        lost = {MASTER_LOST} if self._heartbeat_consumer.lost else set()
+        self._emergencies.update(snapshot, self._pdo_errors.union(lost))
         if not self._allows(CommunicationObject.EMERGENCY):
             return []
         due = self._emergencies.due(now_s, self._parameters[EMERGENCY_INHIBIT] / 1e4)
@@ -192,6 +199,7 @@ class CanopenNode:
         if command in nmt.RESET_COMMANDS:
             self._parameters.reset()
             self._emergencies = EmergencyProducer()
+            self._pdo_errors = frozenset()
             self._sdo_server = SdoServer(self._store)
             return self._boot(now_s)
         if command is None or self._state == "boot_up":
@@ -241,11 +249,13 @@ class CanopenNode:
             return []
         if len(data) == COMMAND.length:
             self._last_frames.command = data
+        self._pdo_errors = _length_error(data)
         result = self._command_handler.handle(data, now_s)
         if result and result.result in MALFORMED:
             self._source.log_rejected_write(CAN_PEER, rejected_command(data, result.result), now_s)
         self._tpdos.answer(result)
-        return self._due_tpdos(now_s)
+        snapshot = self._source.snapshot(CAN_PEER, now_s)
+        return self._emergency_frames(snapshot, now_s) + self._due_tpdos(now_s)
 
     def _log_disabled_command(self, data: bytes, now_s: float) -> None:
         """Log a Command that the NMT state of the node, or a disabled RPDO1, does not allow."""
@@ -256,3 +266,10 @@ class CanopenNode:
                 f"clear bit 31 of object {RPDO_COB_ID[0]:04X}h:{RPDO_COB_ID[1]}",
             )
         self._source.log_rejected_write(CAN_PEER, rejected_command(data, reason, remedy), now_s)
+
+
+def _length_error(data: bytes) -> frozenset[int]:
+    """Return the error code of a Command with a wrong length (CiA 301, 7.2.7.1); empty if it is right."""
+    if len(data) == COMMAND.length:
+        return frozenset()
+    return frozenset((PDO_TOO_SHORT if len(data) < COMMAND.length else PDO_TOO_LONG,))

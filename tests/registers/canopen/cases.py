@@ -422,7 +422,22 @@ DYNAMIC_CASES = [
     ]),
     ("Command before the start", PRE, [("205 40 1F 01 01 00 00 00 00", "")]),
     ("Command while stopped", STOPPED, [("205 40 1F 01 01 00 00 00 00", "")]),
-    ("Command with a wrong length", OPERATIONAL, [("205 40 1F 01 07", "485 07 01 40 1F")]),
+    ("Command that is too short", OPERATIONAL, [
+        ("205 40 1F 01 07", "085 10 82 11 … | 485 07 01 40 1F"),
+        ("605 40 01 10 00", "585 4F 01 10 00 11"),
+        ("605 40 03 10 01", "585 43 03 10 01 10 82"),
+        ("205", "485 00 01 40 1F"),  # the error is still present
+        ("205 40 1F 01 01 00 00 00 00", "085 00 00 00 … | 485 01 00 40 1F"),
+        ("605 40 01 10 00", "585 4F 01 10 00"),
+    ]),
+    ("Command that is too short, before the start and while stopped", PRE, [
+        ("205 40 1F 01 07", ""), ("000 02 05", ""), ("205 40 1F 01 07", ""), ("+0.1 085", ""),
+    ]),
+    ("a Command that is too short and a lost master", OPERATIONAL, [
+        ("605 2F 29 10 01 01", "585 60 29 10 01"),
+        _MONITOR_MASTER, ("77F 05", ""), ("205 40", "085 10 82 11 … | 485 00 01 40 1F"),
+        ("+0.6 085", "085 30 81 11 …"), ("77F 05", ""), ("+0.1 085", "085 00 00 11 …"),
+    ]),
     ("Command out of range", OPERATIONAL, [("205 01 00 01 02 00 00 00 00", "485 02 02 40 1F")]),
     ("Command to a disabled RPDO", OPERATIONAL, [
         ("605 23 00 14 01 05 02 00 80", "585 60 00 14 01"), ("205 40 1F 01 01 00 00 00 00", ""),
@@ -434,7 +449,7 @@ DYNAMIC_CASES = [
         ("605 40 03 28 01", "585 4F 03 28 01 09"),
     ]),
     ("a Command with a wrong length is not stored", OPERATIONAL, [
-        ("205 40 1F 01 07", "485 07 01 40 1F"), ("605 40 10 28 03", "585 4F 10 28 03"),
+        ("205 40 1F 01 07", "085 10 82 … | 485 07 01 40 1F"), ("605 40 10 28 03", "585 4F 10 28 03"),
     ]),
     ("vent by SDO to the Command record", PRE, [("605 2F 10 28 02 00", "585 60 10 28 02")]),
 ]  # fmt: skip

@@ -71,3 +71,10 @@ def test_the_error_register_contains_a_fault_and_a_lost_master_together():
     assert master.send("605 40 01 10 00")[0].data[4] == 0x91
     master.send("77F 05")
     assert emergencies(f for _, f in master.wait(0.1)) == [(0x0000, 0x81, 1)]
+
+
+def test_a_command_that_is_too_long_is_not_carried_out():
+    """Classic CAN has no frames of 9 bytes, but the node does not rely on its interface."""
+    master = FakeMaster(OPERATIONAL)
+    assert emergencies(master.send("205 40 1F 01 01 00 00 00 00 00")) == [(0x8220, 0x11, 0)]
+    assert master.source.written == []
