@@ -203,7 +203,7 @@ COMMUNICATION: tuple[DictionaryObject, ...] = (
         ObjectEntry(index=0x1016, subindex=1, name="Master", type=DataType.U32, access="rw", default=0,
                     allowed=_is_other_node,
                     doc="Node id (bits 16 to 23) and heartbeat time [ms] of the monitored master; "
-                    "0: disabled. A reset does not change this value."),
+                    "0: disabled. A reset of the node does not end a monitoring that has started."),
     ), ObjectCode.ARRAY),
     single_value(0x1017, "Producer heartbeat time", DataType.U16, "rw", default=1000,
                  doc="[ms]; 0: disabled."),

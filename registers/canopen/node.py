@@ -6,6 +6,7 @@ Received frames and the time are arguments of the methods. The methods return th
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
+from functools import partial
 from typing import Any
 
 from pneuforce.registers.can.command import CAN_PEER, MALFORMED, CommandHandler, is_vent_command
@@ -36,7 +37,7 @@ from pneuforce.registers.canopen.communication import (
     RPDO_COB_ID,
 )
 from pneuforce.registers.canopen.emergency import EmergencyProducer
-from pneuforce.registers.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer, monitored_node
+from pneuforce.registers.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer
 from pneuforce.registers.canopen.nmt import CommunicationObject
 from pneuforce.registers.canopen.node_values import CanopenIdentity, LastFrames, value_readers
 from pneuforce.registers.canopen.object_store import ObjectStore
@@ -79,7 +80,7 @@ class CanopenNode:
         self._store = ObjectStore(source, self._parameters, options.node_id, readers)
         self._store.on_write = {
             ERROR_FIELD: lambda _: self._emergencies.history.clear(),
-            CONSUMER_HEARTBEAT: self._restart_heartbeat_consumer,
+            CONSUMER_HEARTBEAT: self._configure_heartbeat_consumer,
             PRODUCER_HEARTBEAT: self._start_heartbeat_producer,
         }
         self._sdo_server = SdoServer(self._store)
@@ -158,13 +159,12 @@ class CanopenNode:
 
     def accepts(self, frame: CanFrame) -> bool:
         """Return True if `receive` must be called for a frame. Other traffic on the bus can be skipped."""
-        return frame.id in self._handlers or frame.id in self.transmit_ids or frame.id == self._master_id
+        return frame.id in self._handlers or frame.id in self.transmit_ids or bool(self._master_of(frame))
 
-    @property
-    def _master_id(self) -> int | None:
-        """Return the identifier of the master's heartbeat; None if no master is monitored."""
-        node_id, _ = monitored_node(self._parameters[CONSUMER_HEARTBEAT])
-        return HEARTBEAT.base_id + node_id if node_id else None
+    def _master_of(self, frame: CanFrame) -> int:
+        """Return the node id of the monitored master that sent this heartbeat; 0 for any other frame."""
+        node_id = frame.id - HEARTBEAT.base_id
+        return node_id if node_id in self._heartbeat_consumer.node_ids else 0
 
     def is_vent(self, frame: CanFrame) -> bool:
         """Return True if a Command or an expedited SDO requests a vent that this node carries out now."""
@@ -183,8 +183,8 @@ class CanopenNode:
         if not self.accepts(frame):
             return []
         handler = self._handlers.get(frame.id)
-        if handler is None and frame.id == self._master_id and len(frame.data) == 1:
-            handler = self._on_master_heartbeat
+        if handler is None and len(frame.data) == 1 and (master := self._master_of(frame)):
+            handler = partial(self._on_master_heartbeat, master)
         frames = handler(frame.data, now_s) if handler and not frame.kind else None
         if frames is None:
             self.counters.ignored += 1
@@ -198,6 +198,7 @@ class CanopenNode:
         command = nmt.command_for(data, self.options.node_id)
         if command in nmt.RESET_COMMANDS:
             self._parameters.reset()
+            self._heartbeat_consumer.reset(self._parameters[CONSUMER_HEARTBEAT])
             self._emergencies = EmergencyProducer()
             self._pdo_errors = frozenset()
             self._sdo_server = SdoServer(self._store)
@@ -224,16 +225,15 @@ class CanopenNode:
             return None
         return [self._sdo_frame(response)] if response else []
 
-    def _on_master_heartbeat(self, data: bytes, now_s: float) -> list[CanFrame]:
+    def _on_master_heartbeat(self, master: int, data: bytes, now_s: float) -> list[CanFrame]:
         if data != _BOOT_UP:
             self._on_master_recovered(now_s)
-            _, timeout_s = monitored_node(self._parameters[CONSUMER_HEARTBEAT])
-            self._heartbeat_consumer.received(now_s, timeout_s)
+            self._heartbeat_consumer.received(master, now_s)
         return []
 
-    def _restart_heartbeat_consumer(self, now_s: float) -> None:
+    def _configure_heartbeat_consumer(self, now_s: float) -> None:
         self._on_master_recovered(now_s)
-        self._heartbeat_consumer.restart()
+        self._heartbeat_consumer.configure(self._parameters[CONSUMER_HEARTBEAT])
 
     def _on_master_recovered(self, now_s: float) -> None:
         if self._heartbeat_consumer.lost:

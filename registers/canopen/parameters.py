@@ -9,7 +9,6 @@ from pneuforce.registers.can.options import MAX_BUS_LOAD, SAMPLE_RATE_HZ, CanOpt
 from pneuforce.registers.can.wire import worst_case_bits
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
 from pneuforce.registers.canopen.communication import (
-    CONSUMER_HEARTBEAT,
     EVENT_DRIVEN,
     PDO_DISABLED,
     PRODUCER_HEARTBEAT,
@@ -38,11 +37,8 @@ class Parameters:
         return self._values[address]
 
     def reset(self) -> None:
-        """Restore the defaults, except the consumer heartbeat time.
-
-        A reset must not end the monitoring of the master while the balloon is inflated.
-        """
-        self._values = self._defaults() | {CONSUMER_HEARTBEAT: self._values[CONSUMER_HEARTBEAT]}
+        """Restore the defaults."""
+        self._values = self._defaults()
 
     def set(self, address: EntryAddress, value: int) -> None:
         """Change one parameter.

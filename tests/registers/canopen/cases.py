@@ -282,10 +282,23 @@ DYNAMIC_CASES = [
         ("000 82 05", "705 00"),
         ("605 60", "585 80 00 00 00 01 00 04 05"),
     ]),
-    ("a reset does not end the monitoring", PRE, [
+    ("a reset restores the master to be monitored", PRE, [
         _MONITOR_MASTER,
         ("000 81 05", "705 00"),
-        ("605 40 16 10 01", "585 43 16 10 01 F4 01 7F 00"),
+        ("605 40 16 10 01", "585 43 16 10 01"),
+        ("77F 05", ""), ("+0.6 085", ""),
+    ]),
+    ("a reset does not end a monitoring that has started", PRE, [
+        _MONITOR_MASTER,
+        ("77F 05", ""), ("000 82 05", "705 00"),
+        ("77F 05", ""), ("+0.4 085", ""), ("+0.2 085", "085 30 81 11 …"),
+        ("000 82 05", "705 00"), ("+0.02 085", "085 30 81 11 …"),
+        ("77F 05", ""), ("+0.1 085", "085 00 00 00 …"),
+    ]),
+    ("a write to 1016h ends a monitoring that survived a reset", PRE, [
+        _MONITOR_MASTER, ("77F 05", ""), ("000 82 05", "705 00"),
+        ("605 23 16 10 01 F4 01 7E 00", "585 60 16 10 01"),
+        ("+2 085", ""), ("77E 05", ""), ("+0.4 085", ""), ("77F 05", ""), ("+0.2 085", "085 30 81 11 …"),
     ]),
     # ---- heartbeat
     ("heartbeat twice as fast", PRE, [
