@@ -16,10 +16,15 @@ async def run_in_background(call: Callable[[], Result]) -> Result:
 
     A process that ends does not wait for a daemon thread. It would wait for the worker threads of asyncio.
     """
+    return await asyncio.wrap_future(start_in_background(call))
+
+
+def start_in_background(call: Callable[[], Result]) -> Future[Result]:
+    """Start `call` in a new daemon thread, and return the future of its result."""
     outcome: Future[Result] = Future()
     outcome.set_running_or_notify_cancel()  # a cancelled caller must not cancel the outcome
     Thread(target=_run, args=(call, outcome), name="background", daemon=True).start()
-    return await asyncio.wrap_future(outcome)
+    return outcome
 
 
 def _run(call: Callable[[], Result], outcome: Future[Result]) -> None:

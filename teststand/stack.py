@@ -67,7 +67,9 @@ def start(
     the start.
     """
     given = {name: dict(table) for name, table in (tables or {}).items()}
-    can = {"enabled": True, "interface": "socketcand", **given.get("can", {})}
+    parameter_file = str(link.with_name("canopen.json"))
+    can_defaults = {"enabled": True, "interface": "socketcand", "parameter_file": parameter_file}
+    can = {**can_defaults, **given.get("can", {})}
     modbus = {"port": reserve_port(children), **given.get("modbus", {})}
     sim = children.enter_context(
         ChildProcess("simulator", ["pneuforce", "sim", "run", "--link", str(link), *rig])

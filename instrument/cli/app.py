@@ -154,6 +154,7 @@ def run(
             events=resolve_path(config, configuration.events.file),
             socket=resolve_path(config, configuration.local.socket),
             recording=record,
+            can_parameters=resolve_path(config, configuration.can.parameter_file),
             page_recordings=resolve_path(config, configuration.web.recordings),
         ),
     )

@@ -115,6 +115,12 @@ class CanSection(Section):
     force_rate_hz: int = Field(
         100, ge=1, le=500, description="Force frames per second, at most the 500 samples of the rig"
     )
+    parameter_file: Text = Field(
+        "canopen.json",
+        max_length=500,
+        description="mode canopen: file in which a master stores parameters, relative to this file; empty: "
+        "nothing can be stored",
+    )
 
 
 class RdtSection(ListenerSection):

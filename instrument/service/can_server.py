@@ -9,10 +9,12 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 
 from pneuforce.errors import ServerError
 from pneuforce.instrument.config import CanSection
 from pneuforce.instrument.service.host_loop import ServedSource
+from pneuforce.instrument.service.parameter_file import storage_of
 from pneuforce.registers.can.bus import CanAddress, import_interface
 from pneuforce.registers.can.connection import LOG_PERIOD_S, CanConnection
 from pneuforce.registers.can.counter_logger import CounterLogger
@@ -39,11 +41,18 @@ def options_of(settings: CanSection) -> CanOptions:
         raise ServerError(str(error)) from None
 
 
-def node_of(source: Source, settings: CanSection) -> CanNode | CanopenNode:
+def node_of(
+    source: Source, settings: CanSection, parameter_file: Path | None = None
+) -> CanNode | CanopenNode:
     """Return the configured node. Raises ServerError if the bus load would exceed 60 %."""
-    if settings.mode == "canopen":
-        return CanopenNode(source, options_of(settings), CanopenIdentity(software=version("pneuforce")))
-    return CanNode(source, options_of(settings))
+    if settings.mode == "raw":
+        return CanNode(source, options_of(settings))
+    storage = storage_of(parameter_file, settings.node_id)
+    identity = CanopenIdentity(software=version("pneuforce"))
+    node = CanopenNode(source, options_of(settings), identity, storage)
+    if storage.problem:
+        log.warning("stored CANopen parameters are not used: %s: %s", parameter_file, storage.problem)
+    return node
 
 
 @dataclass(slots=True)
@@ -63,9 +72,14 @@ class LastFrame:
 class CanServer:
     """Node on a CAN bus. The host calls it for each sample and each tick."""
 
-    def __init__(self, source: ServedSource, settings: CanSection) -> None:
-        """Create the node. Raises ServerError if the bus load would exceed 60 %."""
-        self.node = node_of(source, settings)
+    def __init__(
+        self, source: ServedSource, settings: CanSection, parameter_file: Path | None = None
+    ) -> None:
+        """Create the node. Raises ServerError if the bus load would exceed 60 %.
+
+        A CANopen master stores parameters in `parameter_file`.
+        """
+        self.node = node_of(source, settings, parameter_file)
         import_interface(settings.interface)
         address = CanAddress(
             interface=settings.interface, channel=settings.channel, host=settings.host, port=settings.port

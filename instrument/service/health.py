@@ -8,6 +8,7 @@ from pneuforce.instrument.service.can_server import CanServer
 from pneuforce.instrument.service.host_loop import HostLoop
 from pneuforce.instrument.service.rtu_server import RtuServer
 from pneuforce.registers.can.frames import find_frame
+from pneuforce.registers.canopen.node import CanopenNode
 from pneuforce.registers.modbus.tcp import ModbusTcpServer
 from pneuforce.registers.rdt.server import RdtServer
 
@@ -81,6 +82,8 @@ def can_health(can: CanServer | None, now_s: float) -> dict[str, Any] | None:
     return {
         "at": str(can.bus.address),
         "up": can.bus.is_up,
+        "node_id": node_id,
+        "stored_parameters": can.node.storage.summary if isinstance(can.node, CanopenNode) else None,
         "dropped": can.bus.dropped,
         **{name: getattr(can.bus.counters, name) for name in names},
         "frames": frames,

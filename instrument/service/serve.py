@@ -59,6 +59,7 @@ class ServiceFiles:
     events: Path | None = None
     socket: Path | None = None
     recording: Path | None = None
+    can_parameters: Path | None = None  #: file in which a CANopen master stores parameters
     page_recordings: Path | None = None  #: folder of the recordings that are started on the web page
 
 
@@ -84,7 +85,8 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
     with audited(session, configuration, files.events, broadcaster) as audit_logger:
         host = Host(session, configuration.rig.port)
         host.channels.append(audit_logger)
-        await run_until_stopped(Servers(configuration, host, audit_logger, broadcaster), files)
+        servers = Servers(configuration, host, audit_logger, broadcaster, files.can_parameters)
+        await run_until_stopped(servers, files)
 
 
 class Servers:
@@ -96,8 +98,9 @@ class Servers:
         host: HostLoop,
         source: ServedSource,
         broadcaster: EntryBroadcaster,
+        can_parameters: Path | None = None,
     ) -> None:
-        """Create the servers without opening them.
+        """Create the servers without opening them. A CANopen master stores parameters in `can_parameters`.
 
         Raises PneuforceError if two servers need the same port or CAN would be overloaded.
         """
@@ -106,7 +109,8 @@ class Servers:
         self.source = source
         self.modbus = modbus_server(configuration, source)
         self.rtu = RtuServer(configuration, source, identity(configuration))
-        self.can = CanServer(source, configuration.can) if configuration.can.enabled else None
+        can = configuration.can
+        self.can = CanServer(source, can, can_parameters) if can.enabled else None
         self.rdt = rdt_server_of(source, configuration.rdt)
         self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
         self.systemd = systemd_notifier(source)

@@ -31,11 +31,13 @@ NODE_STATES = Enumeration({0: "boot_up", 4: "stopped", 5: "operational", 127: "p
 
 NO_ERROR = 0x0000
 MASTER_LOST = 0x8130  #: the heartbeat of the CANopen master is missing
+STORED_PARAMETERS = 0x6300  #: the stored parameters cannot be used (CANopen only)
 PDO_TOO_SHORT, PDO_TOO_LONG = 0x8210, 0x8220  #: a Command has a wrong length (CANopen only)
 RIG_ERROR = 0xFF00  #: error code of a fault: FF00h plus the code of the fault
 ERRORS = Enumeration(
     {
         NO_ERROR: "no_error",
+        STORED_PARAMETERS: "stored_parameters",
         MASTER_LOST: "master_lost",
         PDO_TOO_SHORT: "pdo_too_short",
         PDO_TOO_LONG: "pdo_too_long",
@@ -204,8 +206,8 @@ EMERGENCY = FrameDefinition(
             name="error_code",
             wire=U16,
             legend=ERRORS,
-            doc="FF00h + code of the new fault; 8130h: CANopen master lost; 8210h, 8220h: a Command is too "
-            "short or too long (CANopen); 0000h: an error is gone.",
+            doc="FF00h + code of the new fault; 0000h: an error is gone. CANopen only: 8130h: master lost; "
+            "8210h, 8220h: a Command is too short or too long; 6300h: stored parameters are not used.",
         ),
         _node_field(
             "error_register",

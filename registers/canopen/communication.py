@@ -63,6 +63,8 @@ TPDOS: tuple[tuple[FrameDefinition, int, int], ...] = (
 ERROR_FIELD = (0x1003, 0)
 EMERGENCY_INHIBIT = (0x1015, 0)
 CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT = (0x1016, 1), (0x1017, 0)
+STORE, RESTORE = (0x1010, 0x1011)  #: indexes of "store parameters" and "restore default parameters"
+SAVE_SIGNATURE, LOAD_SIGNATURE = 0x6576_6173, 0x6461_6F6C  #: "save" and "load" in ASCII, little-endian
 ERROR_BEHAVIOUR = (0x1029, 1)
 RPDO_COB_ID = (0x1400, 1)
 
@@ -186,6 +188,18 @@ _SDO_SERVER = (
                 adds_node_id=True),
 )  # fmt: skip
 
+
+def _storage(index: int, name: str, verb: str, signature: int) -> DictionaryObject:
+    """Return the object 1010h or 1011h. Both sub-indexes have the same effect, as no other is stored."""
+    doc = f"Write {signature:08X}h to {verb}. Reads 1, or 0 if no parameter file is configured."
+    entries = tuple(
+        ObjectEntry(index=index, subindex=subindex, name=f"{verb.capitalize()} {which} parameters",
+                    type=DataType.U32, access="rw", doc=doc)
+        for subindex, which in ((1, "all"), (2, "communication"))
+    )  # fmt: skip
+    return compound(index, name, entries, ObjectCode.ARRAY)
+
+
 COMMUNICATION: tuple[DictionaryObject, ...] = (
     single_value(0x1000, "Device type", DataType.U32, "const", default=DEVICE_TYPE,
                  doc="Measuring device (CiA 404): analogue inputs, manufacturer-specific PDO mapping."),
@@ -197,6 +211,8 @@ COMMUNICATION: tuple[DictionaryObject, ...] = (
     single_value(0x1008, "Manufacturer device name", DataType.TEXT, "const"),
     single_value(0x1009, "Manufacturer hardware version", DataType.TEXT, "const"),
     single_value(0x100A, "Manufacturer software version", DataType.TEXT, "const"),
+    _storage(STORE, "Store parameters", "save", SAVE_SIGNATURE),
+    _storage(RESTORE, "Restore default parameters", "restore", LOAD_SIGNATURE),
     single_value(0x1014, "COB-ID EMCY", DataType.U32, default=EMERGENCY.base_id, adds_node_id=True),
     single_value(0x1015, "Inhibit time EMCY", DataType.U16, "rw", default=0, doc="[100 µs]"),
     compound(0x1016, "Consumer heartbeat time", (

@@ -9,7 +9,9 @@ from typing import Any
 from pneuforce.registers.can.frames import EMERGENCY, GENERIC_ERROR, NO_ERROR, RIG_ERROR, encode
 from pneuforce.registers.canopen.communication import ERROR_HISTORY_LENGTH
 
-_COMMUNICATION_ERROR = 0x11  #: bits of the error register: generic error, communication error
+#: Bits of the error register, and the error codes that belong to the bit "communication error".
+_GENERIC_BIT, _COMMUNICATION_BIT = 0x01, 0x10
+_COMMUNICATION_ERRORS = range(0x8100, 0x8300)
 #: Maximum number of messages that wait while the node is stopped or during an inhibit time. The oldest
 #: message is dropped first.
 _MAX_PENDING = 32
@@ -31,7 +33,9 @@ class EmergencyProducer:
     @property
     def error_register(self) -> int:
         """Return the error register (1001h)."""
-        return (GENERIC_ERROR if self._faults else 0) | (_COMMUNICATION_ERROR if self._errors else 0)
+        register = GENERIC_ERROR if self._faults else 0
+        register |= _GENERIC_BIT if self._errors else 0
+        return register | (_COMMUNICATION_BIT if self._errors & set(_COMMUNICATION_ERRORS) else 0)
 
     @property
     def pending(self) -> bool:
@@ -41,7 +45,7 @@ class EmergencyProducer:
     def update(self, snapshot: Any, errors: frozenset[int]) -> None:
         """Queue messages if the faults or the errors of the node have changed since the last call.
 
-        `errors` are the error codes of the present communication errors.
+        `errors` are the error codes of the present errors of the node.
         """
         faults = snapshot.faults
         if (faults, errors) == (self._faults, self._errors):

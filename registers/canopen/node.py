@@ -18,6 +18,7 @@ from pneuforce.registers.can.frames import (
     PDO_TOO_LONG,
     PDO_TOO_SHORT,
     SDO_RESPONSE,
+    STORED_PARAMETERS,
     FrameDefinition,
     encode,
     transmit_ids,
@@ -41,9 +42,11 @@ from pneuforce.registers.canopen.heartbeat import HeartbeatConsumer, HeartbeatPr
 from pneuforce.registers.canopen.nmt import CommunicationObject
 from pneuforce.registers.canopen.node_values import CanopenIdentity, LastFrames, value_readers
 from pneuforce.registers.canopen.object_store import ObjectStore
+from pneuforce.registers.canopen.parameter_storage import ParameterStorage
 from pneuforce.registers.canopen.parameters import Parameters
 from pneuforce.registers.canopen.pdo_triggers import PdoTriggers
 from pneuforce.registers.canopen.sdo import SdoServer
+from pneuforce.registers.canopen.storage_objects import storage_actions
 from pneuforce.registers.canopen.tpdo_producer import TpdoProducer
 from pneuforce.registers.source import Source
 
@@ -60,7 +63,15 @@ class CanopenNode:
     No NMT command moves a valve. An expired lease or a lost heartbeat of the master can vent the balloon.
     """
 
-    def __init__(self, source: Source, options: CanOptions, identity: CanopenIdentity) -> None:
+    def __init__(
+        self,
+        source: Source,
+        options: CanOptions,
+        identity: CanopenIdentity,
+        storage: ParameterStorage | None = None,
+    ) -> None:
+        """Create the node. Without a `storage`, a master cannot store parameters."""
+        self.storage = storage or ParameterStorage()
         self.options = options
         self.counters = NodeCounters()
         self.transmit_ids = transmit_ids(options.node_id)
@@ -76,14 +87,18 @@ class CanopenNode:
             frozenset()
         )  #: error code of the last Command, if its length is wrong
         self._tpdos = TpdoProducer(source, self._parameters, self._last_frames)
-        readers = value_readers(identity, self._last_frames, lambda: self._emergencies)
-        self._store = ObjectStore(source, self._parameters, options.node_id, readers)
-        self._store.on_write = {
+        readers = value_readers(identity, self._last_frames, lambda: self._emergencies, self.storage)
+        self._store = ObjectStore(source, self._parameters, readers)
+        self._store.actions = {
             ERROR_FIELD: lambda _: self._emergencies.history.clear(),
+            **storage_actions(self.storage, self._parameters),
+        }
+        self._store.on_write = {
             CONSUMER_HEARTBEAT: self._configure_heartbeat_consumer,
             PRODUCER_HEARTBEAT: self._start_heartbeat_producer,
         }
         self._sdo_server = SdoServer(self._store)
+        self._restore_parameters()
         self._state = "boot_up"
         self._discrete_state: Hashable = None
         self._handlers: Mapping[int, Callable[[bytes, float], list[CanFrame] | None]] = {
@@ -117,9 +132,10 @@ class CanopenNode:
             frames.append(self._frame(HEARTBEAT, None, node_state=self._state))
         self._tpdos.trigger(self._triggers.at_tick(snapshot, now_s))
         self._tpdos.answer(self._command_handler.finished_result(snapshot))
-        abort = self._sdo_server.tick(now_s)
-        if abort and self._allows(CommunicationObject.SDO):
-            frames.append(self._sdo_frame(abort))
+        self.storage.tick()
+        response = self._sdo_server.tick(now_s)
+        if response and self._allows(CommunicationObject.SDO):
+            frames.append(self._sdo_frame(response))
         return frames + self._emergency_frames(snapshot, now_s) + self._due_tpdos(now_s)
 
     def _boot(self, now_s: float) -> list[CanFrame]:
@@ -137,8 +153,9 @@ class CanopenNode:
         return self._tpdos.due(now_s) if self._allows(CommunicationObject.PDO) else []
 
     def _emergency_frames(self, snapshot: Any, now_s: float) -> list[CanFrame]:
-        lost = {MASTER_LOST} if self._heartbeat_consumer.lost else set()
-        self._emergencies.update(snapshot, self._pdo_errors.union(lost))
+        present = {MASTER_LOST: self._heartbeat_consumer.lost, STORED_PARAMETERS: bool(self.storage.problem)}
+        errors = {code for code, is_present in present.items() if is_present}
+        self._emergencies.update(snapshot, self._pdo_errors.union(errors))
         if not self._allows(CommunicationObject.EMERGENCY):
             return []
         due = self._emergencies.due(now_s, self._parameters[EMERGENCY_INHIBIT] / 1e4)
@@ -197,8 +214,7 @@ class CanopenNode:
             return []
         command = nmt.command_for(data, self.options.node_id)
         if command in nmt.RESET_COMMANDS:
-            self._parameters.reset()
-            self._heartbeat_consumer.reset(self._parameters[CONSUMER_HEARTBEAT])
+            self._restore_parameters()
             self._emergencies = EmergencyProducer()
             self._pdo_errors = frozenset()
             self._sdo_server = SdoServer(self._store)
@@ -207,6 +223,13 @@ class CanopenNode:
             return None
         self._enter(nmt.STATE_AFTER_COMMAND[command])
         return []
+
+    def _restore_parameters(self) -> None:
+        try:
+            self._parameters.reset(self.options, self.storage.stored.values)
+        except ValueError as error:
+            self.storage.reject_values(str(error))
+        self._heartbeat_consumer.reset(self._parameters[CONSUMER_HEARTBEAT])
 
     def _enter(self, state: str) -> None:
         if state == nmt.OPERATIONAL != self._state:

@@ -20,6 +20,8 @@ from pneuforce.registers.canopen.communication import (
 from pneuforce.registers.canopen.emergency import EmergencyProducer
 from pneuforce.registers.canopen.entry import EntryAddress, EntryValue
 from pneuforce.registers.canopen.measuring_device import AI_STATUS, FORCE_SPAN, PRESSURE_SPAN
+from pneuforce.registers.canopen.parameter_storage import ParameterStorage
+from pneuforce.registers.canopen.storage_objects import STORAGE_ENTRIES
 from pneuforce.registers.field import Field
 
 #: Function that returns the value of an entry for a snapshot. Raises SdoAbort if there is no value.
@@ -53,7 +55,10 @@ class LastFrames:
 
 
 def value_readers(
-    identity: CanopenIdentity, last_frames: LastFrames, emergencies: Callable[[], EmergencyProducer]
+    identity: CanopenIdentity,
+    last_frames: LastFrames,
+    emergencies: Callable[[], EmergencyProducer],
+    storage: ParameterStorage,
 ) -> Mapping[EntryAddress, ValueReader]:
     """Return the reader of each entry whose value the node supplies, by index and sub-index."""
     return {
@@ -66,6 +71,7 @@ def value_readers(
         (0x1008, 0): lambda _: identity.device,
         (0x1009, 0): lambda _: identity.hardware,
         (0x100A, 0): lambda _: identity.software,
+        **dict.fromkeys(STORAGE_ENTRIES, lambda _: int(storage.can_store)),
         REVISION: lambda s: revision_number(s.map_hash),
         field_address(FORCE, "counter"): lambda _: last_frames.counter,
         field_address(ANSWER, "sequence"): lambda _: last_frames.answer.sequence,

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from pneuforce.registers.can.command import CAN_PEER, write_command
 from pneuforce.registers.can.frames import COMMAND, COMMAND_MODES
 from pneuforce.registers.canopen.abort import SOURCE_REJECTED, AbortCode, SdoAbort
-from pneuforce.registers.canopen.communication import ERROR_FIELD
 from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
 from pneuforce.registers.canopen.measuring_device import AUTOZERO, AUTOZERO_PRESSURE, AUTOZERO_SIGNATURE
 from pneuforce.registers.canopen.node_values import ValueReader, field_address
 from pneuforce.registers.canopen.object_dictionary import REGISTER_INDEX_BASE, entry_at
+from pneuforce.registers.canopen.parameter_storage import PendingWrite
 from pneuforce.registers.canopen.parameters import Parameters
 from pneuforce.registers.canopen.rejected_sdo import rejected_sdo
 from pneuforce.registers.map import BY_NAME
@@ -31,16 +31,16 @@ class ObjectStore:
         self,
         source: Source,
         parameters: Parameters,
-        node_id: int,
         value_readers: Mapping[EntryAddress, ValueReader],
     ) -> None:
         """Create the store. `value_readers` read the entries whose values the node itself supplies."""
         self._source = source
         self._parameters = parameters
-        self._node_id = node_id
         self._value_readers = value_readers
-        #: Functions that are called after a write to an entry. The argument is the time [s].
+        #: Functions that are called after a write to a parameter. The argument is the time [s].
         self.on_write: dict[EntryAddress, Callable[[float], None]] = {}
+        #: Functions that carry out a write to an entry that is not a parameter. The argument is the value.
+        self.actions: dict[EntryAddress, Callable[[int], PendingWrite | None]] = {}
 
     def read(self, entry: ObjectEntry, now_s: float) -> bytes:
         """Return the value of an entry, taken from one snapshot. Raises SdoAbort if there is no value."""
@@ -57,15 +57,21 @@ class ObjectStore:
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         return entry.encode(field.encode(getattr(snapshot, field.quantity)))
 
-    def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> None:
-        """Write all bytes of an entry. Raises SdoAbort and changes nothing if the value is rejected."""
+    def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> PendingWrite | None:
+        """Write all bytes of an entry. Return the write of the parameter file that this write has started.
+
+        Raises SdoAbort and changes nothing if the value is rejected.
+        """
         value = self._decode(entry, raw)
+        if entry.address in self.actions:
+            return self.actions[entry.address](int(value))
         if entry.index >= REGISTER_INDEX_BASE:
             self._write_source(entry, value, now_s)
-        elif entry.address != ERROR_FIELD:
+        else:
             self._parameters.set(entry.address, int(value))
         if entry.address in self.on_write:
             self.on_write[entry.address](now_s)
+        return None
 
     def log_rejected_write(
         self, address: EntryAddress, raw: bytes, abort_code: AbortCode, now_s: float
@@ -78,10 +84,10 @@ class ObjectStore:
 
     def is_vent(self, entry: ObjectEntry, raw: bytes) -> bool:
         """Return True if this write is a vent and nothing else. Raises SdoAbort if the value is invalid."""
-        return entry.address in _MODES and entry.decode(raw, self._node_id) == _VENT
+        return entry.address in _MODES and entry.decode(raw, self._parameters.options.node_id) == _VENT
 
     def _decode(self, entry: ObjectEntry, raw: bytes) -> float:
-        value = entry.decode(raw, self._node_id)
+        value = entry.decode(raw, self._parameters.options.node_id)
         if entry.index == _COMMAND_MODE[0] and not (entry.address == _COMMAND_MODE and value == _VENT):
             # An SDO writes a single field, but a Command needs all its fields. Only mode := vent is allowed.
             raise SdoAbort(AbortCode.NOT_STORED)

@@ -18,7 +18,7 @@ from pneuforce.registers.canopen.communication import (
 from pneuforce.registers.canopen.entry import EntryAddress
 from pneuforce.registers.canopen.object_dictionary import ENTRIES
 
-_DEFAULTS = {e.address: (e.default, e.adds_node_id) for e in ENTRIES if e.default is not None}
+_PARAMETERS = {entry.address: entry for entry in ENTRIES if entry.default is not None}
 _INHIBIT_TIMES = {(tpdo_index(number), 3) for number in range(len(TPDOS))}
 
 
@@ -27,18 +27,35 @@ class Parameters:
 
     def __init__(self, options: CanOptions) -> None:
         self.options = options
-        self._values = self._defaults()
-
-    def _defaults(self) -> dict[EntryAddress, int]:
-        node_id = self.options.node_id
-        return {address: default + node_id * adds_id for address, (default, adds_id) in _DEFAULTS.items()}
+        self._values = _default_values(options.node_id)
 
     def __getitem__(self, address: EntryAddress) -> int:
         return self._values[address]
 
-    def reset(self) -> None:
-        """Restore the defaults."""
-        self._values = self._defaults()
+    def reset(self, options: CanOptions, stored: Mapping[EntryAddress, int]) -> None:
+        """Restore the stored values, and the defaults of all other parameters.
+
+        COB-IDs in `stored` are relative to the node id. Raises ValueError and restores only defaults if a
+        stored value is not allowed now.
+        """
+        self.options = options
+        self._values = _default_values(options.node_id)
+        for address, value in stored.items():
+            _check(address, value, options.node_id)
+        values = self._values | {
+            address: _with_node_id(address, value, options.node_id) for address, value in stored.items()
+        }
+        if not bus_load(values, options) <= MAX_BUS_LOAD:
+            raise ValueError(f"its values can load the bus by more than {MAX_BUS_LOAD:.0%}")
+        self._values = values
+
+    def to_store(self) -> Mapping[EntryAddress, int]:
+        """Return the values of all parameters that can be written, with COB-IDs relative to the node id."""
+        return {
+            address: _with_node_id(address, value, -self.options.node_id)
+            for address, value in self._values.items()
+            if _PARAMETERS[address].writable
+        }
 
     def set(self, address: EntryAddress, value: int) -> None:
         """Change one parameter.
@@ -54,6 +71,31 @@ class Parameters:
         if not bus_load(changed, self.options) <= MAX_BUS_LOAD:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         self._values = changed
+
+
+def _default_values(node_id: int) -> dict[EntryAddress, int]:
+    return {
+        address: _with_node_id(address, entry.default, node_id)
+        for address, entry in _PARAMETERS.items()
+        if entry.default is not None
+    }
+
+
+def _with_node_id(address: EntryAddress, value: int, node_id: int) -> int:
+    return value + node_id * _PARAMETERS[address].adds_node_id
+
+
+def _check(address: EntryAddress, value: int, node_id: int) -> None:
+    """Raise ValueError if a stored value is not one that a master could write now."""
+    entry = _PARAMETERS.get(address)
+    name = f"object {address[0]:04X}h:{address[1]}"
+    if entry is None or not entry.writable:
+        raise ValueError(f"{name} is not a parameter that can be stored")
+    try:
+        raw = _with_node_id(address, value, node_id).to_bytes(entry.type.size, "little")
+        entry.decode(raw, node_id)
+    except (OverflowError, SdoAbort):
+        raise ValueError(f"the value of {name} is not allowed") from None
 
 
 def bus_load(values: Mapping[EntryAddress, int], options: CanOptions) -> float:

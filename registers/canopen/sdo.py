@@ -10,6 +10,7 @@ from typing import Protocol
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
 from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
 from pneuforce.registers.canopen.object_dictionary import entry_at, find_entry
+from pneuforce.registers.canopen.parameter_storage import PendingWrite
 
 TIMEOUT_S = 2.0  #: longest time between two segments of a transfer
 _REQUEST_BYTES = 8
@@ -26,8 +27,8 @@ class EntryStore(Protocol):
         """Return the value of an entry. Raises SdoAbort."""
         ...
 
-    def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> None:
-        """Write all bytes of an entry. Raises SdoAbort."""
+    def write(self, entry: ObjectEntry, raw: bytes, now_s: float) -> PendingWrite | None:
+        """Write all bytes of an entry. Return the write to wait for; None if it is done. Raises SdoAbort."""
         ...
 
     def log_rejected_write(
@@ -53,12 +54,22 @@ class _Transfer:
     toggle: int = 0
 
 
+@dataclass(slots=True)
+class _DelayedResponse:
+    """Response to a download that waits for a write of the parameter file."""
+
+    multiplexer: bytes
+    response: bytes
+    write: PendingWrite
+
+
 class SdoServer:
     """SDO server for one client. An error ends the transfer, and nothing is written."""
 
     def __init__(self, store: EntryStore) -> None:
         self._store = store
         self._transfer: _Transfer | None = None
+        self._delayed: _DelayedResponse | None = None
         self._services: Mapping[int, Callable[[bytes, float], bytes]] = {
             0: self._download_segment,
             _DOWNLOAD: self._download,
@@ -69,10 +80,12 @@ class SdoServer:
     def handle(self, request: bytes, now_s: float) -> bytes | None:
         """Return the response to a request.
 
-        Returns b"" for an abort by the client, and None for data that is not an SDO request.
+        Returns b"" for an abort by the client, and if `tick` returns the response later. Returns None for
+        data that is not an SDO request. A new request cancels a response that `tick` has not yet returned.
         """
         if len(request) != _REQUEST_BYTES:
             return None
+        self._delayed = None
         specifier = request[0] >> 5
         if specifier == 4:
             self._transfer = None
@@ -103,7 +116,15 @@ class SdoServer:
             return False
 
     def tick(self, now_s: float) -> bytes | None:
-        """Return the abort message for a transfer that has timed out; None if no transfer has timed out."""
+        """Return a response whose write has finished, or the abort message for a transfer that has timed out.
+
+        Returns None if there is nothing to send.
+        """
+        if self._delayed is not None and self._delayed.write.succeeded is not None:
+            delayed, self._delayed = self._delayed, None
+            if delayed.write.succeeded:
+                return delayed.response
+            return self._abort(delayed.multiplexer, AbortCode.HARDWARE)
         if self._transfer is None or now_s <= self._transfer.deadline_s:
             return None
         return self._abort(self._transfer.multiplexer, AbortCode.TIMEOUT)
@@ -135,25 +156,33 @@ class SdoServer:
         multiplexer, entry = request[1:4], _entry_of(request)
         if not entry.writable:
             raise SdoAbort(AbortCode.READ_ONLY)
+        response = b"\x60" + multiplexer + bytes(4)
         if request[0] & _EXPEDITED:
-            self._store.write(entry, _expedited_data(request, entry.type.size), now_s)
-        else:
-            size_indicated = request[0] & _SIZE_INDICATED
-            size = int.from_bytes(request[4:], "little") if size_indicated else entry.type.size
-            if size != entry.type.size:
-                raise SdoAbort(AbortCode.TOO_LONG if size > entry.type.size else AbortCode.TOO_SHORT)
-            self._transfer = _Transfer(entry, multiplexer, False, b"", now_s + TIMEOUT_S)
-        return b"\x60" + multiplexer + bytes(4)
+            write = self._store.write(entry, _expedited_data(request, entry.type.size), now_s)
+            return self._after(write, multiplexer, response)
+        size_indicated = request[0] & _SIZE_INDICATED
+        size = int.from_bytes(request[4:], "little") if size_indicated else entry.type.size
+        if size != entry.type.size:
+            raise SdoAbort(AbortCode.TOO_LONG if size > entry.type.size else AbortCode.TOO_SHORT)
+        self._transfer = _Transfer(entry, multiplexer, False, b"", now_s + TIMEOUT_S)
+        return response
 
     def _download_segment(self, request: bytes, now_s: float) -> bytes:
         transfer = self._next_segment(request, now_s, upload=False)
         transfer.data += request[1 : 1 + _SEGMENT_BYTES - (request[0] >> 1 & 7)]
         if len(transfer.data) > transfer.entry.type.size:
             raise SdoAbort(AbortCode.TOO_LONG)
-        if request[0] & 1:
-            self._transfer = None
-            self._store.write(transfer.entry, transfer.data, now_s)
-        return bytes((0x20 | request[0] & 0x10,)) + bytes(_SEGMENT_BYTES)
+        response = bytes((0x20 | request[0] & 0x10,)) + bytes(_SEGMENT_BYTES)
+        if not request[0] & 1:
+            return response
+        self._transfer = None
+        write = self._store.write(transfer.entry, transfer.data, now_s)
+        return self._after(write, transfer.multiplexer, response)
+
+    def _after(self, write: PendingWrite | None, multiplexer: bytes, response: bytes) -> bytes:
+        """Return the response, or b"" if `tick` returns the response when the write has finished."""
+        self._delayed = _DelayedResponse(multiplexer, response, write) if write else None
+        return b"" if write else response
 
     def _next_segment(self, request: bytes, now_s: float, *, upload: bool) -> _Transfer:
         """Return the transfer to which a segment belongs.

@@ -82,6 +82,8 @@ const CARDS = [
     (h) => (h.up ? "up" : "down"),
     (h, rates) => [
       ["interface", h.at],
+      ["node id", String(h.node_id)],
+      ["stored parameters", h.stored_parameters],
       ["sent", rateAndTotal(rates.can_sent_per_s, h.sent)],
       ["received", rateAndTotal(rates.can_received_per_s, h.received)],
       ["errors", nonZeroCounters("can", h)],

@@ -44,11 +44,11 @@ def format_frames(frames):
 class FakeMaster:
     """Master of one node. The master controls the time of the node."""
 
-    def __init__(self, state="pre", source=None, **options):
+    def __init__(self, state="pre", source=None, storage=None, **options):
         self.source = source or FakeSource(
             force_n=1.0, setpoint_kpa=8.0, setpoint_requested_kpa=8.0, lease_s=0.0
         )
-        self.node = CanopenNode(self.source, CanOptions(**options), IDENTITY)
+        self.node = CanopenNode(self.source, CanOptions(**options), IDENTITY, storage)
         self.now_s = 0.0
         self.node.tick(self.now_s)
         if state in NMT_COMMAND:
