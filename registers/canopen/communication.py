@@ -67,6 +67,8 @@ STORE, RESTORE = (0x1010, 0x1011)  #: indexes of "store parameters" and "restore
 SAVE_SIGNATURE, LOAD_SIGNATURE = 0x6576_6173, 0x6461_6F6C  #: "save" and "load" in ASCII, little-endian
 ERROR_BEHAVIOUR = (0x1029, 1)
 RPDO_COB_ID = (0x1400, 1)
+#: Indexes of the mapping parameters of the PDOs. The mappings are fixed.
+PDO_MAPPINGS = frozenset((0x1600, *(0x1A00 + number for number in range(len(TPDOS)))))
 
 
 def revision_number(map_hash: int) -> int:
@@ -162,7 +164,7 @@ _RPDO = (
 )  # fmt: skip
 
 _ERRORS = (
-    ObjectEntry(index=0x1003, name="Number of errors", type=DataType.U8, access="rw",
+    ObjectEntry(index=0x1003, name="Number of errors", type=DataType.U8, access="rw", default=0,
                 allowed=lambda code, _: code == 0,
                 doc="Number of errors in the list. Writing 0 clears the list."),
     *(ObjectEntry(index=0x1003, subindex=subindex, name=f"Standard error field {subindex}",

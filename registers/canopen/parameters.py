@@ -9,6 +9,7 @@ from pneuforce.registers.can.options import MAX_BUS_LOAD, SAMPLE_RATE_HZ, CanOpt
 from pneuforce.registers.can.wire import worst_case_bits
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
 from pneuforce.registers.canopen.communication import (
+    ERROR_FIELD,
     EVENT_DRIVEN,
     PDO_DISABLED,
     PRODUCER_HEARTBEAT,
@@ -18,7 +19,7 @@ from pneuforce.registers.canopen.communication import (
 from pneuforce.registers.canopen.entry import EntryAddress
 from pneuforce.registers.canopen.object_dictionary import ENTRIES
 
-_PARAMETERS = {entry.address: entry for entry in ENTRIES if entry.default is not None}
+_PARAMETERS = {e.address: e for e in ENTRIES if e.default is not None and e.address != ERROR_FIELD}
 _INHIBIT_TIMES = {(tpdo_index(number), 3) for number in range(len(TPDOS))}
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pneuforce.registers.canopen.abort import AbortCode, SdoAbort
+from pneuforce.registers.canopen.communication import PDO_MAPPINGS
 from pneuforce.registers.canopen.entry import EntryAddress, ObjectEntry
 from pneuforce.registers.canopen.object_dictionary import entry_at, find_entry
 from pneuforce.registers.canopen.parameter_storage import PendingWrite
@@ -155,7 +156,7 @@ class SdoServer:
         self._transfer = None
         multiplexer, entry = request[1:4], _entry_of(request)
         if not entry.writable:
-            raise SdoAbort(AbortCode.READ_ONLY)
+            raise SdoAbort(_not_writable(entry))
         response = b"\x60" + multiplexer + bytes(4)
         if request[0] & _EXPEDITED:
             write = self._store.write(entry, _expedited_data(request, entry.type.size), now_s)
@@ -220,3 +221,12 @@ def _address_of(multiplexer: bytes) -> EntryAddress:
 
 def _entry_of(request: bytes) -> ObjectEntry:
     return find_entry(*_address_of(request[1:4]))
+
+
+def _not_writable(entry: ObjectEntry) -> AbortCode:
+    """Return the abort code of a write to a read-only entry.
+
+    python-canopen tolerates a fixed number of mapped objects only if its write is "read-only".
+    """
+    is_mapped_object = entry.index in PDO_MAPPINGS and entry.subindex
+    return AbortCode.UNSUPPORTED_ACCESS if is_mapped_object else AbortCode.READ_ONLY

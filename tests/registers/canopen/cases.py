@@ -86,8 +86,12 @@ STATIC_CASES = [
     ("device type is constant", PRE, [("605 23 00 10 00 01", "585 80 00 10 00 02 00 01 06")]),
     ("force is measured", PRE, [("605 23 00 20 00 00 00 80 3F", "585 80 00 20 00 02 00 01 06")]),
     ("mapping is fixed: number of objects", PRE, [("605 2F 00 1A 00 00", "585 80 00 1A 00 02 00 01 06")]),
-    ("mapping is fixed: mapped object", PRE, [("605 23 00 1A 01 00", "585 80 00 1A 01 02 00 01 06")]),
+    ("mapping is fixed: mapped object", PRE, [("605 23 00 1A 01 00", "585 80 00 1A 01 00 00 01 06")]),
     ("RPDO mapping is fixed", PRE, [("605 2F 00 16 00 00", "585 80 00 16 00 02 00 01 06")]),
+    ("mapping is fixed: an object that does not exist", PRE, [
+        ("605 23 00 1A 01 08 00 00 99", "585 80 00 1A 01 00 00 01 06"),
+    ]),
+    ("mapping is fixed: too many objects", PRE, [("605 2F 02 1A 00 40", "585 80 02 1A 00 02 00 01 06")]),
     ("read-only text, in segments", PRE, [("605 21 08 10 00 09", "585 80 08 10 00 02 00 01 06")]),
     ("a Command cannot be sent by SDO", PRE, [("605 2F 10 28 02 01", "585 80 10 28 02 20 00 00 08")]),
     ("span start is constant", PRE, [("605 23 48 61 01 00", "585 80 48 61 01 02 00 01 06")]),

@@ -6,6 +6,7 @@ import pytest
 
 from pneuforce.registers.can.wire import FrameKind
 from pneuforce.registers.canopen.abort import AbortCode
+from pneuforce.registers.canopen.communication import PDO_MAPPINGS
 from pneuforce.registers.canopen.object_dictionary import ENTRIES
 from pneuforce.registers.codes import REJECT_REASONS
 from pneuforce.registers.map import REGISTERS
@@ -254,7 +255,8 @@ def test_a_read_only_entry_cannot_be_written(entry):
     master = FakeMaster()
     head = f"605 2F {entry.index & 0xFF:02X} {entry.index >> 8:02X} {entry.subindex:02X} 00"
     (answer,) = master.send(head)
-    assert answer.data[4:] == (0x0601_0002).to_bytes(4, "little")
+    is_mapped_object = entry.index in PDO_MAPPINGS and entry.subindex
+    assert answer.data[4:] == (0x0601_0000 if is_mapped_object else 0x0601_0002).to_bytes(4, "little")
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda e: str(e.address))
