@@ -16,7 +16,7 @@ from pneuforce.instrument.config import CanSection
 from pneuforce.instrument.service.host_loop import ServedSource
 from pneuforce.instrument.service.parameter_file import storage_of
 from pneuforce.registers.can.bus import CanAddress, import_interface
-from pneuforce.registers.can.connection import LOG_PERIOD_S, CanConnection
+from pneuforce.registers.can.connection import LOG_PERIOD_S, CanConnection, NodeIdInUseError
 from pneuforce.registers.can.counter_logger import CounterLogger
 from pneuforce.registers.can.node import CanNode
 from pneuforce.registers.can.options import CanOptions
@@ -80,6 +80,7 @@ class CanServer:
         A CANopen master stores parameters in `parameter_file`.
         """
         self.node = node_of(source, settings, parameter_file)
+        self._node_id = settings.node_id
         import_interface(settings.interface)
         address = CanAddress(
             interface=settings.interface, channel=settings.channel, host=settings.host, port=settings.port
@@ -98,12 +99,24 @@ class CanServer:
     async def open(self, stop: asyncio.Event) -> None:
         """Open the bus and check for 1.2 s, or until `stop` is set, that the node id is free.
 
-        Raises ServerError if the bus cannot be opened or the node id is in use.
+        If a stored node id is in use, the node uses the node id of the configuration instead. Raises
+        ServerError if the bus cannot be opened or the node id of the configuration is in use.
         """
         try:
-            await cancel_on(stop, run_in_background(partial(self.bus.open, self.node.transmit_ids)))
+            try:
+                await self._open_bus(stop)
+            except NodeIdInUseError as error:
+                if not isinstance(self.node, CanopenNode) or self.node.options.node_id == self._node_id:
+                    raise
+                log.warning("stored CANopen node id is not used: %s", error)
+                self.node.storage.problem = f"another node has the node id {self.node.options.node_id}"
+                self.node.use_node_id(self._node_id)
+                await self._open_bus(stop)
         except OSError as error:
             raise ServerError(str(error)) from None
+
+    async def _open_bus(self, stop: asyncio.Event) -> None:
+        await cancel_on(stop, run_in_background(partial(self.bus.open, self.node.transmit_ids)))
 
     def on_sample(self, now_s: float) -> None:
         """Send the frames that are due because of a new sample."""

@@ -182,7 +182,10 @@ async def _join_can(servers: Servers, stop: asyncio.Event) -> None:
         await servers.can.open(stop)
         servers.host.channels.append(servers.can)
         if not stop.is_set():
-            log.info("%s", can_line(servers.configuration.can, str(servers.can.bus.address)))
+            settings = servers.configuration.can.model_copy(
+                update={"node_id": servers.can.node.options.node_id}
+            )
+            log.info("%s", can_line(settings, str(servers.can.bus.address)))
 
 
 async def _open_rdt(servers: Servers) -> None:

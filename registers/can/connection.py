@@ -26,6 +26,10 @@ LISTEN_S = 1.2  #: time to detect another node with the same node id; a heartbea
 LOG_PERIOD_S = 60.0
 
 
+class NodeIdInUseError(OSError):
+    """Error for a node id that another node on the bus uses."""
+
+
 @dataclass(slots=True)
 class CanCounters:
     """Counters of a connection since its creation."""
@@ -61,13 +65,14 @@ class CanConnection:
 
         If `transmit_ids` are given, first listen for 1.2 s for another node that sends one of them.
 
-        Raises OSError if the interface cannot be opened, or if another node sends one of `transmit_ids`.
+        Raises OSError if the interface cannot be opened, or NodeIdInUseError if another node sends one of
+        `transmit_ids`.
         """
         bus = CanBus(self.address)
         try:
             used_id = self._find_used_id(bus, transmit_ids) if transmit_ids else None
             if used_id is not None:
-                raise OSError(
+                raise NodeIdInUseError(
                     f"CAN node id {used_id & 0x7F} is already in use on {self.address}: another node sends "
                     f"{used_id:03X}h. Choose another node id"
                 )

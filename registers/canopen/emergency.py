@@ -6,7 +6,16 @@ import math
 from collections import deque
 from typing import Any
 
-from pneuforce.registers.can.frames import EMERGENCY, GENERIC_ERROR, NO_ERROR, RIG_ERROR, encode
+from pneuforce.registers.can.frames import (
+    COMMAND,
+    EMERGENCY,
+    GENERIC_ERROR,
+    NO_ERROR,
+    PDO_TOO_LONG,
+    PDO_TOO_SHORT,
+    RIG_ERROR,
+    encode,
+)
 from pneuforce.registers.canopen.communication import ERROR_HISTORY_LENGTH
 
 #: Bits of the error register, and the error codes that belong to the bit "communication error".
@@ -15,6 +24,13 @@ _COMMUNICATION_ERRORS = range(0x8100, 0x8300)
 #: Maximum number of messages that wait while the node is stopped or during an inhibit time. The oldest
 #: message is dropped first.
 _MAX_PENDING = 32
+
+
+def length_errors(command: bytes) -> frozenset[int]:
+    """Return the error code of a Command with a wrong length (CiA 301, 7.2.7.1); empty if it is right."""
+    if len(command) == COMMAND.length:
+        return frozenset()
+    return frozenset((PDO_TOO_SHORT if len(command) < COMMAND.length else PDO_TOO_LONG,))
 
 
 class EmergencyProducer:

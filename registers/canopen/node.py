@@ -6,7 +6,7 @@ Received frames and the time are arguments of the methods. The methods return th
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 from pneuforce.registers.can.command import CAN_PEER, MALFORMED, CommandHandler, is_vent_command
@@ -15,8 +15,6 @@ from pneuforce.registers.can.frames import (
     EMERGENCY,
     HEARTBEAT,
     MASTER_LOST,
-    PDO_TOO_LONG,
-    PDO_TOO_SHORT,
     SDO_RESPONSE,
     STORED_PARAMETERS,
     FrameDefinition,
@@ -37,8 +35,9 @@ from pneuforce.registers.canopen.communication import (
     PRODUCER_HEARTBEAT,
     RPDO_COB_ID,
 )
-from pneuforce.registers.canopen.emergency import EmergencyProducer
+from pneuforce.registers.canopen.emergency import EmergencyProducer, length_errors
 from pneuforce.registers.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from pneuforce.registers.canopen.lss import LSS_REQUEST_ID, LSS_RESPONSE_ID, LssSlave
 from pneuforce.registers.canopen.nmt import CommunicationObject
 from pneuforce.registers.canopen.node_values import CanopenIdentity, LastFrames, value_readers
 from pneuforce.registers.canopen.object_store import ObjectStore
@@ -52,9 +51,6 @@ from pneuforce.registers.source import Source
 
 SYNC_ID = 0x080
 SDO_REQUEST = 0x600
-#: Data of a boot-up message. A boot-up message of the master is not counted as a heartbeat: a master that
-#: sends only boot-up messages restarts repeatedly and does not monitor the instrument.
-_BOOT_UP = b"\x00"
 
 
 class CanopenNode:
@@ -74,18 +70,16 @@ class CanopenNode:
         self.storage = storage or ParameterStorage()
         self.options = options
         self.counters = NodeCounters()
-        self.transmit_ids = transmit_ids(options.node_id)
         self._source = source
         self._parameters = Parameters(options)
         self._command_handler = CommandHandler(source)
         self._triggers = PdoTriggers(options.force_rate_hz)
-        self._heartbeat_consumer = HeartbeatConsumer()
+        self._heartbeat_consumer = HeartbeatConsumer(source)
         self._heartbeat_producer = HeartbeatProducer()
         self._last_frames = LastFrames()
         self._emergencies = EmergencyProducer()
-        self._pdo_errors: frozenset[int] = (
-            frozenset()
-        )  #: error code of the last Command, if its length is wrong
+        #: Error code of the last Command if its length was wrong.
+        self._pdo_errors: frozenset[int] = frozenset()
         self._tpdos = TpdoProducer(source, self._parameters, self._last_frames)
         readers = value_readers(identity, self._last_frames, lambda: self._emergencies, self.storage)
         self._store = ObjectStore(source, self._parameters, readers)
@@ -94,19 +88,34 @@ class CanopenNode:
             **storage_actions(self.storage, self._parameters),
         }
         self._store.on_write = {
-            CONSUMER_HEARTBEAT: self._configure_heartbeat_consumer,
+            CONSUMER_HEARTBEAT: lambda now_s: self._heartbeat_consumer.configure(
+                self._parameters[CONSUMER_HEARTBEAT], now_s
+            ),
             PRODUCER_HEARTBEAT: self._start_heartbeat_producer,
         }
         self._sdo_server = SdoServer(self._store)
-        self._restore_parameters()
+        self._lss = LssSlave(source, options.bit_rate, self.storage)
         self._state = "boot_up"
         self._discrete_state: Hashable = None
+        self.use_node_id(self.storage.stored.node_id or options.node_id)
+
+    def use_node_id(self, node_id: int) -> None:
+        """Use another node id, and restore the stored or default parameters."""
+        self.options = replace(self.options, node_id=node_id)
+        self.transmit_ids = transmit_ids(node_id)
         self._handlers: Mapping[int, Callable[[bytes, float], list[CanFrame] | None]] = {
             nmt.NMT_ID: self._on_nmt,
             SYNC_ID: self._on_sync,
-            SDO_REQUEST + options.node_id: self._on_sdo,
-            COMMAND.base_id + options.node_id: self._on_command,
+            LSS_REQUEST_ID: self._on_lss,
+            SDO_REQUEST + node_id: self._on_sdo,
+            COMMAND.base_id + node_id: self._on_command,
         }
+        self._lss.use_node_id(node_id)
+        try:
+            self._parameters.reset(self.options, self.storage.stored.values)
+        except ValueError as error:
+            self.storage.reject_values(str(error))
+        self._heartbeat_consumer.reset(self._parameters[CONSUMER_HEARTBEAT])
 
     # ---- sending
 
@@ -126,7 +135,7 @@ class CanopenNode:
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         frames = self._boot(now_s) if self._state == "boot_up" else []
         if self._heartbeat_consumer.timed_out(now_s):
-            self._on_master_lost(now_s)
+            self._on_master_lost()
             snapshot = self._source.snapshot(CAN_PEER, now_s)
         if self._heartbeat_producer.due(now_s, self._parameters[PRODUCER_HEARTBEAT] / 1e3):
             frames.append(self._frame(HEARTBEAT, None, node_state=self._state))
@@ -136,6 +145,8 @@ class CanopenNode:
         response = self._sdo_server.tick(now_s)
         if response and self._allows(CommunicationObject.SDO):
             frames.append(self._sdo_frame(response))
+        if response := self._lss.tick():
+            frames.append(CanFrame(LSS_RESPONSE_ID, response))
         return frames + self._emergency_frames(snapshot, now_s) + self._due_tpdos(now_s)
 
     def _boot(self, now_s: float) -> list[CanFrame]:
@@ -161,8 +172,7 @@ class CanopenNode:
         due = self._emergencies.due(now_s, self._parameters[EMERGENCY_INHIBIT] / 1e4)
         return [CanFrame(EMERGENCY.base_id + self.options.node_id, data) for data in due]
 
-    def _on_master_lost(self, now_s: float) -> None:
-        self._source.master_lost(now_s)
+    def _on_master_lost(self) -> None:
         if self._state == nmt.OPERATIONAL:
             self._enter(nmt.STATE_AFTER_ERROR.get(self._parameters[ERROR_BEHAVIOUR], self._state))
 
@@ -176,12 +186,8 @@ class CanopenNode:
 
     def accepts(self, frame: CanFrame) -> bool:
         """Return True if `receive` must be called for a frame. Other traffic on the bus can be skipped."""
-        return frame.id in self._handlers or frame.id in self.transmit_ids or bool(self._master_of(frame))
-
-    def _master_of(self, frame: CanFrame) -> int:
-        """Return the node id of the monitored master that sent this heartbeat; 0 for any other frame."""
-        node_id = frame.id - HEARTBEAT.base_id
-        return node_id if node_id in self._heartbeat_consumer.node_ids else 0
+        known = frame.id in self._handlers or frame.id in self.transmit_ids
+        return known or self._heartbeat_consumer.accepts(frame.id)
 
     def is_vent(self, frame: CanFrame) -> bool:
         """Return True if a Command or an expedited SDO requests a vent that this node carries out now."""
@@ -200,9 +206,11 @@ class CanopenNode:
         if not self.accepts(frame):
             return []
         handler = self._handlers.get(frame.id)
-        if handler is None and len(frame.data) == 1 and (master := self._master_of(frame)):
-            handler = partial(self._on_master_heartbeat, master)
-        frames = handler(frame.data, now_s) if handler and not frame.kind else None
+        frames = None
+        if handler and not frame.kind:
+            frames = handler(frame.data, now_s)
+        elif self._heartbeat_consumer.accepts(frame.id) and not frame.kind:
+            frames = [] if self._heartbeat_consumer.received(frame, now_s) else None
         if frames is None:
             self.counters.ignored += 1
         return frames or []
@@ -214,7 +222,7 @@ class CanopenNode:
             return []
         command = nmt.command_for(data, self.options.node_id)
         if command in nmt.RESET_COMMANDS:
-            self._restore_parameters()
+            self.use_node_id(self._node_id_after_reset(now_s))
             self._emergencies = EmergencyProducer()
             self._pdo_errors = frozenset()
             self._sdo_server = SdoServer(self._store)
@@ -224,12 +232,19 @@ class CanopenNode:
         self._enter(nmt.STATE_AFTER_COMMAND[command])
         return []
 
-    def _restore_parameters(self) -> None:
-        try:
-            self._parameters.reset(self.options, self.storage.stored.values)
-        except ValueError as error:
-            self.storage.reject_values(str(error))
-        self._heartbeat_consumer.reset(self._parameters[CONSUMER_HEARTBEAT])
+    def _node_id_after_reset(self, now_s: float) -> int:
+        """Return the node id that LSS has configured, but keep the present one while the balloon is inflated.
+
+        The other nodes send their vents to the present node id.
+        """
+        vented = "vented" in self._source.snapshot(CAN_PEER, now_s).status
+        return self._lss.pending_node_id if vented else self.options.node_id
+
+    def _on_lss(self, data: bytes, now_s: float) -> list[CanFrame] | None:
+        response = self._lss.handle(data, now_s)
+        if response is None:
+            return None
+        return [CanFrame(LSS_RESPONSE_ID, response)] if response else []
 
     def _enter(self, state: str) -> None:
         if state == nmt.OPERATIONAL != self._state:
@@ -248,20 +263,6 @@ class CanopenNode:
             return None
         return [self._sdo_frame(response)] if response else []
 
-    def _on_master_heartbeat(self, master: int, data: bytes, now_s: float) -> list[CanFrame]:
-        if data != _BOOT_UP:
-            self._on_master_recovered(now_s)
-            self._heartbeat_consumer.received(master, now_s)
-        return []
-
-    def _configure_heartbeat_consumer(self, now_s: float) -> None:
-        self._on_master_recovered(now_s)
-        self._heartbeat_consumer.configure(self._parameters[CONSUMER_HEARTBEAT])
-
-    def _on_master_recovered(self, now_s: float) -> None:
-        if self._heartbeat_consumer.lost:
-            self._source.master_recovered(now_s)
-
     def _on_command(self, data: bytes, now_s: float) -> list[CanFrame] | None:
         """Handle a Command. A vent is carried out in every state; any other mode requires Operational."""
         self.counters.commands += 1
@@ -272,7 +273,7 @@ class CanopenNode:
             return []
         if len(data) == COMMAND.length:
             self._last_frames.command = data
-        self._pdo_errors = _length_error(data)
+        self._pdo_errors = length_errors(data)
         result = self._command_handler.handle(data, now_s)
         if result and result.result in MALFORMED:
             self._source.log_rejected_write(CAN_PEER, rejected_command(data, result.result), now_s)
@@ -289,10 +290,3 @@ class CanopenNode:
                 f"clear bit 31 of object {RPDO_COB_ID[0]:04X}h:{RPDO_COB_ID[1]}",
             )
         self._source.log_rejected_write(CAN_PEER, rejected_command(data, reason, remedy), now_s)
-
-
-def _length_error(data: bytes) -> frozenset[int]:
-    """Return the error code of a Command with a wrong length (CiA 301, 7.2.7.1); empty if it is right."""
-    if len(data) == COMMAND.length:
-        return frozenset()
-    return frozenset((PDO_TOO_SHORT if len(data) < COMMAND.length else PDO_TOO_LONG,))

@@ -69,7 +69,7 @@ def _head() -> Iterator[tuple[str, Keys]]:
             ("GroupMessaging", 0),
             ("NrOfRXPDO", sum(frame.received for frame in FRAMES)),
             ("NrOfTXPDO", sum(object_.index in range(0x1800, 0x1A00) for object_ in OBJECTS)),
-            ("LSS_Supported", 0),
+            ("LSS_Supported", 1),
         ),
     )
     yield "DummyUsage", ((f"Dummy{dummy:04X}", 0) for dummy in _DUMMIES)

@@ -10,6 +10,7 @@ from contextlib import suppress
 
 from pneuforce.registers.can.frames import COMMAND, DEFAULT_NODE_ID, FRAMES
 from pneuforce.registers.can.wire import CanFrame, FrameKind
+from pneuforce.registers.canopen.lss import LSS_REQUEST_ID
 from pneuforce.registers.canopen.object_dictionary import ENTRIES
 from pneuforce.registers.modbus.client import ModbusClient
 from tests.attack.result import AttackResult
@@ -92,7 +93,10 @@ def attack_canopen(result: AttackResult, rng: random.Random, amount: int) -> Non
     heads = (0x40, 0x20, 0x21, 0x22, 0x23, 0x27, 0x2B, 0x2F, 0x60, 0x70, 0x00, 0x10, 0x80, 0x07, 0x17)
     addresses = [entry.address for entry in ENTRIES]
     for _ in range(amount):
-        if rng.random() < 0.6:
+        if rng.random() < 0.1:
+            head = bytes((rng.choice((4, 17, 19, 21, 23, rng.randrange(256))), rng.choice((0, 1, 7, 255))))
+            frame = CanFrame(LSS_REQUEST_ID, head + rng.randbytes(6))
+        elif rng.random() < 0.6:
             data = struct.pack("<BHB", rng.choice(heads), *rng.choice(addresses)) + rng.randbytes(4)
             frame = CanFrame(0x605, data)
         else:

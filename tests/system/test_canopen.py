@@ -300,6 +300,47 @@ def test_during_a_lease_of_the_plc_the_master_can_only_vent(node, stack, rig):
     assert math.isclose(rig.read()["setpoint_requested"], 5.0)
 
 
+def test_the_lss_master_of_python_canopen_changes_the_node_id_until_it_is_changed_back(node, network, rig):
+    rig.wait_for(lambda r: "vented" in r["status"])
+    address = [node.sdo[0x1018][sub].raw for sub in (1, 2, 3, 4)]
+    lss = network.lss
+    lss.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
+    assert lss.send_switch_state_selective(*address)
+    inquire = (0x5A, 0x5B, 0x5C, 0x5D)
+    assert [lss.inquire_lss_address(service) for service in inquire] == address
+    assert lss.inquire_node_id() == NODE_ID
+    with pytest.raises(canopen.lss.LssError, match="1"):
+        lss.configure_bit_timing(4)
+    assert change_node_id(network, NODE_ID, 7) == 7
+    other = network.add_node(7, EDS)
+    other.sdo["mode"].raw = 0
+    assert change_node_id(network, 7, NODE_ID) == NODE_ID
+    lss.send_switch_state_global(lss.WAITING_STATE)
+    assert node.sdo[0x1018][2].raw == address[1]
+
+
+def change_node_id(network, before, after):
+    """Configure and store a node id, reset the node, and return the node id that it then has."""
+    network.lss.configure_node_id(after)
+    network.lss.store_configuration()
+    booted = []
+    network.subscribe(0x700 + after, lambda can_id, data, timestamp: booted.append(bytes(data)))
+    network.send_message(0, bytes((0x82, before)))
+    wait_for(lambda: list(booted), lambda messages: b"\x00" in messages)
+    return network.lss.inquire_node_id()
+
+
+def test_parameters_that_python_canopen_has_saved_survive_a_reset(node):
+    node.sdo.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
+    node.sdo[0x1017].raw = 500
+    node.store()
+    reset(node)
+    assert node.sdo[0x1017].raw == 500
+    node.restore()
+    reset(node)
+    assert node.sdo[0x1017].raw == 1000
+
+
 def test_the_program_in_the_guide_runs(stack, rig):
     rig.wait_for(lambda r: "vented" in r["status"] and "not_zeroed" not in r["status"])
     (program,) = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)

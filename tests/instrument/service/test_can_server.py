@@ -15,6 +15,8 @@ from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.service.can_server import CanServer
 from pneuforce.registers.can.frames import ANSWER, COMMAND, decode, encode, transmit_ids
 from pneuforce.registers.can.receive_queue import MAX_FRAMES
+from pneuforce.registers.canopen import stored_parameters
+from pneuforce.registers.canopen.stored_parameters import StoredParameters
 from pneuforce.support.throttle import MAX_LINES
 from tests.registers.can.conftest import wait_for
 
@@ -175,3 +177,27 @@ def test_a_frame_with_29_bits_is_neither_a_duplicate_id_nor_a_vent_with_priority
             assert server._duplicate_id_frames == 0
 
     asyncio.run(run())
+
+
+def test_a_stored_node_id_that_is_in_use_does_not_prevent_the_start(caplog, tmp_path):
+    file = tmp_path / "canopen.json"
+    file.write_bytes(stored_parameters.encode(StoredParameters(7), configured_node_id=5))
+
+    async def run():
+        stop = asyncio.Event()
+        at = {"interface": "virtual", "channel": f"server-{next(_channels)}"}
+        section = Configuration.model_validate({"can": at | {"enabled": True, "mode": "canopen"}}).can
+        server = CanServer(Instrument(Settings()), section, file)
+        assert server.node.options.node_id == 7
+        with can.Bus(**at) as peer:
+            heartbeats = peer.send_periodic(data_frame(0x707, b"\x05"), 0.2)
+            try:
+                await server.open(stop)
+            finally:
+                heartbeats.stop()
+                server.close()
+        assert server.node.options.node_id == 5
+        assert server.node.storage.summary == "not used: another node has the node id 7"
+
+    asyncio.run(run())
+    assert "stored CANopen node id is not used: CAN node id 7 is already in use" in caplog.text

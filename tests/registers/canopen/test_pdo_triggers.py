@@ -80,6 +80,6 @@ def test_events_before_the_start_are_not_sent_after_it():
 def test_a_node_accepts_only_its_own_identifiers_and_the_heartbeat_of_its_master(master):
     accepted = {can_id for can_id in range(0x800) if master.node.accepts(CanFrame(can_id))}
     node_ids = {base + 5 for base in (0x080, 0x180, 0x200, 0x280, 0x380, 0x480, 0x500, 0x580, 0x600, 0x700)}
-    assert accepted == node_ids | {0x000, 0x080}
+    assert accepted == node_ids | {0x000, 0x080, 0x7E5}
     master.send("605 23 16 10 01 F4 01 7F 00")
     assert master.node.accepts(CanFrame(0x77F))

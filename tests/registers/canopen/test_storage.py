@@ -35,11 +35,18 @@ def start(file, **options):
 def store(master, index, sub, signature):
     """Write a signature, and return the response after the file is written."""
     frames = master.send(f"605 23 {index & 0xFF:02X} {index >> 8:02X} {sub:02X} {signature}")
+    return format_frames(frames or [wait_for_response(master, 0x585)])
+
+
+def wait_for_response(master, can_id):
+    """Return the frame that the node sends when the file is written."""
     until_s = time.monotonic() + TIMEOUT_S
-    while not frames and time.monotonic() < until_s:
+    while time.monotonic() < until_s:
+        for frame in master.node.tick(master.now_s):
+            if frame.id == can_id:
+                return frame
         time.sleep(0.001)
-        frames = [frame for frame in master.node.tick(master.now_s) if frame.id == 0x585]
-    return format_frames(frames)
+    raise AssertionError("the file was not written in time")
 
 
 def heartbeat_ms(master):
@@ -172,7 +179,7 @@ DAMAGED = [
 
 def resealed(**changes):
     """Return the content of a file with other values and the right checksum."""
-    good = json.loads(encode(StoredParameters(7, {(0x1017, 0): 500}), NODE_ID))
+    good = json.loads(encode(StoredParameters(0, {(0x1017, 0): 500}), NODE_ID))
     del good["crc32"]
     changed = good | changes
     checksum = zlib.crc32(json.dumps(changed, sort_keys=True).encode())
