@@ -82,7 +82,16 @@ STATIC_CASES = [
     ("unknown sub-index of a record", PRE, [("605 40 18 10 05", "585 80 18 10 05 11 00 09 06")]),
     ("reserved sub-index 4 of a TPDO", PRE, [("605 40 00 18 04", "585 80 00 18 04 11 00 09 06")]),
     ("write to an unknown object", PRE, [("605 2F 34 12 00 01", "585 80 34 12 00 00 00 02 06")]),
+    *(
+        (f"object {index} is not supported", PRE, [
+            (f"605 40 {index[2:4]} {index[:2]} 00", f"585 80 {index[2:4]} {index[:2]} 00 00 00 02 06"),
+        ])
+        for index in ("1006h", "1007h", "100Ch", "100Dh", "1012h", "1019h", "1020h", "1201h", "1280h")
+    ),
     # ---- writes to read-only objects
+    ("SYNC COB-ID is fixed", PRE, [("605 23 05 10 00 80 00 00 40", "585 80 05 10 00 02 00 01 06")]),
+    ("emergency COB-ID is fixed", PRE, [("605 23 14 10 00 86", "585 80 14 10 00 02 00 01 06")]),
+    ("SDO COB-ID is fixed", PRE, [("605 23 00 12 01 06 06", "585 80 00 12 01 02 00 01 06")]),
     ("device type is constant", PRE, [("605 23 00 10 00 01", "585 80 00 10 00 02 00 01 06")]),
     ("force is measured", PRE, [("605 23 00 20 00 00 00 80 3F", "585 80 00 20 00 02 00 01 06")]),
     ("mapping is fixed: number of objects", PRE, [("605 2F 00 1A 00 00", "585 80 00 1A 00 02 00 01 06")]),
@@ -136,6 +145,12 @@ STATIC_CASES = [
         ("605 2B 17 10 00 F4 01", "585 60 17 10 00"),
         ("605 40 17 10 00", "585 4B 17 10 00 F4 01"),
     ]),
+    ("heartbeat time in one segment", PRE, [
+        ("605 21 17 10 00 02", "585 60 17 10 00"),
+        ("605 0B F4 01", "585 20"),
+        ("605 40 17 10 00", "585 4B 17 10 00 F4 01"),
+    ]),
+    ("heartbeat time in one byte", PRE, [("605 2F 17 10 00 01", "585 80 17 10 00 13 00 07 06")]),
     ("TPDO disabled and enabled", PRE, [
         ("605 23 00 18 01 85 01 00 C0", "585 60 00 18 01"),
         ("605 40 00 18 01", "585 43 00 18 01 85 01 00 C0"),

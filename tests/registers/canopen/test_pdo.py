@@ -114,6 +114,24 @@ def test_a_synchronous_tpdo_is_not_sent_by_time():
     assert (second[7] - first[7]) % 256 == 1
 
 
+class SamplingSource(FakeSource):
+    """Source with a new sample at each read. The force [mN] is the number of the sample."""
+
+    def snapshot(self, peer, now_s):
+        number = self.now.sample_counter + 1
+        self.set(sample_counter=number, force_n=number / 1000)
+        return self.now
+
+
+def test_all_tpdos_of_a_sync_contain_the_sample_at_this_sync():
+    master = FakeMaster(source=SamplingSource())
+    for step in ("605 2F 00 18 02 01", "605 2F 02 18 02 01", "000 01 05"):
+        master.send(step)
+    sampled = master.source.now.sample_counter
+    force, status = (frame.data for frame in master.send("080"))
+    assert (force[0], status[7]) == (sampled + 1, sampled + 1)
+
+
 def test_transmission_type_0_is_sent_only_at_the_sync_after_an_event():
     master = FakeMaster()
     master.send("605 2F 02 18 02 00")
