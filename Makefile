@@ -80,6 +80,7 @@ mutants: $(VENV)/test-tools
 docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.registers.views
 	@$(BIN)/python -m pneuforce.client.reference_page
+	@$(BIN)/python -m tests.registers.canopen.conformance_page
 	@$(BIN)/python -m pneuforce.sim.faults.document
 	@$(BIN)/python -m pneuforce.sim.board.header
 
