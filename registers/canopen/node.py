@@ -237,8 +237,10 @@ class CanopenNode:
 
         The other nodes send their vents to the present node id.
         """
-        vented = "vented" in self._source.snapshot(CAN_PEER, now_s).status
-        return self._lss.pending_node_id if vented else self.options.node_id
+        snapshot = self._source.snapshot(CAN_PEER, now_s)
+        # At the beginning of an inflation, the mode is already "hold", but the pressure is still low.
+        stays_vented = snapshot.mode == "vent" and "vented" in snapshot.status
+        return self._lss.pending_node_id if stays_vented else self.options.node_id
 
     def _on_lss(self, data: bytes, now_s: float) -> list[CanFrame] | None:
         response = self._lss.handle(data, now_s)

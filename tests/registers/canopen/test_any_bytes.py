@@ -85,7 +85,7 @@ def test_any_bytes_raise_no_exception_and_written_values_are_within_their_range(
     step, state, status, failures
 ):
     file = MemoryFile(failures)
-    source = FakeSource(status=frozenset(status), lease_s=0.0)
+    source = FakeSource(status=frozenset(status), mode="vent", lease_s=0.0)
     master = FakeMaster(state, source, ParameterStorage(5, None, file.write))
     for frame in step:
         for answer in master.node.receive(frame, master.now_s):

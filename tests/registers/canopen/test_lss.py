@@ -4,11 +4,16 @@ import struct
 
 import pytest
 
+from pneuforce.instrument.audit.audit_logger import AuditLogger, NullAuditSink
+from pneuforce.instrument.core.session import Session
+from pneuforce.registers.can.options import CanOptions
 from pneuforce.registers.canopen.communication import PRODUCT_CODE, revision_number
+from pneuforce.registers.canopen.node import CanopenNode
 from pneuforce.registers.map_hash import MAP_HASH
+from tests.instrument.instrument_harness import HOLD_8, ROBOT, InstrumentHarness
 from tests.registers.can.fake_source import FakeSource
 from tests.registers.canopen.cases import OPERATIONAL, PRE, STOPPED
-from tests.registers.canopen.fake_master import FakeMaster
+from tests.registers.canopen.fake_master import IDENTITY, FakeMaster, parse_frame
 from tests.registers.canopen.test_storage import start, wait_for_response
 
 REVISION, SERIAL = revision_number(MAP_HASH), 4711
@@ -18,7 +23,7 @@ CONFIGURE, WAIT = (0x04, 1), (0x04, 0)
 
 
 def source(**values):
-    return FakeSource(**{"serial_number": SERIAL, "status": VENTED} | values)
+    return FakeSource(**{"serial_number": SERIAL, "status": VENTED, "mode": "vent"} | values)
 
 
 def request(master, service, *data):
@@ -116,16 +121,38 @@ def test_an_invalid_node_id_is_refused(master, node_id):
     assert master.send("000 82 05")[0].id == 0x705
 
 
-@pytest.mark.parametrize("status", [HOLDING, frozenset(), frozenset({"stale"})])
-def test_an_inflated_balloon_keeps_its_node_id_so_that_no_vent_is_lost(status):
-    master = FakeMaster(source=source(status=status))
+@pytest.mark.parametrize(
+    ("mode", "status"),
+    [("hold", HOLDING), ("hold", VENTED), ("vent", frozenset()), ("vent", frozenset({"stale"}))],
+)
+def test_an_inflated_balloon_keeps_its_node_id_so_that_no_vent_is_lost(mode, status):
+    master = FakeMaster(source=source(mode=mode, status=status))
     request(master, *CONFIGURE)
     request(master, 0x11, 7)
     assert master.send("000 81 05")[0].id == 0x705
     master.send("205 00 00 00 01 00 00 00 00")
     assert master.source.written[-1]["mode"] == "vent"
-    master.source.set(status=VENTED)
+    master.source.set(mode="vent", status=VENTED)
     assert master.send("000 81 05")[0].id == 0x707
+
+
+def test_no_vent_is_lost_if_the_node_is_reset_in_an_inflation_or_in_a_hold():
+    harness = InstrumentHarness.ready()
+    node = CanopenNode(AuditLogger(Session(harness.instrument), NullAuditSink()), CanOptions(), IDENTITY)
+    node.tick(harness.now_s)
+    for request_ in ("7E5 04 01 00 00 00 00 00 00", "7E5 11 07 00 00 00 00 00 00"):
+        node.receive(parse_frame(request_), harness.now_s)
+    harness.write(HOLD_8, ROBOT)
+    for _ in range(100):
+        node.receive(parse_frame("000 81 05"), harness.now_s)
+        assert node.options.node_id == 5
+        harness.run(0.05)
+    assert harness.commands_hold
+    node.receive(parse_frame("205 00 00 00 01 00 00 00 00"), harness.now_s)
+    harness.run(0.1)
+    assert not harness.commands_hold
+    node.receive(parse_frame("000 81 05"), harness.now_s)
+    assert node.options.node_id == 5  # the balloon is not yet empty
 
 
 def test_no_lss_request_writes_to_the_instrument(master):
