@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 622B11B2h (registers 768 and 770).
+ * Map version 1, hash 3F1ABB61h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x622B11B2)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x3F1ABB61)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -42,6 +42,14 @@
 #define PNEUFORCE_ADDRESS_BASELINE_AGE 35
 #define PNEUFORCE_ADDRESS_PROOF_TEST_AGE 36
 #define PNEUFORCE_ADDRESS_PEAK_COUNTER 37
+#define PNEUFORCE_ADDRESS_FORCE_MAXIMUM 38
+#define PNEUFORCE_ADDRESS_FORCE_MINIMUM 40
+#define PNEUFORCE_ADDRESS_SAMPLE_TIME 42
+#define PNEUFORCE_ADDRESS_SAMPLE_UTC 44
+#define PNEUFORCE_ADDRESS_SAMPLE_UTC_FRACTION 46
+#define PNEUFORCE_ADDRESS_AMBIENT_SOURCE 47
+#define PNEUFORCE_ADDRESS_AMBIENT_IN_EFFECT 48
+#define PNEUFORCE_ADDRESS_AMBIENT_AGE 50
 #define PNEUFORCE_ADDRESS_FORCE_MN 64
 #define PNEUFORCE_ADDRESS_FORCE_UNCERTAINTY_MN 65
 #define PNEUFORCE_ADDRESS_PRESSURE_PA 66
@@ -69,6 +77,12 @@
 #define PNEUFORCE_ADDRESS_SETPOINT_REQUESTED_PA 544
 #define PNEUFORCE_ADDRESS_FORCE_LIMIT_MN 545
 #define PNEUFORCE_ADDRESS_PROOF_TEST 546
+#define PNEUFORCE_ADDRESS_FORCE_LIMIT_2 548
+#define PNEUFORCE_ADDRESS_ALARM_HYSTERESIS 550
+#define PNEUFORCE_ADDRESS_ALARM_DELAY 552
+#define PNEUFORCE_ADDRESS_FORCE_LIMIT_2_MN 553
+#define PNEUFORCE_ADDRESS_ALARM_HYSTERESIS_MN 554
+#define PNEUFORCE_ADDRESS_AMBIENT_PRESSURE 556
 #define PNEUFORCE_ADDRESS_MAP_VERSION 768
 #define PNEUFORCE_ADDRESS_METHOD 769
 #define PNEUFORCE_ADDRESS_MAP_HASH 770
@@ -79,6 +93,9 @@
 #define PNEUFORCE_ADDRESS_ACTIVE_FAULT_COUNT 779
 #define PNEUFORCE_ADDRESS_BALLOON_ID 780
 #define PNEUFORCE_ADDRESS_INFLATION_COUNT 782
+#define PNEUFORCE_ADDRESS_EVENT_LOG_RECORDS 784
+#define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_1 786
+#define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_2 788
 #define PNEUFORCE_ADDRESS_TEST_FLOAT 3840
 #define PNEUFORCE_ADDRESS_TEST_LONG 3842
 #define PNEUFORCE_ADDRESS_TEST_INT 3844
@@ -94,6 +111,18 @@
 #define PNEUFORCE_MAX_SETPOINT_REQUESTED_PA 12000 /* Pa */
 #define PNEUFORCE_MIN_FORCE_LIMIT_MN 100 /* mN */
 #define PNEUFORCE_MAX_FORCE_LIMIT_MN 20000 /* mN */
+#define PNEUFORCE_MIN_FORCE_LIMIT_2 0.1f /* N */
+#define PNEUFORCE_MAX_FORCE_LIMIT_2 20.0f /* N */
+#define PNEUFORCE_MIN_ALARM_HYSTERESIS 0.0f /* N */
+#define PNEUFORCE_MAX_ALARM_HYSTERESIS 10.0f /* N */
+#define PNEUFORCE_MIN_ALARM_DELAY 0 /* ms */
+#define PNEUFORCE_MAX_ALARM_DELAY 10000 /* ms */
+#define PNEUFORCE_MIN_FORCE_LIMIT_2_MN 100 /* mN */
+#define PNEUFORCE_MAX_FORCE_LIMIT_2_MN 20000 /* mN */
+#define PNEUFORCE_MIN_ALARM_HYSTERESIS_MN 0 /* mN */
+#define PNEUFORCE_MAX_ALARM_HYSTERESIS_MN 10000 /* mN */
+#define PNEUFORCE_MIN_AMBIENT_PRESSURE 60.0f /* kPa */
+#define PNEUFORCE_MAX_AMBIENT_PRESSURE 110.0f /* kPa */
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
@@ -124,6 +153,7 @@
 #define PNEUFORCE_STATUS_FAILURE UINT32_C(0x08000000) /* Failure (NAMUR NE 107): a fault is latched, or the last sample is stale. */
 #define PNEUFORCE_STATUS_CALIBRATED UINT32_C(0x10000000) /* The force is corrected by a force calibration. */
 #define PNEUFORCE_STATUS_PROOF_TEST_OVERDUE UINT32_C(0x20000000) /* No proof test has passed for ten periods, or proof tests are disabled. */
+#define PNEUFORCE_STATUS_FORCE_HIGH_ALARM_2 UINT32_C(0x40000000) /* The force is above the second force limit (register 548), with hysteresis and delay. */
 #define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Copy of bit 27, for masters that test the sign of the status. */
 
 enum pneuforce_state {
@@ -145,7 +175,8 @@ enum pneuforce_reject_reason {
     PNEUFORCE_REJECT_REASON_CAUSE_PERSISTS = 5,
     PNEUFORCE_REJECT_REASON_LINK_LOST = 6,
     PNEUFORCE_REJECT_REASON_NOT_ZEROED = 7,
-    PNEUFORCE_REJECT_REASON_IN_CONTACT = 8
+    PNEUFORCE_REJECT_REASON_IN_CONTACT = 8,
+    PNEUFORCE_REJECT_REASON_IMPLAUSIBLE = 9
 };
 
 enum pneuforce_mode {
@@ -167,7 +198,8 @@ enum pneuforce_command_code {
     PNEUFORCE_COMMAND_CODE_CLEAR_FAULTS = 2,
     PNEUFORCE_COMMAND_CODE_SELF_TEST = 3,
     PNEUFORCE_COMMAND_CODE_RESTORE_ZERO = 4,
-    PNEUFORCE_COMMAND_CODE_NEW_BALLOON = 5
+    PNEUFORCE_COMMAND_CODE_NEW_BALLOON = 5,
+    PNEUFORCE_COMMAND_CODE_RESET_FORCE_EXTREMES = 6
 };
 
 enum pneuforce_answer_state {
@@ -343,7 +375,7 @@ static inline bool pneuforce_contact_counter(const uint16_t *from_0, uint16_t *v
     return true;
 }
 
-/* 27: Reason why the last write of this peer was rejected; 0 after an accepted write. */
+/* 27: Reason why the last valid write of this peer was rejected; 0 if the write was accepted. An invalid write (exceptions 01-03) does not change the reason. */
 static inline bool pneuforce_reject_reason(const uint16_t *from_0, uint16_t *value)
 {
     memcpy(value, from_0 + 27, sizeof *value);
@@ -391,6 +423,58 @@ static inline bool pneuforce_peak_counter(const uint16_t *from_0, uint16_t *valu
 {
     memcpy(value, from_0 + 37, sizeof *value);
     return true;
+}
+
+/* 38: Largest valid force of all samples since command 6 or since the start of the host process. [N] */
+static inline bool pneuforce_force_maximum_n(const uint16_t *from_0, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_0 + 38, low_word_first, value);
+}
+
+/* 40: Smallest valid force of all samples since command 6 or since the start of the host process. It is 0 N after a sample without contact. [N] */
+static inline bool pneuforce_force_minimum_n(const uint16_t *from_0, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_0 + 40, low_word_first, value);
+}
+
+/* 42: Time in ms at which the board took the last sample, on the monotonic clock of the host. Wraps to 0 after 49.7 days. */
+static inline bool pneuforce_sample_time(const uint16_t *from_0, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_0 + 42, low_word_first);
+    return true;
+}
+
+/* 44: The same time as UTC, in seconds since 1970-01-01; 0 if unknown. The clock may be wrong or jump. */
+static inline bool pneuforce_sample_utc(const uint16_t *from_0, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_0 + 44, low_word_first);
+    return true;
+}
+
+/* 46: Milliseconds of the time in register 44, 0 to 999. */
+static inline bool pneuforce_sample_utc_fraction(const uint16_t *from_0, uint16_t *value)
+{
+    memcpy(value, from_0 + 46, sizeof *value);
+    return true;
+}
+
+/* 47: Source of the ambient pressure in effect: the configuration, or register 556. */
+static inline bool pneuforce_ambient_source(const uint16_t *from_0, uint16_t *value)
+{
+    memcpy(value, from_0 + 47, sizeof *value);
+    return true;
+}
+
+/* 48: Absolute ambient pressure P_0 in effect. A contact does not change it. [kPa] */
+static inline bool pneuforce_ambient_in_effect_kpa(const uint16_t *from_0, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_0 + 48, low_word_first, value);
+}
+
+/* 50: Time since the last accepted write of register 556. [s] */
+static inline bool pneuforce_ambient_age_s(const uint16_t *from_0, uint16_t *value)
+{
+    return pneuforce_uint16(from_0[50], value);
 }
 
 /* 64: Contact force. [mN] */
@@ -570,6 +654,42 @@ static inline bool pneuforce_proof_test(const uint16_t *from_512, uint16_t *valu
     return true;
 }
 
+/* 548: Second force alarm limit (status bit 30). [N] */
+static inline bool pneuforce_force_limit_2_n(const uint16_t *from_512, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_512 + 36, low_word_first, value);
+}
+
+/* 550: Hysteresis of the second force alarm: the alarm ends at the limit minus this force. [N] */
+static inline bool pneuforce_alarm_hysteresis_n(const uint16_t *from_512, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_512 + 38, low_word_first, value);
+}
+
+/* 552: Delay of the second force alarm: time for which the force must be above the limit. [ms] */
+static inline bool pneuforce_alarm_delay_ms(const uint16_t *from_512, uint16_t *value)
+{
+    return pneuforce_uint16(from_512[40], value);
+}
+
+/* 553: Second force alarm limit, for masters that can write only single registers. [mN] */
+static inline bool pneuforce_force_limit_2_mn(const uint16_t *from_512, uint16_t *value)
+{
+    return pneuforce_uint16(from_512[41], value);
+}
+
+/* 554: Hysteresis of the second force alarm, for masters that can write only single registers. [mN] */
+static inline bool pneuforce_alarm_hysteresis_mn(const uint16_t *from_512, uint16_t *value)
+{
+    return pneuforce_uint16(from_512[42], value);
+}
+
+/* 556: Measured absolute ambient pressure P_0. Used from the next contact on, until ambient_timeout_s after its last write. [kPa] */
+static inline bool pneuforce_ambient_pressure_kpa(const uint16_t *from_512, bool low_word_first, float *value)
+{
+    return pneuforce_float(from_512 + 44, low_word_first, value);
+}
+
 /* 768: Version of this register map. */
 static inline bool pneuforce_map_version(const uint16_t *from_768, uint16_t *value)
 {
@@ -637,6 +757,27 @@ static inline bool pneuforce_balloon_id(const uint16_t *from_768, bool low_word_
 static inline bool pneuforce_inflation_count(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 14, low_word_first);
+    return true;
+}
+
+/* 784: Number of records of the event log on the disk; 0 without an event log. */
+static inline bool pneuforce_event_log_records(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 16, low_word_first);
+    return true;
+}
+
+/* 786: Digest of the last record of the event log: the first 8 hexadecimal digits. */
+static inline bool pneuforce_event_log_digest_1(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 18, low_word_first);
+    return true;
+}
+
+/* 788: Digest of the last record of the event log: the next 8 hexadecimal digits. */
+static inline bool pneuforce_event_log_digest_2(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 20, low_word_first);
     return true;
 }
 

@@ -395,9 +395,10 @@ def test_a_vent_that_is_a_little_faster_or_slower_than_commissioned_is_no_fault(
     bench.keep_sending(vent()).until_state(S.VENTED, 8)
 
 
-@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.4, 0.6])
+@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.4])
 def test_a_trip_that_is_cleared_while_the_rig_empties_is_no_occluded_tube(bench, after_s):
     bench.holding(6000).supply_mv = 4500
+    bench.halving_s = 0.75 * HALVING_TIME_S
     bench.until_state(S.TRIPPED, 2)
     bench.supply_mv = 5000
     bench.keep_sending(vent()).run(after_s).keep_sending(vent(clear=1)).until_state(S.VENTED, 4)
