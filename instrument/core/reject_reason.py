@@ -33,5 +33,6 @@ REMEDIES: Mapping[RejectReason, str] = {
     RejectReason.LINK_LOST: "no samples arrive from the rig: check its cable and its power supply",
     RejectReason.NOT_ZEROED: "the pressure sensor has no zero adjustment: vent, and wait for the zero",
     RejectReason.IN_CONTACT: "not allowed during a contact: end the contact, and wait",
-    RejectReason.IMPLAUSIBLE: "the value contradicts the configuration or the value before: check its unit",
+    RejectReason.IMPLAUSIBLE: "the ambient pressure contradicts the configuration or the value before: "
+    "check the barometer and circuit.ambient_kpa",
 }

@@ -227,7 +227,8 @@ def _command_values(block: CommandBlock) -> dict[str, Any]:
 
 
 def _identity_values(state: InstrumentState) -> dict[str, Any]:
-    identity, settings, head = state.settings.identity, state.chain.settings, state.event_log_head
+    identity, settings = state.settings.identity, state.chain.settings
+    head = state.event_log_head
     return {
         "zero_offset_kpa": -state.chain.zero.zero_kpa,
         "filter_samples": settings.filter_samples,

@@ -235,7 +235,9 @@ PDO = Area(
         ),
         Rule(
             "The mapping lists objects that exist, that can be mapped, and that have the mapped length.",
-            ("test_eds::test_the_mapping_covers_each_frame_byte_by_byte",),
+            (
+                "test_eds::test_the_mapping_covers_each_frame_byte_by_byte_and_only_mapped_entries_are_mappable",
+            ),
         ),
         Rule("A new mapping is accepted while the PDO is disabled.", reason=_FIXED_MAPPING),
         Rule(

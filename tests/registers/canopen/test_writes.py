@@ -160,7 +160,7 @@ def test_a_rejected_write_to_a_register_is_logged_and_does_not_reach_the_instrum
     [
         ("605 2B 00 50 00 34 12", "005000 3412", AbortCode.NO_OBJECT),
         ("605 2F 10 28 09 01", "102809 01", AbortCode.NO_SUBINDEX),
-        ("605 2F 10 10 01 01", "101001 01", AbortCode.NO_OBJECT),  # store parameters: not supported
+        ("605 2F 12 10 00 01", "121000 01", AbortCode.NO_OBJECT),  # TIME: not supported
         ("605 21 00 20 00 04", "002000", AbortCode.READ_ONLY),  # segmented: the value never arrives
         ("605 21 00 22 00 05", "002200", AbortCode.TOO_LONG),
     ],
