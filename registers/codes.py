@@ -66,7 +66,7 @@ STATUS = BitField(
         StatusBit(
             30,
             "force_high_alarm_2",
-            "The force is above the second force limit (register 548), with hysteresis and delay.",
+            "The force is above the second force limit, with hysteresis and delay.",
         ),
         StatusBit(31, "any_failure", "Copy of bit 27, for masters that test the sign of the status."),
     )
