@@ -39,7 +39,7 @@ _NO_WRITE_ONLY = "The dictionary has no object that can only be written."
 _SAVED = "test_storage::test_stored_parameters_survive_a_reset_and_a_restart_until_they_are_restored"
 _SIGNATURE = "test_storage::test_a_wrong_signature_is_aborted"
 _READ_ONLY = "test_writes::test_a_read_only_entry_cannot_be_written"
-_READABLE = "test_writes::test_every_entry_can_be_read_except_an_empty_error_history"
+_READABLE = "test_writes::test_every_entry_can_be_read_except_an_empty_error_history_and_autozero"
 _EDS_AGREES = "test_eds::test_python_canopen_reads_type_access_and_default_of_each_entry"
 
 DATA_SHEET = Area(
