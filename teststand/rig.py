@@ -79,7 +79,11 @@ class LiveRig:
         return self._simulator.port
 
     def read(self) -> Values:
-        """Return the values of all registers by name, in N, kPa, mm or s. NaN means not available."""
+        """Return the values of the registers by name, in N, kPa, mm or s. NaN means not available.
+
+        A register that repeats another one in a smaller unit is left out. Enumerations are names, and
+        `first_out_fault` is the number of the fault.
+        """
         with self._plc() as plc:
             return plc.read_all()
 
@@ -228,7 +232,7 @@ def _describe_fault(registers: Mapping[str, Any]) -> str:
 def _describe(registers: Mapping[str, Any]) -> str:
     return (
         f"state {registers['state']}, pressure {registers['pressure']:.3f} kPa, "
-        f"setpoint {registers['setpoint_requested']:.3f} kPa, force {registers['force']:.3f} N, "
+        f"setpoint {registers['setpoint']:.3f} kPa, force {registers['force']:.3f} N, "
         f"status {' '.join(sorted(registers['status'])) or 'none'}, "
         f"reject reason {registers['reject_reason']}, {_describe_fault(registers)}"
     )
