@@ -240,8 +240,8 @@ class Hold:
             self.end()
         except ConnectionFailed as failure:
             error.add_note(
-                f"The vent could not be sent: {failure}. The instrument vents when the lease of "
-                f"{self._request.lease_s:g} s expires"
+                f"The vent could not be sent: {failure}. If the instrument runs, it vents when the lease of "
+                f"{self._request.lease_s:g} s expires. Otherwise press the stop switch at the rig"
             )
 
     # ---- thread that renews the lease

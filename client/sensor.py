@@ -7,11 +7,12 @@ import time
 from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
-from pneuforce.client.details import Details
+from pneuforce.client.details import Details, fault_of
 from pneuforce.client.holding import CurrentHold, Hold, check_setpoint
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
-from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentNotConfirmed
+from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentFailed, VentNotConfirmed
+from pneuforce.registers.advice import STATUS_ADVICE
 
 VENT_POLL_S = 0.05
 
@@ -163,8 +164,8 @@ class ForceSensor:
     def wait_until_vented(self, timeout_s: float = 10.0) -> Measurement:
         """Wait after a vent until the instrument has verified that the balloon is empty.
 
-        Returns the measurement that shows the empty balloon. Raises VentNotConfirmed after `timeout_s`, and
-        ConnectionLost.
+        Returns the measurement that shows the empty balloon. Raises VentFailed when the instrument reports a
+        failed vent, VentNotConfirmed after `timeout_s`, and ConnectionLost.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -177,9 +178,16 @@ class ForceSensor:
             measurement = self._connection.read()
             if measurement.balloon_empty:
                 return measurement
+            if Status.VENT_FAULT in measurement.status:
+                raise self._failed_vent(measurement)
             if not time.monotonic() < until_s:
                 raise VentNotConfirmed(timeout_s, measurement.pressure_kpa)
             time.sleep(VENT_POLL_S)
+
+    def _failed_vent(self, measurement: Measurement) -> VentFailed:
+        fault, advice = fault_of(self._connection.first_out_fault()), STATUS_ADVICE["vent_fault"]
+        name = fault.name if fault else "vent_fault"
+        return VentFailed(name, advice.what, fault.remedy if fault else advice.do, measurement.pressure_kpa)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:
         """Write the setpoint (2 to 12 kPa) of the next hold. A held balloon gets the setpoint at once.

@@ -139,8 +139,12 @@ class Rejected(ClientError):
 class VentNotConfirmed(ClientError):
     """Vent that was sent, but after which the instrument did not verify that the balloon is empty.
 
-    `pressure_kpa` is the last measured pressure, None if no pressure is available.
+    `pressure_kpa` is the last measured pressure, None if no pressure is available. `fault` is the name of the
+    first-out fault if the instrument has reported a failed vent; the error is then raised at once.
     """
+
+    fault = ""
+    remedy: str | None = None
 
     def __init__(self, waited_s: float, pressure_kpa: float | None) -> None:
         pressure = (
@@ -151,6 +155,16 @@ class VentNotConfirmed(ClientError):
             f"empty ({pressure}): press the stop switch at the rig, then check the vent valve and the tube"
         )
         self.pressure_kpa = pressure_kpa
+
+
+class VentFailed(VentNotConfirmed):
+    """Vent after which the instrument has reported that the balloon may still be inflated."""
+
+    def __init__(self, fault: str, cause: str, remedy: str, pressure_kpa: float | None) -> None:
+        ClientError.__init__(
+            self, f"the vent was sent, but it FAILED ({fault.replace('_', ' ')}): {cause} {remedy}"
+        )
+        self.fault, self.remedy, self.pressure_kpa = fault, remedy, pressure_kpa
 
 
 class InvalidForce(ClientError, ValueError):

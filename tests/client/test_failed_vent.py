@@ -1,0 +1,36 @@
+"""Tests of a vent that the instrument reports as failed."""
+
+import pytest
+
+from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.sensor import ForceSensor
+from pneuforce.errors import VentFailed
+from pneuforce.instrument.cli.failure import failure_values
+from pneuforce.registers.codes import FAULTS
+
+
+class BlockedTube:
+    """Connection to an instrument that reports a blocked tube after the second reading."""
+
+    def __init__(self, fault):
+        self.fault, self.reads = fault, 0
+
+    def read(self):
+        self.reads += 1
+        status = {Status.VENT_FAULT, Status.VENTED} if self.reads > 2 else set()
+        return Measurement(pressure_kpa=0.0, status=frozenset(status))
+
+    def first_out_fault(self):
+        return FAULTS.codes[self.fault]
+
+
+@pytest.mark.parametrize("fault", ["occlusion", "vent_shut", "not_vented"])
+def test_a_failed_vent_is_reported_at_once_with_its_fault_and_remedy(fault):
+    connection = BlockedTube(fault)
+    with pytest.raises(VentFailed, match="FAILED") as caught:
+        ForceSensor("tcp://127.0.0.1", connection).wait_until_vented(60.0)
+    assert connection.reads == 3
+    values = failure_values(caught.value)
+    assert (values["code"], values["fault"]["name"]) == ("vent_not_confirmed", fault)
+    assert values["remedy"] == values["fault"]["remedy"]
+    assert "inflated" in values["message"]
