@@ -42,7 +42,7 @@ class EstimatedContact(NamedTuple):
 
     @property
     def valid(self) -> bool:
-        """Return True if there is a force."""
+        """Return True if there is a force with an uncertainty."""
         return bool(self.budget)
 
     @property
@@ -71,8 +71,8 @@ def low_rise_reason(lowest_rise_kpa: float) -> str:
 def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSettings) -> EstimatedContact:
     """Return the contact between two gauge pressures.
 
-    ΔP_i outside the validated range gives no force, as in the instrument. Raises ConfigurationError for
-    impossible pressures.
+    ΔP_i outside the validated range gives no force, as in the instrument. A force without an uncertainty is
+    no force either. Raises ConfigurationError for impossible pressures.
     """
     problem = pressure_problem(baseline_kpa, final_kpa, ("--dpi", "--dpf"))
     if problem:
@@ -94,8 +94,10 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
     )
     if not (contact.in_range and math.isfinite(solution.force_n)):
         return contact
-    energies = contact_energies(baseline_kpa, final_kpa, settings.balloon, settings.circuit, model.law)
     budget = compute_budget(baseline_kpa, final_kpa, model, correction, inputs, uncertainty)
+    if not math.isfinite(combined_std_n(budget)):
+        return contact
+    energies = contact_energies(baseline_kpa, final_kpa, settings.balloon, settings.circuit, model.law)
     return contact._replace(solution=solution, energies=energies, budget=budget)
 
 

@@ -32,6 +32,8 @@ FREE_CURVE_TOLERANCE_KPA = 0.01
 #: Change of ΔP_i after which the force curve is computed again during a contact. ΔP_i falls slowly if the
 #: balloon leaks.
 CONTACT_CURVE_TOLERANCE_KPA = 0.002
+#: Qualities of a contact that has a force.
+WITH_FORCE = (Quality.GOOD, Quality.INTERPOLATED)
 
 #: Change of the pressure around a held balloon that is ignored. The locked pressure changes by about half of
 #: this value, which is below the rise at which a contact is detected.
@@ -224,20 +226,17 @@ class Chain:
         baseline_kpa = self.tracker.baseline_kpa
         curve, _ = self._curve_at(baseline_kpa - self.reference_kpa, CONTACT_CURVE_TOLERANCE_KPA)
         rise_kpa = now_kpa - baseline_kpa
-        force_n = std_n = math.nan
         point = curve.at(rise_kpa)
+        force_n, std_n = point.estimate.force_n, self._std_n(point, curve, rise_kpa)
         if self.tracker.baseline_unknown:
             quality = Quality.NO_BASELINE
         elif not VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA:
             quality = Quality.OUT_OF_RANGE
-        elif not math.isfinite(point.estimate.force_n):
+        elif not math.isfinite(force_n + std_n):
             quality = Quality.NO_SOLUTION if point.plausible else Quality.OUT_OF_RANGE
         else:
             quality = Quality.INTERPOLATED if rise_kpa < curve.model.lower_range_rise_kpa else Quality.GOOD
-            unexplained_n = unexplained_std_n(curve, rise_kpa, self.tracker.unexplained)
-            force_n = point.estimate.force_n
-            std_n = math.hypot(self._std_n(point, curve.baseline_kpa, rise_kpa), unexplained_n)
-        has_force = math.isfinite(force_n)
+        has_force = quality in WITH_FORCE
         return Measurement(
             t_s=t_s,
             pressure_kpa=pressure_kpa,
@@ -247,16 +246,18 @@ class Chain:
             radius_mm=self.settings.balloon.radius_mm(curve.baseline_kpa),
             indentation_mm=point.estimate.indentation_mm if has_force else math.nan,
             contact_radius_mm=point.estimate.contact_radius_mm if has_force else math.nan,
-            force_n=force_n,
-            force_std_n=std_n,
+            force_n=force_n if has_force else math.nan,
+            force_std_n=std_n if has_force else math.nan,
             force_uncompensated_n=curve.force_n(pressure_kpa - baseline_kpa),
             force_lower_range_limit_n=curve.lower_range_limit_n,
             in_contact=True,
             quality=quality,
         )
 
-    def _std_n(self, point: ForceCurvePoint, baseline_kpa: float, rise_kpa: float) -> float:
+    def _std_n(self, point: ForceCurvePoint, curve: ContactCurve, rise_kpa: float) -> float:
+        """Return the standard uncertainty [N] of the force at a point of the curve, NaN without a force."""
         settings, tracker, lag = self.settings, self.tracker, self._lag
+        baseline_kpa = curve.baseline_kpa
         lag_std_s = settings.lag_relative_std * settings.tube_time_constant_s
         pressures = MeasuredPressures(
             baseline_kpa,
@@ -264,13 +265,14 @@ class Chain:
             settings.input_uncertainties.baseline_std_kpa(tracker.baseline_age_s, tracker.drifted_kpa),
             math.hypot(lag.present_noise_kpa, lag_std_s * lag.rate_kpa_per_s),
         )
-        return force_std_n(
+        std_n = force_std_n(
             point.estimate.force_n,
             point.sensitivity,
             pressures,
             settings.input_uncertainties,
             settings.model_uncertainty,
         )
+        return math.hypot(std_n, unexplained_std_n(curve, rise_kpa, tracker.unexplained))
 
     def _curve_at(self, baseline_kpa: float, tolerance_kpa: float) -> tuple[ContactCurve, float]:
         """Return the force curve at one ΔP_i, and its force at the onset of a contact.

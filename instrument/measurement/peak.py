@@ -71,7 +71,7 @@ class MeasuredSample(Protocol):
 
 
 class Peak(NamedTuple):
-    """One peak. The force is NaN if the contact has no force."""
+    """One peak. Force and uncertainty are NaN if one of them is unknown."""
 
     t_s: float
     rise_kpa: float  #: pressure rise ΔP_f − ΔP_i
@@ -220,6 +220,8 @@ class PeakTracker:
         highest = self._highest
         rise_kpa = highest.best_kpa(significant_differences(self.tube_time_constant_s))
         force_n = force_at(rise_kpa, sorted(self._curve.values()))
+        if not math.isfinite(force_n + highest.force_std_n):
+            return Peak(highest.t_s, rise_kpa, math.nan, math.nan)
         return Peak(highest.t_s, rise_kpa, force_n, highest.force_std_n)
 
 

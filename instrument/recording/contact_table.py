@@ -32,7 +32,7 @@ class RecordedContact(NamedTuple):
     #: "ended"; "open" at the end of the samples; "vented", "tripped" or "interrupted" (missing samples) if
     #: the contact did not end by itself
     state: str
-    #: reasons why a force of the contact is missing or limited, separated by spaces; "" if there are none
+    #: reasons why the contact has no force, separated by spaces; "" if it has a force
     reason: str
 
 
@@ -64,6 +64,8 @@ class ContactCollector:
         return [self._contact(row) for row in self._history.rows]
 
     def _contact(self, row: ContactRow) -> RecordedContact:
+        """Return the contact. A reason removes its force, because the true highest force is then unknown."""
+        reason = _reason(Quality(self._quality[row.number]), row.peak_n)
         return RecordedContact(
             number=row.number,
             begin_s=row.begin_s,
@@ -72,11 +74,11 @@ class ContactCollector:
             baseline_kpa=row.baseline_kpa,
             final_kpa=row.final_kpa,
             final_s=row.final_s,
-            force_n=row.peak_n,
-            force_std_n=row.peak_std_n,
+            force_n=math.nan if reason else row.peak_n,
+            force_std_n=math.nan if reason else row.peak_std_n,
             peaks=row.peaks,
             state=OPEN if row.open else self._states[row.number],
-            reason=_reason(Quality(self._quality[row.number]), row.peak_n),
+            reason=reason,
         )
 
 
@@ -105,10 +107,10 @@ def _end_state(m: SampleRecord, gap_s: float) -> str:
 
 
 def _reason(quality: Quality, force_n: float) -> str:
-    """Return the names of the limitations.
+    """Return the names of the reasons why a force of the contact is missing.
 
-    A rise below 0.5 kPa is a part of each contact, so that it is no reason if there is a force.
+    A rise below 0.5 kPa is a part of each contact. It is no reason if there is a force or another reason.
     """
-    if math.isfinite(force_n):
+    if math.isfinite(force_n) or quality != Quality.INTERPOLATED:
         quality &= ~Quality.INTERPOLATED
     return " ".join(flag.name.lower() for flag in Quality if flag in quality and flag.name)

@@ -14,6 +14,7 @@ from pneuforce.instrument.validation.accuracy import estimate_forces
 
 ROOT = Path(__file__).parents[3]
 CONTACTS = ROOT / "docs/examples/reference-contacts.csv"
+RADIUS = ROOT / "docs/examples/radius.csv"
 RECORDING = ROOT / "docs/examples/validation-recording.csv"
 
 
@@ -92,6 +93,24 @@ def test_a_table_keeps_its_columns_and_gets_the_force_of_each_contact(config):
         assert float(row["force_n"]) == pytest.approx(force_n, rel=1e-5)
         assert float(row["force_std_n"]) == pytest.approx(std_n, rel=1e-5)
         assert float(row["force_n"]) == pytest.approx(float(row["input_force_n"]), rel=0.1)
+
+
+@pytest.mark.parametrize("command", ["estimate", "uncertainty"])
+def test_a_force_without_an_uncertainty_is_not_valid(tmp_path, command):
+    """The rise lies between the last two nodes of the curve, of which one is outside the membrane table."""
+    file = tmp_path / "calibration.toml"
+    succeed("calibrate", "radius", RADIUS, "--out", file)
+    succeed(
+        *["calibrate", "grip", "--mass-g", "150", "--before-kpa", "8.0", "--after-kpa", "9.4", "--out"], file
+    )
+    words = ("--dpi", "8", "--dpf", "12.5", "--method", "membrane", "--calibration", str(file))
+    for form in ((), ("--json",)):
+        done = CliRunner().invoke(app, [command, *words, *form])
+        assert isinstance(done.exception, InvalidForce)
+        assert "nan" not in done.stdout
+    answer = json.loads(done.stdout)
+    assert (answer["force_n"], answer["force_std_n"], answer["valid"]) == (None, None, False)
+    assert answer["reasons"]
 
 
 def test_a_contact_without_a_force_has_an_empty_cell_and_a_reason(tmp_path):

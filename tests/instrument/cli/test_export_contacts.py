@@ -44,12 +44,9 @@ def test_the_table_has_the_contacts_of_the_plot_and_of_the_page(pressed, tmp_pat
     with (tmp_path / "contacts.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == list(CONTACT_TYPES)
-    history, samples = ContactHistory(), samples_of(pressed)
-    for m in samples:
-        history.add_sample(m)
     with open_recording(pressed) as recording:
         begin_s = recording.begin_s
-    for row, expected in zip(rows, history.rows, strict=True):
+    for row, expected in zip(rows, history_of(samples_of(pressed)), strict=True):
         assert float(row["begin_s"]) == pytest.approx(expected.begin_s - begin_s, abs=1e-5)
         assert float(row["end_s"]) - float(row["begin_s"]) == pytest.approx(expected.duration_s, abs=1e-5)
         assert float(row["baseline_kpa"]) == expected.baseline_kpa
@@ -89,6 +86,28 @@ def test_a_contact_without_a_force_has_the_reason(pressed):
     for contact in collect_contacts(no_force, TUBE_TIME_CONSTANT_S):
         assert contact.force_n != contact.force_n
         assert "no_baseline" in contact.reason.split()
+
+
+def test_a_contact_whose_highest_samples_have_no_force_has_neither_force_nor_uncertainty(pressed):
+    """The contact begins below the table of the method membrane, and ends above the table."""
+    samples = samples_of(pressed)
+    limit_kpa = max(m.rise_kpa for m in samples if m.in_contact) / 2
+    unsolved = {"force_n": float("nan"), "force_std_n": float("nan"), "quality": 4}
+    cut = [m._replace(**unsolved) if m.in_contact and m.rise_kpa > limit_kpa else m for m in samples]
+    contacts = collect_contacts(cut, TUBE_TIME_CONSTANT_S)
+    assert {contact.reason for contact in contacts} == {"no_solution", ""}
+    for contact in contacts:
+        missing = [value != value for value in (contact.force_n, contact.force_std_n)]
+        assert missing == [bool(contact.reason)] * 2
+    peaks = [row for row in history_of(cut) if row.peak_n != row.peak_n or row.peak_std_n != row.peak_std_n]
+    assert all(row.peak_n != row.peak_n and row.peak_std_n != row.peak_std_n for row in peaks)
+
+
+def history_of(samples):
+    history = ContactHistory()
+    for m in samples:
+        history.add_sample(m)
+    return history.rows
 
 
 def test_an_exported_file_is_replaced_only_on_request(pressed, tmp_path):
