@@ -13,6 +13,9 @@ from pneuforce.support import atomic_file
 from pneuforce.support.columns import CsvRow, CsvTable, parse_table
 
 REQUIRED_COLUMNS = ("t_s", "pressure_kpa", "force_n")
+#: Columns that only the samples of an instrument have (`export`, `evaluate --samples`). There, force_n is the
+#: force of the instrument. force_std_n is not listed, because a reference sensor can have an uncertainty too.
+INSTRUMENT_COLUMNS = ("sequence", "force_uncompensated_n")
 #: Optional columns that divide the recording into trials: a new trial starts when a value changes. The
 #: balloon is not locked in rows whose phase is empty.
 TRIAL_COLUMNS = ("phase", "setpoint_kpa")
@@ -38,9 +41,12 @@ COLUMN_RANGES: Mapping[str, ColumnRange] = {
 def read(path: Path) -> tuple[Trial, ...]:
     """Return the trials of a recording.
 
-    Raises ConfigurationError with file, line and column if a row is invalid, or if there is no trial.
+    Raises ConfigurationError with file, line and column if a row is invalid, if there is no trial, or if the
+    only force is that of the instrument.
     """
-    trials = split_trials(_samples(parse_table(atomic_file.read_file(path), str(path))))
+    table = parse_table(atomic_file.read_file(path), str(path))
+    _require_reference(table, path)
+    trials = split_trials(_samples(table))
     if not trials:
         raise ConfigurationError(
             f"{path}: no samples of a locked balloon for more than {MIN_DURATION_S} s without a gap of "
@@ -62,6 +68,16 @@ def _lines(trials: Iterable[Trial]) -> Iterator[str]:
     for number, trial in enumerate(trials, 1):
         for t_s, kpa, force_n in zip(trial.t_s, trial.pressure_kpa, trial.force_n, strict=True):
             yield f"{t_s:.3f},{kpa:.5f},{force_n:.5f},{number}\n"
+
+
+def _require_reference(table: CsvTable, path: Path) -> None:
+    found = [name for name in INSTRUMENT_COLUMNS if name in table.names]
+    if found:
+        raise ConfigurationError(
+            f"{path}: force_n is the force of the instrument, as the column {found[0]} shows, so it would be "
+            "compared with itself: make the table from the recording and the file of a reference sensor, "
+            "with pneuforce export --format validation --reference"
+        )
 
 
 def _samples(table: CsvTable) -> Iterator[TrialSample]:

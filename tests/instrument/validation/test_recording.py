@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.validation.recording import read, write
 from pneuforce.instrument.validation.trial import Trial
 from tests.instrument.validation.synthetic_trials import force_n, trial
@@ -41,6 +42,14 @@ def test_columns_may_be_in_any_order_among_others_and_after_a_byte_order_mark(tm
     [only] = read(write_file(tmp_path, "\ufeffnote, force_n ,pressure_kpa,t_s\n" + rows))
     assert only.force_n[:3].tolist() == [0.0, 1.0, 2.0]
     assert only.t_s[-1] == pytest.approx(1.998)
+
+
+def test_the_samples_of_an_instrument_are_no_reference(tmp_path):
+    names = ",".join(SAMPLE_TYPES)
+    with pytest.raises(ConfigurationError, match="--reference"):
+        read(write_file(tmp_path, names + "\n" + "0," * (len(SAMPLE_TYPES) - 1) + "0\n"))
+    own = "t_s,pressure_kpa,force_n,force_std_n\n" + lines(suffix=",0.01")
+    assert len(read(write_file(tmp_path, own))) == 1
 
 
 @pytest.mark.parametrize(
