@@ -22,6 +22,7 @@ from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
+from pneuforce.instrument.model.pressure_bins import RiseSpans, rise_spans
 from pneuforce.instrument.model.uncertainty import ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
@@ -239,11 +240,18 @@ def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSett
         balloon=settings.balloon,
         rise_span_kpa=(part.rise_low_kpa, part.rise_high_kpa),
         baseline_span_kpa=(part.initial_low_kpa, part.initial_high_kpa),
+        rise_spans_by_bin=_rise_spans(part),
         outside=settings.input_uncertainties,
     )
     residual = ModelUncertainty.constant(part.residual_share, part.residual_floor_n)
     # Without contacts in a pressure bin or at a rise, the correction is not known there: it keeps its last
     # value, and the uncertainty before the calibration is added.
-    model = residual.within(correction.rise_span_kpa, correction.covered_bins, settings.model_uncertainty)
+    model = residual.within(correction.covered_spans, settings.model_uncertainty)
     inputs = replace(settings.input_uncertainties, **dict.fromkeys(COMPENSATED_INPUTS, 0.0))
     return replace(settings, correction=correction, model_uncertainty=model, input_uncertainties=inputs)
+
+
+def _rise_spans(part: ForcePart) -> RiseSpans | None:
+    if part.rise_spans_kpa is None:
+        return None
+    return rise_spans((span[0], span[1]) if span else None for span in part.rise_spans_kpa)

@@ -7,6 +7,7 @@ from datetime import date
 from typing import Any
 
 from pneuforce.instrument.calibration.apply import force_conditions, grip_conditions
+from pneuforce.instrument.calibration.contacts import CalibrationContacts
 from pneuforce.instrument.calibration.file import validated
 from pneuforce.instrument.calibration.force import CANDIDATES, ForceCalibration
 from pneuforce.instrument.calibration.grip import GripFit
@@ -26,9 +27,11 @@ from pneuforce.instrument.calibration.sections import (
     PressureBin,
     RadiusPart,
     VolumePart,
+    rounded_outwards,
 )
 from pneuforce.instrument.calibration.volume import VolumeFit
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_indices
 from pneuforce.support.columns import Points
 
 #: Unit that the file appends to the name of a coefficient.
@@ -125,7 +128,8 @@ def force_part(
     contacts, correction = calibration.contacts, calibration.correction
     held_out_n = calibration.chosen.held_out_n
     share, floor_n = share_and_floor(held_out_n, contacts)
-    (rise_low, rise_high), (low, high) = correction.rise_span_kpa, correction.baseline_span_kpa
+    rise_low, rise_high = rounded_outwards(*correction.rise_span_kpa)
+    low, high = rounded_outwards(*correction.baseline_span_kpa)
     coefficients: dict[str, Any] = {
         f"{term}{_UNIT_SUFFIXES.get(term, '')}": getattr(correction, term) for term in CANDIDATES[-1]
     }
@@ -136,6 +140,7 @@ def force_part(
         "correlation": calibration.fit.correlation.clip(-1, 1).tolist(),
         "rise_low_kpa": rise_low,
         "rise_high_kpa": rise_high,
+        "rise_spans_kpa": _rise_spans_kpa(contacts),
         "initial_low_kpa": low,
         "initial_high_kpa": high,
         "residual_share": share,
@@ -146,6 +151,13 @@ def force_part(
         "bin": [PressureBin(**errors._asdict()) for errors in by_pressure],
     }
     return validated(ForcePart, values, points.name)
+
+
+def _rise_spans_kpa(contacts: CalibrationContacts) -> list[list[float]]:
+    """Return the smallest and the largest rise in each pressure bin; an empty list without contacts."""
+    bins = pressure_bin_indices(contacts.baseline_kpa)
+    rises = [contacts.rise_kpa[bins == index] for index in range(BIN_COUNT)]
+    return [list(rounded_outwards(float(r.min()), float(r.max()))) if len(r) else [] for r in rises]
 
 
 def _source(points: Points, today: date) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from datetime import date, timedelta
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VAL
 from pneuforce.instrument.model.correction import ForceCorrection
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.plausibility import ForceSpan, method_span, plausible_span
-from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA, uncovered_bins
+from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
 from pneuforce.support.columns import Numbers
 
 #: Numbers of baselines and of rises of the grid. Edges of the correction and of the law are added to them.
@@ -103,13 +104,14 @@ def _coverage_warnings(settings: ChainSettings) -> list[str]:
     """Return a warning if the contacts of the force calibration do not cover a pressure bin."""
     if settings.correction is None:
         return []
-    low_kpa, high_kpa = settings.correction.baseline_span_kpa
-    missing = [f"{BIN_EDGES_KPA[n]}–{BIN_EDGES_KPA[n + 1]}" for n in uncovered_bins(low_kpa, high_kpa)]
+    spans = settings.correction.covered_spans
+    edges = [f"{low}–{high}" for low, high in pairwise(BIN_EDGES_KPA)]
+    missing = [edge for edge, span in zip(edges, spans, strict=True) if span is None]
     if not missing:
         return []
     return [
-        f"the contacts of the force calibration cover ΔP_i from {low_kpa:.2f} to {high_kpa:.2f} kPa only: at "
-        f"{', '.join(missing)} kPa, the uncertainty before the calibration is added; add contacts there"
+        f"the contacts of the force calibration do not cover ΔP_i of {', '.join(missing)} kPa: the "
+        "uncertainty before the calibration is added there; add contacts there"
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from datetime import date
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
@@ -23,6 +24,7 @@ from pneuforce.instrument.calibration.ranges import (
 from pneuforce.instrument.measurement.contact import ONSET_KPA
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import Low, MethodName, Switch
+from pneuforce.instrument.model.pressure_bins import BIN_COUNT
 from pneuforce.support.columns import MAX_ROWS
 from pneuforce.support.toml_sections import Section
 
@@ -34,6 +36,12 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
+def rounded_outwards(low: float, high: float) -> tuple[float, float]:
+    """Return the span as the file stores it, not narrower than the given span."""
+    down, up = Context(DIGITS, ROUND_FLOOR), Context(DIGITS, ROUND_CEILING)
+    return float(down.create_decimal(repr(low))), float(up.create_decimal(repr(high)))
+
+
 Rounded = AfterValidator(rounded)
 Std = Annotated[float, Field(ge=0, le=1e6), Rounded]
 Coefficient = Annotated[float, Field(ge=-20, le=20), Rounded]
@@ -41,6 +49,8 @@ Percent = Annotated[float, Field(ge=0, le=1e4), Rounded]
 Share = Annotated[float, Field(ge=-1, le=1), Rounded]
 #: Correlation matrix, row by row. Correlation and standard uncertainties together give the covariance.
 Correlation = Annotated[list[list[Share]], Field(min_length=1, max_length=5)]
+Rise = Annotated[float, Field(ge=ONSET_KPA, le=20), Rounded]
+RiseSpan = Annotated[list[Rise], Field(max_length=2)]
 Date = Annotated[date, Field(ge=date(2020, 1, 1), le=date(2099, 12, 31))]
 
 
@@ -202,8 +212,11 @@ class ForcePart(CalibrationPart):
     # Standard uncertainties of the fitted coefficients, in the order of the fields above.
     stds: Annotated[list[Std], Field(min_length=1, max_length=5)]
     correlation: Correlation
-    rise_low_kpa: Annotated[float, Field(ge=ONSET_KPA, le=20), Rounded]
-    rise_high_kpa: Annotated[float, Field(ge=ONSET_KPA, le=20), Rounded]
+    rise_low_kpa: Rise
+    rise_high_kpa: Rise
+    # Span of the rise of the contacts in each of the five pressure bins; empty for a bin without contacts. A
+    # file of an older release does not have it.
+    rise_spans_kpa: Annotated[list[RiseSpan], Field(min_length=BIN_COUNT, max_length=BIN_COUNT)] | None = None
     initial_low_kpa: Annotated[float, Field(ge=VALID_LOW_KPA, le=VALID_HIGH_KPA), Rounded]
     initial_high_kpa: Annotated[float, Field(ge=VALID_LOW_KPA, le=VALID_HIGH_KPA), Rounded]
     # Standard deviation of the error on held-out contacts: a share of the force, and a floor in newtons. The
@@ -219,6 +232,11 @@ class ForcePart(CalibrationPart):
     def _check_plausibility(self) -> ForcePart:
         if not self.rise_low_kpa <= self.rise_high_kpa:
             raise ValueError("rise_low_kpa is above rise_high_kpa")
+        for span in self.rise_spans_kpa or []:
+            if span and not (
+                len(span) == 2 and self.rise_low_kpa <= span[0] <= span[1] <= self.rise_high_kpa
+            ):
+                raise ValueError("rise_spans_kpa has a span that is not inside rise_low_kpa to rise_high_kpa")
         if not self.initial_low_kpa <= self.initial_high_kpa:
             raise ValueError("initial_low_kpa is above initial_high_kpa")
         std_n = math.hypot(self.residual_share, self.residual_floor_n)

@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 
 from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
-from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_index, uncovered_bins
+from pneuforce.instrument.model.pressure_bins import (
+    BIN_COUNT,
+    RiseSpans,
+    contains_rise,
+    rise_spans,
+    uncovered_bins,
+)
 from pneuforce.instrument.model.uncertainty import InputUncertainties
 
 #: ΔP_i at which the variable p of `ForceCorrection` is zero [kPa].
@@ -31,6 +37,8 @@ class ForceCorrection:
     by_both: float  #: coefficient of L p [1/kPa]
     rise_span_kpa: tuple[float, float]  #: calibrated span of the rise
     baseline_span_kpa: tuple[float, float]  #: calibrated span of ΔP_i
+    #: Span of the rise of the contacts in each pressure bin. None: `rise_span_kpa` in each bin.
+    rise_spans_by_bin: RiseSpans | None = None
     by_step: float = 0.0
     law: ForceLaw = PAPER_LAW  #: the force law that is corrected
     balloon: Balloon = field(default_factory=Balloon)
@@ -38,15 +46,15 @@ class ForceCorrection:
     outside: InputUncertainties | None = None
 
     @property
-    def covered_bins(self) -> tuple[int, ...]:
-        """Return the indices of the pressure bins with contacts."""
+    def covered_spans(self) -> RiseSpans:
+        """Return the calibrated span of the rise in each pressure bin, None without enough contacts."""
         uncovered = uncovered_bins(*self.baseline_span_kpa)
-        return tuple(index for index in range(BIN_COUNT) if index not in uncovered)
+        spans = self.rise_spans_by_bin or (self.rise_span_kpa,) * BIN_COUNT
+        return rise_spans(None if index in uncovered else span for index, span in enumerate(spans))
 
     def covers(self, rise_kpa: float, baseline_kpa: float) -> bool:
-        """Return True if contacts were calibrated at this rise, and in the pressure bin of this ΔP_i."""
-        low, high = self.rise_span_kpa
-        return low <= rise_kpa <= high and pressure_bin_index(baseline_kpa) in self.covered_bins
+        """Return True if contacts in the pressure bin of this ΔP_i were calibrated around this rise."""
+        return contains_rise(self.covered_spans, baseline_kpa, rise_kpa)
 
     def factor(self, rise_kpa: Number, baseline_kpa: Number) -> Number:
         """Return the factor that multiplies the force of the law. The arguments are floats or arrays."""

@@ -6,6 +6,7 @@ The edge at 8.85 kPa is `Balloon.switch_kpa`.
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -47,3 +48,21 @@ def pressure_bin_indices(baseline_kpa: NDArray[np.float64]) -> NDArray[np.int64]
 def pressure_bin_index(baseline_kpa: float) -> int:
     """Return the index of the bin of one pressure, as `pressure_bin_indices` does for arrays."""
     return bisect_left(BIN_EDGES_KPA, baseline_kpa, 1, BIN_COUNT) - 1
+
+
+#: Smallest and largest rise [kPa]. None: no rise.
+RiseSpan = tuple[float, float] | None
+#: One span of the rise for each pressure bin, from the lowest ΔP_i to the highest.
+RiseSpans = tuple[RiseSpan, RiseSpan, RiseSpan, RiseSpan, RiseSpan]
+
+
+def rise_spans(spans: Iterable[RiseSpan]) -> RiseSpans:
+    """Return five spans as one value."""
+    first, second, third, fourth, fifth = spans
+    return first, second, third, fourth, fifth
+
+
+def contains_rise(spans: RiseSpans, baseline_kpa: float, rise_kpa: float) -> bool:
+    """Return True if the span of the pressure bin of ΔP_i contains the rise."""
+    span = spans[pressure_bin_index(baseline_kpa)]
+    return span is not None and span[0] <= rise_kpa <= span[1]

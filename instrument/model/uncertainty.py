@@ -6,12 +6,11 @@ u(inputs) is computed with exact derivatives of the force law.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from pneuforce.instrument.model.derivatives import ContactDifferentiator
-from pneuforce.instrument.model.pressure_bins import BIN_COUNT, pressure_bin_index
+from pneuforce.instrument.model.pressure_bins import RiseSpans, contains_rise, pressure_bin_index
 
 #: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
 #: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
@@ -83,9 +82,9 @@ class BinUncertainty:
 class ModelUncertainty(BinUncertainty):
     """Standard uncertainty of the force law itself, which may depend on the rise."""
 
-    #: Uncertainty at a rise outside `rise_span_kpa`. None: the values above apply to each rise.
+    #: Uncertainty at a rise outside `rise_spans`. None: the values above apply to each rise.
     outside: BinUncertainty | None = None
-    rise_span_kpa: tuple[float, float] = (0.0, 0.0)
+    rise_spans: RiseSpans | None = None
 
     @classmethod
     def constant(cls, relative_std: float, absolute_std_n: float = 0.0) -> ModelUncertainty:
@@ -94,45 +93,28 @@ class ModelUncertainty(BinUncertainty):
         absolute_n = (absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n)
         return cls(relative_stds=relative, absolute_stds_n=absolute_n)
 
-    def within(
-        self, rise_span_kpa: tuple[float, float], bins: Collection[int], before: BinUncertainty
-    ) -> ModelUncertainty:
-        """Return this uncertainty for the rises in a span and for some pressure bins.
+    def within(self, rise_spans: RiseSpans, before: BinUncertainty) -> ModelUncertainty:
+        """Return this uncertainty for the rises in the span of each pressure bin.
 
-        At another rise or in another bin, it is the root of the sum of squares with the uncertainty `before`.
+        At another rise, it is the root of the sum of squares with the uncertainty `before`.
         """
-        others = [index for index in range(BIN_COUNT) if index not in bins]
-        relative_stds, absolute_stds_n = self._joined(before, others)
-        outside_relative_stds, outside_absolute_stds_n = self._joined(before, range(BIN_COUNT))
-        return ModelUncertainty(
-            relative_stds=relative_stds,
-            absolute_stds_n=absolute_stds_n,
-            rise_span_kpa=rise_span_kpa,
-            outside=BinUncertainty(
-                relative_stds=outside_relative_stds, absolute_stds_n=outside_absolute_stds_n
-            ),
+        outside = BinUncertainty(
+            relative_stds=_joined(self.relative_stds, before.relative_stds),
+            absolute_stds_n=_joined(self.absolute_stds_n, before.absolute_stds_n),
         )
-
-    def _joined(self, other: BinUncertainty, bins: Collection[int]) -> tuple[BinValues, BinValues]:
-        """Return the values of this uncertainty. In some bins, they are joined with those of another."""
-
-        def joined(own: BinValues, others: BinValues) -> BinValues:
-            first, second, third, fourth, fifth = (
-                math.hypot(value, others[index]) if index in bins else value
-                for index, value in enumerate(own)
-            )
-            return first, second, third, fourth, fifth
-
-        return (
-            joined(self.relative_stds, other.relative_stds),
-            joined(self.absolute_stds_n, other.absolute_stds_n),
-        )
+        return replace(self, outside=outside, rise_spans=rise_spans)
 
     def std_n(self, force_n: float, baseline_kpa: float, rise_kpa: float) -> float:
         """Return the standard uncertainty [N] of a force at ΔP_i and at a rise."""
-        low_kpa, high_kpa = self.rise_span_kpa
-        values = self if self.outside is None or low_kpa <= rise_kpa <= high_kpa else self.outside
+        values: BinUncertainty = self
+        if self.outside and self.rise_spans and not contains_rise(self.rise_spans, baseline_kpa, rise_kpa):
+            values = self.outside
         return math.hypot(force_n * values.relative_std(baseline_kpa), values.absolute_std_n(baseline_kpa))
+
+
+def _joined(own: BinValues, others: BinValues) -> BinValues:
+    first, second, third, fourth, fifth = map(math.hypot, own, others)
+    return first, second, third, fourth, fifth
 
 
 class ForceSensitivity(NamedTuple):

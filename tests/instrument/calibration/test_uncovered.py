@@ -1,16 +1,24 @@
 """Tests of a force calibration outside its contacts: the uncertainty is not smaller than before."""
 
 from dataclasses import replace
+from datetime import date
+from functools import cache
+from pathlib import Path
 
 import pytest
 
 from pneuforce.instrument.calibration import file
 from pneuforce.instrument.calibration.apply import apply_calibration, force_conditions
+from pneuforce.instrument.calibration.contacts import parse_contacts, read_contacts
+from pneuforce.instrument.calibration.force import fit_force
+from pneuforce.instrument.calibration.parts import force_part
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw
+from pneuforce.instrument.model.pressure_bins import pressure_bin_indices
 from pneuforce.instrument.model.uncertainty_budget import combined_std_n, compute_budget
 from tests.instrument.calibration.test_golden import GOLDEN
 
+EXAMPLE = Path(__file__).parents[3] / "docs/examples/reference-contacts.csv"
 COVERED, LOW, HIGH = (0.8, 1.0, 1.2), (0.1, 0.3, 0.58), (1.55, 2.0, 4.0)
 
 
@@ -50,3 +58,38 @@ def test_outside_the_contacts_the_errors_of_the_inputs_count_again():
     after = calibrated(exact)
     assert all(std_n(after, kpa, 3.0) >= std_n(exact, kpa, 3.0) for kpa in (5.5, 11.0))
     assert std_n(after, 11.0, 1.0) >= std_n(exact, 11.0, 1.0)
+
+
+@cache
+def example_calibration(added=""):
+    """Return the contacts of the example, and the settings that are calibrated with them."""
+    points = parse_contacts(EXAMPLE.read_bytes() + added.encode(), "contacts.csv")
+    before = ChainSettings()
+    found = fit_force(read_contacts(points, before), before)
+    part = force_part(found, [], points, before, date(2026, 1, 1))
+    return found.contacts, apply_calibration(before, file.empty(0).model_copy(update={"force": part}))
+
+
+def test_above_the_forces_of_its_contacts_the_uncertainty_is_that_before_the_calibration():
+    """At 11 kPa the rise is that of 5 N, and the largest contact there has 3.2 N.
+
+    At 7.6 kPa, a contact has a larger rise.
+    """
+    _, after = example_calibration()
+    assert std_n(after, 11.0, 3.84873) >= std_n(ChainSettings(), 11.0, 3.84873)
+    assert std_n(after, 11.0, 2.0) < 0.5 * std_n(ChainSettings(), 11.0, 2.0)
+    assert std_n(after, 7.6, 3.84873) < 0.7 * std_n(ChainSettings(), 7.6, 3.84873)
+
+
+@pytest.mark.parametrize("added", ["", "9.30001,12.4567891234567,2.9,0.01\n"])
+def test_the_largest_and_the_smallest_contact_of_each_bin_are_inside_the_calibrated_span(added):
+    """The file rounds its limits outwards."""
+    contacts, after = example_calibration(added)
+    bins = pressure_bin_indices(contacts.baseline_kpa)
+    for index in range(5):
+        in_bin = contacts.select(bins == index)
+        for row, step in ((in_bin.rise_kpa.argmax(), 1.001), (in_bin.rise_kpa.argmin(), 0.999)):
+            baseline_kpa, rise_kpa = float(in_bin.baseline_kpa[row]), float(in_bin.rise_kpa[row])
+            assert after.correction.covers(rise_kpa, baseline_kpa)
+            inside_n = after.model_uncertainty.std_n(1.0, baseline_kpa, rise_kpa)
+            assert after.model_uncertainty.std_n(1.0, baseline_kpa, rise_kpa * step) > inside_n
