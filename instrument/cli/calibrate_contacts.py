@@ -35,6 +35,7 @@ class Pairing(NamedTuple):
     unpaired: list[UnpairedContact]
     aligned: AlignedReference
     remark: str  #: remark about the recording; "" if there is none
+    damaged: bool  #: True if a part of the recording could not be read
 
 
 def pair(given: PairingInput) -> Pairing:
@@ -45,30 +46,31 @@ def pair(given: PairingInput) -> Pairing:
     """
     with open_recording(given.recording) as recording:
         course, aligned = read_aligned(recording, given.reference)
-        remark = recording.remark()
+        remark, damaged = recording.remark(), bool(recording.damage)
     if not course.contacts:
         raise ConfigurationError(f"{given.recording}: the recording contains no contact {remark}".rstrip())
     paired, unpaired = pair_reference(course, aligned.force)
-    return Pairing(paired, unpaired, aligned, remark)
+    return Pairing(paired, unpaired, aligned, remark, damaged)
 
 
 def write_pairing(given: PairingInput, out: Path | None, overwrite: bool, as_json: bool) -> int:
     """Pair the contacts, write or print the table, and report the contacts without a pair.
 
-    Return the exit code, 1 if no contact is paired. Raises ConfigurationError.
+    Without any pair, no file is written. Return the exit code, 1 if no contact is paired, or if the recording
+    is damaged. Raises ConfigurationError.
     """
     _check_out(out, overwrite)
     found = pair(given)
     lines = [*_comments(given, found), *_csv_lines(PairedContact._fields, found.paired)]
-    if out is not None:
+    if out is not None and found.paired:
         write_lines(out, (f"{line}\n" for line in lines))
     if as_json:
         print_text(json_line(_facts(found)))
     else:
-        if out is None:
+        if out is None and found.paired:
             print_text("\n".join(lines))
         print_text("\n".join(_summary(found)), sys.stderr if out is None else sys.stdout)
-    return 0 if found.paired else 1
+    return 0 if found.paired and not found.damaged else 1
 
 
 def write_simulated(lines: Iterable[str], out: Path | None, overwrite: bool) -> None:
@@ -104,6 +106,8 @@ def _summary(found: Pairing) -> Iterator[str]:
     yield from found.aligned.summary()
     total = len(found.paired) + len(found.unpaired)
     yield f"paired with a reference force: {len(found.paired)} of {counted(total, 'contact')}"
+    if not found.paired:
+        yield "nothing was written"
     for contact in found.unpaired:
         yield f"contact {contact.contact} at {contact.begin_s:.2f} s is not paired: {contact.reason}"
     if found.remark:

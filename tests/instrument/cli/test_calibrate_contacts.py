@@ -95,6 +95,17 @@ def test_the_table_is_accepted_by_calibrate_force(folder, tmp_path):
     assert (refused.returncode, "--overwrite" in refused.stderr) == (2, True)
 
 
+def test_a_damaged_recording_gives_its_contacts_and_an_exit_code(folder, tmp_path):
+    whole = (folder / "a.recording").read_bytes()
+    (tmp_path / "cut.recording").write_bytes(whole[: len(whole) * 9 // 10])
+    words = ("--from", tmp_path / "cut.recording", "--reference", folder / "cell.csv", "--offset", "0")
+    done = pneuforce("calibrate", "contacts", *words, "--json")
+    found = json.loads(done.stdout)
+    assert found["paired"]
+    assert "damaged" in found["remark"]
+    assert done.returncode == 1
+
+
 def validation_rows(folder, out, *words):
     """Export the recording with a reference force. Return the output, and time and force of each sample."""
     options = ("--format", "validation", "--reference", *words)
@@ -152,8 +163,11 @@ def test_a_reference_that_fits_nowhere_or_at_several_times_is_rejected(folder, t
     assert pneuforce(*words, constant).returncode == 2
     early = tmp_path / "early.csv"
     early.write_text("t_s,force_n\n0,0\n0.1,0\n")
-    none = pneuforce(*words, early, "--offset", "0")
+    none = pneuforce(*words, early, "--offset", "0", "--out", tmp_path / "none.csv")
     assert none.returncode == 1
+    assert not (tmp_path / "none.csv").exists()
+    none = pneuforce(*words, early, "--offset", "0")
+    assert (none.returncode, none.stdout) == (1, "")
     assert none.stderr.count("is not paired") == 8
 
 
