@@ -329,7 +329,7 @@ def test_the_buses_and_the_browser_show_a_simulated_rig_and_a_recorder_is_reject
             assert set(_first_message(web_table["port"], "state")["status"]) >= REPLAY_STATUS
             samples = _first_message(web_table["port"], "samples")
             assert max(samples["t_s"]) == pytest.approx(time.monotonic(), abs=5.0)
-            assert _first_message(web_table["port"], "event", "text")["at"] >= "20"
+            assert _first_message(web_table["port"], "event", "kind")["at"] >= "20"
             _check_recorder_is_rejected(tmp_path)
             assert player.running
             assert plc.read()["sample_age"] <= 0.1
@@ -347,9 +347,12 @@ def _about(port):
 
 def _first_message(port, event, key="t_s"):
     """Return the first message of the type `event` to a browser in which `key` has a value."""
+    until_s = time.monotonic() + 30.0
     with urlopen(f"http://127.0.0.1:{port}/api/live", timeout=10.0) as stream:
         kind = ""
         for line in stream:
+            if time.monotonic() > until_s:
+                break
             if line.startswith(b"event:"):
                 kind = line.split(b":", 1)[1].strip().decode()
             elif line.startswith(b"data:") and kind == event:
