@@ -152,11 +152,11 @@ def test_a_link_that_appears_while_the_cable_is_unplugged_is_kept(tmp_path):
 def test_an_invalid_control_file_is_reported_in_one_line(tmp_path, content):
     regular(tmp_path / "rig.control", content)
     done = pneuforce("sim", "fault", "--link", "rig", cwd=tmp_path)
-    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (69, "", 1)
     assert "rig" in done.stderr
 
 
 def test_a_pipe_in_place_of_the_control_file_does_not_block(tmp_path):
     os.mkfifo(tmp_path / "rig.control")
     done = pneuforce("sim", "fault", "--link", "rig", cwd=tmp_path, timeout_s=20)
-    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert (done.returncode, len(done.stderr.splitlines())) == (69, 1)
