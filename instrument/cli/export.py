@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -79,13 +79,15 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
         with progress("exporting") as report:
             end_s = min(recording.extent_s, options.to_s)
             samples = counter.count(_selected_samples(recording, options), report, end_s)
-            contact_count = _write(form, options, recording, samples, aligned)
+            row_count = _write(form, options, recording, samples, aligned)
         remark = recording.remark()
+        contact_count = row_count if options.contacts else None
+        sample_count = row_count if row_count is not None and aligned else counter.rows
         facts = {
             "file": str(path),
             "out": str(options.out),
             "format": form,
-            "samples": counter.rows,
+            "samples": sample_count,
             "contacts": contact_count,
             "from_s": counter.first_s,
             "to_s": counter.last_s,
@@ -96,7 +98,7 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
     if remark:
         print_text(f"pneuforce: {remark}", sys.stderr)
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
-    rows = counted(counter.rows, "sample") if contact_count is None else counted(contact_count, "contact")
+    rows = counted(sample_count, "sample") if contact_count is None else counted(contact_count, "contact")
     lines = [f"{options.out}: {rows}, {span}", *(aligned.summary() if aligned else ())]
     print_text(json_text(facts) if as_json else "\n".join(lines))
     return 1 if damaged else 0
@@ -147,10 +149,9 @@ def _write(
     samples: Iterator[SampleRecord],
     aligned: AlignedReference | None,
 ) -> int | None:
-    """Write the table. Return the number of contacts; None if the table contains samples."""
+    """Write the table. Return the number of its rows; None if the table contains all samples."""
     if aligned is not None:
-        _write_validation(options.out, samples, aligned.force)
-        return None
+        return _write_validation(options.out, samples, aligned.force)
     if not options.contacts:
         write_table(options.out, form, samples, SAMPLE_TYPES, recording.metadata)
         return None
@@ -171,6 +172,10 @@ def write_table(
         write_parquet(new, rows, types, metadata)
 
 
-def _write_validation(out: Path, samples: Iterator[SampleRecord], reference: Points) -> None:
+def _write_validation(out: Path, samples: Iterator[SampleRecord], reference: Points) -> int:
+    """Write the samples that the reference covers. Return their number."""
     pressures = (PressureSample(m.t_s, m.unfiltered_kpa, math.isfinite(m.baseline_kpa)) for m in samples)
-    atomic_file.write_lines(out, recording_lines(pressures, reference))
+    line_numbers = count()
+    lines = zip(recording_lines(pressures, reference), line_numbers, strict=False)
+    atomic_file.write_lines(out, (line for line, _ in lines))
+    return next(line_numbers) - 1  # the first line has the names of the columns

@@ -112,6 +112,7 @@ def validation_rows(folder, out, *words):
     done = pneuforce("export", folder / "a.recording", out, *options)
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader(out.read_text().splitlines()))
+    assert f": {len(rows)} samples" in done.stdout
     return done.stdout, {float(row["t_s"]): float(row["force_n"]) for row in rows}
 
 
@@ -119,6 +120,10 @@ def test_export_and_plot_align_the_reference_in_the_same_way(folder, tmp_path):
     _, truth = validation_rows(folder, tmp_path / "a.csv", folder / "cell.csv", "--offset", "0")
     output, aligned = validation_rows(folder, tmp_path / "b.csv", folder / "logger.csv", *LOGGER)
     common = truth.keys() & aligned.keys()
+    cut = tmp_path / "cut.csv"
+    cut.write_text("".join((folder / "cell.csv").read_text().splitlines(keepends=True)[:1001]))
+    _, shorter = validation_rows(folder, tmp_path / "c.csv", cut, "--offset", "0")
+    assert 0 < len(shorter) < len(truth)
     assert len(common) > 0.95 * len(truth) > 1000
     errors_n = sorted(abs(aligned[t_s] - truth[t_s]) for t_s in common)
     assert errors_n[len(errors_n) * 9 // 10] < 0.03
