@@ -13,6 +13,7 @@ from pneuforce.instrument.cli.estimate import (
     format_estimate,
 )
 from pneuforce.instrument.cli.estimate_table import force_csv, force_facts, read_force_rows
+from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.instrument.cli.force_options import EstimateInput, ForceOptions
 from pneuforce.instrument.cli.force_settings import force_settings
 from pneuforce.instrument.cli.output import json_text, print_text
@@ -28,10 +29,11 @@ class _Result(NamedTuple):
     problem: str  #: reason why there is no force; "" if there is a force
 
 
-def estimate(given: EstimateInput, options: ForceOptions, *, budget: bool, as_json: bool) -> None:
+def estimate(given: EstimateInput, options: ForceOptions, *, budget: bool, as_json: bool) -> int:
     """Print the force of one contact or of a table, with the uncertainty budget if `budget` is True.
 
-    Raises ConfigurationError if an option or a file is invalid, and InvalidForce if there is no force at all.
+    Returns the exit code. Raises ConfigurationError if an option or a file is invalid, and InvalidForce if
+    there is no force at all and the printed JSON does not say so.
     """
     pressures = [value is not None for value in (given.dpi, given.dpf)]
     if any(pressures) if given.contacts is not None else not all(pressures):
@@ -49,8 +51,11 @@ def estimate(given: EstimateInput, options: ForceOptions, *, budget: bool, as_js
         print_text(result.text)
     else:
         write_lines(given.out, [result.text, "\n"])
+    if result.problem and as_json and given.out is None:
+        return ExitCode.FAILED
     if result.problem:
         raise InvalidForce(("out_of_range",), result.problem)
+    return ExitCode.DONE
 
 
 def _contact_result(given: EstimateInput, settings: ChainSettings, budget: bool, as_json: bool) -> _Result:

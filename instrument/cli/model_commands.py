@@ -29,7 +29,7 @@ def estimate(pressures: EstimateInput, options: ForceOptions, as_json: Json = Fa
     """
     from pneuforce.instrument.cli.estimate_run import estimate
 
-    estimate(pressures, options, budget=False, as_json=as_json)
+    raise typer.Exit(estimate(pressures, options, budget=False, as_json=as_json))
 
 
 @commands.command()
@@ -44,7 +44,7 @@ def uncertainty(pressures: EstimateInput, options: ForceOptions, as_json: Json =
     """
     from pneuforce.instrument.cli.estimate_run import estimate
 
-    estimate(pressures, options, budget=True, as_json=as_json)
+    raise typer.Exit(estimate(pressures, options, budget=True, as_json=as_json))
 
 
 @commands.command()

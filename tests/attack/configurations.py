@@ -9,16 +9,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
-import json
 import os
 import random
 import socket
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from pneuforce.errors import PneuforceError
+from pneuforce.errors import ConfigurationFileError, PneuforceError
 from pneuforce.instrument.audit.audit_logger import AuditLogger, NullAuditSink
 from pneuforce.instrument.cli.config_check import check_config
+from pneuforce.instrument.cli.failure import failure_values
 from pneuforce.instrument.config import Configuration, load, resolve_path
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
@@ -56,17 +56,18 @@ def attack_configurations(result: AttackResult, rng: random.Random, amount: int)
 
 def checked(path: Path) -> bool:
     """Return True if the file is good. Raises ValueError if the result of the check is not readable."""
-    output = io.StringIO()
-    with contextlib.redirect_stdout(output):
-        code = check_config(path, as_json=True)
-    report = json.loads(output.getvalue())
-    if code == 0:
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            check_config(path, as_json=True)
+    except ConfigurationFileError as error:
+        message = failure_values(error)["message"]
+    else:
         return True
-    sentences = report["why"].split("\n")
+    sentences = message.split("\n")
     if len(sentences) > MAX_SENTENCES or not all(
         s.startswith(str(path)) and s.isprintable() for s in sentences
     ):
-        raise ValueError(f"not one sentence for each error: {report['why'][:300]!r}")
+        raise ValueError(f"not one sentence for each error: {message[:300]!r}")
     return False
 
 

@@ -63,7 +63,7 @@ PASCAL = 1e-3
         f"| thickness h_0 | {ERRORS.rest_thickness_mm:g} mm |",
         f"| Poisson's ratio ν | {ERRORS.poisson:g} |",
         f"| volume of the tubes V_c | {ERRORS.volume_mm3:g} mm³ |",
-        f"| ambient pressure P_0 | {ERRORS.ambient_kpa:g} kPa |",
+        f"| ambient pressure P_0 | {ERRORS.ambient_kpa:g} kPa;",
         f"| gas exponent n, 1 to 1.2 | {ERRORS.polytropic:.3f} |",
         f"a rise of {ONSET_KPA:g} kPa",
         f"lags by about {1e3 * CHAIN.tube_time_constant_s:.0f} ms",

@@ -4,9 +4,10 @@ import json
 
 import pytest
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, ConfigurationFileError
 from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.cli.exit_codes import ExitCode
+from pneuforce.instrument.cli.failure import failure_values
 from pneuforce.instrument.config import load, parse
 from pneuforce.instrument.service.stream_header import stream_header
 
@@ -38,8 +39,11 @@ def test_no_message_about_a_configuration_contains_the_token(text, tmp_path, cap
     path.write_text(text)
     with pytest.raises(ConfigurationError) as caught:
         load(path)
-    assert check_config(path, as_json=True) == ExitCode.CONFIGURATION
-    printed = [str(caught.value), repr(caught.value), capsys.readouterr().out]
+    with pytest.raises(ConfigurationFileError) as checked:
+        check_config(path, as_json=True)
+    failure = failure_values(checked.value)
+    assert failure["exit_code"] == ExitCode.CONFIGURATION
+    printed = [str(caught.value), repr(caught.value), json.dumps(failure), capsys.readouterr().out]
     assert not [line for line in printed if SECRET in line]
 
 

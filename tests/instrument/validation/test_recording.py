@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneuforce.errors import ConfigurationError
+from pneuforce.errors import ConfigurationError, WriteFailed
 from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.validation.recording import read, write
 from pneuforce.instrument.validation.trial import Trial
@@ -124,7 +124,7 @@ def test_a_full_disk_leaves_the_old_recording_unchanged(tmp_path):
         yield trial(*force_n(2.0, (0.5, 0.3, 0.3, 1.0)))
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(ConfigurationError, match=r"cannot be written: No space left"):
+    with pytest.raises(WriteFailed, match=r"cannot be written: No space left"):
         write(file, interrupted())
     assert file.read_bytes() == old
     assert [path.name for path in tmp_path.iterdir()] == ["rig.csv"]
