@@ -191,7 +191,7 @@ def test_the_command_finds_a_simulator_by_the_link_to_its_port(healthy_rig):
 )
 def test_an_error_of_the_command_is_one_line(arguments, facts):
     done = pneuforce_fault(*arguments)
-    assert done.returncode == (69 if facts == ["no simulator", "control port 1"] else 2)
+    assert done.returncode == (69 if "no simulator" in facts else 2)
     assert done.stderr.startswith("pneuforce: ")
     assert all(fact in done.stderr for fact in facts)
     assert len(done.stderr.splitlines()) == 1

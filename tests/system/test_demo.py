@@ -25,7 +25,8 @@ class Demo:
         self.modbus_port, self.can_port = free_port(), free_port()
         ports = ["--modbus-port", str(self.modbus_port), "--can-port", str(self.can_port), "--web-port", "0"]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "pneuforce", "demo", *ports, *arguments],
+            # The tests may have been started with nohup, which ignores the signal.
+            ["env", "--default-signal=HUP", sys.executable, "-m", "pneuforce", "demo", *ports, *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
