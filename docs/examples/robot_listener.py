@@ -127,11 +127,13 @@ def run(bus, inflation, stopped):
     force_input, printed_mm_per_s = ForceInput(), None
     while not stopped and not (inflation and inflation.rejected):
         frame = bus.recv(0.02)
+        while frame is not None:  # after a pause, many frames wait: only the last force is new
+            if frame.arbitration_id == FORCE.frame_id:
+                force_input.take(FORCE.decode(frame.data), time.monotonic())
+            elif frame.arbitration_id == ANSWER.frame_id and inflation:
+                inflation.take(ANSWER.decode(frame.data))
+            frame = bus.recv(0)
         now_s = time.monotonic()
-        if frame is not None and frame.arbitration_id == FORCE.frame_id:
-            force_input.take(FORCE.decode(frame.data), now_s)
-        elif frame is not None and frame.arbitration_id == ANSWER.frame_id and inflation:
-            inflation.take(ANSWER.decode(frame.data))
         speed = speed_mm_per_s(force_input, now_s)
         if speed != printed_mm_per_s:
             force = force_input.force(now_s)

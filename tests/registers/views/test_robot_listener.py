@@ -104,6 +104,17 @@ def test_each_listener_prints_the_line_of_the_guide(program, in_python, capsys):
     assert listed["Python"] in capsys.readouterr().out.splitlines()
 
 
+def test_after_a_pause_only_the_last_waiting_force_is_used(in_python, capsys):
+    with can.Bus("pause", "virtual") as robot, can.Bus("pause", "virtual") as node:
+        for counter in range(1, 200):
+            data = force_frame(counter, force_mn=3000 if counter == 199 else 1000)
+            node.send(can.Message(arbitration_id=0x185, data=data, is_extended_id=False))
+        in_python.run(robot, None, StoppedAfter(1))
+    printed = capsys.readouterr().out
+    assert "force 3.000 N" in printed
+    assert "force 1.000 N" not in printed
+
+
 class StoppedAfter:
     """Flag that becomes true after it was tested some times."""
 
