@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -46,8 +47,15 @@ class Demo:
 
 
 @pytest.fixture
-def demo(tmp_path, monkeypatch):
-    monkeypatch.setenv("TMPDIR", str(tmp_path))  # the demo makes its folder there
+def folder(monkeypatch):
+    """Return the folder in which the demo makes its own. Its path is short, because it contains a socket."""
+    with TemporaryDirectory(prefix="demo-") as short:
+        monkeypatch.setenv("TMPDIR", short)
+        yield Path(short)
+
+
+@pytest.fixture
+def demo(folder):
     started = Demo()
     yield started
     started.process.kill()
@@ -63,7 +71,7 @@ def running(pid):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number, tmp_path):
+def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number, folder):
     demo.until_holding()
     children = demo.children()
     assert len(children) == 3
@@ -74,7 +82,7 @@ def test_a_signal_ends_the_demo_and_its_children_within_a_second(demo, number, t
     assert demo.process.returncode == 0
     assert "Traceback" not in stderr
     assert not any(running(pid) for pid in children)
-    assert list(tmp_path.glob("pneuforce-*")) == []
+    assert list(folder.glob("pneuforce-*")) == []
 
 
 def test_the_demo_inflates_again_after_the_computer_was_suspended_and_reports_why_the_rig_tripped(demo):
