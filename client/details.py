@@ -10,6 +10,9 @@ from pneuforce.client.measurement import number_or_none
 from pneuforce.registers.advice import FAULT_ADVICE
 from pneuforce.registers.codes import FAULTS
 
+#: Names of the faults that set the status bit `vent_fault`: the balloon may still be inflated.
+VENT_FAULTS = frozenset({"vent_shut", "occlusion", "not_vented"})
+
 
 class LatchedFault(NamedTuple):
     """Fault that has tripped the rig, with its cause and the remedy of docs/faults.md."""

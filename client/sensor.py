@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
-from pneuforce.client.details import Details, fault_of
+from pneuforce.client.details import VENT_FAULTS, Details, fault_of
 from pneuforce.client.holding import CurrentHold, Hold, check_setpoint
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
@@ -185,9 +185,11 @@ class ForceSensor:
             time.sleep(VENT_POLL_S)
 
     def _failed_vent(self, measurement: Measurement) -> VentFailed:
+        """Return the error of a failed vent. The first-out fault is named only if it is the cause."""
         fault, advice = fault_of(self._connection.first_out_fault()), STATUS_ADVICE["vent_fault"]
-        name = fault.name if fault else "vent_fault"
-        return VentFailed(name, advice.what, fault.remedy if fault else advice.do, measurement.pressure_kpa)
+        if fault is None or fault.name not in VENT_FAULTS:
+            return VentFailed("vent_fault", advice.what, advice.do, measurement.pressure_kpa)
+        return VentFailed(fault.name, advice.what, fault.remedy, measurement.pressure_kpa)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:
         """Write the setpoint (2 to 12 kPa) of the next hold. A held balloon gets the setpoint at once.

@@ -140,7 +140,7 @@ class VentNotConfirmed(ClientError):
     """Vent that was sent, but after which the instrument did not verify that the balloon is empty.
 
     `pressure_kpa` is the last measured pressure, None if no pressure is available. `fault` is the name of the
-    first-out fault if the instrument has reported a failed vent; the error is then raised at once.
+    fault if the instrument has reported a failed vent; the error is then raised at once.
     """
 
     fault = ""

@@ -67,6 +67,7 @@ def _files(configuration: Configuration, path: Path) -> Iterator[tuple[str, Path
         "measurement.calibration": configuration.measurement.calibration,
         "events.file": configuration.events.file,
         "local.socket": configuration.local.socket,
+        "can.parameter_file": configuration.can.parameter_file if configuration.can.enabled else "",
     }
     yield "the configuration file", path
     for key, name in names.items():

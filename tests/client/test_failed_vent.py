@@ -2,10 +2,12 @@
 
 import pytest
 
+from pneuforce.client.details import VENT_FAULTS
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import VentFailed
 from pneuforce.instrument.cli.failure import failure_values
+from pneuforce.instrument.core.faults import STATUS_OF
 from pneuforce.registers.codes import FAULTS
 
 
@@ -24,7 +26,18 @@ class BlockedTube:
         return FAULTS.codes[self.fault]
 
 
-@pytest.mark.parametrize("fault", ["occlusion", "vent_shut", "not_vented"])
+def test_the_vent_faults_are_those_of_the_instrument():
+    assert {FAULTS.names[code] for code, bit in STATUS_OF.items() if bit == "vent_fault"} == VENT_FAULTS
+
+
+def test_an_earlier_fault_with_another_cause_is_not_named():
+    with pytest.raises(VentFailed, match="the tube") as caught:
+        ForceSensor("tcp://127.0.0.1", BlockedTube("lease_expired")).wait_until_vented(60.0)
+    assert failure_values(caught.value)["fault"] is None
+    assert "lease" not in str(caught.value)
+
+
+@pytest.mark.parametrize("fault", sorted(VENT_FAULTS))
 def test_a_failed_vent_is_reported_at_once_with_its_fault_and_remedy(fault):
     connection = BlockedTube(fault)
     with pytest.raises(VentFailed, match="FAILED") as caught:

@@ -48,6 +48,8 @@ COLLISIONS = [
     ("rig.port modbus.port", '[rig]\nport = "socket://127.0.0.1:5020"\n'),
     ("events.file local.socket", '[local]\nsocket = "./events.sqlite"\n'),
     ("file events.file", '[events]\nfile = "instrument.toml"\n'),
+    ("file can.parameter_file", '[can]\nenabled = true\nparameter_file = "instrument.toml"\n'),
+    ("events.file can.parameter_file", '[can]\nenabled = true\nparameter_file = "events.sqlite"\n'),
     ("", "[modbus]\nport = 8080\n"),
     ("", f'[modbus]\nport = 8080\nhost = "10.0.0.1"\n{ALLOW}[web]\nenabled = true\n'),
     ("", f'[rig]\nport = "socket://10.0.0.1:5020"\n[modbus]\nhost = "0.0.0.0"\n{ALLOW}'),
