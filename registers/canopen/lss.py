@@ -22,9 +22,8 @@ _REQUEST_BYTES = 8
 _SWITCH_GLOBAL, _CONFIGURE_NODE_ID, _CONFIGURE_BIT_TIMING, _STORE = 0x04, 0x11, 0x13, 0x17
 _SWITCH_SELECTIVE = range(0x40, 0x44)  #: four requests with one number of the address each
 _SELECTED = 0x44  #: response to the last of these requests
-_IDENTIFY = range(
-    0x46, 0x4C
-)  #: vendor, product, lowest and highest revision, lowest and highest serial number
+#: Requests with vendor, product, lowest and highest revision, lowest and highest serial number.
+_IDENTIFY = range(0x46, 0x4C)
 _IDENTIFIED = 0x4F
 _INQUIRE_ADDRESS = range(0x5A, 0x5E)
 _INQUIRE_NODE_ID = 0x5E
