@@ -205,6 +205,7 @@ def _samples_message(event: str, points: list[LivePoint]) -> SseMessage:
             "t_s": [round(p.t_s, 4) for p in points],
             "force_n": [_rounded(p.force_n) for p in points],
             "std_n": [_rounded(p.std_n) for p in points],
+            "lower_limit_n": [_rounded(p.lower_limit_n) for p in points],
             "pressure_kpa": [_rounded(p.pressure_kpa) for p in points],
             "baseline_kpa": [_rounded(p.baseline_kpa) for p in points],
             "in_contact": [int(p.in_contact) for p in points],

@@ -22,6 +22,7 @@ class LivePoint(NamedTuple):
     t_s: float
     force_n: float
     std_n: float
+    lower_limit_n: float  #: a smaller force of a contact shows only that something touches the balloon
     pressure_kpa: float
     baseline_kpa: float
     in_contact: bool
@@ -34,7 +35,16 @@ _PRESSURE = LivePoint._fields.index("pressure_kpa")
 
 def live_point(m: SampleRecord) -> LivePoint:
     """Return the quantities of a sample that the plots show."""
-    return LivePoint(m.t_s, m.force_n, m.force_std_n, m.pressure_kpa, m.baseline_kpa, m.in_contact, m.state)
+    return LivePoint(
+        t_s=m.t_s,
+        force_n=m.force_n,
+        std_n=m.force_std_n,
+        lower_limit_n=m.force_lower_range_limit_n,
+        pressure_kpa=m.pressure_kpa,
+        baseline_kpa=m.baseline_kpa,
+        in_contact=m.in_contact,
+        state=m.state,
+    )
 
 
 class LiveDecimator:

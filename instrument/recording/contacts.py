@@ -41,6 +41,7 @@ class ContactRow(NamedTuple):
     radius_mm: float  #: R_i
     peak_n: float  #: force of the highest peak; if there is no peak, of the sample with the greatest force
     peak_std_n: float  #: standard uncertainty of `peak_n`
+    force_lower_range_limit_n: float  #: a smaller `peak_n` shows only that there was a contact
     peaks: int  #: number of peaks; the peak in progress counts, and a very short contact may have none
     duration_s: float
     open: bool  #: True if the contact has not ended
@@ -53,6 +54,7 @@ class _OpenContact:
     baseline_kpa: float
     initial_s: float
     radius_mm: float
+    force_lower_range_limit_n: float
     peak: Peak  # highest peak, or the sample with the greatest force if there is no peak
     extremes: ContactExtremes
     trough_s: float  # time of the lowest pressure since the highest
@@ -84,6 +86,7 @@ class _OpenContact:
             self.radius_mm,
             self.peak.force_n,
             self.peak.force_std_n,
+            self.force_lower_range_limit_n,
             self.peaks,
             self.last_s - self.begin_s,
             still_open,
@@ -216,6 +219,7 @@ class ContactHistory:
             m.baseline_kpa,
             initial_s,
             m.radius_mm,
+            m.force_lower_range_limit_n,
             _sample_peak(m),
             extremes,
             m.t_s,

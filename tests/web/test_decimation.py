@@ -11,7 +11,7 @@ NAN = math.nan
 
 
 def point(t_s, force_n=0.0, pressure_kpa=8.0):
-    return LivePoint(t_s, force_n, 0.1, pressure_kpa, 8.0, False, 4)
+    return LivePoint(t_s, force_n, 0.1, 1.2, pressure_kpa, 8.0, False, 4)
 
 
 def decimated(points):

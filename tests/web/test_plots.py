@@ -47,6 +47,7 @@ def batch(force_n, std_n):
         "t_s": times,
         "force_n": [force_n(t) for t in times],
         "std_n": [std_n(t) for t in times],
+        "lower_limit_n": [1.2] * 1000,
         "pressure_kpa": [8.0] * 1000,
         "baseline_kpa": [8.0] * 1000,
         "in_contact": [0] * 1000,
@@ -156,7 +157,7 @@ def download(page):
 def test_the_shown_samples_are_saved_with_the_columns_of_an_export(paused):
     name, rows = download(paused)
     assert re.fullmatch(r"pneuforce-\d{8}T\d{6}Z\.csv", name)
-    assert set(rows[0]) - set(SampleRecord._fields) == {"utc"}
+    assert set(rows[0]) - set(SampleRecord._fields) == {"utc", "force_note"}
     assert next(iter(rows[0])) == "t_s"
     assert float(rows[0]["t_s"]) == 0.0
     age_s = time.time() - datetime.fromisoformat(rows[-1]["utc"]).timestamp()
@@ -166,6 +167,15 @@ def test_the_shown_samples_are_saved_with_the_columns_of_an_export(paused):
     assert max(pressures) == pytest.approx(final_kpa, abs=0.3)
     assert {int(row["state"]) for row in rows} >= {BoardState.HOLDING.value}
     assert max(float(row["force_n"]) for row in rows if row["in_contact"] == "1" and row["force_n"]) > 1.5
+
+
+def test_saved_forces_below_the_lower_limit_are_marked(paused, live):
+    """A press of 2 N begins and ends with forces below the limit."""
+    limit_n = live.rig.read()["force_lower_range_limit"]
+    rows = [row for row in download(paused)[1] if row["in_contact"] == "1" and row["force_n"]]
+    assert {row["force_note"] for row in rows} == {"", f"touch only: < {limit_n:.2f} N"}
+    for row in rows:
+        assert bool(row["force_note"]) == (float(row["force_n"]) < limit_n), row
 
 
 def test_paused_plots_stop_while_data_is_collected_and_a_zoom_can_be_undone(paused):

@@ -87,6 +87,41 @@ def test_the_title_shows_the_most_important_alarm_or_the_force(page, change, ala
     assert page.evaluate(script % (json.dumps(state), alarm)) == title
 
 
+def test_a_force_below_the_lower_limit_is_not_shown_as_a_measurement(page):
+    """Each case: force, and its text in the table of contacts. The limit is 1.2 N."""
+    cases = [
+        (0.6, "< 1.20, touch only"),
+        (1.2, "1.20 ± 0.20"),
+        (-0.1, "< 1.20, touch only"),
+    ]
+    script = """Promise.all(
+      ["contacts", "plot-values", "state-bar"].map((name) => import(`/static/${name}.js`)),
+    ).then(([{ peakText }, { valueTexts }, { summaryText }]) => %s.map((force_n) => {
+        const limits = { lower_limit_n: 1.2, force_lower_range_limit_n: 1.2 };
+        const status = force_n < 1.2 ? ["interpolated"] : [];
+        return [
+          peakText({ peak_n: force_n, peak_std_n: 0.1, ...limits }),
+          valueTexts({ t_s: 0, force_n, std_n: 0.1, in_contact: 1, ...limits }, 0, {})[1],
+          summaryText({ force_n, status, pressure_kpa: 8, ...limits }),
+        ];
+      }))"""
+    for (_, text), shown in zip(
+        cases, page.evaluate(script % json.dumps([force_n for force_n, _ in cases])), strict=True
+    ):
+        number, *note = text.split(", ")
+        pointer = f"{number} N, touch only" if note else f"{number} N (2 u)"
+        assert shown == [text, pointer, f"{number.split(' ±')[0]} N   8.00 kPa"]
+
+
+def test_forces_below_the_lower_limit_have_their_own_curve(page):
+    """A neighbour of such a force is in both curves. Without a contact, a force of 0 is measured."""
+    script = """import("/static/touch.js").then(({ splitForces }) =>
+      splitForces([0, 0.5, 2, 2, null, 0.5], [1, 1, 1, 1, 1, null], [0, 1, 1, 1, 1, 1]))"""
+    measured, touch = page.evaluate(script)
+    assert measured == [0, None, 2, 2, None, 0.5]
+    assert touch == [0, 0.5, 2, None, None, None]
+
+
 def test_the_force_alarm_ends_one_second_after_the_last_state_with_this_alarm(page):
     """Each case: time of a state, whether it has the alarm, and whether the alarm is shown."""
     cases = [(10.0, 0, 0), (10.2, 1, 1), (10.4, 0, 1), (10.6, 1, 1), (11.5, 0, 1), (11.7, 0, 0), (2.0, 0, 0)]

@@ -1,5 +1,7 @@
 // Marks of contacts in the plots, as in Fig. 6 of the paper: ΔP_i as yellow stars, ΔP_f as red stars,
-// and the peak force as red dashes.
+// and the peak force as red dashes. A peak below the lower limit of measurement is grey.
+
+import { isTouchContact } from "./touch.js";
 
 const TIPS = 5;
 const INNER_RADIUS = 0.45; // relative to the outer radius
@@ -17,13 +19,13 @@ export function drawStars(plot, contacts, { initial, final, edge, ink }) {
 }
 
 /** Draw a dash of fixed length at the peak force of each contact. */
-export function drawPeaks(plot, contacts, colour) {
+export function drawPeaks(plot, contacts, { peak, touch }) {
   drawMarks(plot, (position, size) => {
-    plot.ctx.strokeStyle = colour;
     plot.ctx.lineWidth = size * 0.35;
     for (const row of visibleContacts(plot, contacts)) {
       const [x, y] = position(row.final_s, row.peak_n);
       if (!Number.isFinite(y)) continue;
+      plot.ctx.strokeStyle = isTouchContact(row) ? touch : peak;
       plot.ctx.beginPath();
       plot.ctx.moveTo(x - size * 1.6, y);
       plot.ctx.lineTo(x + size * 1.6, y);

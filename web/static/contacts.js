@@ -2,6 +2,7 @@
 
 import { byId, showRows } from "./elements.js";
 import { NOT_AVAILABLE, formatNumber } from "./format.js";
+import { TOUCH_ONLY, belowText, isTouchContact } from "./touch.js";
 
 const MAX_ROWS = 50;
 
@@ -23,13 +24,20 @@ export function showContacts(rows, now_s) {
 const cells = (row, now_s) => [
   String(row.number),
   row.open && Number.isFinite(now_s) ? "now" : formatTimeAgo(now_s - row.begin_s),
-  row.peak_n === null ? NOT_AVAILABLE : `${formatNumber(row.peak_n, 2)} ± ${formatNumber(2 * row.peak_std_n, 2)}`,
+  peakText(row),
   String(row.peaks),
   formatNumber(row.baseline_kpa, 2),
   formatNumber(row.final_kpa, 2),
   formatNumber(row.radius_mm, 2),
   row.open && Number.isFinite(now_s) ? "in contact" : formatNumber(row.open ? NaN : row.duration_s, 1),
 ];
+
+/** Return the peak force [N] with its uncertainty. A touch has no number that could be read as a measurement. */
+export function peakText(row) {
+  if (row.peak_n === null) return NOT_AVAILABLE;
+  if (isTouchContact(row)) return `${belowText(row.force_lower_range_limit_n)}, ${TOUCH_ONLY}`;
+  return `${formatNumber(row.peak_n, 2)} ± ${formatNumber(2 * row.peak_std_n, 2)}`;
+}
 
 function formatTimeAgo(seconds) {
   if (!Number.isFinite(seconds)) return NOT_AVAILABLE;

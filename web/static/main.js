@@ -13,7 +13,7 @@ import { setRegisters, startInspector } from "./inspector.js";
 import { showLogin, startLogin } from "./login.js";
 import { AlarmOffDelay } from "./off-delay.js";
 import { titleText } from "./page-title.js";
-import { showLimit, startPlotPanel } from "./plot-panel.js";
+import { showLimits, startPlotPanel } from "./plot-panel.js";
 import { showReadings } from "./readings.js";
 import { RecordingPanel } from "./recording.js";
 import { UNKNOWN_INFO, get } from "./requests.js";
@@ -38,7 +38,7 @@ function refresh() {
   const { link, info, state } = model;
   showStateBar(model);
   showReadings(state, info);
-  showLimit(plots, state?.force_limit_n ?? NaN);
+  showLimits(plots, state);
   showFaults(state, info);
   announcer.update(state, info);
   showLogin(token, info, link.up);

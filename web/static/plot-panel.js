@@ -1,7 +1,7 @@
 // Panel of the plots: time span, pause, values at the pointer, and download.
 
 import { byId, create, setText, showText } from "./elements.js";
-import { formatNumber } from "./format.js";
+import { NOT_AVAILABLE, formatNumber } from "./format.js";
 import { formatClock } from "./plot-ticks.js";
 import { valueTexts } from "./plot-values.js";
 import { saveText } from "./samples-csv.js";
@@ -39,10 +39,13 @@ export async function startPlotPanel(getInfo) {
   return plots;
 }
 
-/** Show the alarm limit of the force [N] in the legend and in the plot; NaN if the limit is unknown. */
-export function showLimit(plots, limit_n) {
-  setText(byId("limit-in-effect"), `${formatNumber(limit_n, 2)} N`);
-  plots?.setLimit(limit_n);
+/** Show the limits of the force [N] of a state in the legend, and the alarm limit in the plot. */
+export function showLimits(plots, state) {
+  const { force_limit_n = NaN, force_lower_range_limit_n } = state ?? {};
+  setText(byId("limit-in-effect"), `${formatNumber(force_limit_n, 2)} N`);
+  const lower = formatNumber(force_lower_range_limit_n, 2);
+  setText(byId("lower-limit"), lower === NOT_AVAILABLE ? "the lower limit" : `${lower} N`);
+  plots?.setLimit(force_limit_n);
 }
 
 /** Let screen readers read the values only if they change by a key. With a mouse they change all the time. */

@@ -2,6 +2,7 @@
 
 import { NOT_AVAILABLE, formatName, formatNumber } from "./format.js";
 import { formatClock } from "./plot-ticks.js";
+import { TOUCH_ONLY, belowText, isTouchSample } from "./touch.js";
 
 const MAX_DISTANCE_S = 0.1; // a sample that is further away is not the value at the pointer
 
@@ -30,14 +31,20 @@ function nearest(times, t_s) {
 
 /** Return the texts of a sample: time of day, force ± 2 u, pressure, and state. */
 export function valueTexts(sample, offset_s, states) {
-  const { t_s, force_n, std_n, pressure_kpa, board_state, in_contact } = sample;
+  const { t_s, pressure_kpa, board_state, in_contact } = sample;
   const name = states[board_state] ? formatName(states[board_state]) : NOT_AVAILABLE;
   return [
     formatClock(t_s + offset_s, 2),
-    `${formatNumber(force_n, 2)} ± ${formatNumber(std_n === null ? NaN : 2 * std_n, 2)} N (2 u)`,
+    forceText(sample),
     `${formatNumber(pressure_kpa, 2)} kPa`,
     in_contact ? `${name}, in contact` : name,
   ];
+}
+
+function forceText(sample) {
+  const { force_n, std_n, lower_limit_n } = sample;
+  if (isTouchSample(sample)) return `${belowText(lower_limit_n)} N, ${TOUCH_ONLY}`;
+  return `${formatNumber(force_n, 2)} ± ${formatNumber(std_n === null ? NaN : 2 * std_n, 2)} N (2 u)`;
 }
 
 /** Return the range of the values as words for screen readers. */

@@ -10,11 +10,15 @@ import { rangeText, sampleAt } from "./plot-values.js";
 import { samplesAsCsv } from "./samples-csv.js";
 import { Series } from "./series.js";
 import { TimeWindow, pinchedRange } from "./time-window.js";
+import { splitForces, touchNote } from "./touch.js";
 
 const PLOT_PIXELS = 600; // typical width; no redraw while the curves move by less than one pixel
 const MIN_PERIOD_MS = 50;
 const IDLE_PERIOD_MS = 250; // redraw without samples, so that the time axis moves on
-const NAMES = ["low_n", "high_n", "force_n", "std_n", "pressure_kpa", "baseline_kpa", "in_contact", "board_state"];
+const NAMES = [
+  ...["low_n", "high_n", "force_n", "std_n", "lower_limit_n", "pressure_kpa", "baseline_kpa"],
+  ...["in_contact", "board_state"],
+];
 
 /**
  * Both plots. They are redrawn at most once per animation frame, and only if a change is visible.
@@ -53,12 +57,12 @@ export class Plots {
       ...options,
     });
     this.#force = this.#createPlot(forceBox, {
-      curves: [edge, edge, line("force")],
+      curves: [edge, edge, line("touch"), line("force")],
       bands: [{ series: [2, 1], fill: colour("band") }],
       range: (low, high) => forceRange(low, high, this.#limit_n),
       draw: (plot) => {
         drawLimit(plot, this.#limit_n, this.#colours.limit);
-        drawPeaks(plot, this.#contacts, this.#colours.peak);
+        drawPeaks(plot, this.#contacts, this.#colours);
       },
     });
     this.#pressure = this.#createPlot(pressureBox, {
@@ -240,19 +244,21 @@ export class Plots {
   #draw() {
     this.#isScheduled = false;
     this.#drawn_ms = performance.now();
-    const [times, low, high, force, , pressure, baseline] = this.#columns();
+    const [times, low, high, force, , limit, pressure, baseline, inContact] = this.#columns();
     const range = this.#range();
-    setData(this.#force, [times, low, high, force], range);
+    const [measured, touch] = splitForces(force, limit, inContact);
+    setData(this.#force, [times, low, high, touch, measured], range);
     setData(this.#pressure, [times, pressure, baseline], range);
     if (this.#position !== null) this.#showSample();
   }
 
   /** Update the labels for screen readers with the range of the values. */
   updateLabels() {
-    const [, , , force, , pressure] = this.#columns();
+    const [, , , force, , limit, pressure, , inContact] = this.#columns();
     const span = this.#window.isLive ? `over the last ${this.#window.span_s} s` : "paused";
     const setLabel = ({ root }, text) => root.parentElement.setAttribute("aria-label", text);
-    setLabel(this.#force, `Plot of the force ${span}: ${rangeText(force, 2, "newtons")}`);
+    const forces = rangeText(force, 2, "newtons") + touchNote(force, limit, inContact);
+    setLabel(this.#force, `Plot of the force ${span}: ${forces}`);
     setLabel(this.#pressure, `Plot of the pressure ${span}: ${rangeText(pressure, 2, "kilopascals")}`);
   }
 
@@ -260,6 +266,7 @@ export class Plots {
     const colour = (name) => getComputedStyle(document.querySelector(`.${name}`)).color;
     const keys = {
       force: "force-key",
+      touch: "touch-key",
       band: "force-band",
       peak: "peak-key",
       limit: "limit-key",

@@ -4,6 +4,7 @@ import { byId, setText, showReading, showText } from "./elements.js";
 import { attentionBits } from "./faults.js";
 import { NOT_AVAILABLE, formatName, formatNumber } from "./format.js";
 import { noForceReason } from "./no-force.js";
+import { TOUCH_ONLY, isTouchState } from "./touch.js";
 
 /** Id of the element, quantity of the state, decimals, unit, and unit in words for screen readers. */
 const QUANTITIES = [
@@ -35,12 +36,12 @@ function showForce(state, info) {
     ? `${force} newtons, plus or minus ${expanded} newtons expanded uncertainty`
     : "not available";
   const isHigh = status.includes("force_high_alarm");
-  const above = isHigh ? `above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
+  const above = isHigh ? `Above the limit of ${formatNumber(force_limit_n, 2)} N` : "";
   showReading(byId("force"), force, isAvailable ? `± ${expanded} N` : "N", sentence);
   showText(byId("force-missing"), isAvailable ? "" : noForceReason(state, info));
   showText(byId("force-above"), above);
-  const isTouch = isAvailable && status.includes("interpolated");
-  const touch = `below ${formatNumber(force_lower_range_limit_n, 2)} N: touch only`;
+  const isTouch = isTouchState({ force_n, status });
+  const touch = `Below ${formatNumber(force_lower_range_limit_n, 2)} N: ${TOUCH_ONLY}`;
   showText(byId("force-touch"), isTouch ? touch : "");
 }
 

@@ -1,4 +1,7 @@
-// Download of the samples in the plots as CSV. The columns have the names of `pneuforce export`, and `utc`.
+// Download of the samples in the plots as CSV. The columns have the names of `pneuforce export`. Two columns
+// are added: `utc` and `force_note`.
+
+import { TOUCH_ONLY, belowText, isTouchSample } from "./touch.js";
 
 const COLUMNS = ["pressure_kpa", "baseline_kpa", "force_n", "std_n", "in_contact", "board_state"];
 const EXPORT_NAMES = { std_n: "force_std_n", board_state: "state" };
@@ -6,8 +9,8 @@ const EXPORT_NAMES = { std_n: "force_std_n", board_state: "state" };
 /**
  * Return the samples from `range.min` to `range.max` as CSV, and the time of the first sample since 1970 [s].
  *
- * `t_s` counts from the first sample. An empty cell means that a value is not available. `offset_s` is UTC minus
- * the time of the samples.
+ * `t_s` counts from the first sample. An empty cell means that a value is not available. `force_note` marks a
+ * force below the lower limit of measurement. `offset_s` is UTC minus the time of the samples.
  */
 export function samplesAsCsv([times, ...values], names, { min, max }, offset_s) {
   const columns = COLUMNS.map((name) => values[names.indexOf(name)]);
@@ -15,13 +18,19 @@ export function samplesAsCsv([times, ...values], names, { min, max }, offset_s) 
   const indices = [...times.keys()].filter(
     (index) => times[index] >= min && times[index] <= max && isSample(index),
   );
+  const sampleAt = (index) => Object.fromEntries(names.map((name, column) => [name, values[column][index]]));
+  const forceNote = (index) => {
+    const sample = sampleAt(index);
+    return isTouchSample(sample) ? `${TOUCH_ONLY}: ${belowText(sample.lower_limit_n)} N` : "";
+  };
   const first_s = times[indices[0]] ?? NaN;
   const row = (index) => [
     Number((times[index] - first_s).toFixed(4)),
     new Date((times[index] + offset_s) * 1e3).toISOString(),
     ...columns.map((column) => column[index] ?? ""),
+    forceNote(index),
   ];
-  const header = ["t_s", "utc", ...COLUMNS.map((name) => EXPORT_NAMES[name] ?? name)];
+  const header = ["t_s", "utc", ...COLUMNS.map((name) => EXPORT_NAMES[name] ?? name), "force_note"];
   const text = [header, ...indices.map(row)].map((cells) => `${cells.join(",")}\n`).join("");
   return { text, first_utc_s: first_s + offset_s };
 }

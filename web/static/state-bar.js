@@ -3,6 +3,7 @@
 import { byId, setText, showText } from "./elements.js";
 import { faultTitle } from "./faults.js";
 import { NOT_AVAILABLE, formatName, formatNumber, formatTime } from "./format.js";
+import { belowText, isTouchState } from "./touch.js";
 
 /** Show the link, the state and the alarms. `link` is {up, reason, since}; `state` is null if it is unknown. */
 export function showStateBar({ link, info, state }) {
@@ -65,5 +66,9 @@ function forceLimitText(state) {
   return `Force above ${formatNumber(state.force_limit_n, 2)} N. Back off.`;
 }
 
-const summaryText = ({ force_n, pressure_kpa }) =>
-  `${formatNumber(force_n, 2)} N   ${formatNumber(pressure_kpa, 2)} kPa`;
+/** Return force and pressure for the bar. A force below the lower limit is replaced by the limit. */
+export function summaryText(state) {
+  const { force_n, force_lower_range_limit_n, pressure_kpa } = state;
+  const force = isTouchState(state) ? belowText(force_lower_range_limit_n) : formatNumber(force_n, 2);
+  return `${force} N   ${formatNumber(pressure_kpa, 2)} kPa`;
+}
