@@ -17,7 +17,10 @@ LIBRARY_USERS = {
     "can": {"registers/can/bus.py", "registers/can/log_writer.py", "registers/can/socketcand_bus.py"},
     "starlette": {
         f"web/{name}.py"
-        for name in ("app", "http_json", "login", "recording_routes", "request_guard", "request_pacer")
+        for name in (
+            *("app", "http_json", "login", "plain_page", "recording_routes", "request_guard"),
+            "request_pacer",
+        )
     },
     "uvicorn": {"web/__main__.py", "web/connection.py"},
     "serial": {"support/serial_port.py", "registers/modbus/rtu_port.py"},

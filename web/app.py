@@ -41,6 +41,15 @@ from pneuforce.web.instrument_info import instrument_info
 from pneuforce.web.login import Logins, address_of
 from pneuforce.web.operator_texts import REJECT_TEXTS
 from pneuforce.web.page_recorder import PageRecorder
+from pneuforce.web.plain_page import (
+    NOT_VENTED,
+    VENT_STATE_PATH,
+    error_answer,
+    plain_page,
+    vent_accepted_page,
+    vent_state_page,
+    wants_page,
+)
 from pneuforce.web.recording_routes import RecordingRoutes
 from pneuforce.web.request_guard import RequestGuard
 from pneuforce.web.request_pacer import RequestPacer
@@ -181,8 +190,17 @@ async def _vent(services: WebServices, request: Request) -> Response:
     try:
         answer = await services.instrument.vent(address_of(request))
     except InstrumentUnavailable as error:
-        return error_response(503, f"{error} {VENT_UNCONFIRMED}")
-    return _answer_response(answer)
+        return error_answer(VENT_PATH, request.headers, 503, f"{error} {VENT_UNCONFIRMED}")
+    if not wants_page(request.headers):
+        return _answer_response(answer)
+    reject_reason = str(answer.get("reject_reason"))
+    if reject_reason == "none":
+        return vent_accepted_page(bool(services.feed.header.get("replay")))
+    return plain_page(NOT_VENTED, f"{REJECT_TEXTS.get(reject_reason, reject_reason)} {VENT_UNCONFIRMED}")
+
+
+async def _vent_state(services: WebServices, _request: Request) -> Response:
+    return vent_state_page(services.feed.snapshot, services.feed.down_reason)
 
 
 async def _write(services: WebServices, request: Request) -> Response:
@@ -229,6 +247,7 @@ _GET_HANDLERS: Mapping[str, Handler] = {
     "/api/live": _live,
     "/api/registers": _registers,
     "/api/frames": _frames,
+    VENT_STATE_PATH: _vent_state,
 }
 _POST_HANDLERS: Mapping[str, Handler] = {VENT_PATH: _vent, "/api/write": _write, "/api/token": _token}
 
@@ -239,11 +258,14 @@ async def _on_request_error(_request: Request, error: HttpRequestError) -> Respo
     return error_response(error.status, str(error))
 
 
-async def _on_http_exception(_request: Request, error: HTTPException) -> Response:
-    return error_response(error.status_code, STATUS_TEXTS.get(HTTPStatus(error.status_code), error.detail))
+async def _on_http_exception(request: Request, error: HTTPException) -> Response:
+    status = HTTPStatus(error.status_code)
+    text = STATUS_TEXTS.get(status, error.detail)
+    return error_answer(request.url.path, request.headers, status, text)
 
 
 async def _on_internal_error(request: Request, _error: Exception) -> Response:
     path = printable(request.url.path)[:MAX_LOGGED_PATH]
     _log.warning(time.monotonic(), "web: internal error in %s", path, exc_info=True)
-    return error_response(500, "The web server had an internal error. See the log of the host process.")
+    text = "The web server had an internal error. See the log of the host process."
+    return error_answer(request.url.path, request.headers, 500, text)

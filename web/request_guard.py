@@ -17,7 +17,7 @@ from ipaddress import ip_address
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from pneuforce.web.http_json import error_response
+from pneuforce.web.plain_page import error_answer
 
 SECURITY_HEADERS: Mapping[str, str] = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
@@ -85,8 +85,9 @@ class RequestGuard:
                 )
             await send(message)
 
-        reason = self._reject_reason(scope, Headers(scope=scope))
-        app = self._app if reason is None else error_response(403, reason)
+        received = Headers(scope=scope)
+        reason = self._reject_reason(scope, received)
+        app = self._app if reason is None else error_answer(scope["path"], received, 403, reason)
         await app(scope, receive, send_with_headers)
 
     def _reject_reason(self, scope: Scope, headers: Headers) -> str | None:

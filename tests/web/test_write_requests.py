@@ -6,7 +6,7 @@ import pytest
 
 from pneuforce.web.operator_texts import REJECT_TEXTS
 from tests.system.waiting import wait_for
-from tests.web.serving import Site
+from tests.web.serving import Site, send_until_received
 
 
 def test_a_vent_needs_no_token(site, instrument):
@@ -51,6 +51,43 @@ def test_a_vent_without_an_instrument_is_reported_as_failed(tmp_path):
     site.stop()
     assert status == 503
     assert "stop switch" in answer["text"]
+
+
+FORM = {"Content-Type": "application/x-www-form-urlencoded", "Accept": "text/html,*/*;q=0.8"}
+
+
+def vent_by_form(site, **headers):
+    """Vent as a browser without scripts. Return status, headers and page."""
+    status, received, page = site.post("/api/vent", "", **FORM, **headers)
+    assert received["content-type"].startswith("text/html")
+    assert b'<a href="/">' in page
+    return status, received, page.decode()
+
+
+def test_a_browser_without_scripts_follows_a_vent_on_plain_pages(site, instrument):
+    status, headers, page = vent_by_form(site)
+    assert (status, "Vent accepted" in page) == (200, True)
+    assert instrument.requests == [{"mode": "vent"}]
+    path = headers["refresh"].partition("url=")[2]
+    for bits, title, is_final in [
+        ([], "Not vented yet: venting", False),
+        (["vent_fault"], "NOT VENTED", False),
+        (["vented"], "Vented", True),
+    ]:
+        send_until_received(instrument, site, {"state": "venting", "status": bits})
+        wait_for(lambda: site.get(path)[2].decode(), lambda page, title=title: f"<h1>{title}<" in page)
+        assert ("refresh" not in site.get(path)[1]) == is_final
+
+
+def test_a_browser_without_scripts_reads_why_a_vent_failed(site, instrument):
+    instrument.reject_reason = "link_lost"
+    assert "NOT VENTED" in (page := vent_by_form(site)[2])
+    assert REJECT_TEXTS["link_lost"] in page
+    status, _, page = vent_by_form(site, Origin="http://other.example")
+    assert (status, "NOT VENTED" in page) == (403, True)
+    instrument.answers = False
+    status, _, page = vent_by_form(site)
+    assert (status, "NOT VENTED" in page, "stop switch" in page) == (503, True, True)
 
 
 def test_a_write_request_is_passed_to_the_instrument_unchanged(site, instrument):
