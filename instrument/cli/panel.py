@@ -20,6 +20,7 @@ Rows = tuple[tuple[str, RenderableType], ...]
 BLOCKS = " ▁▂▃▄▅▆▇█"
 SPARKLINE_WIDTH = 56
 COLUMN_WIDTHS = (15, 22, 8, 25)  #: widths [characters]: columns and gaps fill 80 characters
+FORCE_LABEL = "force ± u"
 MAX_EVENTS = 3  #: number of events in the panel
 
 
@@ -58,7 +59,7 @@ def _block(value: float, low: float, high: float) -> str:
 
 
 def format_force(values: ObservedValues) -> str:
-    """Return the force with its standard uncertainty."""
+    """Return the force with its standard uncertainty u. `FORCE_LABEL` is its label."""
     force, std = value_or_nan(values.modbus, "force"), value_or_nan(values.modbus, "force_uncertainty")
     return f"{force:6.3f} ± {std:.3f} N" if math.isfinite(force) else "not available"
 
@@ -67,7 +68,7 @@ def format_line(values: ObservedValues, elapsed_s: float, now_s: float) -> str:
     """Return the present state of the demo as one line."""
     m = values.modbus
     return (
-        f"{elapsed_s:5.0f} s  {m.get('state', '…'):<9}  force {format_force(values):<17}"
+        f"{elapsed_s:5.0f} s  {m.get('state', '…'):<9}  {FORCE_LABEL} {format_force(values):<17}"
         f"  CAN {format_number(value_or_nan(values.can, 'force'), '.3f', 'N')}"
         f"  applied {format_number(value_or_nan(values.truth, 'force_n'), '.3f', 'N')}"
         f"  pressure {format_number(value_or_nan(m, 'pressure'), '.3f', 'kPa')}"
@@ -102,7 +103,7 @@ def _numbers(values: ObservedValues, now_s: float) -> RenderableType:
     m = values.modbus
     peak = format_number(value_or_nan(m, "peak_force"), ".2f", "N")
     left: Rows = (
-        ("force", Text(format_force(values), style="bold cyan")),
+        (FORCE_LABEL, Text(format_force(values), style="bold cyan")),
         ("applied (truth)", format_number(value_or_nan(values.truth, "force_n"), "6.3f", "N")),
         ("pressure", format_number(value_or_nan(m, "pressure"), "6.3f", "kPa")),
         ("ΔP_i · rise", _pair(m, "baseline_pressure", "rise")),
