@@ -16,6 +16,7 @@ _CODE_NAME = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
 _CHANNELS = {"modbus_tcp": "Modbus TCP", "modbus_rtu": "Modbus RTU", "can": "CAN", "web": "web page"}
 #: Values of a command that an operator reads. Only the command for a new balloon has an argument.
 _COMMAND_VALUES = ("command_code", "command_argument")
+_ALARMS = ("force_alarm", "force_alarm_2")
 #: Title of each fault, by the name in the event log.
 _FAULTS = {FAULTS.names[code].replace("_", " "): title for code, title in FAULT_TITLES.items()}
 
@@ -35,6 +36,8 @@ def _for_operators(record: Mapping[str, Any]) -> Mapping[str, Any]:
     fields = dict(record)
     if fields.get("kind") == "faults":
         fields |= {name: _titles(fields[name]) for name in ("was", "is") if name in fields}
+    if fields.get("kind") in _ALARMS:
+        fields |= {name: "on" if fields.get(name) else "off" for name in ("was", "is")}
     if isinstance(values := fields.get("values"), Mapping):
         fields["values"] = _command(values) if "command_code" in values else _available(values)
     if isinstance(counted := fields.get("of"), Mapping):

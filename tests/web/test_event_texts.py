@@ -56,7 +56,7 @@ def test_no_register_quantity_command_or_reject_reason_keeps_its_code_name():
 
 def test_the_kind_is_not_repeated_in_the_text():
     message = event_message({"at": "2027", "kind": "force_alarm", "was": False, "is": True})
-    assert (message["kind"], message["text"]) == ("force alarm", "no → yes")
+    assert (message["kind"], message["text"]) == ("force alarm", "off → on")
     assert event_message({}) == {"at": "", "kind": "", "text": ""}
 
 
