@@ -157,6 +157,38 @@ def test_the_link_to_the_rig_has_its_own_state(shown, browser):
     browser.wait(f"{links} === 'up,down'")
 
 
+#: Readings whose unit is not beside its number.
+WRAPPED_UNITS = """["force", "pressure", "radius", "setpoint"].filter((id) => {
+  const [number, unit] = ["number", "unit"].map((name) =>
+    document.querySelector(`#${id} .${name}`).getBoundingClientRect());
+  const box = document.getElementById(id).getBoundingClientRect();
+  const isBeside = unit.left >= number.right && unit.top < number.bottom && unit.right <= box.right;
+  return !isBeside;
+})"""
+
+
+def test_each_unit_is_beside_its_number(shown, browser):
+    shown.set(force_n=12.34, force_std_n=1.05, pressure_kpa=14.55, radius_mm=12.34, setpoint_kpa=11.45)
+    shown.open()
+    browser.wait_for_text("#pressure", "14.55")
+    for name, size in (SIZES | {"small phone": {"width": 360, "height": 740}}).items():
+        browser("resize", **size)
+        assert (name, browser.evaluate(WRAPPED_UNITS)) == (name, [])
+
+
+def test_a_note_below_the_force_does_not_move_the_page(shown, browser):
+    top = "document.querySelector('#plots').getBoundingClientRect().top + scrollY"
+    shown.open()
+    for name, size in SIZES.items():
+        browser("resize", **size)
+        shown.set()
+        browser.wait_for_hidden("#force-touch")
+        before = browser.evaluate(top)
+        shown.set(status=["holding", "interpolated"])
+        browser.wait_for_visible("#force-touch")
+        assert (name, browser.evaluate(top)) == (name, before)
+
+
 BUTTON_NAMES = "[...document.querySelectorAll('button')].map((button) => button.innerText.trim())"
 #: Count how often the alarm about the force appears.
 COUNT_APPEARANCES = """(() => {
