@@ -114,7 +114,7 @@ REJECT_REASONS = Enumeration(
 )
 MODES = Enumeration({0: "vent", 1: "hold"})
 PROOF_TESTS = Enumeration({0: "allowed", 1: "forbidden"})
-HOLDERS = Enumeration({0: "none", 1: "modbus_tcp", 2: "modbus_rtu", 3: "can", 4: "web"})
+HOLDERS = Enumeration({0: "none", 1: "modbus_tcp", 2: "modbus_rtu", 3: "can", 4: "web", 5: "modbus_tls"})
 COMMANDS = Enumeration(
     {
         0: "none",

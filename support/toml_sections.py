@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.support.atomic_file import read_file
-from pneuforce.support.validation_errors import format_errors
+from pneuforce.support.validation_errors import format_errors, format_key
 
 
 class Section(BaseModel):
@@ -78,6 +78,9 @@ def format_value(value: object) -> str:
         return '"' + "".join(_ESCAPES.get(character, character) for character in value) + '"'
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(format_value, value))}]"
+    if isinstance(value, dict):
+        pairs = ", ".join(f"{format_key(key)} = {format_value(each)}" for key, each in value.items())
+        return f"{{ {pairs} }}" if pairs else "{}"
     return str(value)
 
 

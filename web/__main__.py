@@ -1,8 +1,8 @@
 """Web process: `python -P -m pneuforce.web` serves the web page of an instrument until stdin is closed.
 
 stdin: one line of JSON with the keys of `WebProcessOptions`.
-stdout: one line {"web": port} when the server listens, or {"web": null, "why": sentence} if the server cannot
-listen. Then {"heartbeat": n, "recording": bool} each second. A missing heartbeat means that the
+stdout: one line {"port": number} when the server listens, or {"port": null, "why": sentence} if the server
+cannot listen. Then {"heartbeat": n, "recording": bool} each second. A missing heartbeat means that the
 process hangs.
 """
 
@@ -10,21 +10,19 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import json
 import logging
 import os
 import socket
 import sys
 import time
-from contextlib import suppress
 from itertools import count
 from pathlib import Path
 from types import FrameType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from uvicorn import Config, Server
 
-from pneuforce.support.readiness import is_writable
+from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
 from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.connection import connection_class
@@ -143,45 +141,32 @@ async def _report_failed_logins(services: WebServices) -> None:
 async def _run(options: WebProcessOptions, listener: socket.socket) -> None:
     services = create_services(options)
     server = create_server(services)
-    asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _stop_at_end_of_stdin, server)
-    print(json.dumps({"web": listener.getsockname()[1]}), flush=True)
-    heartbeat = asyncio.create_task(_write_heartbeats(sys.stdout.fileno(), services))
+    call_at_end_of_stdin(server.stop)
+    send({"port": listener.getsockname()[1]})
+    heartbeat = asyncio.create_task(_send_heartbeats(services))
     await serve(services, server, listener)
     heartbeat.cancel()
 
 
-async def _write_heartbeats(stdout: int, services: WebServices) -> None:
-    """Write a heartbeat each second, which contains whether a recording is in progress.
-
-    A full or closed pipe is ignored, so that the web page works even if the host process reads nothing.
-    """
+async def _send_heartbeats(services: WebServices) -> None:
+    """Send a heartbeat each second, which contains whether a recording is in progress."""
     for number in count(1):
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
-        with suppress(OSError):
-            if is_writable(stdout, 0):
-                message = {"heartbeat": number, "recording": services.recorder.active}
-                os.write(stdout, json.dumps(message).encode() + b"\n")
-
-
-def _stop_at_end_of_stdin(server: WebServer) -> None:
-    if not os.read(sys.stdin.fileno(), 4096):
-        asyncio.get_running_loop().remove_reader(sys.stdin.fileno())
-        server.stop()
+        send_heartbeat({"heartbeat": number, "recording": services.recorder.active})
 
 
 def main() -> int:
     """Run the web process. Return the exit code."""
     os.nice(NICENESS)
     logging.basicConfig(format="%(message)s")
-    values: dict[str, Any] = json.loads(sys.stdin.readline() or "null")
-    options = WebProcessOptions(**values)
+    options = WebProcessOptions(**read_options())
     try:
         listener = open_listener(options.host, options.port)
     except OSError as error:
         in_use = error.errno == errno.EADDRINUSE
         reason = "another program uses the port; change [web] port" if in_use else error.strerror or error
         sentence = f"the web server cannot listen on {options.host}:{options.port}: {reason}"
-        print(json.dumps({"web": None, "why": sentence}), flush=True)
+        send({"port": None, "why": sentence})
         return 1
     asyncio.run(_run(options, listener))
     return 0

@@ -13,7 +13,13 @@ from pneuforce.registers.map import REGISTERS
 from pneuforce.web.operator_texts import FAULT_TITLES
 
 _CODE_NAME = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
-_CHANNELS = {"modbus_tcp": "Modbus TCP", "modbus_rtu": "Modbus RTU", "can": "CAN", "web": "web page"}
+_CHANNELS = {
+    "modbus_tcp": "Modbus TCP",
+    "modbus_rtu": "Modbus RTU",
+    "can": "CAN",
+    "web": "web page",
+    "modbus_tls": "Modbus security",
+}
 #: Values of a command that an operator reads. Only the command for a new balloon has an argument.
 _COMMAND_VALUES = ("command_code", "command_argument")
 _ALARMS = ("force_alarm", "force_alarm_2")

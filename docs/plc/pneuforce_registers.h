@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 3F1ABB61h (registers 768 and 770).
+ * Map version 1, hash 489EC9F1h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x3F1ABB61)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x489EC9F1)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -189,7 +189,8 @@ enum pneuforce_lease_holder {
     PNEUFORCE_LEASE_HOLDER_MODBUS_TCP = 1,
     PNEUFORCE_LEASE_HOLDER_MODBUS_RTU = 2,
     PNEUFORCE_LEASE_HOLDER_CAN = 3,
-    PNEUFORCE_LEASE_HOLDER_WEB = 4
+    PNEUFORCE_LEASE_HOLDER_WEB = 4,
+    PNEUFORCE_LEASE_HOLDER_MODBUS_TLS = 5
 };
 
 enum pneuforce_command_code {

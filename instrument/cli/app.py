@@ -11,6 +11,7 @@ import typer
 from pneuforce.instrument.cli import (
     calibrate_commands,
     can_commands,
+    certificate_commands,
     files,
     log_commands,
     model_commands,
@@ -40,6 +41,7 @@ app.add_typer(can_commands.commands)
 app.add_typer(recording_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(log_commands.commands, name="log")
+app.add_typer(certificate_commands.commands, name="certificates")
 app.add_typer(sim_commands.commands, name="sim")
 app.add_typer(files.commands)
 app.command()(sim_commands.press)
@@ -140,6 +142,7 @@ def run(
     """
     from pneuforce.errors import ConfigurationError
     from pneuforce.instrument.config import resolve_path
+    from pneuforce.instrument.service.modbus_security_server import tls_files
     from pneuforce.instrument.service.serve import ServiceFiles, serve
     from pneuforce.instrument.service.start_checks import load_checked
 
@@ -155,6 +158,7 @@ def run(
             socket=resolve_path(config, configuration.local.socket),
             recording=record,
             can_parameters=resolve_path(config, configuration.can.parameter_file),
+            tls=tls_files(configuration.modbus_security, config),
             page_recordings=resolve_path(config, configuration.web.recordings),
         ),
     )

@@ -19,6 +19,7 @@ from pneuforce.instrument.config.network_sections import (
     CanSection,
     ModbusRtuSection,
     ModbusSection,
+    ModbusSecuritySection,
     RdtSection,
     WebSection,
 )
@@ -43,6 +44,8 @@ __all__ = [
     "CanSection",
     "Configuration",
     "MeasurementSection",
+    "ModbusSection",
+    "ModbusSecuritySection",
     "RdtSection",
     "SafetySection",
     "WebSection",
@@ -63,6 +66,7 @@ class Configuration(Section):
     measurement: MeasurementSection = MeasurementSection()
     safety: SafetySection = SafetySection()
     modbus: ModbusSection = ModbusSection()
+    modbus_security: ModbusSecuritySection = ModbusSecuritySection()
     modbus_rtu: ModbusRtuSection = ModbusRtuSection()
     can: CanSection = CanSection()
     rdt: RdtSection = RdtSection()
@@ -90,8 +94,12 @@ class Configuration(Section):
     @property
     def warning(self) -> str:
         """Return a warning about valid settings that are probably a mistake; empty if there is none."""
-        served = any(bus.enabled for bus in (self.modbus, self.modbus_rtu, self.can, self.rdt))
-        unserved = "no bus is enabled (modbus, modbus_rtu, can, rdt): no master can read the instrument"
+        buses = (self.modbus, self.modbus_security, self.modbus_rtu, self.can, self.rdt)
+        served = any(bus.enabled for bus in buses)
+        unserved = (
+            "no bus is enabled (modbus, modbus_security, modbus_rtu, can, rdt): "
+            "no master can read the instrument"
+        )
         return "; ".join([*([] if served else [unserved]), *self._calibration_warnings])
 
     @property

@@ -15,8 +15,10 @@ from pneuforce.instrument.config.text_checks import (
     check_channel,
     check_host,
     check_network,
+    check_roles,
     check_token,
 )
+from pneuforce.registers.rights import DEFAULT_ROLES, RIGHTS
 from pneuforce.support.toml_sections import Section
 
 Host = Annotated[str, AfterValidator(check_host)]
@@ -120,6 +122,37 @@ class CanSection(Section):
         max_length=500,
         description="mode canopen: file in which a master stores parameters, relative to this file; empty: "
         "nothing can be stored",
+    )
+
+
+class ModbusSecuritySection(ListenerSection):
+    """Modbus/TCP Security: Modbus in TLS with certificates. Unit id and word order are those of [modbus]."""
+
+    enabled: bool = Field(False, description="serve Modbus/TCP Security")
+    port: Port = Field(802, description="TCP port (802 needs privileges)")
+    ca: Text = Field(
+        "ca.pem",
+        max_length=500,
+        description="certificates of the authorities that sign client certificates (PEM), relative to this "
+        "file",
+    )
+    certificate: Text = Field(
+        "instrument.pem", max_length=500, description="certificate of this instrument, with its chain (PEM)"
+    )
+    key: Text = Field("instrument.key", max_length=500, description="key of this certificate (PEM)")
+    crl: Text = Field(
+        "",
+        max_length=500,
+        description="list of revoked certificates (PEM); empty: no certificate is revoked",
+    )
+    max_connections: int = Field(
+        16, ge=1, le=1000, description="maximum number of connections; a further one closes an older one"
+    )
+    roles: Annotated[dict[Text, list[str]], AfterValidator(check_roles)] = Field(
+        {role: list(rights) for role, rights in DEFAULT_ROLES.items()},
+        max_length=32,
+        description="rights of each role: " + ", ".join(RIGHTS) + "; everybody may read and vent",
+        json_schema_extra={"allowed_values": "table of roles with lists of rights"},
     )
 
 

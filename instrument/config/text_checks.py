@@ -8,6 +8,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, SecretStr, ValidationInfo
 
+from pneuforce.registers.rights import RIGHTS
 from pneuforce.support.network_name import is_host
 from pneuforce.support.serial_port import is_port_name
 
@@ -72,6 +73,15 @@ def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
             'allow = ["192.168.1.0/24"] (all: ["0.0.0.0/0", "::/0"])'
         )
     return allow
+
+
+def check_roles(roles: dict[str, list[str]]) -> dict[str, list[str]]:
+    """Return `roles`. Raises ValueError if a role has an unknown right."""
+    for role, rights in roles.items():
+        for right in rights:
+            if right not in RIGHTS:
+                raise ValueError(f"{right} of the role {role} is not a right: known are {', '.join(RIGHTS)}")
+    return roles
 
 
 def _is_loopback(host: str) -> bool:

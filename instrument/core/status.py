@@ -35,7 +35,7 @@ def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset
 
 
 def _maintenance_required(state: InstrumentState, now_s: float) -> bool:
-    service_down = state.can_down or state.log_down or state.recording_down
+    service_down = state.can_down or state.log_down or state.recording_down or state.certificate_expiring
     no_barometer = state.settings.ambient_required and math.isnan(state.recent_ambient_kpa(now_s))
     clock_off = state.raw is not None and state.raw.clock_off
     return service_down or no_barometer or clock_off or state.chain.leak.detected

@@ -22,7 +22,7 @@ SUBSCRIPTIONS: Mapping[str, frozenset[int]] = {
     "web": _RESULTS | {EntryKind.SNAPSHOT, EntryKind.HEALTH},
 }
 #: Attributes of the instrument that are the bits of the byte in a TICK entry, from bit 0 upwards.
-HEALTH_FLAGS = ("can_down", "log_down", "recording_down")
+HEALTH_FLAGS = ("can_down", "log_down", "recording_down", "certificate_expiring")
 
 
 class Subscriber:

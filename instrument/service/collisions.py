@@ -10,7 +10,13 @@ from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.config import Configuration, resolve_path
+from pneuforce.instrument.config import (
+    Configuration,
+    ModbusSection,
+    ModbusSecuritySection,
+    WebSection,
+    resolve_path,
+)
 from pneuforce.support.network_name import is_socket_url
 
 _WILDCARDS = frozenset({"0.0.0.0", "::"})
@@ -49,7 +55,12 @@ def check_collisions(configuration: Configuration, path: Path) -> None:
 
 def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
     """Yield the ports on which the instrument listens, and the ports of servers on this computer."""
-    for key, section in (("modbus.port", configuration.modbus), ("web.port", configuration.web)):
+    sections: dict[str, ModbusSection | ModbusSecuritySection | WebSection] = {
+        "modbus.port": configuration.modbus,
+        "modbus_security.port": configuration.modbus_security,
+        "web.port": configuration.web,
+    }
+    for key, section in sections.items():
         if section.enabled:
             yield TcpPort(key, section.host, section.port)
     rig, can = configuration.rig, configuration.can

@@ -38,15 +38,7 @@ def modbus_health(server: ModbusTcpServer | None, now_s: float) -> dict[str, Any
     """Return counters of Modbus TCP and of each connected client, or None if it is disabled."""
     if server is None or not server.listening:
         return None
-    clients = [
-        {
-            "address": client.address,
-            "requests": client.requests,
-            "exceptions": client.exceptions,
-            "age_s": round(now_s - client.last_received_s, 3),
-        }
-        for client in server.connections
-    ]
+    clients = [client.health(now_s) for client in server.connections]
     names = ("connections", "requests", "exceptions", "invalid_frames", "timeouts", "evicted", "not_allowed")
     counters = {name: getattr(server.counters, name) for name in names}
     return {"port": server.port, "clients": clients, **counters}

@@ -38,6 +38,7 @@ def disabled_line(configuration: Configuration) -> str:
     """Return the line about the disabled interfaces; empty if all interfaces are enabled."""
     sections = {
         "Modbus TCP [modbus]": configuration.modbus.enabled,
+        "Modbus/TCP Security [modbus_security]": configuration.modbus_security.enabled,
         "Modbus RTU [modbus_rtu]": configuration.modbus_rtu.enabled,
         "CAN [can]": configuration.can.enabled,
         "RDT [rdt]": configuration.rdt.enabled,

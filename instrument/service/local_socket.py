@@ -20,7 +20,7 @@ class LocalSocket:
     `in_place` is False after the name was removed. `close` never removes the name of another socket.
     """
 
-    def __init__(self, path: Path, new_client: Callable[[], asyncio.Protocol]) -> None:
+    def __init__(self, path: Path, new_client: Callable[[], asyncio.BaseProtocol]) -> None:
         self.path = path
         self._new_client = new_client
         self._server: asyncio.Server | None = None

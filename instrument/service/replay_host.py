@@ -157,7 +157,7 @@ async def _serve_replay(
 ) -> None:
     broadcaster = EntryBroadcaster(("web",))
     host = ReplayHost(replay, broadcaster, recording)
-    servers = Servers(configuration, host, ReplaySource(replay), broadcaster)
+    servers = Servers(configuration, host, ReplaySource(replay), broadcaster, files)
     servers.local.replay = Path(host.url).name
     await run_until_stopped(servers, files)
 

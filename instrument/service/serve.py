@@ -10,7 +10,8 @@ import logging
 import signal
 import sys
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,8 @@ from pneuforce.instrument.service.host import Host
 from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
 from pneuforce.instrument.service.interface_lines import can_line, disabled_line, modbus_tcp_line
 from pneuforce.instrument.service.local_server import WEB, LocalServer
+from pneuforce.instrument.service.modbus_security_server import health as modbus_security_health
+from pneuforce.instrument.service.modbus_security_server import modbus_security_of
 from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
 from pneuforce.instrument.service.recorder_process import RecorderProcess
 from pneuforce.instrument.service.rtu_server import RtuServer
@@ -60,6 +63,7 @@ class ServiceFiles:
     socket: Path | None = None
     recording: Path | None = None
     can_parameters: Path | None = None  #: file in which a CANopen master stores parameters
+    tls: Mapping[str, str] = field(default_factory=dict)  #: certificates and key of Modbus/TCP Security
     page_recordings: Path | None = None  #: folder of the recordings that are started on the web page
 
 
@@ -85,7 +89,7 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
     with audited(session, configuration, files.events, broadcaster) as audit_logger:
         host = Host(session, configuration.rig.port)
         host.channels.append(audit_logger)
-        servers = Servers(configuration, host, audit_logger, broadcaster, files.can_parameters)
+        servers = Servers(configuration, host, audit_logger, broadcaster, files)
         await run_until_stopped(servers, files)
 
 
@@ -98,9 +102,9 @@ class Servers:
         host: HostLoop,
         source: ServedSource,
         broadcaster: EntryBroadcaster,
-        can_parameters: Path | None = None,
+        files: ServiceFiles,
     ) -> None:
-        """Create the servers without opening them. A CANopen master stores parameters in `can_parameters`.
+        """Create the servers without opening them.
 
         Raises PneuforceError if two servers need the same port or CAN would be overloaded.
         """
@@ -108,18 +112,22 @@ class Servers:
         self.host = host
         self.source = source
         self.modbus = modbus_server(configuration, source)
+        self.security = modbus_security_of(
+            configuration, host, source, identity(configuration), files.socket, files.tls
+        )
         self.rtu = RtuServer(configuration, source, identity(configuration))
         can = configuration.can
-        self.can = CanServer(source, can, can_parameters) if can.enabled else None
+        self.can = CanServer(source, can, files.can_parameters) if can.enabled else None
         self.rdt = rdt_server_of(source, configuration.rdt)
         self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
         self.systemd = systemd_notifier(source)
-        host.channels += [self.local, self.systemd]
+        host.channels += [self.local, self.systemd, *([self.security] if self.security else [])]
 
     def _health(self, now_s: float) -> dict[str, Any]:
         return {
             "rig": rig_health(self.host, self.source.snapshot(WEB, now_s).age_s),
             "modbus_tcp": modbus_health(self.modbus, now_s),
+            "modbus_tls": modbus_security_health(self.security, now_s),
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
             "rdt": rdt_health(self.rdt),
@@ -143,6 +151,8 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
     try:
         if web is not None:
             web.begin()
+        if servers.security is not None:
+            await servers.security.open()
         if recorder is not None:
             await recorder.start()
         await servers.host.connect(stop)
@@ -161,6 +171,8 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
         await servers.local.close(why)
         if web is not None:
             await web.close()
+        if servers.security is not None:
+            await servers.security.close()
         if recorder is not None:
             await recorder.wait_for_end()
 

@@ -7,7 +7,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from pneuforce.registers.modbus.eviction import RequestRhythm
 from pneuforce.registers.modbus.exception_codes import ExceptionCode, exception_response
@@ -85,6 +85,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
 
     def __init__(self, server: ConnectionOwner) -> None:
         self._server = server
+        self._request_handler = server.request_handler
         self._limits = server.limits
         self._decoder = MbapDecoder()
         self._buffer = memoryview(bytearray(_READ_BYTES))
@@ -102,15 +103,27 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Register the connection with the server."""
         assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
+        self._set_transport(transport)
         self._peer = Peer("modbus_tcp", str((transport.get_extra_info("peername") or ("",))[0]))
-        transport.set_write_buffer_limits(high=self._limits.write_buffer_bytes)
         self._server.admit(self)
+
+    def _set_transport(self, transport: asyncio.Transport) -> None:
+        self._transport = transport
+        transport.set_write_buffer_limits(high=self._limits.write_buffer_bytes)
 
     @property
     def address(self) -> str:
         """Return the IP address of the client."""
         return self._peer.address
+
+    def health(self, now_s: float) -> dict[str, Any]:
+        """Return the client and its counters, for the web page."""
+        return {
+            "address": self.address,
+            "requests": self.requests,
+            "exceptions": self.exceptions,
+            "age_s": round(now_s - self.last_received_s, 3),
+        }
 
     def evict(self, new_address: str) -> None:
         """Close immediately, to make room for a connection from `new_address`."""
@@ -188,7 +201,7 @@ class ModbusTcpConnection(asyncio.BufferedProtocol):
     def _answer(self, unit: int, pdu: bytes, now_s: float) -> bytes | None:
         # An invalid function closes the connection, even if it is addressed to another unit.
         if unit in self._server.units or pdu[0] >= FIRST_EXCEPTION_FUNCTION:
-            answer = self._server.request_handler.answer(pdu, self._peer, now_s)
+            answer = self._request_handler.answer(pdu, self._peer, now_s)
         else:
             answer = exception_response(pdu[0], ExceptionCode.NO_SUCH_UNIT)
         if answer is not None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
 
 from pneuforce.registers.modbus.device_identification import FUNCTION as IDENTIFICATION
 from pneuforce.registers.modbus.device_identification import DeviceIdentification
@@ -40,8 +41,9 @@ class RequestHandler:
     vent. If another part of the write is rejected, the source receives the vent alone, and the answer is an
     exception.
 
-    `read_only` rejects every write function (01). `vent_only` is for broadcasts. A broadcast without a vent
-    is meant for other units. It is not carried out, and it is not logged as a rejected write.
+    `writable` contains the quantities that may be written; None means all. A write of another quantity is
+    rejected (01). `vent_only` is for broadcasts. A broadcast without a vent is meant for other units. It is
+    not carried out, and it is not logged as a rejected write.
     """
 
     def __init__(
@@ -50,12 +52,12 @@ class RequestHandler:
         source: Source,
         identification: DeviceIdentification,
         *,
-        read_only: bool = False,
+        writable: Collection[str] | None = None,
         vent_only: bool = False,
     ) -> None:
         self._bank = bank
         self._source = source
-        self._read_only = read_only or vent_only
+        self._writable = () if vent_only else writable
         self._logs_rejected_writes = not vent_only
         self._log = RateLimitedLogger(logging.getLogger(__name__))
         self._handlers: dict[int, Handler] = {
@@ -101,7 +103,8 @@ class RequestHandler:
 
     def _log_rejected_write(self, code: ExceptionCode, pdu: bytes, peer: Peer, now_s: float) -> ExceptionCode:
         """Log a rejected write. Return the exception code for the answer."""
-        code = ExceptionCode.ILLEGAL_FUNCTION if self._read_only else code
+        read_only = self._writable is not None and not self._writable
+        code = ExceptionCode.ILLEGAL_FUNCTION if read_only else code
         if code is not ExceptionCode.DEVICE_BUSY:  # the source logs its own rejections
             self._source.log_rejected_write(peer, rejected_request(pdu, code, self._bank), now_s)
         return code
@@ -194,13 +197,21 @@ class RequestHandler:
         another part of the same request.
         """
         values = earlier_error or self._bank.decode_write(address, words)
-        if self._read_only and values != VENT:
+        if not self._permits(values):
             values = ExceptionCode.ILLEGAL_FUNCTION
         if isinstance(values, ExceptionCode):
             if contains_vent(address, words):
                 self._source.write(peer, VENT, now_s)
             return values
         return None if self._source.write(peer, values, now_s) == "none" else ExceptionCode.DEVICE_BUSY
+
+    def _permits(self, values: Mapping[str, Any] | ExceptionCode) -> bool:
+        """Return True if the values may be passed to the source, as a vent alone always may."""
+        if self._writable is None or values == VENT:
+            return True
+        if isinstance(values, ExceptionCode):
+            return bool(self._writable)
+        return all(name in self._writable for name in values)
 
     def _diagnostics(self, pdu: bytes, _peer: Peer, _now_s: float) -> bytes | ExceptionCode:
         if len(pdu) < 3:

@@ -14,7 +14,8 @@ MAX_NAMED = 4  #: number of registers of one request that the log names
 MAX_EXAMINED_WORDS = 32
 _AT = {address: register for register in REGISTERS for address in range(register.address, register.end)}
 _REMEDIES = {
-    ExceptionCode.ILLEGAL_FUNCTION: "this interface is read-only: it accepts no write except a vent",
+    ExceptionCode.ILLEGAL_FUNCTION: "this interface, or the role of this client, does not allow the write; "
+    "a vent alone is always allowed",
     ExceptionCode.ILLEGAL_ADDRESS: "not all of the addresses belong to registers",
     ExceptionCode.ILLEGAL_VALUE: "the length of the request or its number of words is wrong",
 }

@@ -47,7 +47,9 @@ class ModbusRtuUnit:
         self.counters = ModbusRtuCounters()
         self._unit = unit
         bank, identification = RegisterBank(word_swap=word_swap), DeviceIdentification(identity)
-        self._request_handler = RequestHandler(bank, source, identification, read_only=read_only)
+        self._request_handler = RequestHandler(
+            bank, source, identification, writable=() if read_only else None
+        )
         self._broadcast_handler = RequestHandler(bank, source, identification, vent_only=True)
         self._timing = timing
         self._decoder, self._echo_detector = RtuDecoder(timing), EchoDetector(timing)

@@ -24,7 +24,7 @@ from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.service.host import Host
-from pneuforce.instrument.service.serve import Servers
+from pneuforce.instrument.service.serve import Servers, ServiceFiles
 from pneuforce.instrument.service.web_process import web_process_of
 from pneuforce.registers.can.carrier import link_problem
 from pneuforce.registers.modbus.rtu_port import open_port
@@ -77,7 +77,7 @@ async def prepare(path: Path) -> None:
     broadcaster = EntryBroadcaster()
     session = Session(Instrument(configuration.settings()), broadcaster)
     source = AuditLogger(session, NullAuditSink())
-    Servers(configuration, Host(session, configuration.rig.port), source, broadcaster)
+    Servers(configuration, Host(session, configuration.rig.port), source, broadcaster, ServiceFiles())
     socket_path, web = resolve_path(path, configuration.local.socket), configuration.web
     web_process_of(web, socket_path)
     token = web.token.get_secret_value()

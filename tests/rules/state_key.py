@@ -100,6 +100,7 @@ NOT_IN_KEY = {
     "can_down": "only shown",
     "log_down": "only shown",
     "recording_down": "only shown",
+    "certificate_expiring": "only shown",
     "vent_monitor": "decides on the zero adjustment, which is not searched",
     "proof_tests": "the search has no proof tests",
     "_interlocks": "each sample of the search meets all interlocks",

@@ -11,7 +11,8 @@ PLC = Peer("modbus_tcp", "127.0.0.1")
 
 
 def request_handler(source, read_only=False):
-    return RequestHandler(RegisterBank(), source, DeviceIdentification(IDENTITY), read_only=read_only)
+    writable = () if read_only else None
+    return RequestHandler(RegisterBank(), source, DeviceIdentification(IDENTITY), writable=writable)
 
 
 def answer(request, source=None, read_only=False):

@@ -65,9 +65,9 @@ anything = st.one_of(requests, st.binary(min_size=1, max_size=40).filter(lambda 
 
 
 def request_handler(**options):
-    read_only = options.pop("read_only", False)
+    writable = () if options.pop("read_only", False) else None
     return RequestHandler(
-        RegisterBank(**options), LeasedSource(), DeviceIdentification(IDENTITY), read_only=read_only
+        RegisterBank(**options), LeasedSource(), DeviceIdentification(IDENTITY), writable=writable
     )
 
 

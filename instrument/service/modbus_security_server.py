@@ -1,0 +1,180 @@
+"""Modbus/TCP Security of the host: the process of the TLS gateway, and the connections that it forwards."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pneuforce.errors import ServerError
+from pneuforce.instrument.config import Configuration, ModbusSecuritySection, resolve_path
+from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
+from pneuforce.instrument.service.local_socket import LocalSocket
+from pneuforce.instrument.service.service_process import ServiceProcess
+from pneuforce.registers.modbus.register_bank import RegisterBank
+from pneuforce.registers.modbus.tcp import ModbusTcpOptions
+from pneuforce.registers.modbus_security.forwarded import CHANNEL, ForwardedConnections
+from pneuforce.registers.source import Peer
+from pneuforce.support.throttle import RateLimitedLogger
+
+MIN_CERTIFICATE_DAYS = 30  #: the status bit maintenance_required is set below this number of days
+LOG_PERIOD_S = 60.0
+MAX_REASON = 64
+
+_FILES = ("ca", "certificate", "key", "crl")
+
+
+def gateway_socket(local_socket: Path) -> Path:
+    """Return the Unix socket between the gateway and the host. It is beside the local socket."""
+    return local_socket.with_name(local_socket.name + ".tls")
+
+
+def tls_files(settings: ModbusSecuritySection, configuration_file: Path) -> dict[str, str]:
+    """Return the paths of certificates and key. The path of an unused file is empty."""
+    paths = {name: resolve_path(configuration_file, getattr(settings, name)) for name in _FILES}
+    return {name: str(path.absolute()) if path else "" for name, path in paths.items()}
+
+
+class ModbusSecurityServer:
+    """Modbus/TCP Security of one instrument."""
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        host: HostLoop,
+        source: ServedSource,
+        identity: Mapping[int, str],
+        local_socket: Path | None,
+        files: Mapping[str, str],
+    ) -> None:
+        """Create the server without opening it. Raises ServerError if there is no local socket."""
+        path = gateway_socket(required(local_socket))
+        settings = configuration.modbus_security
+        bank = RegisterBank(word_swap=configuration.modbus.word_order == "CDAB")
+        roles = {role: tuple(rights) for role, rights in settings.roles.items()}
+        options = ModbusTcpOptions(
+            unit=configuration.modbus.unit,
+            max_connections=settings.max_connections,
+            idle_timeout_s=configuration.modbus.idle_timeout_s,
+            frame_timeout_s=configuration.modbus.frame_timeout_s,
+        )
+        self.connections = ForwardedConnections(source, bank, identity, options, roles, time.monotonic)
+        self.gateway = GatewayProcess(settings, path, files, source)
+        self._host = host
+        self._socket = LocalSocket(path, self.connections.new_connection)
+
+    async def open(self) -> None:
+        """Start the gateway. Raises ServerError if the Unix socket cannot be opened."""
+        await self._socket.open()
+        self.connections.begin()
+        self.gateway.begin()
+
+    async def close(self) -> None:
+        """End the gateway and close all connections."""
+        self.connections.close()
+        await self.gateway.close()
+        self._socket.close()
+
+    # ---- output channel of the host
+
+    def on_sample(self, now_s: float) -> None:
+        """Do nothing: clients read when they want to."""
+
+    def tick(self, now_s: float) -> None:  # noqa: ARG002
+        """Tell the instrument whether the certificate expires soon."""
+        days = self.gateway.certificate_days
+        self._host.instrument.certificate_expiring = days is not None and days < MIN_CERTIFICATE_DAYS
+
+
+@dataclass(frozen=True, slots=True)
+class _Failure:
+    """Failed handshakes of one address with the same reason."""
+
+    address: str
+    reason: str
+    times: int
+
+
+class GatewayProcess(ServiceProcess):
+    """Process of the TLS gateway. It reports failed handshakes, which belong into the event log."""
+
+    def __init__(
+        self, settings: ModbusSecuritySection, socket: Path, files: Mapping[str, str], source: ServedSource
+    ) -> None:
+        options = {
+            "instrument": str(socket),
+            "host": settings.host,
+            "port": settings.port,
+            "allow": settings.allow,
+            **files,
+        }
+        super().__init__("pneuforce.registers.modbus_security", "Modbus/TCP Security", options)
+        self.certificate_days: float | None = None  #: days until the certificate expires; None if unknown
+        self.counters: dict[str, Any] = {}
+        self._source = source
+        self._warn = RateLimitedLogger(logging.getLogger("pneuforce"), LOG_PERIOD_S).warning
+
+    def on_heartbeat(self, message: Mapping[str, Any]) -> None:
+        """Log failed handshakes; keep the counters. Raises TypeError or ValueError for an invalid message."""
+        now_s = time.monotonic()
+        days = message["certificate_days"]
+        self.certificate_days = None if days is None else float(days)
+        self.counters = {name: message[name] for name in ("handshakes", "failed", "not_allowed")}
+        for address, reason, times in message["failures"]:
+            self._log_failure(_Failure(str(address), str(reason)[:MAX_REASON], int(times)), now_s)
+        if self.certificate_days is not None and self.certificate_days < MIN_CERTIFICATE_DAYS:
+            days_left = max(0.0, self.certificate_days)
+            self.log(
+                logging.WARNING,
+                f"Modbus/TCP Security: the certificate expires in {days_left:.0f} days: replace the file",
+            )
+
+    def _log_failure(self, failure: _Failure, now_s: float) -> None:
+        peer = Peer(CHANNEL, failure.address)
+        self._source.log_failed_logins(peer, failure.reason, failure.times, now_s)
+        text = "Modbus/TCP Security: %d handshakes of %s failed: %s"
+        self._warn(now_s, text, failure.times, failure.address, failure.reason)
+
+
+def required(local_socket: Path | None) -> Path:
+    """Return the local socket. Raises ServerError if it is disabled."""
+    if local_socket is None:
+        raise ServerError(
+            "modbus_security.enabled = true needs the local socket, but local.socket is empty: set it"
+        )
+    return local_socket
+
+
+def modbus_security_of(
+    configuration: Configuration,
+    host: HostLoop,
+    source: ServedSource,
+    identity: Mapping[int, str],
+    local_socket: Path | None,
+    files: Mapping[str, str],
+) -> ModbusSecurityServer | None:
+    """Return the server of a configuration, or None if it is disabled or no files are given.
+
+    Raises ServerError if there is no local socket.
+    """
+    if not configuration.modbus_security.enabled or not files:
+        return None
+    return ModbusSecurityServer(configuration, host, source, identity, local_socket, files)
+
+
+def health(server: ModbusSecurityServer | None, now_s: float) -> dict[str, Any] | None:
+    """Return the counters and the connected clients, or None if Modbus/TCP Security is disabled."""
+    if server is None:
+        return None
+    counters, gateway = server.connections.counters, server.gateway
+    names = ("connections", "requests", "exceptions", "invalid_frames", "timeouts", "evicted")
+    return {
+        "port": gateway.port,
+        "clients": [client.health(now_s) for client in server.connections.connections],
+        "certificate_days": gateway.certificate_days,
+        **{name: getattr(counters, name) for name in names},
+        **gateway.counters,
+    }

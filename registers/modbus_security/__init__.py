@@ -1,0 +1,1 @@
+"""Modbus/TCP Security (Modbus Organization, MB-TCP-Security v36): Modbus in TLS, with roles."""

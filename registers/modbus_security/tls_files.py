@@ -1,0 +1,98 @@
+"""Files of the TLS gateway: certificate, key, authorities and revoked certificates."""
+
+from __future__ import annotations
+
+import os
+import ssl
+from typing import NamedTuple
+
+#: Cipher suites of TLS 1.2 with forward secrecy and authenticated encryption. TLS 1.3 has no others.
+CIPHERS = "ECDHE+AESGCM:ECDHE+CHACHA20"
+
+
+class _Version(NamedTuple):
+    changed_ns: int
+    size: int
+    inode: int
+
+
+class TlsFiles:
+    """Files in PEM format. `crl` may be empty."""
+
+    def __init__(self, *, ca: str, certificate: str, key: str, crl: str = "") -> None:
+        self._paths = {"ca": ca, "certificate": certificate, "key": key} | ({"crl": crl} if crl else {})
+        self._versions: dict[str, _Version | None] = {}
+
+    def load(self) -> ssl.SSLContext:
+        """Return a context for a server that requires a client certificate from one of the authorities.
+
+        Raises OSError with a sentence that names the file.
+        """
+        self._versions = self._read_versions()
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.minimum_version = ssl.TLSVersion.TLSv1_2
+        context.set_ciphers(CIPHERS)
+        context.verify_mode = ssl.CERT_REQUIRED
+        # Every connection verifies its certificate again: a resumed session would skip this.
+        context.options |= ssl.OP_NO_TICKET | ssl.OP_NO_RENEGOTIATION
+        context.num_tickets = 0
+        self._load_own(context)
+        self._load_verification(context, "ca")
+        if "crl" in self._paths:
+            self._load_verification(context, "crl")
+            context.verify_flags |= ssl.VERIFY_CRL_CHECK_LEAF
+        return context
+
+    def changed(self) -> set[str]:
+        """Return the names of the files that have changed since the last `load`."""
+        versions = self._read_versions()
+        return {name for name, version in versions.items() if version != self._versions.get(name)}
+
+    def own_certificate(self) -> bytes:
+        """Return the bytes of the certificate file (PEM). Raises OSError."""
+        with open(self._paths["certificate"], "rb") as file:
+            return file.read()
+
+    def _load_own(self, context: ssl.SSLContext) -> None:
+        certificate, key = self._paths["certificate"], self._paths["key"]
+        for path in (certificate, key):
+            _check_readable(path)
+        try:
+            context.load_cert_chain(certificate, key, password=_no_password)
+        except (ssl.SSLError, ValueError) as error:
+            raise OSError(f"{certificate} and {key} are not a certificate and its key: {error}") from None
+
+    def _load_verification(self, context: ssl.SSLContext, name: str) -> None:
+        path = self._paths[name]
+        _check_readable(path)
+        before = sum(context.cert_store_stats().values())
+        try:
+            context.load_verify_locations(path)
+        except ssl.SSLError as error:
+            raise OSError(f"{path} contains no certificates in PEM format: {error}") from None
+        if sum(context.cert_store_stats().values()) == before:
+            raise OSError(f"{path} contains nothing that is not in another file")
+
+    def _read_versions(self) -> dict[str, _Version | None]:
+        return {name: _version(path) for name, path in self._paths.items()}
+
+
+def _no_password() -> str:
+    raise ValueError("the key is encrypted: remove its password, and protect the file with its permissions")
+
+
+def _check_readable(path: str) -> None:
+    """Raise OSError with the name of the file if it cannot be read."""
+    try:
+        with open(path, "rb"):
+            pass
+    except OSError as error:
+        raise OSError(f"{path}: {error.strerror}") from None
+
+
+def _version(path: str) -> _Version | None:
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    return _Version(status.st_mtime_ns, status.st_size, status.st_ino)
