@@ -27,7 +27,10 @@ class ClientIdentity(NamedTuple):
 
 def identity_of(certificate: bytes) -> ClientIdentity:
     """Return the identity in a certificate (DER). Raises ValueError if it cannot be decoded."""
-    decoded = x509.load_der_x509_certificate(certificate)
+    try:
+        decoded = x509.load_der_x509_certificate(certificate)
+    except ValueError:
+        raise ValueError("malformed certificate") from None
     fingerprint = decoded.fingerprint(SHA256()).hex()[:FINGERPRINT_DIGITS]
     names = decoded.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     common_name = _plain(str(names[0].value)) if names else ""

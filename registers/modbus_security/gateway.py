@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+import ssl
 import time
 from collections import Counter
 from contextlib import suppress
@@ -119,6 +120,8 @@ class Gateway:
         try:
             async with asyncio.timeout(HANDSHAKE_TIMEOUT_S):
                 identity = identity_of(await stream.handshake())
+            if identity.valid_until_s < time.time():  # TLS does not verify it again in a resumed session
+                raise ValueError("certificate has expired")
         except (OSError, ValueError) as error:
             self._count_failure(address, failure_reason(error))
             return None
@@ -202,14 +205,8 @@ async def _copy_answers(reader: asyncio.StreamReader, stream: TlsStream) -> None
 
 def failure_reason(error: Exception) -> str:
     """Return why a handshake failed, in a few words: a text of OpenSSL or of this module."""
-    verification = getattr(error, "verify_message", "")
-    reason = getattr(error, "reason", "") or ""
-    if verification:
-        return str(verification)
-    if reason:
-        return str(reason).lower().replace("_", " ")
     if isinstance(error, TimeoutError):
         return "handshake timeout"
-    if isinstance(error, ValueError):
-        return "malformed certificate"
-    return "connection closed by the client"
+    if isinstance(error, ssl.SSLError):
+        return getattr(error, "verify_message", "") or str(error.reason).lower().replace("_", " ")
+    return "connection closed by the client" if isinstance(error, OSError) else str(error)

@@ -33,7 +33,7 @@ class TlsFiles:
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_ciphers(CIPHERS)
         context.verify_mode = ssl.CERT_REQUIRED
-        # Every connection verifies its certificate again: a resumed session would skip this.
+        # A resumed session is not verified again. It ends with the context: after each change of the files.
         context.options |= ssl.OP_NO_TICKET | ssl.OP_NO_RENEGOTIATION
         context.num_tickets = 0
         self._load_own(context)
