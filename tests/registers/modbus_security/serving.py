@@ -80,11 +80,11 @@ class Serving:
 
 
 @contextmanager
-def serving(folder, source, files, allow=()):
+def serving(folder, source, files, allow=(), roles=ROLES):
     """Run a gateway and the connections that it forwards until the block ends."""
     loop = asyncio.new_event_loop()
     pool = ForwardedConnections(
-        source, RegisterBank(), IDENTITY, ModbusTcpOptions(max_connections=8), ROLES, loop.time
+        source, RegisterBank(), IDENTITY, ModbusTcpOptions(max_connections=8), roles, loop.time
     )
     local = LocalSocket(folder / "gateway.sock", pool.new_connection)
     gateway = Gateway(files, local.path, list(allow))
