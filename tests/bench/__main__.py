@@ -14,6 +14,7 @@ from tests.bench.force_control import bench_force_control
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
+from tests.bench.modbus_security import bench_modbus_security
 from tests.bench.model import bench_arrays, bench_chain
 from tests.bench.peaks import bench_peaks
 from tests.bench.quota import bench_quota
@@ -33,6 +34,7 @@ BENCHMARKS = {
     "burst": bench_burst,
     "rdt": bench_rdt,
     "modbus": bench_modbus,
+    "modbus_security": bench_modbus_security,
     "force_control": bench_force_control,
     "quota": bench_quota,
     "endurance": bench_endurance,
