@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import SplitResult, parse_qsl, urlsplit
 
@@ -79,6 +80,7 @@ def connect(url: str) -> ForceSensor:
     | address | bus |
     | --- | --- |
     | `tcp://host:5020?unit=1` | Modbus TCP |
+    | `tls://host:802?unit=1&ca=ca.pem&certificate=plc.pem&key=plc.key` | Modbus/TCP Security |
     | `rtu:///dev/ttyUSB0?unit=1&baud=19200&parity=even` | Modbus RTU on a serial line |
     | `can://socketcan/can0?node=5&silence=0.1` | CAN interface of the Linux kernel |
     | `can://socketcand/can0?host=127.0.0.1&port=29536&node=5` | CAN over a socketcand server |
@@ -101,7 +103,7 @@ def connect(url: str) -> ForceSensor:
 
 
 def send_vent(url: str) -> None:
-    """Vent the instrument at `url` (tcp or rtu), also if it has another version of the register map.
+    """Vent the instrument at `url` (tcp, tls or rtu), also if it has another version of the register map.
 
     Register 516 is the same in all versions, and a vent must not depend on the version of a program. The vent
     is tried twice. Raises ConfigurationError for an invalid address, and ConnectionFailed if it was not sent.
@@ -163,6 +165,24 @@ def _tcp_client(url: Url) -> ModbusOpener:
     return lambda: ModbusClient.connect(host, port, unit=unit, wait_s=TCP_WAIT_S), TCP_SILENCE_S
 
 
+def _tls_client(url: Url) -> ModbusOpener:
+    from pneuforce.registers.modbus.client import ModbusClient
+    from pneuforce.registers.modbus.client_context import ClientFiles, client_context
+
+    host, port = url.host_and_port(802)
+    unit = url.integer("unit", 1, range(256))
+    missing = [name for name in ClientFiles._fields if not url.options.get(name)]
+    if missing:
+        raise url.invalid(f"the options ca, certificate and key name files, and {missing[0]} is missing")
+    try:
+        context = client_context(
+            host, ClientFiles(*(Path(url.options[name]) for name in ClientFiles._fields))
+        )
+    except OSError as error:
+        raise ConfigurationError(f"the address {url.text!r}: {error}") from None
+    return lambda: ModbusClient.connect_tls(host, port, context, unit=unit, wait_s=TCP_WAIT_S), TCP_SILENCE_S
+
+
 def _rtu_client(url: Url) -> ModbusOpener:
     from pneuforce.registers.modbus.client import ModbusClient
 
@@ -211,10 +231,19 @@ def _open_can(url: Url) -> SensorConnection:
     return CanSensorConnection(url.text, server, node_id, url.seconds("silence", CAN_SILENCE_S, 0.02, 3.0))
 
 
-_MODBUS_CLIENTS: Mapping[str, Callable[[Url], ModbusOpener]] = {"tcp": _tcp_client, "rtu": _rtu_client}
+_MODBUS_CLIENTS: Mapping[str, Callable[[Url], ModbusOpener]] = {
+    "tcp": _tcp_client,
+    "tls": _tls_client,
+    "rtu": _rtu_client,
+}
 
 SCHEMES: Mapping[str, Scheme] = {
     "tcp": Scheme("tcp://192.168.1.10:5020?unit=1", frozenset({"unit"}), _open_modbus),
+    "tls": Scheme(
+        "tls://192.168.1.10:802?ca=ca.pem&certificate=plc.pem&key=plc.key",
+        frozenset({"unit", "ca", "certificate", "key"}),
+        _open_modbus,
+    ),
     "rtu": Scheme(
         "rtu:///dev/ttyUSB0?unit=1&baud=19200", frozenset({"unit", "baud", "parity"}), _open_modbus
     ),

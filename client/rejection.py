@@ -9,6 +9,8 @@ from pneuforce.registers.advice import REJECT_REASON_ADVICE
 
 #: Remedies for rejections that have no reject reason: Modbus exceptions and results of a CAN Command.
 _OTHER_REMEDIES: Mapping[str, str] = {
+    "illegal function": "The interface is read-only, or the role in this certificate does not allow the "
+    "write. A vent alone is always allowed.",
     "illegal value": "A value is outside its range: see docs/registers.md for the range.",
     "out_of_range": "A value is outside its range: see docs/registers.md for the range.",
     "sequence_reused": "Another node sends Commands with the same sequence number: stop this node.",

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Annotated, NamedTuple
+from urllib.parse import urlencode
 
 import typer
 
 from pneuforce.instrument.cli.options import Parity
+
+_TLS = ("ca", "certificate", "key")
 
 
 class InstrumentAddress(NamedTuple):
@@ -15,6 +19,11 @@ class InstrumentAddress(NamedTuple):
 
     host: Annotated[str | None, typer.Option(help="Address of the instrument; default 127.0.0.1.")] = None
     port: Annotated[int | None, typer.Option(help="TCP port; default 5020.", min=1, max=65535)] = None
+    ca: Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: authority (PEM).")] = None
+    certificate: Annotated[
+        Path | None, typer.Option(help="For Modbus/TCP Security: own certificate (PEM).")
+    ] = None
+    key: Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: key of --certificate.")] = None
     device: Annotated[
         str | None, typer.Option(help="Serial port of this computer, for Modbus RTU instead of TCP.")
     ] = None
@@ -33,12 +42,20 @@ class InstrumentAddress(NamedTuple):
             return f"rtu://{os.path.abspath(self.device)}?unit={self.unit or 1}&{line}"
         host = self.host or "127.0.0.1"
         host = f"[{host}]" if ":" in host else host
-        return f"tcp://{host}:{self.port or 5020}?unit={self.unit or 1}"
+        if self.certificate is None:
+            return f"tcp://{host}:{self.port or 5020}?unit={self.unit or 1}"
+        files = urlencode({name: getattr(self, name) for name in _TLS}, safe="/")
+        return f"tls://{host}:{self.port or 802}?unit={self.unit or 1}&{files}"
 
     def _check(self) -> None:
         from pneuforce.errors import ConfigurationError
 
-        useless = ("baud", "parity") if self.device is None else ("host", "port")
+        given = [name for name in _TLS if getattr(self, name) is not None]
+        if 0 < len(given) < len(_TLS):
+            raise ConfigurationError(
+                "--ca, --certificate and --key belong together: give all of them, or none"
+            )
+        useless = ("baud", "parity") if self.device is None else ("host", "port", *_TLS)
         for name in useless:
             if getattr(self, name) is not None:
                 needed = "needs --device" if self.device is None else "is for Modbus TCP, not for --device"

@@ -6,18 +6,27 @@ import inspect
 import logging
 import threading
 import time
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
-from pneuforce.registers.document_text import ascii_text, format_range
-from pneuforce.registers.field import quantity_unit
-from pneuforce.registers.map import BY_NAME, COMMAND_KEY, REGISTERS, Register
+from pneuforce.registers.map import BY_NAME, COMMAND_KEY, REGISTERS
+from pneuforce.registers.modbus.client_context import handshake_problem
+from pneuforce.registers.modbus.client_errors import (
+    ModbusClientError,
+    NoAnswerError,
+    SerialPortError,
+    WriteRejectedError,
+)
+from pneuforce.registers.modbus.client_registers import allowed_values, repeats_quantity, writable_register
 from pneuforce.registers.modbus.exception_codes import ExceptionCode
 from pneuforce.registers.modbus.register_bank import MODE, RegisterBank
 
 if TYPE_CHECKING:
+    import ssl
+
     from pymodbus.client.base import ModbusBaseSyncClient
     from pymodbus.pdu import ModbusPDU
+
+__all__ = ["ModbusClient", "ModbusClientError", "NoAnswerError", "SerialPortError", "WriteRejectedError"]
 
 #: Ranges of the registers that change.
 _CHANGING_RANGES = (range(51), range(64, 74), range(512, 558))
@@ -32,26 +41,6 @@ _EXCEPTION_NAMES = {code.value: code.name.lower().replace("_", " ") for code in 
 
 # ModbusClientError reports these errors, so pymodbus must not print them as well.
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
-
-
-class ModbusClientError(OSError):
-    """Error for an invalid request, a rejected request, or an instrument that cannot be reached."""
-
-
-class SerialPortError(ModbusClientError):
-    """Error for a serial port that cannot be opened."""
-
-
-class NoAnswerError(ModbusClientError):
-    """Error for a request without an answer: no instrument, or a closed connection."""
-
-
-class WriteRejectedError(ModbusClientError):
-    """Error for a rejected write. `reason` is the reject reason, or the name of the exception."""
-
-    def __init__(self, message: str, reason: str) -> None:
-        super().__init__(message)
-        self.reason = reason
 
 
 class ModbusClient:
@@ -78,6 +67,24 @@ class ModbusClient:
 
         client = ModbusTcpClient(host, port=port, timeout=wait_s, retries=0)
         return cls._connect(client, unit, f"no Modbus TCP server answers at {host}:{port}")
+
+    @classmethod
+    def connect_tls(
+        cls, host: str, port: int, context: ssl.SSLContext, *, unit: int = 1, wait_s: float = 2.0
+    ) -> ModbusClient:
+        """Connect with Modbus/TCP Security. The context contains the certificates; see `client_context`.
+
+        Raises ModbusClientError as `connect`, or if one side does not accept the certificate of the other.
+        """
+        from pymodbus.client import ModbusTlsClient
+
+        client = ModbusTlsClient(host, port=port, sslctx=context, timeout=wait_s, retries=0)
+        try:
+            return cls._connect(client, unit, f"no Modbus/TCP Security at {host}:{port}")
+        except NoAnswerError as error:
+            problem = handshake_problem(host, port, context, wait_s)
+            hint = "possibly the instrument does not accept this certificate: its log names the reason"
+            raise NoAnswerError(f"{error}: {problem or hint}") from None
 
     @classmethod
     def connect_serial(
@@ -155,18 +162,18 @@ class ModbusClient:
         Raises ModbusClientError if the value is invalid or the write is rejected. The message contains the
         allowed values, or the name of the Modbus exception and the reject reason.
         """
-        register = _writable_register(name)
+        register = writable_register(name)
         try:
             words = self._bank.encode_words(register, register.encode(value))
         except (LookupError, TypeError, ValueError, OverflowError):
-            raise ModbusClientError(f"{name} = {value}: invalid value{_allowed_values(register)}") from None
+            raise ModbusClientError(f"{name} = {value}: invalid value{allowed_values(register)}") from None
         numbers = [int.from_bytes(words[at : at + 2], "big") for at in range(0, len(words), 2)]
         with self._lock:  # the reject reason is that of the last write
             answer = self._request(self._client.write_registers, register.address, values=numbers)
             reason = self._reject_reason(answer) if answer.isError() else ""
         if answer.isError():
             is_illegal_value = answer.exception_code == ExceptionCode.ILLEGAL_VALUE
-            allowed = _allowed_values(register) if is_illegal_value else ""
+            allowed = allowed_values(register) if is_illegal_value else ""
             message = f"{name} = {value} was rejected: {_describe_error(answer, reason)}{allowed}"
             raise WriteRejectedError(message, reason or _exception_name(answer))
 
@@ -215,7 +222,7 @@ class ModbusClient:
         registers = [r for r in REGISTERS if r.address in range_]
         codes = self._bank.decode_words(registers, range_.start, self._read_words(range_))
         read = zip(registers, codes, strict=True)
-        return {r.name: r.decode(code) for r, code in read if not _repeats_quantity(r)}
+        return {r.name: r.decode(code) for r, code in read if not repeats_quantity(r)}
 
     def _read_words(self, range_: range) -> bytes:
         answer = self._request(self._client.read_input_registers, range_.start, count=len(range_))
@@ -264,33 +271,3 @@ def _raise_port_error(device: str, baud: int, parity: str, stop_bits: int) -> No
         open_port(device, baud, parity, stop_bits).close()
     except OSError as error:
         raise SerialPortError(str(error)) from None
-
-
-def _repeats_quantity(register: Register) -> bool:
-    """Return True if the register's name ends in a unit that differs from the quantity's unit.
-
-    For example, the value of pressure_pa is decoded to kPa, so its name would be misleading.
-    """
-    unit = ascii_text(register.unit)
-    return unit != quantity_unit(register.unit) and register.name.endswith(f"_{unit.lower()}")
-
-
-def _writable_register(name: str) -> Register:
-    """Return the register `name`. Raises ModbusClientError if it cannot be written."""
-    if name not in BY_NAME:
-        matches = get_close_matches(name, [register.name for register in REGISTERS if register.writable])
-        hint = f"; similar: {', '.join(matches)}" if matches else ""
-        raise ModbusClientError(f"{name}: unknown register{hint}")
-    if _repeats_quantity(BY_NAME[name]):
-        raise ModbusClientError(f"{name} repeats another register: write {name.rpartition('_')[0]} instead")
-    if not BY_NAME[name].writable:
-        raise ModbusClientError(f"{name} is read-only")
-    return BY_NAME[name]
-
-
-def _allowed_values(register: Register) -> str:
-    if register.values:
-        return f"; allowed: {', '.join(register.values.codes)}"
-    unit = quantity_unit(register.unit)
-    allowed = format_range(register.with_wire_type(register.wire, unit))
-    return f"; allowed: {allowed} {unit}".rstrip() if allowed else ""

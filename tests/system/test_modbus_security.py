@@ -8,6 +8,7 @@ from contextlib import ExitStack
 
 import pytest
 
+import pneuforce as pneuforce_package
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.teststand.stack import free_port, start
 from tests.command_runner import pneuforce
@@ -112,6 +113,27 @@ def test_the_event_log_names_the_certificate_and_failed_handshakes(instrument, c
 def test_a_certificate_that_expires_soon_requires_maintenance(instrument):
     _, _, registers = instrument
     wait_for(registers.read, lambda values: "maintenance_required" in values["status"])
+
+
+def test_programs_and_commands_use_certificates(instrument, connect, folder):
+    _, port, _ = instrument
+    connect("plc")
+    url = f"tls://localhost:{port}?ca={folder}/ca.pem&certificate={folder}/{{0}}.pem&key={folder}/{{0}}.key"
+    with pneuforce_package.connect(url.format("plc")) as sensor:
+        assert sensor.read().pressure_kpa < 1.0
+    viewer = pneuforce_package.connect(url.format("hmi"))
+    with viewer, pytest.raises(pneuforce_package.Rejected, match="role"), viewer.hold(5.0):
+        pass
+    with pytest.raises(
+        pneuforce_package.ConnectionFailed, match="certificate is not accepted: IP address mismatch"
+    ):
+        pneuforce_package.connect(url.format("plc").replace("localhost", "127.0.0.1"))
+    options = ["--host", "localhost", "--port", port, "--ca", folder / "ca.pem"]
+    options += ["--certificate", folder / "hmi.pem", "--key", folder / "hmi.key"]
+    assert pneuforce("vent", *options).returncode == 0
+    rejected = pneuforce("set", "6", *options)
+    assert rejected.returncode == 3
+    assert "role" in rejected.stderr
 
 
 @needs("mbpoll", "socat")
