@@ -150,7 +150,7 @@ def plot(
     out: Annotated[
         Path | None,
         typer.Argument(
-            metavar="OUT", help="Output file, .png or .svg; by default, FILE with the suffix .png."
+            metavar="OUT", help="Output file, .png, .svg or .pdf; by default, FILE with the suffix .png."
         ),
     ] = None,
     from_s: FromS = None,

@@ -48,6 +48,7 @@ def reproducible_style() -> Iterator[None]:
     settings: Any = {
         "font.size": 11,
         "hatch.linewidth": 0.6,
+        "pdf.fonttype": 42,  # TrueType, which programs for vector graphics can edit
         "svg.fonttype": "none",
         "svg.hashsalt": "pneuforce",
     }

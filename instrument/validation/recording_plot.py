@@ -22,7 +22,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Metadata by file format. Date and program are left out, so that equal data gives equal files.
-METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None}}
+METADATA = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None, "Creator": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 DOTS_PER_INCH = 160
 #: Limits for the fault names in an event. The longest name of a fault has 20 characters.
 MAX_NAMES, MAX_NAME_LENGTH = 32, 40
@@ -56,7 +60,7 @@ class PlotOptions(NamedTuple):
         """Return the output file. Raises ConfigurationError if its format is unknown."""
         out = self.out or self.recording.with_suffix(".png")
         if out.suffix.lower() not in METADATA:
-            raise ConfigurationError(f"{out}: the format is unknown: name a file .png or .svg")
+            raise ConfigurationError(f"{out}: the format is unknown: name a file .png, .svg or .pdf")
         return out
 
 

@@ -117,7 +117,7 @@ def test_a_decimated_recording_is_labelled(figure):
     assert any(re.fullmatch(r"\d.\d{3} samples; .* 0.\d+ s .*", line) for line in texts(figure))
 
 
-@pytest.mark.parametrize("form", ["svg", "png"])
+@pytest.mark.parametrize("form", ["svg", "png", "pdf"])
 def test_the_same_recording_makes_the_same_bytes(pressed, tmp_path, form, monkeypatch):
     first, second = tmp_path / f"a.{form}", tmp_path / f"b.{form}"
     plot(PlotOptions(pressed, first))
@@ -238,7 +238,7 @@ def test_the_command_writes_a_png_beside_the_recording(pressed):
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (["a.jpg"], "name a file .png or .svg"),
+        (["a.jpg"], "name a file .png, .svg or .pdf"),
         (["--reference", "cell.csv"], "--reference is valid only with --by-pressure"),
         (["--from-s", "3", "--to-s", "2"], "--from-s must be less than --to-s"),
         (["missing/a.png"], "cannot be written"),
