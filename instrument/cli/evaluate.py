@@ -94,7 +94,8 @@ def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) ->
                 write_table(files.samples, _form(files.samples), rows, types, recording.metadata)
         remark, damaged = recording.remark(), bool(recording.damage)
         if not result.samples:
-            raise ConfigurationError(f"{path}: it contains no samples with their inputs {remark}".rstrip())
+            why = remark or f"{path} contains no inputs"
+            raise ConfigurationError(f"no sample can be evaluated: {why}")
         contacts = result.contacts(recording.begin_s)
         if files.contacts is not None:
             types = {**CONTACT_TYPES, **RECORDED_TYPES}

@@ -136,9 +136,10 @@ def _selected_samples(recording: Recording, options: ExportOptions) -> Iterator[
     if first is None:
         why = (
             recording.remark()
-            or f"it has {counted(recording.sample_count or 0, 'sample')} in {recording.extent_s:.1f} s"
+            or f"{recording.path} has {counted(recording.sample_count or 0, 'sample')} "
+            f"in {recording.extent_s:.1f} s"
         )
-        raise ConfigurationError(f"{recording.path}: no samples in this time range ({why})")
+        raise ConfigurationError(f"there are no samples in this time range: {why}")
     return chain([first], samples)
 
 

@@ -45,6 +45,8 @@ def _format_result(result: ReplayResult) -> str:
         lines.append(f"differs: {result.difference}")
     elif result.unexplained:
         lines.append(f"differs: the replay does not produce the last {counted(result.unexplained, 'sample')}")
+    elif not result.samples:
+        lines.append("no sample was compared")
     else:
         lines.append(f"all {'undamaged samples ' if result.damaged else ''}equal, to the last bit")
     return "\n".join([*lines, result.remark] if result.remark else lines)

@@ -195,9 +195,8 @@ class Recording:
     def _set_damage(self, table: str, intact: int, why: str) -> None:
         in_time = table == "samples" and intact
         until = f", up to {self._time_of(intact) - self.begin_s:.1f} s," if in_time else ""
-        self.damage = (
-            f"{counted(intact, 'row')} of {table}{until} {'is' if intact == 1 else 'are'} intact ({why})"
-        )
+        rows = f"{counted(intact, 'row')} of {table}{until}" if intact else f"no row of {table}"
+        self.damage = f"{rows} {'are' if intact > 1 else 'is'} intact ({why})"
 
     def _last_numbers(self) -> dict[str, int | None]:
         """Return the last row number of each table, read in one transaction."""
