@@ -23,6 +23,8 @@ MAX_ROWS = 4_000_000
 MAX_MAGNITUDE = 1e15
 #: Spreadsheets in many countries write semicolons between columns and commas in numbers.
 CSV_FORMAT_HINT = "use commas between columns, points in numbers"
+#: Other separators between columns: name, and the character in an expression of sed.
+_OTHER_SEPARATORS = {";": ("semicolons", ";"), "\t": ("tabs", r"\t")}
 
 
 class CsvRow(NamedTuple):
@@ -116,8 +118,12 @@ def parse_table(content: bytes, file: str) -> CsvTable:
     _, header = next(lines, (0, []))
     if not header:
         raise ConfigurationError(f"{file}: empty")
-    if len(header) == 1 and (";" in header[0] or "\t" in header[0]):
-        raise ConfigurationError(f"{file}: {CSV_FORMAT_HINT}")
+    for separator, (name, in_sed) in _OTHER_SEPARATORS.items():
+        if len(header) == 1 and separator in header[0]:
+            raise ConfigurationError(
+                f"{file}: the columns are separated by {name}: {CSV_FORMAT_HINT}; "
+                f"sed 's/,/./g; s/{in_sed}/,/g' {file} prints the table in this form"
+            )
     return CsvTable(file, tuple(header), _rows(lines, file, header))
 
 

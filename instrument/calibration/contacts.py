@@ -20,6 +20,10 @@ FORCE_COLUMNS = (("reference_n", "reference_std_n"), ("force_n", "force_std_n"))
 #: Column of the tables in which force_n is the force of the instrument: `export --contacts`,
 #: `evaluate --contacts` and `estimate --csv`.
 INSTRUMENT_COLUMN = "reason"
+#: Optional column: reading of the reference sensor without contact [N] that its forces still contain.
+ZERO_COLUMN = "force_zero_n"
+#: Largest accepted reading of the reference sensor without contact [N].
+MAX_ZERO_N = 0.02
 MAX_FORCE_N = 20.0
 #: Above this force, errors are relative to the force. Below this force, errors are in newtons.
 RELATIVE_ERROR_MIN_N = 1.0
@@ -58,7 +62,7 @@ def parse_contacts(content: bytes, name: str) -> Points:
             "reference_n, or make the table with pneuforce calibrate contacts --from"
         )
     force, std = columns
-    points = parse_points(content, name, [(*PRESSURE_COLUMNS, force)], [std])
+    points = parse_points(content, name, [(*PRESSURE_COLUMNS, force)], [std, ZERO_COLUMN])
     renamed = dict(zip(columns, FORCE_COLUMNS[-1], strict=True))
     return replace(points, columns={renamed.get(key, key): points[key] for key in points.columns})
 
@@ -71,6 +75,7 @@ def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContact
     baseline, force = points["baseline_kpa"], points["force_n"]
     rise = points["final_kpa"] - baseline
     std = points.columns.get("force_std_n", np.zeros(len(points)))
+    zero = points.columns.get(ZERO_COLUMN, np.zeros(len(points)))
     points.require_rows(1)
     _check_units(points)
     for invalid, why in (
@@ -82,6 +87,11 @@ def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContact
         (rise < ONSET_KPA, f"final_kpa is not {ONSET_KPA:g} kPa above baseline_kpa, so there is no contact"),
         ((force <= 0) | (force > MAX_FORCE_N), f"force_n must be above 0 and at most {MAX_FORCE_N:g} N"),
         ((std < 0) | (std > force), "force_std_n must be from 0 to force_n"),
+        (
+            abs(zero) > MAX_ZERO_N,
+            f"{ZERO_COLUMN}: the reference sensor did not read 0 without contact, so each of its forces is "
+            "wrong: make the table again with --tare, or subtract this reading from the forces",
+        ),
     ):
         if invalid.any():
             raise points.error(why, int(invalid.argmax()))

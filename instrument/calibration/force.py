@@ -159,11 +159,20 @@ def _held_out_force_n(
 
 
 def _fit(terms: tuple[str, ...], contacts: CalibrationContacts) -> LinearFit:
+    values = np.log(contacts.force_n / contacts.law_n)
+    return fit_linear(basis_of(terms, contacts), values, contacts.force_n / expected_error_n(contacts))
+
+
+def basis_of(terms: tuple[str, ...], contacts: CalibrationContacts) -> Numbers:
+    """Return the basis functions of the terms at each contact, of shape (contacts, terms)."""
     L, p = np.log(contacts.rise_kpa), contacts.baseline_kpa - REFERENCE_BASELINE_KPA
-    basis = np.stack([BASIS[term](L, p, contacts.small_strain_weight) for term in terms], axis=1)
-    expected_n = EXPECTED_ERROR * np.maximum(contacts.force_n, RELATIVE_ERROR_MIN_N)
-    weights = contacts.force_n / np.hypot(expected_n, contacts.std_n)
-    return fit_linear(basis, np.log(contacts.force_n / contacts.law_n), weights)
+    return np.stack([BASIS[term](L, p, contacts.small_strain_weight) for term in terms], axis=1)
+
+
+def expected_error_n(contacts: CalibrationContacts) -> Numbers:
+    """Return the typical error of each contact [N], with the uncertainty of its reference force."""
+    corrected_n = EXPECTED_ERROR * np.maximum(contacts.force_n, RELATIVE_ERROR_MIN_N)
+    return np.hypot(corrected_n, contacts.std_n)
 
 
 def _correction(

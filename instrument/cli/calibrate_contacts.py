@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration.contacts import ZERO_COLUMN
 from pneuforce.instrument.cli.aligned_reference import read_aligned
 from pneuforce.instrument.cli.output import json_line, print_text
 from pneuforce.instrument.recording.opening import open_recording
@@ -48,7 +50,7 @@ def pair(given: PairingInput) -> Pairing:
         course, aligned = read_aligned(recording, given.reference)
         remark, damaged = recording.remark(), bool(recording.damage)
     if not course.contacts:
-        raise ConfigurationError(f"{given.recording}: the recording contains no contact {remark}".rstrip())
+        raise ConfigurationError(f"no contact was found: {remark or f'{given.recording} contains none'}")
     paired, unpaired = pair_reference(course, aligned.force)
     return Pairing(paired, unpaired, aligned, remark, damaged)
 
@@ -61,7 +63,7 @@ def write_pairing(given: PairingInput, out: Path | None, overwrite: bool, as_jso
     """
     _check_out(out, overwrite)
     found = pair(given)
-    lines = [*_comments(given, found), *_csv_lines(PairedContact._fields, found.paired)]
+    lines = [*_comments(given, found), *_csv_lines(found)]
     if out is not None and found.paired:
         write_lines(out, (f"{line}\n" for line in lines))
     if as_json:
@@ -96,10 +98,14 @@ def _comments(given: PairingInput, found: Pairing) -> list[str]:
     ]
 
 
-def _csv_lines(names: Iterable[str], rows: Iterable[PairedContact]) -> Iterator[str]:
-    yield ",".join(names)
-    for row in rows:
-        yield ",".join(f"{value:.5f}" if isinstance(value, float) else str(value) for value in row)
+def _csv_lines(found: Pairing) -> Iterator[str]:
+    """Yield the table of the paired contacts, with the zero of the reference sensor if it is known."""
+    zero_n = found.aligned.zero_n
+    known = math.isfinite(zero_n)
+    yield ",".join([*PairedContact._fields, *([ZERO_COLUMN] if known else [])])
+    for row in found.paired:
+        values = [*row, *([zero_n] if known else [])]
+        yield ",".join(f"{value:.5f}" if isinstance(value, float) else str(value) for value in values)
 
 
 def _summary(found: Pairing) -> Iterator[str]:

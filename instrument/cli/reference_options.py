@@ -1,4 +1,4 @@
-"""Group of options for the file of a reference force sensor, which has its own clock, columns and unit."""
+"""Group of options for the file of a reference sensor, which has its own clock, columns, unit and sign."""
 
 from __future__ import annotations
 
@@ -36,6 +36,9 @@ class ReferenceOptions(NamedTuple):
         Literal["N", "mN", "gf", "kgf", "lbf"] | None,
         typer.Option(help="With --reference: unit of the force.", show_default="N"),
     ] = None
+    invert: Annotated[
+        bool, typer.Option("--invert", help="With --reference: reverse the sign of the force.")
+    ] = False
     tare: Annotated[
         bool, typer.Option("--tare", help="With --reference: subtract the reference force without contact.")
     ] = False
@@ -52,6 +55,6 @@ class ReferenceOptions(NamedTuple):
             reject_options(given_options(self), "with --reference")
             return None
         columns = ReferenceColumns(
-            self.time_column or "t_s", self.force_column or "force_n", self.unit or "N"
+            self.time_column or "t_s", self.force_column or "force_n", self.unit or "N", self.invert
         )
         return ReferenceInput(self.reference, columns, self.offset, self.tare)

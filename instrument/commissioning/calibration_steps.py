@@ -24,6 +24,7 @@ from pneuforce.instrument.calibration.grip import GripFit
 from pneuforce.instrument.calibration.lag import LagFit
 from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.calibration.radius import RadiusFit
+from pneuforce.instrument.calibration.reference_zero import apparent_zero_warning
 from pneuforce.instrument.calibration.residuals import errors_by_pressure
 from pneuforce.instrument.calibration.sections import (
     CalibrationPart,
@@ -175,7 +176,9 @@ def calibrate_force(data: Path, target: CalibrationTarget) -> CalibrationStep[Fo
         raise error if str(error).startswith(points.name) else points.error(str(error)) from None
     by_pressure = errors_by_pressure(found.chosen.held_out_n, found.contacts)
     part = parts.force_part(found, by_pressure, points, settings, date.today())
-    return CalibrationStep(part, found, len(points), _save("force", part, instrument, target))
+    warning = apparent_zero_warning(found)
+    notes = ([warning] if warning else []) + _save("force", part, instrument, target)
+    return CalibrationStep(part, found, len(points), notes)
 
 
 def _points(data: Path, columns: Sequence[Sequence[str]], optional: Sequence[str] = ()) -> Points:

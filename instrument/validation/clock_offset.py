@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ class ClockOffset(NamedTuple):
     """Offset between two clocks, and the correlation of the signals at this offset."""
 
     offset_s: float  #: is added to a time of the reference, and gives the time of the recording
-    correlation: float
+    correlation: float  #: NaN if the signals have too little in common
 
 
 def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
@@ -44,12 +45,16 @@ def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
     if any(signal.t_s[-1] - signal.t_s[0] > MAX_DURATION_S for signal in (recorded, reference)):
         raise ConfigurationError(
             f"the clock offset cannot be estimated: recording or reference is longer than "
-            f"{MAX_DURATION_S / 3600:g} h; give --offset"
+            f"{MAX_DURATION_S / 3600:g} h; check that the times are in s, or give --offset"
         )
     pressure, force = _on_grid(recorded), _on_grid(reference)
     correlation = _correlations(pressure, force)
     best = int(np.nanargmax(correlation)) if np.isfinite(correlation).any() else 0
     highest = float(correlation[best])
+    if not highest >= MIN_CORRELATION and _greatest(-correlation) >= MIN_CORRELATION:
+        raise ConfigurationError(
+            "the reference force falls when the pressure rises, so its sign is opposite: use --invert"
+        )
     if not highest >= MIN_CORRELATION:
         raise ConfigurationError(
             "the clock offset cannot be estimated: the course of the reference force does not resemble "
@@ -57,7 +62,7 @@ def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
         )
     near = round(SAME_MAXIMUM_S / STEP_S)
     others = np.concatenate([correlation[: max(best - near, 0)], correlation[best + near + 1 :]])
-    second = float(np.nanmax(others)) if np.isfinite(others).any() else -1.0
+    second = _greatest(others)
     if not highest - second >= MIN_DIFFERENCE:
         raise ConfigurationError(
             "the clock offset is ambiguous: the presses are so regular that several offsets fit "
@@ -65,6 +70,26 @@ def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
         )
     lag = best - (len(force) - 1) + _vertex(correlation[best - 1 : best + 2])
     return ClockOffset(float(recorded.t_s[0] - reference.t_s[0] + lag * STEP_S), highest)
+
+
+def correlation_at(offset_s: float, recorded: Signal, reference: Signal) -> float:
+    """Return the correlation of the pressure rise and the reference force at a given clock offset.
+
+    The result is NaN if a signal is constant, or if both signals have less than two steps in common.
+    """
+    first_s = max(recorded.t_s[0], reference.t_s[0] + offset_s)
+    last_s = min(recorded.t_s[-1], reference.t_s[-1] + offset_s, first_s + MAX_DURATION_S)
+    t_s = np.arange(first_s, last_s, STEP_S)
+    rise = np.interp(t_s, recorded.t_s, recorded.value)
+    force = np.interp(t_s - offset_s, reference.t_s, reference.value)
+    if len(t_s) < 2 or not (np.ptp(rise) > 0.0 and np.ptp(force) > 0.0):
+        return math.nan
+    return float(np.corrcoef(rise, force)[0, 1])
+
+
+def _greatest(values: Floats) -> float:
+    """Return the greatest finite correlation, −1 if there is none."""
+    return float(np.nanmax(values)) if np.isfinite(values).any() else -1.0
 
 
 def _on_grid(signal: Signal) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.validation.recording import REQUIRED_COLUMNS
 from pneuforce.support import atomic_file
-from pneuforce.support.columns import Numbers, Points, parse_points
+from pneuforce.support.columns import CsvTable, Numbers, Points, parse_points, parse_table
 
 BATCH_SIZE = 5000
 #: Longest accepted gap between two reference readings: one and a half periods of a logger of 10 Hz.
@@ -32,11 +32,12 @@ class PressureSample(NamedTuple):
 
 
 class ReferenceColumns(NamedTuple):
-    """Names of the two columns of a reference force, and the unit of the force."""
+    """Names of the two columns of a reference force, and the unit and the sign of the force."""
 
     time: str = "t_s"
     force: str = "force_n"
     unit: str = "N"
+    inverted: bool = False  #: True if the reading falls when the force on the balloon rises
 
 
 _DEFAULT_COLUMNS = ReferenceColumns()
@@ -47,13 +48,26 @@ def read(path: Path, columns: ReferenceColumns = _DEFAULT_COLUMNS) -> Points:
 
     Raises ConfigurationError if the file is invalid, or if the time does not rise from line to line.
     """
-    points = parse_points(atomic_file.read_file(path), str(path), [(columns.time, columns.force)])
+    content = atomic_file.read_file(path)
+    _check_columns(parse_table(content, str(path)), columns)
+    points = parse_points(content, str(path), [(columns.time, columns.force)])
     points.require_rows(2)
     not_rising = np.flatnonzero(~(np.diff(points[columns.time]) > 0.0))
     if len(not_rising):
         raise points.error(f"{columns.time}: time must rise", int(not_rising[0]) + 1)
-    force_n = FORCE_UNITS_N[columns.unit] * points[columns.force]
+    newtons_per_unit = FORCE_UNITS_N[columns.unit] * (-1 if columns.inverted else 1)
+    force_n = newtons_per_unit * points[columns.force]
     return replace(points, columns={"t_s": points[columns.time], "force_n": force_n})
+
+
+def _check_columns(table: CsvTable, columns: ReferenceColumns) -> None:
+    """Raise ConfigurationError, which names the option, if a column is missing."""
+    for option, name in (("--time-column", columns.time), ("--force-column", columns.force)):
+        if name not in table.names:
+            raise ConfigurationError(
+                f"{table.file} has no column {name}, only {', '.join(table.names)}: "
+                f"name the column with {option}"
+            )
 
 
 def shifted(reference: Points, offset_s: float, zero_n: float = 0.0) -> Points:

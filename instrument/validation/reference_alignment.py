@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.validation.clock_offset import ClockOffset, Signal, estimate_offset
+from pneuforce.instrument.validation.clock_offset import (
+    ClockOffset,
+    Signal,
+    correlation_at,
+    estimate_offset,
+)
 from pneuforce.instrument.validation.reference import ReferenceColumns, shifted
+from pneuforce.instrument.validation.reference_checks import (
+    offset_warning,
+    unit_warning,
+    zero_warning,
+)
 from pneuforce.instrument.validation.reference_pairs import PressureCourse
 from pneuforce.support.columns import Points
-
-#: Reading of an unloaded reference sensor [N] above which a warning is printed.
-MAX_FREE_FORCE_N = 0.02
 
 
 class ReferenceInput(NamedTuple):
@@ -30,24 +37,40 @@ class AlignedReference(NamedTuple):
     """Reference force with times since the beginning of the recording [s], and how it was aligned."""
 
     force: Points
-    offset: ClockOffset  #: the correlation is NaN if the offset was given
+    offset: ClockOffset
+    offset_given: bool  #: True if the offset was given, False if it was estimated
     free_force_n: float  #: reading of the reference sensor without contact; NaN if it is not known
     tare: bool  #: True if `free_force_n` was subtracted
+    warnings: tuple[str, ...]  #: signs of a wrong offset, unit or zero
+
+    @property
+    def zero_n(self) -> float:
+        """Return the reading without contact that `force` contains [N], NaN if it is not known."""
+        return 0.0 if self.tare and math.isfinite(self.free_force_n) else self.free_force_n
 
     def summary(self) -> Iterator[str]:
-        """Yield one sentence for each step of the alignment."""
+        """Yield one sentence for each step of the alignment, and for each warning."""
         offset_s, correlation = self.offset
-        how = "given" if math.isnan(correlation) else f"estimated, correlation {correlation:.3f}"
-        yield f"clock offset: {offset_s:+.3f} s ({how}); recording time = reference time + offset"
+        known = f"{correlation:.3f}" if math.isfinite(correlation) else "unknown"
+        how = "given" if self.offset_given else "estimated"
+        yield (
+            f"clock offset: {offset_s:+.3f} s ({how}, correlation {known}); "
+            "recording time = reference time + offset"
+        )
         if math.isfinite(self.free_force_n):
             action = "was subtracted" if self.tare else "was not subtracted"
             yield f"reference force without contact: {self.free_force_n:+.3f} N, {action}"
-            if abs(self.free_force_n) > MAX_FREE_FORCE_N and not self.tare:
-                yield "the reference sensor does not read 0 without load: set it to zero, or use --tare"
+        for warning in self.warnings:
+            yield f"warning: {warning}"
 
-    def facts(self) -> dict[str, float]:
+    def facts(self) -> dict[str, Any]:
         """Return the steps of the alignment as JSON data."""
-        return {**self.offset._asdict(), "free_force_n": self.free_force_n}
+        return {
+            **self.offset._asdict(),
+            "offset_given": self.offset_given,
+            "free_force_n": self.free_force_n,
+            "warnings": list(self.warnings),
+        }
 
 
 def align_reference(reference: Points, given: ReferenceInput, course: PressureCourse) -> AlignedReference:
@@ -56,14 +79,28 @@ def align_reference(reference: Points, given: ReferenceInput, course: PressureCo
     Raises ConfigurationError if the clock offset is not given and cannot be estimated.
     """
     signal = Signal(reference["t_s"], reference["force_n"])
-    if given.offset_s is not None:
-        offset = ClockOffset(given.offset_s, math.nan)
-    elif course.contacts:
-        offset = estimate_offset(course.signal, signal)
-    else:
+    offset = _clock_offset(signal, given.offset_s, course)
+    at_recording = Signal(signal.t_s + offset.offset_s, signal.value)
+    free_n = course.free_force_n(at_recording)
+    zero_n = free_n if given.tare and math.isfinite(free_n) else 0.0
+    wrong_offset = offset_warning(offset, course, signal) if given.offset_s is not None else ""
+    warnings = (
+        wrong_offset,
+        "" if wrong_offset else unit_warning(course.contacts, at_recording, given.columns.unit),
+        "" if given.tare else zero_warning(free_n),
+    )
+    force = shifted(reference, offset.offset_s, zero_n)
+    known = tuple(filter(None, warnings))
+    return AlignedReference(force, offset, given.offset_s is not None, free_n, given.tare, known)
+
+
+def _clock_offset(signal: Signal, given_s: float | None, course: PressureCourse) -> ClockOffset:
+    """Return the given or the estimated offset of a reference force."""
+    if given_s is not None:
+        known = len(course.t_s) > 0
+        return ClockOffset(given_s, correlation_at(given_s, course.signal, signal) if known else math.nan)
+    if not course.contacts:
         raise ConfigurationError(
             "the clock offset cannot be estimated, because the recording contains no contact: give --offset"
         )
-    free_n = course.free_force_n(Signal(signal.t_s + offset.offset_s, signal.value))
-    zero_n = free_n if given.tare and math.isfinite(free_n) else 0.0
-    return AlignedReference(shifted(reference, offset.offset_s, zero_n), offset, free_n, given.tare)
+    return estimate_offset(course.signal, signal)

@@ -8,6 +8,7 @@ import re
 import pytest
 
 from pneuforce.instrument.cli.calibrate_contacts import PairingInput, pair
+from pneuforce.instrument.validation.reference import ReferenceColumns
 from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from tests.command_runner import pneuforce
 from tests.instrument.recording.recorded_scenario import record_scenario
@@ -104,6 +105,9 @@ def test_a_damaged_recording_gives_its_contacts_and_an_exit_code(folder, tmp_pat
     assert found["paired"]
     assert "damaged" in found["remark"]
     assert done.returncode == 1
+    (tmp_path / "cut.recording").write_bytes(whole[: len(whole) // 20])
+    rejected = pneuforce("calibrate", "contacts", *words)
+    assert (rejected.returncode, rejected.stderr.count("cut.recording")) == (2, 1)
 
 
 def validation_rows(folder, out, *words):
@@ -153,6 +157,33 @@ def test_a_given_offset_is_used_and_a_wrong_offset_gives_no_wrong_force(folder):
     for offset_s in (-0.4, -0.2, 0.2, 0.4):
         for plateau in paired_at(offset_s).paired:
             assert plateau.force_n == pytest.approx(truths_n[plateau.contact], rel=0.03)
+
+
+def warnings_of(folder, **options):
+    reference = ReferenceInput(folder / "cell.csv", **options)
+    return pair(PairingInput(folder / "a.recording", reference)).aligned.warnings
+
+
+def test_a_wrong_offset_unit_or_sign_gives_a_warning(folder):
+    assert warnings_of(folder) == warnings_of(folder, offset_s=0.0) == ()
+    for offset_s in (-3.0, 0.4, 1e4):
+        [warning] = warnings_of(folder, offset_s=offset_s)
+        assert "--offset" in warning
+    [warning] = warnings_of(folder, offset_s=0.0, columns=ReferenceColumns(inverted=True))
+    assert "--invert" in warning
+    for unit in ("mN", "gf", "kgf", "lbf"):
+        [warning] = warnings_of(folder, columns=ReferenceColumns(unit=unit))
+        assert "is its unit N?" in warning
+
+
+def test_a_forgotten_tare_gives_a_warning_and_no_calibration(folder, tmp_path):
+    words = ("--from", folder / "a.recording", "--reference", folder / "logger.csv", *LOGGER[:-1])
+    done = pneuforce("calibrate", "contacts", *words, "--out", tmp_path / "contacts.csv")
+    assert done.returncode == 0, done.stderr
+    assert "--tare" in done.stdout
+    rejected = pneuforce("calibrate", "force", tmp_path / "contacts.csv")
+    assert rejected.returncode == 2
+    assert "--tare" in rejected.stderr
 
 
 def test_a_reference_that_fits_nowhere_or_at_several_times_is_rejected(folder, tmp_path):

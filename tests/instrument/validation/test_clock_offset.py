@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.validation.clock_offset import Signal, estimate_offset
+from pneuforce.instrument.validation.clock_offset import Signal, correlation_at, estimate_offset
 
 PAUSES_S = (1.0, 2.3, 1.6, 3.1, 1.2, 2.7)
 
@@ -46,6 +46,20 @@ def test_a_reference_that_covers_a_part_of_the_recording_is_enough():
 def test_a_reference_without_the_presses_is_rejected(reference):
     with pytest.raises(ConfigurationError):
         estimate_offset(presses(PAUSES_S), reference)
+
+
+def test_a_reference_with_the_opposite_sign_is_rejected_with_the_option_that_reverses_it():
+    signal = presses(PAUSES_S)
+    with pytest.raises(ConfigurationError, match="--invert"):
+        estimate_offset(signal, Signal(signal.t_s, -signal.value))
+
+
+def test_the_correlation_at_a_given_offset_is_high_only_at_the_true_offset():
+    recorded, reference = presses(PAUSES_S, step_s=0.002), presses(PAUSES_S, 100.0)
+    assert correlation_at(-100.0, recorded, reference) > 0.99
+    assert correlation_at(-98.0, recorded, reference) < 0.3
+    assert np.isnan(correlation_at(0.0, recorded, reference))
+    assert np.isnan(correlation_at(-100.0, recorded, Signal(reference.t_s, np.ones_like(reference.t_s))))
 
 
 def test_equal_presses_at_equal_times_are_ambiguous():

@@ -7,7 +7,13 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.validation import recording
-from pneuforce.instrument.validation.reference import PressureSample, force_at, read, recording_lines
+from pneuforce.instrument.validation.reference import (
+    PressureSample,
+    ReferenceColumns,
+    force_at,
+    read,
+    recording_lines,
+)
 
 STEP_S = 0.002
 
@@ -28,6 +34,27 @@ def rows_of(pressures, known):
 def test_the_force_is_interpolated_linearly_between_two_readings(tmp_path):
     known = reference(tmp_path / "r.csv", [(1.0, 0.0), (1.1, 2.0), (1.2, 1.0)])
     assert force_at(np.array([1.0, 1.05, 1.15, 1.2]), known) == pytest.approx([0.0, 1.0, 1.5, 1.0])
+
+
+def test_a_reference_in_another_unit_and_with_the_opposite_sign_is_converted(tmp_path):
+    (tmp_path / "r.csv").write_text("t_s,force_n\n0,-100\n1,50\n")
+    known = read(tmp_path / "r.csv", ReferenceColumns(unit="gf", inverted=True))
+    assert known["force_n"] == pytest.approx([0.980665, -0.4903325])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("time,force_n\n0,1\n1,1\n", "--time-column"),
+        ("t_s,load\n0,1\n1,1\n", "--force-column"),
+        ("t_s;force_n\n0;1,5\n1;1,5\n", "semicolons.* sed "),
+        ("t_s\tforce_n\n0\t1,5\n1\t1,5\n", "tabs.* sed "),
+    ],
+)
+def test_another_column_or_separator_is_rejected_with_the_remedy(tmp_path, text, expected):
+    (tmp_path / "r.csv").write_text(text)
+    with pytest.raises(ConfigurationError, match=expected):
+        read(tmp_path / "r.csv")
 
 
 def test_there_is_no_force_outside_the_reference_and_in_a_gap(tmp_path):
