@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -31,6 +32,43 @@ class BinErrors(NamedTuple):
     contacts: int
     before_percent: float  #: mean absolute error of the uncalibrated law
     after_percent: float  #: mean absolute error of the calibration on held-out contacts
+
+
+class ContactResidual(NamedTuple):
+    """One contact of a force calibration. The estimate comes from a fit without this contact."""
+
+    line: int  #: line of the contact in its file
+    baseline_kpa: float
+    rise_kpa: float
+    reference_n: float
+    law_n: float  #: force of the uncalibrated law
+    estimate_n: float  #: force of the calibration
+    difference_n: float  #: estimate minus reference
+    std_n: float  #: standard uncertainty of the difference
+
+    @property
+    def ratio(self) -> float:
+        """Return the absolute difference as a multiple of its standard uncertainty."""
+        return abs(self.difference_n) / self.std_n
+
+
+def contact_residuals(
+    held_out_n: Numbers, contacts: CalibrationContacts, lines: Sequence[int]
+) -> list[ContactResidual]:
+    """Return the residual of each contact, in the order of the file. `lines` are the lines of the file."""
+    share, floor_n = share_and_floor(held_out_n, contacts)
+    std_n = np.sqrt((share * contacts.force_n) ** 2 + floor_n**2)
+    columns = (
+        contacts.baseline_kpa,
+        contacts.rise_kpa,
+        contacts.force_n,
+        contacts.law_n,
+        held_out_n,
+        held_out_n - contacts.force_n,
+        std_n,
+    )
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [ContactResidual(line, *row) for line, row in zip(lines, rows, strict=True)]
 
 
 def force_residual(force_n: Numbers, contacts: CalibrationContacts) -> ForceResidual:

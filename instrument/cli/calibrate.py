@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pneuforce.instrument.calibration.force import ForceCalibration
-from pneuforce.instrument.calibration.residuals import errors_by_pressure, force_residual
+from pneuforce.instrument.calibration.residuals import ContactResidual, errors_by_pressure, force_residual
 from pneuforce.instrument.cli.output import json_text, progress
 from pneuforce.instrument.commissioning.calibration_steps import (
     CalibrationStep,
@@ -18,8 +19,19 @@ from pneuforce.instrument.commissioning.calibration_steps import (
     calibrate_radius,
     calibrate_volume,
 )
+from pneuforce.instrument.recording.table_export import csv_lines
+from pneuforce.support.atomic_file import check_new, write_lines
 from pneuforce.support.counted import counted
 from pneuforce.support.printable import printable
+
+SHOWN_RESIDUALS = 3  #: number of residuals that are shown on the terminal
+
+
+class ResidualFile(NamedTuple):
+    """CSV file for the residuals of all contacts; no file if `file` is None."""
+
+    file: Path | None
+    overwrite: bool
 
 
 def radius(data: Path, target: CalibrationTarget, as_json: bool) -> str:
@@ -73,17 +85,30 @@ def grip(data: Path | None, weights: Sequence[list[float]], target: CalibrationT
     return _format_step(step, lines, as_json)
 
 
-def force(data: Path, target: CalibrationTarget, as_json: bool) -> str:
-    """Calibrate the force. Return the coefficients, and the errors before and after, as text."""
-    step = calibrate_force(data, target)
-    return _format_step(step, _format_force(step.fit), as_json)
+def force(data: Path, target: CalibrationTarget, residuals: ResidualFile, as_json: bool) -> str:
+    """Calibrate the force, and write the residuals if a file is given.
+
+    Return the coefficients, the errors before and after, and the largest residuals as text.
+    """
+    if residuals.file is not None:
+        check_new(residuals.file, residuals.overwrite)
+    step, rows = calibrate_force(data, target)
+    if residuals.file is not None:
+        write_lines(residuals.file, csv_lines(rows, ContactResidual._fields))
+    lines = [*_format_force(step.fit), *_format_residuals(rows)]
+    return _format_step(step, lines, as_json, {"residuals": [row._asdict() for row in rows]})
 
 
-def _format_step(step: CalibrationStep[Any, Any], lines: list[str], as_json: bool) -> str:
+def _format_step(
+    step: CalibrationStep[Any, Any],
+    lines: list[str],
+    as_json: bool,
+    more_facts: Mapping[str, Any] = MappingProxyType({}),
+) -> str:
     """Return the lines and the notes of a step as text, or its part of the calibration file as JSON."""
     if not as_json:
         return "\n".join(lines + [f"note: {printable(note)}" for note in step.notes])
-    facts = step.part.model_dump(mode="json") | {"notes": step.notes}
+    facts = step.part.model_dump(mode="json") | more_facts | {"notes": step.notes}
     return json_text(facts, indent=2)
 
 
@@ -114,6 +139,17 @@ def _format_force(found: ForceCalibration) -> list[str]:
         "terms tried: "
         + ", ".join(f"{len(c.terms)} → {100 * c.error:.1f} %" for c in found.candidates)
         + f"; chosen: {len(found.chosen.terms)}",
+    ]
+
+
+def _format_residuals(rows: Sequence[ContactResidual]) -> list[str]:
+    """Return the largest residuals as lines of text."""
+    largest = sorted(rows, key=lambda row: row.ratio, reverse=True)[:SHOWN_RESIDUALS]
+    return ["largest differences from the reference (--residuals writes all):"] + [
+        f"  line {row.line:<4} ΔP_i {row.baseline_kpa:6.3f} kPa, rise {row.rise_kpa:6.3f} kPa: reference "
+        f"{row.reference_n:.3f} N, estimate {row.estimate_n:.3f} N, difference {row.difference_n:+.3f} N "
+        f"= {row.ratio:.1f} u"
+        for row in largest
     ]
 
 

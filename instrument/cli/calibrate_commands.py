@@ -129,7 +129,16 @@ def grip(
 
 
 @commands.command()
-def force(data: Data, out: Out = None, config: Config = None, as_json: Json = False) -> None:
+def force(
+    data: Data,
+    out: Out = None,
+    config: Config = None,
+    residuals: Annotated[
+        Path | None, typer.Option(help="CSV file for the difference of each contact from its reference.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --residuals.")] = False,
+    as_json: Json = False,
+) -> None:
     """Fit the force against a reference sensor.
 
     The CSV has the columns baseline_kpa, final_kpa, force_n, and force_std_n if known. The force is that of
@@ -140,4 +149,5 @@ def force(data: Data, out: Out = None, config: Config = None, as_json: Json = Fa
     from pneuforce.instrument.cli import calibrate
     from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
 
-    typer.echo(calibrate.force(data, CalibrationTarget(out, config), as_json))
+    file = calibrate.ResidualFile(residuals, overwrite)
+    typer.echo(calibrate.force(data, CalibrationTarget(out, config), file, as_json))

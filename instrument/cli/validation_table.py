@@ -8,7 +8,6 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
-from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -45,8 +44,8 @@ def _instrument_table(errors_by_group: tuple[InstrumentErrors, ...]) -> Table:
         title="peak force of the instrument, with its calibration", box=SIMPLE_HEAD, title_justify="left"
     )
     table.add_column("contacts by ΔP_i", no_wrap=True)
-    for name in ("n", "error [%]", "signed", "RMSE [N]", "in ±2u [%]"):
-        table.add_column(escape(name), justify="right", no_wrap=True)
+    for name in ("n", "error %", "signed %", "RMSE N", "in ±u %", "in ±2u %"):
+        table.add_column(name, justify="right", no_wrap=True)
     for errors in errors_by_group:
         table.add_row(
             errors.group,
@@ -54,6 +53,7 @@ def _instrument_table(errors_by_group: tuple[InstrumentErrors, ...]) -> Table:
             _format_number(errors.absolute, ".2f"),
             _format_number(errors.signed, "+.1f"),
             _format_number(errors.rmse_n, ".3f"),
+            _format_number(errors.within_u_percent, ".0f"),
             _format_number(errors.within_2u_percent, ".0f"),
         )
     return table

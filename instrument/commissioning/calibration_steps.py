@@ -25,7 +25,11 @@ from pneuforce.instrument.calibration.lag import LagFit
 from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.calibration.radius import RadiusFit
 from pneuforce.instrument.calibration.reference_zero import apparent_zero_warning
-from pneuforce.instrument.calibration.residuals import errors_by_pressure
+from pneuforce.instrument.calibration.residuals import (
+    ContactResidual,
+    contact_residuals,
+    errors_by_pressure,
+)
 from pneuforce.instrument.calibration.sections import (
     CalibrationPart,
     ForcePart,
@@ -162,8 +166,10 @@ def calibrate_grip(
     return CalibrationStep(part, found, len(points), notes)
 
 
-def calibrate_force(data: Path, target: CalibrationTarget) -> CalibrationStep[ForcePart, ForceCalibration]:
-    """Fit the force calibration, and save it.
+def calibrate_force(
+    data: Path, target: CalibrationTarget
+) -> tuple[CalibrationStep[ForcePart, ForceCalibration], list[ContactResidual]]:
+    """Fit the force calibration, and save it. Return the step, and the residual of each contact.
 
     Raises ConfigurationError if the contacts do not support a calibration, or have no reference force.
     """
@@ -178,7 +184,8 @@ def calibrate_force(data: Path, target: CalibrationTarget) -> CalibrationStep[Fo
     part = parts.force_part(found, by_pressure, points, settings, date.today())
     warning = apparent_zero_warning(found)
     notes = ([warning] if warning else []) + _save("force", part, instrument, target)
-    return CalibrationStep(part, found, len(points), notes)
+    residuals = contact_residuals(found.chosen.held_out_n, found.contacts, points.lines)
+    return CalibrationStep(part, found, len(points), notes), residuals
 
 
 def _points(data: Path, columns: Sequence[Sequence[str]], optional: Sequence[str] = ()) -> Points:

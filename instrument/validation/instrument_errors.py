@@ -23,6 +23,7 @@ class InstrumentErrors(NamedTuple):
     absolute: float  #: mean absolute relative error [%]
     signed: float  #: mean relative error [%]
     rmse_n: float  #: root mean square error
+    within_u_percent: float  #: share of the contacts whose absolute error is at most u
     within_2u_percent: float  #: share of the contacts whose absolute error is at most 2u
 
 
@@ -42,7 +43,7 @@ def _errors_of_group(
     solved = members & np.isfinite(force_n + std_n)
     count, error_n = int(members.sum()), (force_n - peaks.force_n)[solved]
     if not len(error_n):
-        return InstrumentErrors(group.name, count, 0, *[np.nan] * 4)
+        return InstrumentErrors(group.name, count, 0, *[np.nan] * 5)
     percent = 100 * error_n / peaks.force_n[solved]
     return InstrumentErrors(
         group.name,
@@ -51,5 +52,6 @@ def _errors_of_group(
         float(np.mean(np.abs(percent))),
         float(np.mean(percent)),
         float(np.sqrt(np.mean(error_n**2))),
+        float(100 * np.mean(np.abs(error_n) <= std_n[solved])),
         float(100 * np.mean(np.abs(error_n) <= 2 * std_n[solved])),
     )

@@ -7,7 +7,7 @@ import pytest
 
 from pneuforce.instrument.calibration.contacts import CalibrationContacts, parse_contacts, read_contacts
 from pneuforce.instrument.calibration.force import fit_force
-from pneuforce.instrument.calibration.residuals import errors_by_pressure, share_and_floor
+from pneuforce.instrument.calibration.residuals import contact_residuals, errors_by_pressure, share_and_floor
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, ForceCorrection, estimate
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA, pressure_bin_indices
@@ -45,6 +45,15 @@ def test_the_true_coefficients_lie_within_their_stated_uncertainty():
     for k, term in enumerate(TERMS[:4]):
         errors = [fit.fit.coefficients[k] - TRUTH[term] for fit in correct]
         assert 0.5 <= share_within(errors, [fit.fit.stds[k] for fit in correct]) <= 0.86
+
+
+def test_each_contact_has_its_residual_with_its_line_and_an_outlier_is_the_largest():
+    contacts, _ = simulated_contacts(1, **TRUTH)
+    contacts.force_n[7] *= 1.4
+    found = fit_force(contacts, SETTINGS)
+    rows = contact_residuals(found.chosen.held_out_n, contacts, range(2, 26))
+    assert max(rows, key=lambda row: row.ratio).line == 9
+    assert [row.reference_n + row.difference_n for row in rows] == pytest.approx(found.chosen.held_out_n)
 
 
 def test_the_residual_is_the_typical_error_on_new_contacts():

@@ -90,8 +90,15 @@ def test_the_table_is_accepted_by_calibrate_force(folder, tmp_path):
     assert "7 of 8" in done.stdout
     rows = list(csv.DictReader(line for line in out.read_text().splitlines() if not line.startswith("#")))
     assert len(rows) == 7
-    calibrated = pneuforce("calibrate", "force", out, "--json")
+    residuals = tmp_path / "residuals.csv"
+    calibrated = pneuforce("calibrate", "force", out, "--json", "--residuals", residuals)
     assert calibrated.returncode == 0, calibrated.stderr
+    rows = list(csv.DictReader(residuals.read_text().splitlines()))
+    assert [float(row["difference_n"]) for row in rows] == [
+        row["difference_n"] for row in json.loads(calibrated.stdout)["residuals"]
+    ]
+    refused = pneuforce("calibrate", "force", out, "--residuals", residuals)
+    assert (refused.returncode, "--overwrite" in refused.stderr) == (2, True)
     refused = pneuforce("calibrate", "contacts", *words)
     assert (refused.returncode, "--overwrite" in refused.stderr) == (2, True)
 
