@@ -14,6 +14,7 @@ from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.energies import ContactEnergies, contact_energies
 from pneuforce.instrument.model.force import NO_FORCE
+from pneuforce.instrument.model.force_model import LargestContact
 from pneuforce.instrument.model.uncertainty_budget import BudgetLine, combined_std_n, compute_budget
 
 NO_SOLUTION = "the model has no plausible solution for these pressures"
@@ -29,6 +30,7 @@ class EstimatedContact(NamedTuple):
     solution: ContactEstimate
     energies: ContactEnergies
     budget: tuple[BudgetLine, ...]  #: the uncertainty budget; empty without a force
+    largest: LargestContact | None  #: contact with the highest force at this ΔP_i, method membrane only
 
     @property
     def std_n(self) -> float:
@@ -91,6 +93,7 @@ def estimate_contact(baseline_kpa: float, final_kpa: float, settings: ChainSetti
         NO_FORCE._replace(radius_mm=solution.radius_mm),
         ContactEnergies(),
         (),
+        model.largest_contact(baseline_kpa),
     )
     if not (contact.in_range and math.isfinite(solution.force_n)):
         return contact
@@ -118,7 +121,16 @@ def format_estimate(contact: EstimatedContact) -> str:
     lines.append(f"method           {contact.law.method}")
     if contact.law.method == "membrane":
         lines.append(f"grip             {contact.law.grip:.2f} (0: the skin slides, 1: it sticks)")
+    lines += _largest_force(contact)
     return "\n".join(lines + [f"note: {reason}" for reason in contact.reasons])
+
+
+def _largest_force(contact: EstimatedContact) -> list[str]:
+    """Return a line with the highest force of the table at this ΔP_i; no line for the other methods."""
+    if contact.largest is None:
+        return []
+    rise_kpa, force_n = contact.largest
+    return [f"highest force    {force_n:.2f} N at this ΔP_i, at a rise of {rise_kpa:.2f} kPa"]
 
 
 def estimate_json(contact: EstimatedContact) -> str:
@@ -143,6 +155,7 @@ def _facts(contact: EstimatedContact) -> dict[str, object]:
         "low": contact.law.low,
         "grip": contact.law.grip if contact.law.method == "membrane" else None,
         "pressed_sides": contact.law.sides if contact.law.method == "membrane" else None,
+        "highest_force_n": contact.largest.force_n if contact.largest else None,
         "valid": contact.valid,
         "reasons": contact.reasons,
     }
@@ -161,6 +174,7 @@ def format_budget(contact: EstimatedContact) -> str:
         f"{'all, root of the sum of squares':<34} {f'{percent:.1f} %':>22} {contact.std_n * 1e3:>17.1f} mN",
         f"force {force_n:.3f} N, ±2u = {2 * contact.std_n:.3f} N",
     ]
+    rows += _largest_force(contact)
     return "\n".join(rows + [f"note: {reason}" for reason in contact.reasons])
 
 

@@ -20,6 +20,13 @@ class SolvedContact(NamedTuple):
     by_final: ContactDerivative  #: derivative with respect to ΔP_f at a constant ΔP_i
 
 
+class LargestContact(NamedTuple):
+    """Contact with the highest force of a model at one ΔP_i."""
+
+    rise_kpa: float
+    force_n: float
+
+
 class ForceModel(Protocol):
     """Force model of one balloon and its circuit."""
 
@@ -59,6 +66,10 @@ class ForceModel(Protocol):
 
     def alarm_force_n(self, baseline_kpa: float, rise_kpa: float) -> float:
         """Return a force [N] for alarms, for a contact without a solution. NaN if no force is known."""
+        ...
+
+    def largest_contact(self, baseline_kpa: float) -> LargestContact | None:
+        """Return the contact with the highest force at this ΔP_i, None if the force has no known limit."""
         ...
 
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:

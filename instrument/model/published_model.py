@@ -52,6 +52,9 @@ class PublishedModel:
         """Return NaN. No other model has a solution where the equations of the paper have none."""
         return math.nan
 
+    def largest_contact(self, baseline_kpa: float) -> None:
+        """Return None. The equations of the paper have no highest force."""
+
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:
         """Return the contact, interpolated to zero force below a rise of 0.5 kPa."""
         return estimate(baseline_kpa, final_kpa, self.balloon, self.circuit, self.law)

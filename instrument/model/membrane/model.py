@@ -11,7 +11,7 @@ import numpy as np
 from pneuforce.instrument.model.balloon import Balloon, Circuit, Number
 from pneuforce.instrument.model.derivatives import ContactDerivative
 from pneuforce.instrument.model.force import ContactEstimate, solve_contact
-from pneuforce.instrument.model.force_model import SolvedContact
+from pneuforce.instrument.model.force_model import LargestContact, SolvedContact
 from pneuforce.instrument.model.law import ForceLaw
 from pneuforce.instrument.model.membrane.table import ROOTS, ForceTable, TableValues
 from pneuforce.instrument.model.uncertainty import InputUncertainties
@@ -71,8 +71,15 @@ class MembraneModel:
         It is the force of the energetic method, but at least the highest force of the table at this ΔP_i.
         """
         published = solve_contact(baseline_kpa, baseline_kpa + rise_kpa, self.balloon, self.circuit).force_n
-        forces = self.estimate(baseline_kpa, baseline_kpa + ROOTS**2).force_n
-        return float(np.nanmax([published, *forces], initial=0.0)) if rise_kpa < math.inf else math.nan
+        highest_n = self.largest_contact(baseline_kpa).force_n
+        return float(np.nanmax([published, highest_n], initial=0.0)) if rise_kpa < math.inf else math.nan
+
+    def largest_contact(self, baseline_kpa: float) -> LargestContact:
+        """Return the contact with the highest force of the table at this ΔP_i; zeros if there is none."""
+        rises_kpa = ROOTS**2
+        forces_n = np.nan_to_num(self.estimate(baseline_kpa, baseline_kpa + rises_kpa).force_n)
+        highest = int(np.argmax(forces_n))
+        return LargestContact(float(rises_kpa[highest]), float(forces_n[highest]))
 
     def estimate(self, baseline_kpa: Number, final_kpa: Number) -> ContactEstimate:
         """Return the contact at any rise. Floats give floats; arrays are broadcast."""

@@ -147,6 +147,16 @@ def test_the_force_for_alarms_never_falls_while_the_pressure_rises(model, baseli
     assert forces[-1] > 2.9
 
 
+def test_the_largest_contact_has_the_highest_force_and_no_larger_rise_has_a_force(model):
+    for baseline_kpa in (5.0, 8.0, 11.4):
+        rise_kpa, force_n = model.largest_contact(baseline_kpa)
+        assert model.estimate(baseline_kpa, baseline_kpa + rise_kpa).force_n == pytest.approx(force_n)
+        assert 3.0 < force_n < 5.0
+        larger = model.estimate(baseline_kpa, baseline_kpa + np.linspace(rise_kpa + 0.3, 15.0, 50)).force_n
+        assert np.isnan(larger).all()
+    assert model.largest_contact(50.0) == (0.0, 0.0)
+
+
 def test_a_damaged_table_is_not_consistent(model):
     assert model.is_consistent
     values = model.table.values.copy()
