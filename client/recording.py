@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.opening import open_recording
-from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.recording.table_export import relative_to_begin
 
 #: Unit by the last part of the name of a column.
@@ -29,7 +29,9 @@ class Recording(Mapping[str, NDArray[Any]]):
     """Samples of a recording as numpy arrays, by the name of their column.
 
     The names end in their unit; docs/recordings.md lists the columns. `t_s` is the time since the begin of
-    the recording. A value that is not available is NaN. `from_s` and `to_s` select a part of the recording.
+    the recording on the host clock, and several samples can have the same `t_s`. Use `board_s`, the time on
+    the board clock, for intervals. A value that is not available is NaN. `from_s` and `to_s` select a part of
+    the recording.
 
     Raises ConfigurationError if the file cannot be read. If the file is damaged, the samples before the
     damage are read, and a warning is shown.
@@ -119,10 +121,12 @@ class Recording(Mapping[str, NDArray[Any]]):
 
 def _columns(samples: list[Any]) -> dict[str, NDArray[Any]]:
     kinds = {int: np.int64, float: np.float64, bool: np.bool_}
-    columns = zip(*samples, strict=True) if samples else ((),) * len(SAMPLE_TYPES)
+    board = BoardTime()
+    rows = [(*sample, board.at_s(sample)) for sample in samples]
+    columns = zip(*rows, strict=True) if rows else ((),) * len(EXPORT_TYPES)
     return {
         name: np.array(column, kinds[kind])
-        for (name, kind), column in zip(SAMPLE_TYPES.items(), columns, strict=True)
+        for (name, kind), column in zip(EXPORT_TYPES.items(), columns, strict=True)
     }
 
 

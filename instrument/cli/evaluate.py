@@ -14,6 +14,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.export import FORMATS, write_table
 from pneuforce.instrument.cli.output import json_line, print_text, progress
 from pneuforce.instrument.config import Configuration, load
+from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import (
     CONTACT_TYPES,
     ContactCollector,
@@ -30,7 +31,6 @@ from pneuforce.instrument.recording.evaluation import (
 )
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.reader import Recording, short_text
-from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.recording.table_export import Row, check_parquet
 from pneuforce.instrument.service.replay_verification import initial_session
 from pneuforce.support.atomic_file import check_new
@@ -89,8 +89,9 @@ def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) ->
                 for _ in samples:
                     pass
             else:
-                rows = (_sample_row(sample, recording.begin_s) for sample in samples)
-                types = {**SAMPLE_TYPES, **RECORDED_TYPES}
+                board = BoardTime()
+                rows = (_sample_row(sample, recording.begin_s, board) for sample in samples)
+                types = {**EXPORT_TYPES, **RECORDED_TYPES}
                 write_table(files.samples, _form(files.samples), rows, types, recording.metadata)
         remark, damaged = recording.remark(), bool(recording.damage)
         if not result.samples:
@@ -143,10 +144,10 @@ def _counted(
         yield sample
 
 
-def _sample_row(sample: EvaluatedSample, begin_s: float) -> Row:
+def _sample_row(sample: EvaluatedSample, begin_s: float, board: BoardTime) -> Row:
     recorded, evaluated = sample
     relative = evaluated._replace(t_s=round(evaluated.t_s - begin_s, 6))
-    return (*relative, recorded.force_n, recorded.force_std_n)
+    return (*relative, board.at_s(relative), recorded.force_n, recorded.force_std_n)
 
 
 def _contact_row(contact: ComparedContact) -> Row:

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.aligned_reference import read_aligned
 from pneuforce.instrument.cli.output import ReportProgress, json_text, print_text, progress
+from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import CONTACT_TYPES, collect_contacts, relative_contacts
 from pneuforce.instrument.recording.contacts import tube_time_constant_of
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.reader import Recording
-from pneuforce.instrument.recording.schema import SAMPLE_TYPES
 from pneuforce.instrument.recording.table_export import (
     Row,
     check_parquet,
@@ -154,11 +154,13 @@ def _write(
     if aligned is not None:
         return _write_validation(options.out, samples, aligned.force)
     if not options.contacts:
-        write_table(options.out, form, samples, SAMPLE_TYPES, recording.metadata)
+        board = BoardTime()
+        rows = ((*m, board.at_s(m)) for m in samples)
+        write_table(options.out, form, rows, EXPORT_TYPES, recording.metadata)
         return None
     contacts = collect_contacts(samples, tube_time_constant_of(recording.metadata))
-    rows = relative_contacts(0.0, contacts)
-    write_table(options.out, form, rows, CONTACT_TYPES, recording.metadata)
+    contact_rows = relative_contacts(0.0, contacts)
+    write_table(options.out, form, contact_rows, CONTACT_TYPES, recording.metadata)
     return len(contacts)
 
 

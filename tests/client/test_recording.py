@@ -23,8 +23,9 @@ def recording(path):
 
 def test_each_column_is_an_array_with_the_recorded_values(path, recording):
     samples = read_contents(path).samples
-    assert list(recording) == list(samples[0]._fields)
-    for name in recording:
+    assert list(recording) == [*samples[0]._fields, "board_s"]
+    assert recording["board_s"] == pytest.approx(0.002 * np.arange(len(samples)))
+    for name in samples[0]._fields:
         recorded = np.array([getattr(sample, name) for sample in samples])
         if name == "t_s":
             recorded = (recorded - BEGIN_S).round(6)

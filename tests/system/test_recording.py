@@ -287,7 +287,7 @@ def test_parquet_has_types_nulls_and_the_metadata_of_the_recording(recorded, tmp
     file, _ = recorded
     assert pneuforce("export", file, tmp_path / "a.parquet").returncode == 0
     table, contents = pq.read_table(tmp_path / "a.parquet"), read_contents(file)
-    assert table.column_names == list(SampleRecord._fields)
+    assert table.column_names == [*SampleRecord._fields, "board_s"]
     kinds = {name: table.schema.field(name).type for name in ("sequence", "force_n", "in_contact")}
     assert kinds == {"sequence": pa.uint32(), "force_n": pa.float64(), "in_contact": pa.bool_()}
     assert table.column("adc_sum").to_pylist() == [sample.adc_sum for sample in contents.samples]
