@@ -5,13 +5,17 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from pneuforce.registers.can.frames import COMMAND, COMMAND_MODES, REJECTED, RESULTS, decode
+from pneuforce.registers.can.rejected_command import rejected_command
 from pneuforce.registers.codes import REJECT_REASONS
 from pneuforce.registers.map import COMMAND_KEY
 from pneuforce.registers.source import Peer, Source
 
 CAN_PEER = Peer("can")
-#: Results of invalid Commands, which are not passed to the source.
-MALFORMED = frozenset(("invalid_length", "out_of_range", "sequence_reused"))
+OTHER_COMMAND = "another Command had this sequence number: use a new sequence number"
+OLD_HOLD = (
+    "this hold is older than the last vent: find out why the rig was vented, then vent and send a new hold"
+)
+NO_LEASE = "the lease of this hold has ended: vent and send a new hold"
 _SEQUENCE_OFFSET = next(offset for offset, field in COMMAND.field_offsets if field.name == "sequence")
 
 
@@ -51,6 +55,8 @@ class CommandHandler:
     All nodes of the bus are one peer, because a Command does not name its sender. If one node repeats its
     hold to renew a lease, and another node vents, the next repetition would be a new hold. Therefore a hold
     that is equal to one from before the last vent is rejected as "sequence_reused".
+
+    The source logs the writes that it rejects. The handler logs the Commands that it rejects itself.
     """
 
     def __init__(self, source: Source) -> None:
@@ -65,19 +71,19 @@ class CommandHandler:
         """Carry out one Command and return its result, or None if `finished_result` returns it later."""
         if len(data) != COMMAND.length:
             sequence = data[_SEQUENCE_OFFSET] if len(data) > _SEQUENCE_OFFSET else 0
-            return CommandResult(sequence, "invalid_length")
+            return CommandResult(sequence, self._reject(data, "invalid_length", now_s))
         values = decode(COMMAND, data)
         sequence = data[_SEQUENCE_OFFSET]
         if values["mode"] == "vent":
             return CommandResult(sequence, self._vent(data, values, now_s))
         if not _in_range(data):
-            return CommandResult(sequence, "out_of_range")
+            return CommandResult(sequence, self._reject(data, "out_of_range", now_s))
+        if data == self._ended_holds.get(sequence):
+            return CommandResult(sequence, self._reject(data, "sequence_reused", now_s, OLD_HOLD))
         if self._last and sequence == self._last[_SEQUENCE_OFFSET]:
             result = self._repeat(data, values, now_s)
             is_unfinished = result == "renewed" and sequence == self._busy
             return None if is_unfinished else CommandResult(sequence, result)
-        if data == self._ended_holds.get(sequence):
-            return CommandResult(sequence, "sequence_reused")
         if values["mode"] == "hold":
             self._holds[sequence] = data
         result = self._execute(values, now_s)
@@ -124,17 +130,28 @@ class CommandHandler:
     def _repeat(self, data: bytes, values: dict[str, Any], now_s: float) -> str:
         """Return the result of a Command that has the same sequence as the last Command.
 
-        If all bytes are the same, only the lease is renewed.
+        If all bytes are the same, only the lease is renewed. A hold that is no longer in effect is rejected.
         """
         if data != self._last:
-            return "sequence_reused"
+            return self._reject(data, "sequence_reused", now_s, OTHER_COMMAND)
         if self._last_result != "accepted":
             return self._last_result
         snapshot = self._source.snapshot(CAN_PEER, now_s)
-        if snapshot.lease_holder == CAN_PEER.channel:
+        is_hold, holder = values["mode"] == "hold", snapshot.lease_holder
+        lease_lost = is_hold and values["lease"] > 0 and holder != CAN_PEER.channel
+        if (is_hold and snapshot.faults) or (lease_lost and holder != "none"):
+            return self._execute(values, now_s)  # the source rejects the hold, and logs the reason
+        if lease_lost:
+            self._reject(data, "state", now_s, NO_LEASE)
+            return _result("state")
+        if holder == CAN_PEER.channel:
             return _result(self._source.write(CAN_PEER, {"lease_s": snapshot.lease_s}, now_s), "renewed")
-        lease_lost = values["mode"] == "hold" and values["lease"] > 0
-        return _result("lease") if lease_lost else "renewed"
+        return "renewed"
+
+    def _reject(self, data: bytes, reason: str, now_s: float, remedy: str = "") -> str:
+        """Log a Command that is not passed to the source, and return the reason."""
+        self._source.log_rejected_write(CAN_PEER, rejected_command(data, reason, remedy), now_s)
+        return reason
 
 
 def _in_range(data: bytes) -> bool:

@@ -12,7 +12,6 @@ from typing import Any
 
 from pneuforce.registers.can.command import (
     CAN_PEER,
-    MALFORMED,
     CommandHandler,
     CommandResult,
     is_vent_command,
@@ -35,7 +34,6 @@ from pneuforce.registers.can.frames import (
     transmit_ids,
 )
 from pneuforce.registers.can.options import CanOptions
-from pneuforce.registers.can.rejected_command import rejected_command
 from pneuforce.registers.can.wire import CanFrame
 from pneuforce.registers.source import Source
 
@@ -183,8 +181,6 @@ class CanNode:
             return []
         self.counters.commands += 1
         result = self._command_handler.handle(frame.data, now_s)
-        if result and result.result in MALFORMED:
-            self._source.log_rejected_write(CAN_PEER, rejected_command(frame.data, result.result), now_s)
         return [self._answer(result, self._source.snapshot(CAN_PEER, now_s))] if result else []
 
     def _answer(self, result: CommandResult, snapshot: Any) -> CanFrame:

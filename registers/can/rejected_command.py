@@ -13,12 +13,10 @@ def rejected_command(data: bytes, reason: str, allowed: str = "") -> RejectedWri
         return RejectedWrite(data, reason, f"Command {data.hex(' ')}".rstrip(), allowed)
     codes = COMMAND.codes(data)
     written = "Command with " + ", ".join(field.describe(codes[field.name]) for field in COMMAND.fields)
-    return RejectedWrite(data, reason, written, allowed or _remedy(codes, reason))
+    return RejectedWrite(data, reason, written, allowed or _allowed_values(codes))
 
 
-def _remedy(codes: dict[str, int], reason: str) -> str:
-    if reason == "sequence_reused":
-        return f"sequence {codes['sequence']} belongs to another Command: use a new sequence number"
+def _allowed_values(codes: dict[str, int]) -> str:
     for field in COMMAND.fields:
         if not field.accepts(codes[field.name]):
             return f"{field.name} {field.allowed_values}"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from pneuforce.registers.can.command import CAN_PEER, MALFORMED, CommandHandler, is_vent_command
+from pneuforce.registers.can.command import CAN_PEER, CommandHandler, is_vent_command
 from pneuforce.registers.can.frames import (
     COMMAND,
     EMERGENCY,
@@ -277,8 +277,6 @@ class CanopenNode:
             self._last_frames.command = data
         self._pdo_errors = length_errors(data)
         result = self._command_handler.handle(data, now_s)
-        if result and result.result in MALFORMED:
-            self._source.log_rejected_write(CAN_PEER, rejected_command(data, result.result), now_s)
         self._tpdos.answer(result)
         snapshot = self._source.snapshot(CAN_PEER, now_s)
         return self._emergency_frames(snapshot, now_s) + self._due_tpdos(now_s)

@@ -4,11 +4,13 @@ import pytest
 
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.settings import Settings
+from pneuforce.protocol.frames import Fault
 from pneuforce.registers.can.frames import ANSWER, COMMAND, decode, encode
 from pneuforce.registers.can.node import CanNode
 from pneuforce.registers.can.options import CanOptions
 from pneuforce.registers.can.wire import CanFrame, FrameKind
 from pneuforce.registers.map import COMMAND_KEY
+from tests.instrument.instrument_harness import PLC, ROBOT, InstrumentHarness
 from tests.registers.can.fake_source import FakeSource
 
 HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "proof_test": "allowed"}
@@ -102,9 +104,44 @@ def test_a_repeated_command_renews_its_lease_and_does_nothing_else(node, source)
 
 def test_a_repeated_command_does_not_take_a_lost_lease_again(node, source):
     node.receive(command(lease=1.0), 0.0)
-    source.set(lease_holder="modbus_tcp")
-    assert answers(node, command(lease=1.0)) == [(1, "rejected_lease")]
+    assert answers(node, command(lease=1.0)) == [(1, "rejected_state")]
     assert len(source.written) == 1
+
+
+@pytest.fixture
+def leased_hold():
+    """Return a harness that holds 8 kPa with a lease of CAN, and its node."""
+    harness = InstrumentHarness.ready()
+    node = CanNode(harness.instrument, CanOptions())
+    assert answers(node, command(lease=1.0), now_s=harness.now_s) == [(1, "accepted")]
+    harness.run(0.9)
+    assert answers(node, command(lease=1.0), now_s=harness.now_s) == [(1, "renewed")]
+    return harness, node
+
+
+def test_a_renewal_after_the_lease_has_expired_reports_the_latched_fault(leased_hold):
+    harness, node = leased_hold
+    harness.run(1.1)
+    assert answers(node, command(lease=1.0), now_s=harness.now_s) == [(1, "rejected_fault_latched")]
+    assert harness.snapshot(ROBOT).lease_holder == "none"
+    assert harness.snapshot(ROBOT).reject_reason == "fault_latched"
+
+
+def test_a_renewal_for_a_tripped_rig_is_rejected_and_lets_the_lease_end(leased_hold):
+    harness, node = leased_hold
+    harness.causes = {Fault.OVERPRESSURE}
+    harness.run(0.1)
+    for _ in range(5):
+        assert answers(node, command(lease=1.0), now_s=harness.now_s) == [(1, "rejected_fault_latched")]
+        harness.run(0.3)
+    assert harness.snapshot(ROBOT).lease_holder == "none"
+
+
+def test_a_renewal_after_another_client_has_taken_the_lease_reports_the_lease(leased_hold):
+    harness, node = leased_hold
+    harness.run(1.1)
+    harness.write_ok({"lease_s": 5.0}, PLC)
+    assert answers(node, command(lease=1.0), now_s=harness.now_s) == [(1, "rejected_lease")]
 
 
 def test_the_same_sequence_with_other_content_is_rejected(node, source):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from pneuforce.registers.can.command import NO_LEASE, OLD_HOLD, OTHER_COMMAND
 from pneuforce.registers.can.frames import COMMAND, encode
 from pneuforce.registers.can.node import CanNode
 from pneuforce.registers.can.options import CanOptions
@@ -12,12 +13,15 @@ HOLD = {"setpoint": 8.0, "mode": "hold", "sequence": 1, "lease": 0.0, "proof_tes
 GOOD = encode(COMMAND, None, **HOLD)
 
 
-def logged(*frames):
-    source = FakeSource()
+def receive(source, *frames):
     node = CanNode(source, CanOptions())
     for data, kind in frames:
         node.receive(CanFrame(0x205, data, kind), 0.0)
-    return source.rejected_writes
+    return source
+
+
+def logged(*frames):
+    return receive(FakeSource(), *frames).rejected_writes
 
 
 @pytest.mark.parametrize(
@@ -30,7 +34,24 @@ def test_a_malformed_command_is_logged_with_its_bytes(data, reason):
 
 def test_a_used_sequence_with_other_content_is_logged():
     other = encode(COMMAND, None, **HOLD | {"setpoint": 9.0})
-    assert logged((GOOD, FrameKind.DATA), (other, FrameKind.DATA)) == [(other, "sequence_reused")]
+    source = receive(FakeSource(), (GOOD, FrameKind.DATA), (other, FrameKind.DATA))
+    assert source.rejected_writes == [(other, "sequence_reused")]
+    assert source.rejected_in_words[0][1] == OTHER_COMMAND
+
+
+@pytest.mark.parametrize("sequence", [1, 2])
+def test_a_hold_that_is_older_than_the_last_vent_is_logged_with_this_reason(sequence):
+    vent = encode(COMMAND, None, **HOLD | {"mode": "vent", "sequence": sequence})
+    source = receive(FakeSource(), *((data, FrameKind.DATA) for data in (GOOD, vent, GOOD)))
+    assert source.rejected_writes == [(GOOD, "sequence_reused")]
+    assert source.rejected_in_words[0][1] == OLD_HOLD
+
+
+def test_a_renewal_of_a_lease_that_another_client_has_ended_is_logged():
+    leased = encode(COMMAND, None, **HOLD | {"lease": 1.0})
+    source = receive(FakeSource(), (leased, FrameKind.DATA), (leased, FrameKind.DATA))
+    assert source.rejected_writes == [(leased, "state")]
+    assert source.rejected_in_words[0][1] == NO_LEASE
 
 
 def test_an_accepted_or_repeated_command_is_not_logged():
