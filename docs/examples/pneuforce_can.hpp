@@ -17,8 +17,9 @@ constexpr std::uint32_t NODE_ID = 5, FORCE = 0x180 + NODE_ID, COMMAND = 0x200 + 
                         STATUS = 0x380 + NODE_ID, ANSWER = 0x480 + NODE_ID;
 enum Mode : std::uint8_t { VENT = 0, HOLD = 1, CLEAR_FAULTS = 2, ZERO_PRESSURE = 3 };
 enum Result : std::uint8_t { ACCEPTED = 0, RENEWED = 4 };
-// Bits of the condensed status in a Force frame.
-constexpr std::uint8_t FORCE_HIGH_ALARM = 1 << 4, SIMULATED = 1 << 6, FORCE_VALID = 1 << 7;
+enum RigState : std::uint8_t { INFLATING = 2, SETTLING = 3, HOLDING = 4, TRIPPED = 6 };
+// Bits of the condensed status in a Force frame. An interpolated force is valid, but approximate.
+constexpr std::uint8_t INTERPOLATED = 1 << 2, FORCE_HIGH_ALARM = 1 << 4, SIMULATED = 1 << 6, FORCE_VALID = 1 << 7;
 
 struct Frame {
     std::uint32_t id = 0;
@@ -137,6 +138,7 @@ class ForceInput {
     }
 
     bool above_limit() const { return received_ && (last_.condensed_status & FORCE_HIGH_ALARM); }
+    bool interpolated() const { return received_ && (last_.condensed_status & INTERPOLATED); }
     bool simulated() const { return received_ && (last_.condensed_status & SIMULATED); }
     unsigned lost() const { return lost_; }
 
@@ -148,7 +150,8 @@ class ForceInput {
 };
 
 // ---- Commands that inflate the balloon and renew the lease. The Command vent is repeated until its Answer arrives,
-// then the Command hold until its Answer arrives. After that, the Command hold is repeated to renew the lease.
+// then the Command hold until its Answer arrives. After that, the Command hold is repeated to renew the lease, until
+// the balloon is vented: the lease of a vented balloon prevents that another client clears the faults.
 
 constexpr std::uint16_t LEASE_MS = 1000;
 constexpr double RETRY_S = 0.1, RENEW_S = LEASE_MS / 3000.0;
@@ -162,7 +165,7 @@ class Inflation {
     // Return the Command to send now, or nothing.
     std::optional<Frame> due(double now_s)
     {
-        if (step_ == Step::rejected || now_s < next_s_)
+        if (step_ == Step::rejected || step_ == Step::ended || now_s < next_s_)
             return {};
         next_s_ = now_s + (step_ == Step::held ? RENEW_S : RETRY_S);
         return command(step_ == Step::venting ? VENT : HOLD, setpoint_kpa_, LEASE_MS, sequence_);
@@ -182,15 +185,28 @@ class Inflation {
             step_ = Step::held;
     }
 
+    // Handle a Status frame.
+    void take(const Status &status)
+    {
+        bool inflated = status.state == INFLATING || status.state == SETTLING || status.state == HOLDING;
+        if (step_ == Step::held && (status.state == TRIPPED || (inflated_ && !inflated)))
+            step_ = Step::ended, end_state_ = status.state;
+        inflated_ = step_ == Step::held && (inflated_ || inflated);
+    }
+
     bool rejected() const { return step_ == Step::rejected; }
     int result() const { return result_; }
+    // Return true if the balloon was vented after the Command hold was accepted. end_state() is the state in Status.
+    bool ended() const { return step_ == Step::ended; }
+    int end_state() const { return end_state_; }
     // Return the Command that vents and releases the lease. A lease that expires trips the rig.
     Frame vent_and_release() const { return command(VENT, 0, 0, static_cast<std::uint8_t>(sequence_ + 1)); }
 
   private:
-    enum class Step { venting, inflating, held, rejected };
+    enum class Step { venting, inflating, held, rejected, ended };
     double setpoint_kpa_, next_s_ = 0;
-    std::uint8_t sequence_, result_ = ACCEPTED;
+    std::uint8_t sequence_, result_ = ACCEPTED, end_state_ = 0;
+    bool inflated_ = false;
     Step step_ = Step::venting;
 };
 

@@ -5,7 +5,8 @@
 //   ./robot_listener can0          listens
 //   ./robot_listener can0 8.0      vents, inflates to 8 kPa, and renews the lease; Ctrl-C vents
 //   ./robot_listener - 8.0         the same without CAN in the kernel: reads frames as candump lines from stdin,
-//                                  and writes frames as candump lines to stdout; uses the time in the lines
+//                                  and writes frames as candump lines to stdout
+//   ./robot_listener - < file      evaluates each line of a recorded file at the time in the line
 
 #include <chrono>
 #include <csignal>
@@ -23,6 +24,7 @@
 #include <net/if.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "pneuforce_can.hpp"
@@ -30,7 +32,8 @@
 constexpr double TARGET_N = 1.5, GAIN_MM_PER_S_N = 2.0, BACK_OFF_MM_PER_S = -5.0;
 
 // Return the speed of an admittance control: forward (+) if the force is too small, back (-) if the force is
-// too large or unknown.
+// too large or unknown. An interpolated force (bit 2 of the condensed status) is valid, but approximate: choose a
+// TARGET_N above register 28, 1.23 N at 8 kPa.
 double speed_mm_per_s(const pneuforce::ForceInput &input, double now_s)
 {
     pneuforce::Reading force_n = input.force_n(now_s);
@@ -44,12 +47,18 @@ double speed_mm_per_s(const pneuforce::ForceInput &input, double now_s)
 using pneuforce::Frame;
 constexpr int WAIT_MS = 20;
 
+double steady_s()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 struct Link {
     virtual ~Link() = default;
-    virtual std::optional<Frame> receive() = 0; // returns nothing if no frame arrives within 20 ms
-    virtual void send(const Frame &frame) = 0;  // returns no error: after an error, the Answer is missing
-    virtual double now_s() const = 0;
+    virtual std::optional<Frame> receive(int wait_ms) = 0; // returns nothing if no frame arrives in this time
+    virtual void send(const Frame &frame) = 0;             // returns no error: after an error, the Answer is missing
+    virtual double now_s() const { return steady_s(); }
     bool open = true;
+    bool recorded = false; // the frames come from a file, and each frame has its own time
 };
 
 class SocketCan : public Link {
@@ -69,11 +78,11 @@ class SocketCan : public Link {
     }
     ~SocketCan() override { close(socket_); }
 
-    std::optional<Frame> receive() override
+    std::optional<Frame> receive(int wait_ms) override
     {
         pollfd events{socket_, POLLIN, 0};
         can_frame raw{};
-        if (poll(&events, 1, WAIT_MS) < 1 || read(socket_, &raw, sizeof raw) != sizeof raw)
+        if (poll(&events, 1, wait_ms) < 1 || read(socket_, &raw, sizeof raw) != sizeof raw)
             return {};
         Frame frame{raw.can_id & CAN_SFF_MASK, raw.can_dlc, {}};
         std::memcpy(frame.data.data(), raw.data, sizeof raw.data);
@@ -90,11 +99,6 @@ class SocketCan : public Link {
             std::perror("frame not sent");
     }
 
-    double now_s() const override
-    {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    }
-
   private:
     static constexpr canid_t EXACT = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
     int socket_;
@@ -102,39 +106,50 @@ class SocketCan : public Link {
 
 class CandumpLines : public Link {
   public:
-    std::optional<Frame> receive() override
+    CandumpLines()
     {
-        auto end = buffer_.find('\n');
-        if (end == std::string::npos)
-            return read_more();
-        std::string line = buffer_.substr(0, end);
-        buffer_.erase(0, end + 1);
-        return parse(line);
+        struct stat input {};
+        recorded = fstat(STDIN_FILENO, &input) == 0 && S_ISREG(input.st_mode);
+    }
+
+    std::optional<Frame> receive(int wait_ms) override
+    {
+        for (;;) {
+            auto end = buffer_.find('\n');
+            if (end == std::string::npos) {
+                if (!read_more(wait_ms))
+                    return {};
+                continue;
+            }
+            std::string line = buffer_.substr(0, end);
+            buffer_.erase(0, end + 1);
+            if (auto frame = parse(line))
+                return frame;
+        }
     }
 
     void send(const Frame &frame) override
     {
-        std::printf("(%.6f) can0 %03X#", now_s_, frame.id);
+        std::printf("(%.6f) can0 %03X#", now_s(), frame.id);
         for (std::size_t i = 0; i < frame.length; i++)
             std::printf("%02X", frame.data[i]);
         std::puts("");
     }
 
-    double now_s() const override { return now_s_; }
+    double now_s() const override { return recorded ? stamp_s_ : steady_s(); }
 
   private:
-    std::optional<Frame> read_more()
+    // Read more bytes. Return false if no byte arrives in this time.
+    bool read_more(int wait_ms)
     {
         pollfd stdin_{STDIN_FILENO, POLLIN, 0};
         char bytes[4096];
-        if (poll(&stdin_, 1, WAIT_MS) < 1) {
-            now_s_ += WAIT_MS / 1000.0;
-            return {};
-        }
+        if (poll(&stdin_, 1, wait_ms) < 1)
+            return false;
         auto length = read(STDIN_FILENO, bytes, sizeof bytes);
         open = length > 0;
         buffer_.append(bytes, open ? static_cast<std::size_t>(length) : 0);
-        return {};
+        return open;
     }
 
     // Parse a line like "(1700000000.000000) can0 185#E803401F64008107". 29-bit and remote frames are ignored.
@@ -144,7 +159,7 @@ class CandumpLines : public Link {
         char id[9] = "", text[17] = "";
         if (std::sscanf(line.c_str(), "(%lf) %*s %8[0-9A-Fa-f]#%16[0-9A-Fa-f]", &stamp_s, id, text) < 2)
             return {};
-        now_s_ = stamp_s;
+        stamp_s_ = stamp_s;
         if (std::strlen(id) != 3)
             return {};
         Frame frame{static_cast<std::uint32_t>(std::strtoul(id, nullptr, 16)), std::strlen(text) / 2, {}};
@@ -156,7 +171,7 @@ class CandumpLines : public Link {
     }
 
     std::string buffer_;
-    double now_s_ = 0;
+    double stamp_s_ = 0;
 };
 
 // ---- the program
@@ -182,35 +197,61 @@ void print(const Frame &frame)
                     answer->setpoint_kpa.value);
 }
 
-void run(Link &link, std::optional<pneuforce::Inflation> inflation)
-{
+struct Loop {
     pneuforce::ForceInput input;
+    std::optional<pneuforce::Inflation> inflation;
+
+    void take(const Frame &frame, double now_s)
+    {
+        print(frame);
+        if (auto force = pneuforce::decode_force(frame))
+            input.take(*force, now_s);
+        if (auto answer = pneuforce::decode_answer(frame); answer && inflation)
+            inflation->take(*answer);
+        if (auto status = pneuforce::decode_status(frame); status && inflation)
+            inflation->take(*status);
+    }
+
+    bool failed() const { return inflation && (inflation->rejected() || inflation->ended()); }
+};
+
+void run(Link &link, Loop &loop)
+{
     std::optional<double> first_frame_s;
     double printed_mm_per_s = std::numeric_limits<double>::quiet_NaN();
-    while (link.open && !stopped && !(inflation && inflation->rejected())) {
-        if (auto frame = link.receive()) {
-            print(*frame);
+    while (link.open && !stopped && !loop.failed()) {
+        auto frame = link.receive(WAIT_MS);
+        while (frame) { // after a pause, many frames wait: only the last force is new
+            loop.take(*frame, link.now_s());
             first_frame_s = first_frame_s.value_or(link.now_s());
-            if (auto force = pneuforce::decode_force(*frame))
-                input.take(*force, link.now_s());
-            if (auto answer = pneuforce::decode_answer(*frame); answer && inflation)
-                inflation->take(*answer);
+            frame = link.recorded ? std::nullopt : link.receive(0);
         }
-        double now_s = link.now_s(), speed = speed_mm_per_s(input, now_s);
+        double now_s = link.now_s(), speed = speed_mm_per_s(loop.input, now_s);
         if (speed != printed_mm_per_s)
             std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s - first_frame_s.value_or(now_s),
-                        speed, input.lost(), input.simulated());
+                        speed, loop.input.lost(), loop.input.simulated());
         printed_mm_per_s = speed;
-        if (inflation)
-            if (auto due = inflation->due(now_s))
-                link.send(*due);
+        if (loop.inflation)
+            if (auto command = loop.inflation->due(now_s))
+                link.send(*command);
         std::fflush(stdout);
     }
+    if (loop.inflation)
+        link.send(loop.inflation->vent_and_release());
+}
+
+// Print why the hold has ended. Return the exit code of the program.
+int report(const std::optional<pneuforce::Inflation> &inflation)
+{
     if (inflation && inflation->rejected())
         std::fprintf(stderr, "The Command was rejected with result %d. See the results in docs/robot.md\n",
                      inflation->result());
-    if (inflation)
-        link.send(inflation->vent_and_release());
+    else if (inflation && inflation->ended())
+        std::fprintf(stderr, "The hold has ended: the state is %d. Run pneuforce status for the cause\n",
+                     inflation->end_state());
+    else
+        return 0;
+    return 1;
 }
 
 // Return a number that differs at each start. For lines of candump it is always 1, so that a run can be repeated.
@@ -223,8 +264,9 @@ std::uint8_t first_sequence(const char *interface)
 
 int main(int argc, char **argv)
 {
-    if (argc < 2 || argc > 3) {
-        std::fprintf(stderr, "usage: %s can0|- [setpoint_kpa]\n", argv[0]);
+    double setpoint_kpa = argc == 3 ? std::atof(argv[2]) : 2.0;
+    if (argc < 2 || argc > 3 || !(setpoint_kpa >= 2.0 && setpoint_kpa <= 12.0)) {
+        std::fprintf(stderr, "usage: %s can0|- [setpoint from 2 to 12 kPa]\n", argv[0]);
         return 2;
     }
     std::unique_ptr<Link> link;
@@ -236,10 +278,10 @@ int main(int argc, char **argv)
         return 1;
     for (int number : {SIGINT, SIGTERM})
         std::signal(number, [](int) { stopped = 1; });
-    std::optional<pneuforce::Inflation> inflation;
+    Loop loop;
     if (argc == 3)
-        inflation.emplace(std::atof(argv[2]), first_sequence(argv[1]));
-    run(*link, inflation);
+        loop.inflation.emplace(setpoint_kpa, first_sequence(argv[1]));
+    run(*link, loop);
     std::fflush(stdout);
-    return 0;
+    return report(loop.inflation);
 }

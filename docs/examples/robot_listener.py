@@ -8,8 +8,10 @@ robot_listener.cpp is the same program in C++. docs/robot.md describes both prog
 """
 
 import argparse
+import logging
 import math
 import signal
+import socket
 import sys
 import time
 from pathlib import Path
@@ -19,10 +21,21 @@ import can
 import cantools
 
 DBC = cantools.database.load_file(Path(__file__).parents[1] / "pneuforce.dbc")
-FORCE, ANSWER, COMMAND = (DBC.get_message_by_name(name) for name in ("Force", "Answer", "Command"))
+FORCE, STATUS, ANSWER, COMMAND = (
+    DBC.get_message_by_name(name) for name in ("Force", "Status", "Answer", "Command")
+)
 MAX_AGE_S = 0.1  # ten periods at 100 Hz: one frame may be lost, but an old force must not be used
-LEASE_S, RETRY_S = 1.0, 0.1
+LEASE_S, RETRY_S, SILENCE_S = 1.0, 0.1, 3.0
+SETPOINT_KPA = (2.0, 12.0)
+INFLATED = ("inflating", "settling", "holding")
 TARGET_N, GAIN_MM_PER_S_N, BACK_OFF_MM_PER_S = 1.5, 2.0, -5.0
+
+
+def decode(message, frame):
+    """Return the values of a frame, or None if the frame is not this message."""
+    if frame.arbitration_id != message.frame_id or frame.is_extended_id or frame.is_remote_frame:
+        return None
+    return message.decode(frame.data) if len(frame.data) == message.length else None
 
 
 class Reading(NamedTuple):
@@ -67,7 +80,8 @@ class ForceInput:
 def speed_mm_per_s(force_input, now_s):
     """Return the speed of an admittance control: forward (+) if the force is too small, else back (-).
 
-    The robot also moves back if the force is unknown.
+    The robot also moves back if the force is unknown. An interpolated force (bit 2 of the condensed
+    status) is valid, but approximate: choose a TARGET_N above register 28, 1.23 N at 8 kPa.
     """
     force = force_input.force(now_s)
     if not force.valid or force_input.above_limit:
@@ -79,12 +93,13 @@ class Inflation:
     """Sequence of Commands that inflates the balloon and renews the lease.
 
     The Command vent is repeated until its Answer arrives, then the Command hold until its Answer arrives.
-    After that, the Command hold is repeated to renew the lease.
+    After that, the Command hold is repeated to renew the lease, until the balloon is vented.
     """
 
     def __init__(self, setpoint_kpa):
-        self.rejected = None
+        self.failure = ""  #: why the hold has ended. The program must end, too
         self._setpoint_kpa = setpoint_kpa
+        self._held = self._inflated = False
         # A number that differs after a restart of the program: the instrument rejects a hold that it already
         # had before the last vent.
         self._mode, self._sequence, self._wait_s = "vent", time.time_ns() // 1_000_000 % 256, RETRY_S
@@ -102,12 +117,24 @@ class Inflation:
         if answer["sequence"] != self._sequence:
             return
         if answer["result"] not in ("accepted", "renewed"):
-            self.rejected = str(answer["result"])  # do not retry: a person must first remove the cause
+            # do not retry: a person must first remove the cause
+            self.failure = (
+                f"The Command was rejected with {answer['result']}. See the results in docs/robot.md"
+            )
         elif self._mode == "vent":
             self._mode, self._next_s = "hold", -math.inf
             self._sequence = (self._sequence + 1) % 256
         else:
-            self._wait_s = LEASE_S / 3
+            self._wait_s, self._held = LEASE_S / 3, True
+
+    def take_state(self, state):
+        """Handle the state in a Status frame.
+
+        The lease of a vented balloon must not be renewed: it prevents that another client clears the faults.
+        """
+        self._inflated = self._held and (self._inflated or state in INFLATED)
+        if self._held and (state == "tripped" or (self._inflated and state not in INFLATED)):
+            self.failure = f"The hold has ended: the state is {state}. Run pneuforce status for the cause"
 
     def vent_and_release(self):
         """Return the Command that vents and releases the lease. A lease that expires trips the rig."""
@@ -123,15 +150,29 @@ class Inflation:
         )
 
 
+def take(frame, force_input, inflation):
+    """Pass a frame to the part of the program that uses it. Return True if the instrument sent the frame."""
+    if (force := decode(FORCE, frame)) is not None:
+        force_input.take(force, time.monotonic())
+    elif (answer := decode(ANSWER, frame)) is not None:
+        if inflation:
+            inflation.take(answer)
+    elif (status := decode(STATUS, frame)) is not None:
+        if inflation:
+            inflation.take_state(status["state"])
+    else:
+        return False
+    return True
+
+
 def run(bus, inflation, stopped):
-    force_input, printed_mm_per_s = ForceInput(), None
-    while not stopped and not (inflation and inflation.rejected):
+    """Run the control loop until it is stopped or the hold ends. Raises OSError if no frame arrives."""
+    force_input, printed_mm_per_s, received_s = ForceInput(), None, time.monotonic()
+    while not stopped and not (inflation and inflation.failure):
         frame = bus.recv(0.02)
         while frame is not None:  # after a pause, many frames wait: only the last force is new
-            if frame.arbitration_id == FORCE.frame_id:
-                force_input.take(FORCE.decode(frame.data), time.monotonic())
-            elif frame.arbitration_id == ANSWER.frame_id and inflation:
-                inflation.take(ANSWER.decode(frame.data))
+            if take(frame, force_input, inflation):
+                received_s = time.monotonic()
             frame = bus.recv(0)
         now_s = time.monotonic()
         speed = speed_mm_per_s(force_input, now_s)
@@ -141,32 +182,54 @@ def run(bus, inflation, stopped):
             print(
                 f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {force_input.lost} lost"
             )
+        if now_s - received_s > SILENCE_S:
+            raise OSError(f"no frame of the instrument for {SILENCE_S:g} s")
         command = inflation.due(now_s) if inflation else None
         if command is not None:
             bus.send(command)
+
+
+def setpoint_kpa(text):
+    """Return the setpoint. Raises ValueError outside the range of the Command."""
+    if not SETPOINT_KPA[0] <= (value := float(text)) <= SETPOINT_KPA[1]:
+        raise ValueError
+    return value
+
+
+def open_bus(options):
+    """Return the open bus. Raises OSError or CanError."""
+    arguments = {}
+    if options.interface == "socketcand":
+        socket.create_connection((options.host, options.port), 3.0).close()  # python-can tries for 10 s
+        arguments = {"host": options.host, "port": options.port, "tcp_tune": True}
+    return can.Bus(interface=options.interface, channel=options.channel, **arguments)
 
 
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--interface", default="socketcan", help="python-can interface")
     parser.add_argument("--channel", default="can0", help="channel of the interface")
-    parser.add_argument("--host", help="socketcand only: address of the server")
-    parser.add_argument("--port", type=int, help="socketcand only: TCP port of the server")
-    parser.add_argument("--setpoint", type=float, help="kPa; without a setpoint, nothing is sent")
+    parser.add_argument("--host", default="127.0.0.1", help="socketcand only: address of the server")
+    parser.add_argument("--port", type=int, default=29536, help="socketcand only: TCP port of the server")
+    parser.add_argument("--setpoint", type=setpoint_kpa, help="2 to 12 kPa; by default, nothing is sent")
     options = parser.parse_args()
-    server = {"host": options.host, "port": options.port, "tcp_tune": True} if options.host else {}
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs each frame that arrives in pieces
     stopped = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.append(True))
     inflation = Inflation(options.setpoint) if options.setpoint else None
-    with can.Bus(interface=options.interface, channel=options.channel, **server) as bus:
-        try:
-            run(bus, inflation, stopped)
-        finally:
-            if inflation:
-                bus.send(inflation.vent_and_release())
-    if inflation and inflation.rejected:
-        sys.exit(f"The Command was rejected with {inflation.rejected}. See the results in docs/robot.md")
+    try:
+        with open_bus(options) as bus:
+            try:
+                run(bus, inflation, stopped)
+            finally:
+                if inflation:
+                    bus.send(inflation.vent_and_release())
+    except (can.CanError, OSError) as error:
+        reason = str(error).partition("\n")[0]
+        sys.exit(f"The CAN bus failed: {reason}. Check the instrument, and the CAN interface or the CAN hub")
+    if inflation and inflation.failure:
+        sys.exit(inflation.failure)
 
 
 if __name__ == "__main__":

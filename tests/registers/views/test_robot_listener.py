@@ -5,11 +5,15 @@ import math
 import random
 import re
 import subprocess
+import sys
+import tempfile
 
 import can
 import pytest
 
 from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
+from pneuforce.registers.codes import STATES
+from pneuforce.teststand.stack import free_port
 from tests.registers.views.cpp_listener import EXAMPLES, compiled
 from tests.tools import needs
 
@@ -23,15 +27,18 @@ def program(tmp_path_factory):
     return compiled(tmp_path_factory.mktemp("listener"))
 
 
+def run_with_file(program, lines, *arguments):
+    """Run the listener with a recorded file of candump lines."""
+    with tempfile.TemporaryFile("w+") as file:
+        file.writelines(lines)
+        file.seek(0)
+        command = [program, "-", *arguments]
+        return subprocess.run(command, stdin=file, capture_output=True, text=True, timeout=30, check=False)
+
+
 def run_listener(program, lines, *arguments):
-    done = subprocess.run(
-        [program, "-", *arguments],
-        input="".join(lines),
-        capture_output=True,
-        text=True,
-        timeout=30,
-        check=True,
-    )
+    done = run_with_file(program, lines, *arguments)
+    assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 
 
@@ -128,7 +135,7 @@ class StoppedAfter:
 
 def speeds(program, frames):
     lines = run_listener(program, [candump(t_s, 0x185, data) for t_s, data in frames])
-    return [float(re.search("speed=(.*?) ", line)[1]) for line in lines if line.startswith("Loop")][1:]
+    return [float(re.search("speed=(.*?) ", line)[1]) for line in lines if line.startswith("Loop")]
 
 
 @needs("g++")
@@ -149,9 +156,10 @@ def test_without_frames_there_is_no_force(program):
     ) as process:
         process.stdin.write(candump(10.0, 0x185, force_frame(1)))
         process.stdin.flush()
-        loops = [line for _, line in zip(range(4), process.stdout, strict=False) if line.startswith("Loop")]
+        lines = iter(process.stdout.readline, "")
+        assert any("speed=2.000" in line for line in lines)
+        assert "speed=-5.000" in next(lines)
         process.stdin.close()
-    assert [re.search("speed=(.*?) ", line)[1] for line in loops] == ["-5.000", "2.000", "-5.000"]
 
 
 UNUSABLE = pytest.mark.parametrize(
@@ -173,7 +181,8 @@ def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(program
 @needs("g++")
 def test_the_commands_of_the_program_are_complete_and_in_range(program):
     answers = [(10.0, bytes((1, 0, 0, 0))), (10.01, bytes((2, 0, 0, 0)))]
-    lines = run_listener(program, [candump(t_s, 0x485, data) for t_s, data in answers], "8.0")
+    frames = [candump(9.99, 0x185, force_frame(1))] + [candump(t_s, 0x485, data) for t_s, data in answers]
+    lines = run_listener(program, frames, "8.0")
     sent = [re.search("can0 205#(.*)", line)[1] for line in lines if line.startswith("(")]
     commands = [decode(COMMAND, bytes.fromhex(data)) for data in sent]
     assert [(c["mode"], c["setpoint"], c["lease"], c["sequence"]) for c in commands] == [
@@ -183,16 +192,62 @@ def test_the_commands_of_the_program_are_complete_and_in_range(program):
     ]
 
 
+def is_vent_command(line):
+    return decode(COMMAND, bytes.fromhex(line.rpartition("#")[2]))["mode"] == "vent"
+
+
 @needs("g++")
 def test_a_rejected_command_ends_the_program(program):
-    done = subprocess.run(
-        [program, "-", "8.0"],
-        input=candump(1.0, 0x485, bytes((1, 18, 0, 0))) + candump(1.1, 0x485, bytes((1, 0, 0, 0))),
-        capture_output=True, text=True, timeout=30, check=True,
-    )  # fmt: skip
+    answers = [candump(1.0, 0x485, bytes((1, 18, 0, 0))), candump(1.1, 0x485, bytes((1, 0, 0, 0)))]
+    done = run_with_file(program, answers, "8.0")
     assert done.stderr == "The Command was rejected with result 18. See the results in docs/robot.md\n"
-    assert "#" in done.stdout.splitlines()[-1]  # the last frame is a vent
-    assert decode(COMMAND, bytes.fromhex(done.stdout.rpartition("#")[2]))["mode"] == "vent"
+    assert done.returncode == 1
+    assert is_vent_command(done.stdout.splitlines()[-1])
+
+
+def status_frame(state):
+    return bytes((0, 0, 0, 0, STATES.codes[state], 0, 0, 0))
+
+
+ENDS_OF_A_HOLD = pytest.mark.parametrize(
+    "states", [("tripped",), ("vented", "inflating", "holding", "venting"), ("holding", "tripped")]
+)
+
+
+@needs("g++")
+@ENDS_OF_A_HOLD
+def test_the_program_ends_when_the_balloon_is_vented(program, states):
+    accepted = [(1.0, 0x485, bytes((1, 0, 0, 0))), (1.1, 0x485, bytes((2, 0, 0, 0)))]
+    seen = [(2.0 + n / 100, 0x385, status_frame(state)) for n, state in enumerate(states)]
+    later = [(3.0 + n / 10, 0x385, status_frame(states[-1])) for n in range(20)]
+    done = run_with_file(program, [candump(*line) for line in accepted + seen + later], "8.0")
+    code = STATES.codes[states[-1]]
+    assert done.stderr == f"The hold has ended: the state is {code}. Run pneuforce status for the cause\n"
+    assert done.returncode == 1
+    assert done.stdout.count("Status ") == len(states)
+    assert is_vent_command(done.stdout.splitlines()[-1])
+
+
+@needs("g++")
+@pytest.mark.parametrize("setpoint", ["nan", "1.9", "12.1", "text"])
+def test_the_program_rejects_a_setpoint_outside_the_range(program, setpoint):
+    done = run_with_file(program, [], setpoint)
+    assert done.returncode == 2
+    assert "2 to 12 kPa" in done.stderr
+
+
+@needs("g++")
+def test_after_a_pause_the_program_uses_only_the_last_waiting_force(program):
+    """In a pipe, the lines are the frames of a running instrument."""
+    frames = [force_frame(n % 256, force_mn=3000 if n == 399 else 1000) for n in range(400)]
+    lines = [candump(10.0 + n / 100, 0x185, data) for n, data in enumerate(frames)]
+    done = subprocess.run(
+        [program, "-"], input="".join(lines), capture_output=True, text=True, timeout=30, check=True
+    )
+    assert done.stdout.count("Force ") == 400
+    used = re.findall("speed=(.*?) ", done.stdout)
+    assert "1.000" not in used
+    assert "-3.000" in used
 
 
 @pytest.fixture(scope="module")
@@ -219,3 +274,65 @@ def test_in_python_the_program_backs_off_without_a_valid_force_and_above_the_lim
     force_input = in_python.ForceInput()
     force_input.take(in_python.FORCE.decode(frame), 10.0)
     assert in_python.speed_mm_per_s(force_input, 10.0) == in_python.BACK_OFF_MM_PER_S
+
+
+ACCEPTED = ({"sequence": 1, "result": "accepted"}, {"sequence": 2, "result": "accepted"})
+
+
+@ENDS_OF_A_HOLD
+def test_in_python_the_program_ends_when_the_balloon_is_vented(in_python, states):
+    inflation = in_python.Inflation(8.0)
+    inflation._sequence = 1
+    inflation.take_state("tripped")  # before the hold is accepted, the Answer names the reason
+    for answer in ACCEPTED:
+        inflation.take(answer)
+    for state in states:
+        assert not inflation.failure
+        inflation.take_state(state)
+    assert f"the state is {states[-1]}" in inflation.failure
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        can.Message(arbitration_id=0x185, data=bytes(4), is_extended_id=False),
+        can.Message(arbitration_id=0x185, data=force_frame(1), is_extended_id=True),
+        can.Message(arbitration_id=0x185, dlc=8, is_remote_frame=True, is_extended_id=False),
+    ],
+)
+def test_in_python_other_frames_give_no_force(in_python, frame):
+    force_input = in_python.ForceInput()
+    assert not in_python.take(frame, force_input, None)
+    assert not force_input.force(0.0).valid
+
+
+def run_python(*arguments):
+    command = [sys.executable, EXAMPLES / "robot_listener.py", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--interface", "socketcand", "--port", str(free_port())],
+        ["--interface", "unknown"],
+        ["--channel", "can99"],
+    ],
+)
+def test_in_python_a_bus_that_cannot_be_opened_gives_one_sentence(arguments):
+    done = run_python(*arguments)
+    assert done.returncode == 1
+    assert re.fullmatch("The CAN bus failed: .*\\. Check the instrument, and .*\n", done.stderr)
+
+
+@pytest.mark.parametrize("setpoint", ["nan", "1.9", "12.1", "text"])
+def test_in_python_a_setpoint_outside_the_range_is_rejected(setpoint):
+    done = run_python("--setpoint", setpoint)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_in_python_a_closed_hub_gives_one_sentence(in_python, monkeypatch):
+    monkeypatch.setattr(in_python, "SILENCE_S", 0.1)
+    with can.Bus("silent", "virtual") as robot, pytest.raises(OSError, match="no frame of the instrument"):
+        in_python.run(robot, None, [])
