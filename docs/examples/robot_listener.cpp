@@ -219,6 +219,12 @@ void run(Link &link, Loop &loop)
 {
     std::optional<double> first_frame_s;
     double printed_mm_per_s = std::numeric_limits<double>::quiet_NaN();
+    auto set_speed = [&](double now_s, double speed) { // in your program: the speed of the drive
+        if (speed != printed_mm_per_s)
+            std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s - first_frame_s.value_or(now_s),
+                        speed, loop.input.lost(), loop.input.simulated());
+        printed_mm_per_s = speed;
+    };
     while (link.open && !stopped && !loop.failed()) {
         auto frame = link.receive(WAIT_MS);
         while (frame) { // after a pause, many frames wait: only the last force is new
@@ -226,16 +232,14 @@ void run(Link &link, Loop &loop)
             first_frame_s = first_frame_s.value_or(link.now_s());
             frame = link.recorded ? std::nullopt : link.receive(0);
         }
-        double now_s = link.now_s(), speed = speed_mm_per_s(loop.input, now_s);
-        if (speed != printed_mm_per_s)
-            std::printf("Loop t=%.3f speed=%.3f lost=%u simulated=%d\n", now_s - first_frame_s.value_or(now_s),
-                        speed, loop.input.lost(), loop.input.simulated());
-        printed_mm_per_s = speed;
+        double now_s = link.now_s();
+        set_speed(now_s, speed_mm_per_s(loop.input, now_s));
         if (loop.inflation)
             if (auto command = loop.inflation->due(now_s))
                 link.send(*command);
         std::fflush(stdout);
     }
+    set_speed(link.now_s(), BACK_OFF_MM_PER_S); // the robot must not keep its last speed
     if (loop.inflation)
         link.send(loop.inflation->vent_and_release());
 }
@@ -247,8 +251,9 @@ int report(const std::optional<pneuforce::Inflation> &inflation)
         std::fprintf(stderr, "The Command was rejected with result %d. See the results in docs/robot.md\n",
                      inflation->result());
     else if (inflation && inflation->ended())
-        std::fprintf(stderr, "The hold has ended: the state is %d. Run pneuforce status for the cause\n",
-                     inflation->end_state());
+        std::fprintf(stderr, "The hold has ended: the state is %d: %s\n", inflation->end_state(),
+                     inflation->end_state() == pneuforce::TRIPPED ? "pneuforce status names the fault"
+                                                                  : "another client has vented");
     else
         return 0;
     return 1;

@@ -134,7 +134,8 @@ class Inflation:
         """
         self._inflated = self._held and (self._inflated or state in INFLATED)
         if self._held and (state == "tripped" or (self._inflated and state not in INFLATED)):
-            self.failure = f"The hold has ended: the state is {state}. Run pneuforce status for the cause"
+            cause = "pneuforce status names the fault" if state == "tripped" else "another client has vented"
+            self.failure = f"The hold has ended: the state is {state}: {cause}"
 
     def vent_and_release(self):
         """Return the Command that vents and releases the lease. A lease that expires trips the rig."""
@@ -166,27 +167,32 @@ def take(frame, force_input, inflation):
 
 
 def run(bus, inflation, stopped):
-    """Run the control loop until it is stopped or the hold ends. Raises OSError if no frame arrives."""
+    """Run the control loop. Its last speed is back. Raises OSError if no frame arrives."""
     force_input, printed_mm_per_s, received_s = ForceInput(), None, time.monotonic()
-    while not stopped and not (inflation and inflation.failure):
-        frame = bus.recv(0.02)
-        while frame is not None:  # after a pause, many frames wait: only the last force is new
-            if take(frame, force_input, inflation):
-                received_s = time.monotonic()
-            frame = bus.recv(0)
-        now_s = time.monotonic()
-        speed = speed_mm_per_s(force_input, now_s)
-        if speed != printed_mm_per_s:
-            force = force_input.force(now_s)
-            printed_mm_per_s = speed
-            print(
-                f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {force_input.lost} lost"
-            )
-        if now_s - received_s > SILENCE_S:
-            raise OSError(f"no frame of the instrument for {SILENCE_S:g} s")
-        command = inflation.due(now_s) if inflation else None
-        if command is not None:
-            bus.send(command)
+    try:
+        while not stopped and not (inflation and inflation.failure):
+            frame = bus.recv(0.02)
+            while frame is not None:  # after a pause, many frames wait: only the last force is new
+                if take(frame, force_input, inflation):
+                    received_s = time.monotonic()
+                frame = bus.recv(0)
+            now_s = time.monotonic()
+            speed = speed_mm_per_s(force_input, now_s)
+            if speed != printed_mm_per_s:
+                printed_mm_per_s = speed
+                print_speed(force_input.force(now_s), speed, force_input.lost)
+            if now_s - received_s > SILENCE_S:
+                raise OSError(f"no frame of the instrument for {SILENCE_S:g} s")
+            command = inflation.due(now_s) if inflation else None
+            if command is not None:
+                bus.send(command)
+    finally:
+        if printed_mm_per_s != BACK_OFF_MM_PER_S:
+            print_speed(Reading(), BACK_OFF_MM_PER_S, force_input.lost)
+
+
+def print_speed(force, speed, lost):
+    print(f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {lost} lost")
 
 
 def setpoint_kpa(text):
