@@ -1,20 +1,17 @@
-"""Tests of the C++ and Python listeners in the robot guide: decoding, and forces too old to be used."""
+"""Tests of the C++ listener in the robot guide: decoding, and forces too old to be used."""
 
-import importlib.util
 import math
 import random
 import re
 import subprocess
-import sys
 import tempfile
 
-import can
 import pytest
 
 from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
 from pneuforce.registers.codes import STATES
-from pneuforce.teststand.stack import free_port
 from tests.registers.views.cpp_listener import EXAMPLES, compiled
+from tests.registers.views.listener_cases import ENDS_OF_A_HOLD, UNUSABLE, force_frame
 from tests.tools import needs
 
 NODE_ID = 5
@@ -97,41 +94,13 @@ def test_other_frames_give_no_force(program, line):
     assert [line for line in run_listener(program, [line]) if "valid=1" in line or "speed=3" in line] == []
 
 
-def force_frame(counter, status=0x82, force_mn=500):
-    return force_mn.to_bytes(2, "little") + bytes(4) + bytes((status, counter))
+GUIDE = (EXAMPLES.parent / "robot.md").read_text(encoding="utf-8")
 
 
-def test_each_listener_prints_the_line_of_the_guide(program, in_python, capsys):
-    guide = (EXAMPLES.parent / "robot.md").read_text(encoding="utf-8")
-    listed = dict(re.findall(r"^\| (C\+\+|Python) \| `(.*)` \|$", guide, re.MULTILINE))
-    assert listed["C++"] in run_listener(program, [candump(10.0, 0x185, force_frame(1))])
-    with can.Bus("guide", "virtual") as robot, can.Bus("guide", "virtual") as node:
-        node.send(can.Message(arbitration_id=0x185, data=force_frame(1), is_extended_id=False))
-        in_python.run(robot, None, StoppedAfter(1))
-    assert listed["Python"] in capsys.readouterr().out.splitlines()
-
-
-def test_after_a_pause_only_the_last_waiting_force_is_used(in_python, capsys):
-    with can.Bus("pause", "virtual") as robot, can.Bus("pause", "virtual") as node:
-        for counter in range(1, 200):
-            data = force_frame(counter, force_mn=3000 if counter == 199 else 1000)
-            node.send(can.Message(arbitration_id=0x185, data=data, is_extended_id=False))
-        in_python.run(robot, None, StoppedAfter(1))
-    printed = capsys.readouterr().out
-    assert "force 3.000 N" in printed
-    assert printed.endswith(": -5.000 mm/s, 0 lost\n")
-    assert "force 1.000 N" not in printed
-
-
-class StoppedAfter:
-    """Flag that becomes true after it was tested some times."""
-
-    def __init__(self, tests):
-        self._tests = tests
-
-    def __bool__(self):
-        self._tests -= 1
-        return self._tests < 0
+@needs("g++")
+def test_the_program_prints_the_line_of_the_guide(program):
+    [line] = re.findall(r"^\| C\+\+ \| `(.*)` \|$", GUIDE, re.MULTILINE)
+    assert line in run_listener(program, [candump(10.0, 0x185, force_frame(1))])
 
 
 def speeds(program, frames):
@@ -161,16 +130,6 @@ def test_without_frames_there_is_no_force(program):
         assert any("speed=2.000" in line for line in lines)
         assert "speed=-5.000" in next(lines)
         process.stdin.close()
-
-
-UNUSABLE = pytest.mark.parametrize(
-    "frame",
-    [
-        force_frame(2, status=0x02),  # the force is a number, but its valid bit is 0
-        force_frame(2, force_mn=0x7FFF),  # the valid bit is 1, but the force is not available
-        force_frame(2, status=0x92),  # the force is above its limit
-    ],
-)
 
 
 @needs("g++")
@@ -210,11 +169,6 @@ def status_frame(state):
     return bytes((0, 0, 0, 0, STATES.codes[state], 0, 0, 0))
 
 
-ENDS_OF_A_HOLD = pytest.mark.parametrize(
-    "states", [("tripped",), ("vented", "inflating", "holding", "venting"), ("holding", "tripped")]
-)
-
-
 @needs("g++")
 @ENDS_OF_A_HOLD
 def test_the_program_ends_when_the_balloon_is_vented(program, states):
@@ -250,91 +204,3 @@ def test_after_a_pause_the_program_uses_only_the_last_waiting_force(program):
     used = re.findall("speed=(.*?) ", done.stdout)
     assert "1.000" not in used
     assert "-3.000" in used
-
-
-@pytest.fixture(scope="module")
-def in_python():
-    spec = importlib.util.spec_from_file_location("robot_listener", EXAMPLES / "robot_listener.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_in_python_old_frames_are_invalid_and_lost_frames_are_counted(in_python):
-    force_input = in_python.ForceInput()
-    assert not force_input.force(0.0).valid
-    for t_s, counter in ((10.0, 254), (10.01, 1), (10.2, 1)):
-        force_input.take(in_python.FORCE.decode(force_frame(counter)), t_s)
-    assert force_input.lost == 2
-    assert force_input.force(10.1) == (0.5, True)
-    assert not force_input.force(10.2).valid
-    assert in_python.speed_mm_per_s(force_input, 10.2) == in_python.BACK_OFF_MM_PER_S
-
-
-@UNUSABLE
-def test_in_python_the_program_backs_off_without_a_valid_force_and_above_the_limit(in_python, frame):
-    force_input = in_python.ForceInput()
-    force_input.take(in_python.FORCE.decode(frame), 10.0)
-    assert in_python.speed_mm_per_s(force_input, 10.0) == in_python.BACK_OFF_MM_PER_S
-
-
-ACCEPTED = ({"sequence": 1, "result": "accepted"}, {"sequence": 2, "result": "accepted"})
-
-
-@ENDS_OF_A_HOLD
-def test_in_python_the_program_ends_when_the_balloon_is_vented(in_python, states):
-    inflation = in_python.Inflation(8.0)
-    inflation._sequence = 1
-    inflation.take_state("tripped")  # before the hold is accepted, the Answer names the reason
-    for answer in ACCEPTED:
-        inflation.take(answer)
-    for state in states:
-        assert not inflation.failure
-        inflation.take_state(state)
-    assert f"the state is {states[-1]}" in inflation.failure
-
-
-@pytest.mark.parametrize(
-    "frame",
-    [
-        can.Message(arbitration_id=0x185, data=bytes(4), is_extended_id=False),
-        can.Message(arbitration_id=0x185, data=force_frame(1), is_extended_id=True),
-        can.Message(arbitration_id=0x185, dlc=8, is_remote_frame=True, is_extended_id=False),
-    ],
-)
-def test_in_python_other_frames_give_no_force(in_python, frame):
-    force_input = in_python.ForceInput()
-    assert not in_python.take(frame, force_input, None)
-    assert not force_input.force(0.0).valid
-
-
-def run_python(*arguments):
-    command = [sys.executable, EXAMPLES / "robot_listener.py", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["--interface", "socketcand", "--port", str(free_port())],
-        ["--interface", "unknown"],
-        ["--channel", "can99"],
-    ],
-)
-def test_in_python_a_bus_that_cannot_be_opened_gives_one_sentence(arguments):
-    done = run_python(*arguments)
-    assert done.returncode == 1
-    assert re.fullmatch("The CAN bus failed: .*\\. Check the instrument, and .*\n", done.stderr)
-
-
-@pytest.mark.parametrize("setpoint", ["nan", "1.9", "12.1", "text"])
-def test_in_python_a_setpoint_outside_the_range_is_rejected(setpoint):
-    done = run_python("--setpoint", setpoint)
-    assert done.returncode == 2
-    assert "Traceback" not in done.stderr
-
-
-def test_in_python_a_closed_hub_gives_one_sentence(in_python, monkeypatch):
-    monkeypatch.setattr(in_python, "SILENCE_S", 0.1)
-    with can.Bus("silent", "virtual") as robot, pytest.raises(OSError, match="no frame of the instrument"):
-        in_python.run(robot, None, [])
