@@ -6,12 +6,14 @@ import math
 from collections.abc import Mapping
 
 from pneuforce.registers.codes import (
+    AMBIENT_SOURCES,
     ANSWERS,
     COMMANDS,
     FAULTS,
     HOLDERS,
     METHODS,
     MODES,
+    PROOF_TESTS,
     REJECT_REASONS,
     STATES,
 )
@@ -37,6 +39,8 @@ ENUMERATIONS: Mapping[str, Enumeration] = {
     "answer state": ANSWERS,
     "method": METHODS,
     "fault": FAULTS,
+    "proof test": PROOF_TESTS,
+    "ambient source": AMBIENT_SOURCES,
 }
 
 
@@ -45,6 +49,8 @@ INPUT_REGISTERS, HOLDING_REGISTERS = 30_000, 40_000
 
 #: Addresses of the measured values. All values in one answer belong to the same instant.
 MEASURED_BLOCK = range(BY_NAME["baseline_age"].end)
+#: Addresses of the identity, the faults and the head of the event log.
+DIAGNOSTIC_BLOCK = range(BY_NAME["map_version"].address, BY_NAME["event_log_digest_2"].end)
 #: Addresses of the test pattern, which shows the word order.
 TEST_BLOCK = range(BY_NAME["test_float"].address, BY_NAME["test_int"].end)
 

@@ -168,7 +168,11 @@ REGISTERS: tuple[Register, ...] = (
              quantity="force_limit_n", writable=True,
              doc="Force alarm limit, for masters that can write only single registers."),
     Register(address=546, name="proof_test", wire=U16, quantity="proof_test", values=PROOF_TESTS,
-             writable=True, doc="1 forbids proof tests, for example during a movement of the robot."),
+             writable=True, doc="Proof tests. 0: allowed. 1: forbidden, for example during a movement of the "
+             "robot."),
+    Register(address=547, name="reference_pressure_pa", wire=I16, unit="Pa", low=-1000, high=3000,
+             quantity="reference_pressure_kpa", writable=True,
+             doc="Gauge pressure around the balloon, for masters that can write only single registers."),
     Register(address=548, name="force_limit_2", wire=F32, unit="N", quantity="force_limit_2_n", low=0.1,
              high=20, writable=True, doc="Second force alarm limit (status bit 30)."),
     Register(address=550, name="alarm_hysteresis", wire=F32, unit="N", quantity="alarm_hysteresis_n", low=0,

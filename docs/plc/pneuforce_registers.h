@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 489EC9F1h (registers 768 and 770).
+ * Map version 1, hash 185860A2h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x489EC9F1)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x185860A2)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -77,6 +77,7 @@
 #define PNEUFORCE_ADDRESS_SETPOINT_REQUESTED_PA 544
 #define PNEUFORCE_ADDRESS_FORCE_LIMIT_MN 545
 #define PNEUFORCE_ADDRESS_PROOF_TEST 546
+#define PNEUFORCE_ADDRESS_REFERENCE_PRESSURE_PA 547
 #define PNEUFORCE_ADDRESS_FORCE_LIMIT_2 548
 #define PNEUFORCE_ADDRESS_ALARM_HYSTERESIS 550
 #define PNEUFORCE_ADDRESS_ALARM_DELAY 552
@@ -111,6 +112,8 @@
 #define PNEUFORCE_MAX_SETPOINT_REQUESTED_PA 12000 /* Pa */
 #define PNEUFORCE_MIN_FORCE_LIMIT_MN 100 /* mN */
 #define PNEUFORCE_MAX_FORCE_LIMIT_MN 20000 /* mN */
+#define PNEUFORCE_MIN_REFERENCE_PRESSURE_PA -1000 /* Pa */
+#define PNEUFORCE_MAX_REFERENCE_PRESSURE_PA 3000 /* Pa */
 #define PNEUFORCE_MIN_FORCE_LIMIT_2 0.1f /* N */
 #define PNEUFORCE_MAX_FORCE_LIMIT_2 20.0f /* N */
 #define PNEUFORCE_MIN_ALARM_HYSTERESIS 0.0f /* N */
@@ -247,6 +250,16 @@ enum pneuforce_fault {
     PNEUFORCE_FAULT_NOT_VENTED = 39,
     PNEUFORCE_FAULT_FORCE_LIMIT = 40,
     PNEUFORCE_FAULT_CAN_MASTER_LOST = 41
+};
+
+enum pneuforce_proof_test {
+    PNEUFORCE_PROOF_TEST_ALLOWED = 0,
+    PNEUFORCE_PROOF_TEST_FORBIDDEN = 1
+};
+
+enum pneuforce_ambient_source {
+    PNEUFORCE_AMBIENT_SOURCE_CONFIGURED = 0,
+    PNEUFORCE_AMBIENT_SOURCE_MEASURED = 1
 };
 
 static inline uint32_t pneuforce_bits(const uint16_t *words, bool low_word_first)
@@ -648,11 +661,17 @@ static inline bool pneuforce_force_limit_mn(const uint16_t *from_512, uint16_t *
     return pneuforce_uint16(from_512[33], value);
 }
 
-/* 546: 1 forbids proof tests, for example during a movement of the robot. */
+/* 546: Proof tests. 0: allowed. 1: forbidden, for example during a movement of the robot. */
 static inline bool pneuforce_proof_test(const uint16_t *from_512, uint16_t *value)
 {
     memcpy(value, from_512 + 34, sizeof *value);
     return true;
+}
+
+/* 547: Gauge pressure around the balloon, for masters that can write only single registers. [Pa] */
+static inline bool pneuforce_reference_pressure_pa(const uint16_t *from_512, int16_t *value)
+{
+    return pneuforce_int16(from_512[35], value);
 }
 
 /* 548: Second force alarm limit (status bit 30). [N] */

@@ -119,11 +119,18 @@ def _register_row(register: Register) -> Sequence[str]:
         f"`{register.name}`",
         TYPE_NAMES[register.wire],
         register.unit,
-        format_range(register),
+        format_range(register) or _code_range(register),
         format_not_available(register),
         "RW" if register.writable else "R",
         register.doc,
     )
+
+
+def _code_range(register: Register) -> str:
+    """Return the codes that can be written to an enumeration as "0 … 1"; otherwise an empty string."""
+    if not (register.writable and register.values):
+        return ""
+    return f"{min(register.values.names)} … {max(register.values.names)}"
 
 
 def _bits(bits: BitField) -> str:

@@ -19,6 +19,9 @@ from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views.st_pressure import pressure_block
 from pneuforce.registers.views.st_reading import reading_blocks
 
+#: Types of the smallest and largest value of a register.
+_LIMIT_TYPES = {WireType.F32: "REAL", WireType.I16: "INT", WireType.U16: "UINT"}
+
 _HEAD = f"""\
 (* pneuforce: library for PLC programs in Structured Text, IEC 61131-3.
    Map version {MAP_VERSION}, hash {MAP_HASH:08X}h (registers 768 and 770).
@@ -66,7 +69,7 @@ def _limits(register: Register) -> Iterator[str]:
     """Yield the constants for the smallest and largest value that may be written."""
     if not register.writable or not register.unit:
         return
-    real = register.wire is WireType.F32
+    type_ = _LIMIT_TYPES[register.wire]
     for prefix, value in (("MIN", register.low or 0), ("MAX", register.high or 0)):
-        text = f"REAL := {float(value)!r}" if real else f"UINT := {format_number(value)}"
-        yield f"PF_{prefix}_{register.name.upper()} : {text};  (* {ascii_text(register.unit)} *)"
+        number = repr(float(value)) if type_ == "REAL" else format_number(value)
+        yield f"PF_{prefix}_{register.name.upper()} : {type_} := {number};  (* {ascii_text(register.unit)} *)"

@@ -78,6 +78,13 @@ def test_every_register_and_code_is_a_constant():
             assert re.search(rf" PF_\w+_{name.upper()} : UINT := {code};", CONSTANTS)
 
 
+def test_each_constant_fits_its_type():
+    limits = {"UINT": (0, 0xFFFF), "INT": (-0x8000, 0x7FFF)}
+    found = re.findall(r"^    (\w+) : (U?INT) := (-?\d+);", CONSTANTS, re.MULTILINE)
+    assert ("PF_MIN_REFERENCE_PRESSURE_PA", "INT", "-1000") in found
+    assert [c for c in found if not limits[c[1]][0] <= int(c[2]) <= limits[c[1]][1]] == []
+
+
 def test_the_text_is_ascii_without_pragmas():
     assert SOURCE.isascii()
     assert not re.search(r"__|\{|\$", SOURCE)  # identifiers without a double underscore, and no pragmas
