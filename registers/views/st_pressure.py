@@ -36,6 +36,7 @@ VAR_INPUT
     Done : BOOL;                    (* from the master: the write was accepted *)
     Error : BOOL;                   (* from the master: the write was rejected or not answered *)
     ExceptionCode : UINT;           (* from the master: exception code, or 0 if there was no answer *)
+    Wait : BOOL;                    (* output Writing of PF_Settings; FALSE without this block *)
 END_VAR
 VAR_OUTPUT
     Write : BOOL;                   (* to the master: write Value to Address; TRUE until Done or Error *)
@@ -48,6 +49,7 @@ VAR_OUTPUT
     Reason : UINT;                  (* a PF_REJECT_REASON constant, or 0 if the instrument gave no reason *)
     CommandDone : BOOL;
     CommandFailed : BOOL;
+    Busy : BOOL;                    (* input PressureBusy of PF_Settings *)
 END_VAR
 VAR
     Stage : INT;
@@ -184,7 +186,7 @@ END_VAR
         END_IF;
     END_IF;
 
-    IF NOT Write AND NOT Done AND NOT Error THEN
+    IF NOT Write AND NOT Done AND NOT Error AND NOT Wait THEN
         Write := TRUE;
         IF Stage = VENT OR Stage = REARM THEN
             Address := $mode;
@@ -234,6 +236,7 @@ END_VAR
         END_IF;
     END_IF;
     Holding := Stage = KEEP_HOLDING AND Fresh AND State = $holding;
+    Busy := Write OR NOT (Stage = IDLE OR Stage = KEEP_HOLDING);
 END_FUNCTION_BLOCK
 """)
 #: The function block writes integer registers, because they need no float conversion and no word order.
@@ -244,13 +247,14 @@ def pressure_block() -> str:
     """Return the function block that sets the pressure."""
     limits = {"setpoint": "setpoint_requested", "limit": "force_limit", "lease": "lease"}
     values: dict[str, object] = {name: register.address for name, register in BY_NAME.items()}
-    values |= {f"{prefix}_min": _literal(name, BY_NAME[name].low) for prefix, name in limits.items()}
-    values |= {f"{prefix}_max": _literal(name, BY_NAME[name].high) for prefix, name in limits.items()}
+    values |= {f"{prefix}_min": literal(name, BY_NAME[name].low) for prefix, name in limits.items()}
+    values |= {f"{prefix}_max": literal(name, BY_NAME[name].high) for prefix, name in limits.items()}
     values |= {"setpoint": BY_NAME[_SETPOINT].address, "limit": BY_NAME[_LIMIT].address}
     values |= {**MODES.codes, **STATES.codes, **ANSWERS.codes, "key": f"{COMMAND_KEY:04X}"}
     return _TEXT.substitute(values)
 
 
-def _literal(name: str, value: float | None) -> str:
+def literal(name: str, value: float | None) -> str:
+    """Return a limit of a register as a constant: UINT for a time in ms, otherwise REAL."""
     assert value is not None
     return format_number(value) if BY_NAME[name].unit == "ms" else repr(float(value))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from pneuforce.registers.codes import STATUS
 from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK, ascii_text
@@ -13,6 +13,8 @@ from pneuforce.registers.modbus.register_bank import RegisterBank
 #: Values that a control loop uses. An invalid value becomes its upper limit, because 0 would be unsafe.
 _FORCES = ("force", "force_uncompensated")
 _MEASURED = tuple(register for register in REGISTERS if register.address in MEASURED_BLOCK)
+#: Names of registers that are keywords of CODESYS and TwinCAT, and the names of their values.
+_RENAMED = {"method": "ForceMethod"}
 _TYPES = {WireType.F32: "REAL", WireType.U32: "DWORD", WireType.U16: "UINT"}
 
 _TYPE_DECLARATIONS = """\
@@ -166,7 +168,7 @@ def reading_blocks() -> str:
             _TYPE_DECLARATIONS.format(
                 measured_last=len(MEASURED_BLOCK) - 1,
                 test_last=len(TEST_BLOCK) - 1,
-                values="".join(_members()),
+                values="".join(members(_MEASURED)),
                 bits="".join(map(_bit, STATUS.bits)),
             ),
             _DECODE,
@@ -181,7 +183,7 @@ def reading_blocks() -> str:
                 last=MEASURED_BLOCK.stop - 1,
                 counter=counter,
                 counter_end=counter + 1,
-                body="".join(f"    {line}\n" for line in _body()),
+                body="".join(f"    {line}\n" for line in statements(_MEASURED, MEASURED_BLOCK.start)),
             ),
         )
     )
@@ -195,11 +197,13 @@ def pascal(name: str) -> str:
 def member(register: Register) -> str:
     """Return the name of a measured value with its unit, for example BaselineDrift_kPa_per_s."""
     unit = register.unit.replace("/", "_per_")
-    return f"{pascal(register.name)}_{unit}" if unit else pascal(register.name)
+    name = _RENAMED.get(register.name) or pascal(register.name)
+    return f"{name}_{unit}" if unit else name
 
 
-def _members() -> Iterator[str]:
-    for register in _MEASURED:
+def members(registers: Iterable[Register]) -> Iterator[str]:
+    """Yield the members of the structure that contains the values of `registers`."""
+    for register in registers:
         if register.name != "status":
             yield f"    {member(register)} : {_TYPES[register.wire]};  (* {ascii_text(register.doc)} *)\n"
         if register.not_available is not None:
@@ -218,30 +222,30 @@ def _pattern(bank: RegisterBank) -> str:
     return "\n        AND ".join(f"Words[{at}] = WORD#16#{word}" for at, word in enumerate(words))
 
 
-def _body() -> Iterator[str]:
-    for register in _MEASURED:
+def statements(registers: Iterable[Register], first: int) -> Iterator[str]:
+    """Yield the statements that decode `registers`. Words[0] is the register at the address `first`."""
+    for register in registers:
+        at = register.address - first
         if register.wire.words == 2:
-            yield f"Decode(First := Words[{register.address}], Second := Words[{register.address + 1}]);"
+            yield f"Decode(First := Words[{at}], Second := Words[{at + 1}]);"
         if register.bits:
             yield from (
                 f"Status.{pascal(b.name)} := (Decode.Bits AND DWORD#16#{1 << b.number:08X}) <> DWORD#0;"
                 for b in register.bits.bits
             )
         else:
-            yield from _assignment(register, f"Values.{member(register)}")
+            yield from _assignment(register, f"Values.{member(register)}", f"Words[{at}]")
 
 
-def _assignment(register: Register, value: str) -> Iterator[str]:
+def _assignment(register: Register, value: str, word: str) -> Iterator[str]:
     if register.wire is WireType.U32:
         yield f"{value} := Decode.Bits;"
     elif register.wire is WireType.U16:
-        yield f"{value} := WORD_TO_UINT(Words[{register.address}]);"
+        yield f"{value} := WORD_TO_UINT({word});"
     else:
         yield f"{value} := Decode.Value;"
     if register.not_available is not None:
-        valid = (
-            "Decode.Valid" if register.wire is WireType.F32 else f"Words[{register.address}] <> WORD#16#FFFF"
-        )
+        valid = "Decode.Valid" if register.wire is WireType.F32 else f"{word} <> WORD#16#FFFF"
         yield f"{value}_Valid := Fresh AND {valid};"
         yield f"IF NOT {value}_Valid THEN"
         yield f"    {value} := {_substitute(register)};"

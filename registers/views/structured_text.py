@@ -16,8 +16,10 @@ from pneuforce.registers.document_text import ENUMERATIONS, MEASURED_BLOCK, asci
 from pneuforce.registers.field import WireType
 from pneuforce.registers.map import COMMAND_KEY, MAP_VERSION, REGISTERS, Register
 from pneuforce.registers.map_hash import MAP_HASH
+from pneuforce.registers.views.st_diagnostics import diagnostics_block
 from pneuforce.registers.views.st_pressure import pressure_block
 from pneuforce.registers.views.st_reading import reading_blocks
+from pneuforce.registers.views.st_settings import settings_block
 
 #: Types of the smallest and largest value of a register.
 _LIMIT_TYPES = {WireType.F32: "REAL", WireType.I16: "INT", WireType.U16: "UINT"}
@@ -34,7 +36,8 @@ _HEAD = f"""\
 
 def render() -> str:
     """Return the library: constants, types and blocks, each declared before it is used."""
-    return "\n".join((_HEAD, _constants(), reading_blocks(), pressure_block()))
+    blocks = (reading_blocks(), pressure_block(), diagnostics_block(), settings_block())
+    return "\n".join((_HEAD, _constants(), *blocks))
 
 
 def _constants() -> str:

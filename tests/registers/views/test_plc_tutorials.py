@@ -65,9 +65,12 @@ def test_the_channels_of_codesys_agree_with_the_map():
     ranges = {name: range(int(first), int(first) + int(count)) for name, first, count in channels}
     answers = range(BY_NAME["answer_sequence"].address, BY_NAME["answer_result"].end)
     assert ranges == {"measured": MEASURED_BLOCK, "answer": answers, "test": TEST_BLOCK}
-    [listed] = re.findall(r"one channel for each register: ([\d, ]+)", text)
-    written = re.findall(r"Address := (\d+);", structured_text.render())
-    assert sorted(set(written)) == sorted(listed.strip().split(", "))
+    [listed] = re.findall(
+        r"one channel for each register: ([\d, ]+); with `PF_Settings` also ([\d, ]+)", text
+    )
+    pressure, settings = structured_text.render().split("FUNCTION_BLOCK PF_Settings")
+    for numbers, block in zip(listed, (pressure, settings), strict=True):
+        assert sorted(set(re.findall(r"Address := (\d+);", block))) == sorted(numbers.strip().split(", "))
 
 
 POWERSHELL = re.findall(r"```powershell\n(.*?)```", TUTORIALS["windows.md"], re.DOTALL)

@@ -58,7 +58,7 @@ def variables(text=TEXT):
         for name, path, type_ in nested_members_of(block, text):
             if type_ in _NUMBERS:
                 found[block, name] = f"{block}_.{path}.value"
-            elif type_ in ("PF_VALUES", "PF_STATUS"):
+            elif type_ in ("PF_VALUES", "PF_STATUS", "PF_DIAGNOSTIC_VALUES"):
                 for inner, _ in members("TYPE", type_, text):
                     found[block, f"{name}.{inner}"] = f"{block}_.{path}.value.{inner.upper()}"
     return found

@@ -20,7 +20,8 @@ from tests.registers.views.structured_text.sources import LIBRARY, PROGRAM
 #: Environment variable with the number of the mutant that the tests run.
 VARIABLE = "STRUCTURED_TEXT_MUTANT"
 TESTS = [
-    f"tests/registers/views/structured_text/test_{name}.py" for name in ("reading", "pressure", "program")
+    f"tests/registers/views/structured_text/test_{name}.py"
+    for name in ("reading", "pressure", "program", "diagnostics", "settings")
 ]
 #: Replaced operators.
 OPERATORS = {

@@ -8,7 +8,7 @@ from pneuforce.registers.views import structured_text
 SOURCE = structured_text.render()
 CONSTANTS, LIBRARY = SOURCE.split("END_VAR\n", 1)
 GUIDE = (Path(__file__).parents[4] / "docs/plc.md").read_text(encoding="utf-8")
-[PROGRAM] = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
+PROGRAM, EXTENDED_PROGRAM = re.findall(r"```iecst\n(.*?)```", GUIDE, re.DOTALL)
 TEXT = LIBRARY + PROGRAM
 _VARIABLE = re.compile(r"^    (\w+) : (\w+)(?: := [^;]*)?;", re.MULTILINE)
 

@@ -11,6 +11,7 @@ from tests.registers.views.structured_text.parsing import tree_of
 from tests.registers.views.structured_text.sources import (
     BLOCKS,
     CONSTANTS,
+    EXTENDED_PROGRAM,
     LIBRARY,
     PROGRAM,
     SOURCE,
@@ -26,7 +27,7 @@ COMMON = set(
         FUNCTION_BLOCK END_FUNCTION_BLOCK VAR_INPUT VAR_OUTPUT VAR CONSTANT END_VAR TRUE FALSE AND OR NOT
         IF THEN ELSIF ELSE END_IF WHILE DO END_WHILE BOOL INT DINT UINT WORD DWORD REAL TIME
         SHL SHR WORD_TO_DWORD WORD_TO_INT WORD_TO_DINT WORD_TO_UINT UINT_TO_WORD INT_TO_WORD REAL_TO_INT
-        DINT_TO_REAL TON IN PT Q
+        DINT_TO_REAL UINT_TO_INT TON IN PT Q ET
         """,
     )
 )
@@ -45,7 +46,7 @@ def text_of(block):
 
 @pytest.mark.parametrize(
     "text",
-    re.split(r"\n(?=VAR_GLOBAL|TYPE|FUNCTION_BLOCK)", SOURCE) + [PROGRAM],
+    re.split(r"\n(?=VAR_GLOBAL|TYPE|FUNCTION_BLOCK)", SOURCE) + [PROGRAM, EXTENDED_PROGRAM],
     ids=lambda text: " ".join(text.split()[:2]),
 )
 def test_blark_parses_the_text(text):
@@ -54,8 +55,8 @@ def test_blark_parses_the_text(text):
 
 @each_block
 def test_a_block_uses_only_its_declarations_and_common_names(block):
-    declared = {name for kind in [("FUNCTION_BLOCK", block), ("TYPE", "PF_VALUES"), ("TYPE", "PF_STATUS")]
-                for name, _ in members(*kind)}  # fmt: skip
+    structures = [("TYPE", f"PF_{name}") for name in ("VALUES", "STATUS", "DIAGNOSTIC_VALUES")]
+    declared = {name for kind in [("FUNCTION_BLOCK", block), *structures] for name, _ in members(*kind)}
     inputs = {name for other in BLOCKS for name, _ in members_of(other)}
     types = set(re.findall(r"PF_\w+", SOURCE))
     assert set(NAME.findall(without_comments(text_of(block)))) - declared - inputs - types - COMMON == set()

@@ -10,6 +10,7 @@ from pneuforce.registers.views.st_declarations import parse_library
 from tests.registers.views.structured_text.sources import BLOCKS, CONSTANTS, SOURCE, members_of
 
 LIBRARY = parse_library(SOURCE)
+STRUCTURES = ["PF_VALUES", "PF_STATUS", "PF_DIAGNOSTIC_VALUES"]
 each_block = pytest.mark.parametrize("block", LIBRARY.blocks, ids=lambda block: block.name)
 
 
@@ -33,8 +34,8 @@ def test_all_declarations_of_the_library_are_found():
     assert len(LIBRARY.constants) == CONSTANTS.count(" : ") - CONSTANTS[
         : CONSTANTS.index("VAR_GLOBAL")
     ].count(" : ")
-    assert [array.last for array in LIBRARY.arrays] == [35, 4]
-    assert [structure.name for structure in LIBRARY.structures] == ["PF_VALUES", "PF_STATUS"]
+    assert [array.last for array in LIBRARY.arrays] == [35, 4, 21]
+    assert [structure.name for structure in LIBRARY.structures] == STRUCTURES
 
 
 @each_block

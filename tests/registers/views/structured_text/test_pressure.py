@@ -32,6 +32,7 @@ class Master:
             RegisterBank(), harness.instrument, DeviceIdentification(IDENTITY)
         )
         self.reading, self.pressure = Block("PF_Reading"), Block("PF_Pressure")
+        self.writer = self.pressure  #: the block whose writes are carried out
         self.inputs, self.written = {}, []
         self.line_cut = False  #: if True, no request is answered
         self.lost = set()  #: addresses whose writes are carried out, but whose answers are lost
@@ -44,8 +45,8 @@ class Master:
         return None if answer is None else words_of(answer[2:])
 
     def write(self):
-        """Carry out the write that the block requests. Return Done, Error and ExceptionCode."""
-        address, value = int(self.pressure["Address"]), int(self.pressure["Value"])
+        """Carry out the write that `writer` requests. Return Done, Error and ExceptionCode."""
+        address, value = int(self.writer["Address"]), int(self.writer["Value"])
         answer = self.request(struct.pack(">BHH", 6, address, value))
         if answer is None or address in self.lost:
             return {"Done": 0, "Error": 1, "ExceptionCode": 0}
@@ -64,9 +65,13 @@ class Master:
             self.inputs |= dict(
                 zip(("AnswerSequence", "AnswerState", "AnswerResult"), answer_words, strict=True)
             )
-        answer = self.write() if self.pressure["Write"] else {"Done": 0, "Error": 0}
-        seen = {"State": self.reading["Values.State"], "RejectReason": self.reading["Values.RejectReason"]}
-        self.pressure.cycle(now_s, Fresh=self.reading["Fresh"], **seen, **self.inputs, **answer)
+        answer = self.write() if self.writer["Write"] else {"Done": 0, "Error": 0}
+        seen = {"Fresh": self.reading["Fresh"], "RejectReason": self.reading["Values.RejectReason"]}
+        self.run_blocks(now_s, seen | answer)
+
+    def run_blocks(self, now_s, values):
+        """Run the blocks that write. `values` are the inputs that all these blocks have."""
+        self.pressure.cycle(now_s, State=self.reading["Values.State"], **values, **self.inputs)
 
     def run(self, seconds, **inputs):
         self.inputs |= inputs
@@ -380,7 +385,8 @@ def test_hold_in_the_first_cycle_does_not_inflate():
 
 
 def test_a_reloaded_program_vents_and_waits_for_a_new_request(holding):
-    holding.pressure, holding.written = Block("PF_Pressure"), []
+    holding.pressure = holding.writer = Block("PF_Pressure")
+    holding.written = []
     holding.run(3.0)
     assert holding.hold_requests() == []
     assert holding.state == "vented"

@@ -22,8 +22,8 @@ def test_without_the_notation_of_siemens_the_source_is_the_structured_text():
     text = re.sub(r"(SH[LR])\(IN := (.*?), N := (\d+)\)", r"\1(\2, \3)", structured_text_of(SCL))
     text = re.sub(r"(D?WORD)#16#(\d)\b", r"\1#\2", text)
     assert parts_of(text) == parts_of(LIBRARY)
-    assert len(parts_of(text)) == len(BLOCKS) + 2
-    assert len(BLOCKS) == 4
+    assert len(parts_of(text)) == len(BLOCKS) + 3
+    assert len(BLOCKS) == 6
 
 
 @pytest.mark.parametrize("block", BLOCKS)
@@ -42,4 +42,4 @@ def test_the_source_uses_no_notation_that_scl_lacks():
     assert SCL.isascii()
     assert not re.search(r": TON;|\bD?WORD#\d\b(?!#)|^TYPE \w+ : ARRAY|^TYPE \w", SCL, re.MULTILINE)
     assert len(re.findall(r"\bSH[LR]\(", SCL)) == len(re.findall(r"\bSH[LR]\(IN := ", SCL))
-    assert SCL.count("VERSION : 0.1\n") == len(BLOCKS) + 2
+    assert SCL.count("VERSION : 0.1\n") == len(BLOCKS) + 3

@@ -5,9 +5,11 @@ import struct
 
 import pytest
 
-from pneuforce.registers.codes import REJECT_REASONS
-from pneuforce.registers.document_text import MEASURED_BLOCK, TEST_BLOCK
+from pneuforce.instrument.core.settings import Identity
+from pneuforce.registers.codes import FAULTS, PROOF_TESTS, REJECT_REASONS
+from pneuforce.registers.document_text import DIAGNOSTIC_BLOCK, MEASURED_BLOCK, TEST_BLOCK
 from pneuforce.registers.map import BY_NAME
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.modbus.device_identification import DeviceIdentification
 from pneuforce.registers.modbus.pdu import RequestHandler
 from pneuforce.registers.modbus.register_bank import RegisterBank
@@ -16,7 +18,7 @@ from tests.instrument.instrument_harness import PLC, ROBOT, InstrumentHarness
 from tests.registers.modbus.serving import IDENTITY
 from tests.registers.views.structured_text.blocks import Block
 from tests.registers.views.structured_text.parsing import tree_of
-from tests.registers.views.structured_text.sources import SOURCE, members, members_of
+from tests.registers.views.structured_text.sources import EXTENDED_PROGRAM, SOURCE, members, members_of
 from tests.registers.views.structured_text.test_reading import words_of
 from tests.registers.views.structured_text.tutorials import FOLDER, TUTORIALS
 
@@ -28,7 +30,7 @@ each_tutorial = pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda tutori
 @each_tutorial
 def test_blark_parses_the_programs(tutorial):
     sources = tutorial.sources()
-    assert len(sources) == 2
+    assert len(sources) == (3 if tutorial.fence == "scl" else 2)
     for source in sources:
         assert tree_of(source).items
 
@@ -39,14 +41,14 @@ def test_the_read_requests_agree_with_the_map(tutorial):
     requests = re.findall(r"First := (\d+);\s+Quantity := (\d+);", master)
     ranges = [range(int(first), int(first) + int(count)) for first, count in requests]
     answers = range(BY_NAME["answer_sequence"].address, BY_NAME["answer_result"].end)
-    assert {TEST_BLOCK, MEASURED_BLOCK, answers} == set(ranges)
+    assert {TEST_BLOCK, MEASURED_BLOCK, answers, DIAGNOSTIC_BLOCK} == set(ranges)
     assert ("3840", "5") in requests
     assert "First : UDINT := 3840" in master or "First : UINT := 3840" in master
 
 
 @each_tutorial
 def test_the_program_uses_existing_names_of_the_blocks(tutorial):
-    master, program = tutorial.sources()
+    master, program, *_ = tutorial.sources()
     blocks = {"Order": "PF_WordOrder", "Reading": "PF_Reading", "Pressure": "PF_Pressure"}
     names = {variable: {name for name, _ in members_of(block)} for variable, block in blocks.items()}
     names["Master"] = set(re.findall(r"^    (\w+) : ", master, re.MULTILINE))
@@ -78,13 +80,14 @@ def test_the_changes_for_tia_portal_are_complete():
 class Controller:
     """Simulated PLC with one task of 10 ms that runs the program of a tutorial."""
 
-    def __init__(self, tutorial, word_swap=False):
+    def __init__(self, tutorial, word_swap=False, extended=False):
         self.tutorial = tutorial
-        self.harness = InstrumentHarness.zeroed()
+        self.harness = InstrumentHarness.zeroed(identity=Identity(map_hash=MAP_HASH))
         self.request_handler = RequestHandler(
             RegisterBank(word_swap=word_swap), self.harness.instrument, DeviceIdentification(IDENTITY)
         )
-        self.program = Block(tutorial.program, tutorial.text())
+        name = "PneuForceExtended" if extended else tutorial.program
+        self.program = Block(name, tutorial.extended_text() if extended else tutorial.text())
         self.program["AllowSimulatedRig"] = 1
         self.line_cut = False
         self.waited_s = 0.0
@@ -133,6 +136,11 @@ class Controller:
         for _ in range(round(seconds / 0.01)):
             self.cycle()
         return self
+
+    def read_proof_test(self):
+        """Return "allowed" or "forbidden", as the PLC itself reads register 546."""
+        answer = self.request_handler.answer(struct.pack(">BHH", 4, 546, 1), Peer(*PLC), self.harness.now_s)
+        return PROOF_TESTS.names[words_of(answer[2:])[0]]
 
     @property
     def state(self):
@@ -203,3 +211,26 @@ class TestWithTheInstrument:
         plc.run(2.0, Inflate=1)
         assert (plc.program["Pressure.Rejected"], plc.program["Pressure.Reason"]) == (1, LEASE)
         assert (plc.program["MayPush"], plc.state) == (0, "vented")
+
+    def test_the_extended_program_shows_the_fault_and_writes_the_settings(self, tutorial):
+        plc = Controller(tutorial, extended=True).run(2.0)
+        assert (plc.program["Diagnostics.Valid"], plc.program["Diagnostics.MapMatches"]) == (1, 1)
+        snapshot = plc.harness.snapshot()
+        assert (snapshot.force_limit_2_n, snapshot.alarm_delay_s) == (4.0, 0.1)
+        plc.run(3.0, Inflate=1)
+        assert (plc.state, plc.program["MayPush"]) == ("holding", 1)
+        plc.run(0.5, RobotMoves=1)
+        assert plc.state == "holding"
+        assert plc.read_proof_test() == "forbidden"
+        plc.line_cut = True
+        plc.run(5.0)
+        plc.line_cut = False
+        plc.run(4.0)
+        assert plc.program["Diagnostics.Valid"] == 1
+        assert plc.program["Diagnostics.Values.FirstOutFault"] == FAULTS.codes["lease_expired"]
+
+
+def test_the_extended_program_for_tia_portal_is_the_one_of_the_guide():
+    [tia] = [tutorial for tutorial in TUTORIALS if tutorial.fence == "scl"]
+    program = EXTENDED_PROGRAM.replace("PROGRAM PneuForce", "FUNCTION_BLOCK PneuForce")
+    assert tia.sources()[2] == program.replace("END_PROGRAM", "END_FUNCTION_BLOCK")

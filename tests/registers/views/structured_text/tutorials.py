@@ -9,11 +9,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.registers.views import siemens_scl
-from tests.registers.views.structured_text.sources import LIBRARY
+from tests.registers.views.structured_text.sources import EXTENDED_PROGRAM, LIBRARY
 
 FOLDER = Path(__file__).parents[4] / "docs/tutorials"
 #: Arrays that the library in Structured Text names. SCL has no names for arrays.
-ALIASES = {"PF_MEASURED_WORDS": "ARRAY[0..35] OF WORD", "PF_TEST_WORDS": "ARRAY[0..4] OF WORD"}
+ALIASES = {
+    "PF_MEASURED_WORDS": "ARRAY[0..35] OF WORD",
+    "PF_TEST_WORDS": "ARRAY[0..4] OF WORD",
+    "PF_DIAGNOSTIC_WORDS": "ARRAY[0..21] OF WORD",
+}
 #: Variables of each model: the waiting request, and the reply that the test writes.
 REQUEST = """
     Waiting : BOOL; FunctionCode : UINT; Address : UINT; Count : UINT; Value : UINT;
@@ -162,19 +166,24 @@ class Tutorial(NamedTuple):
     exception_base: int
 
     def sources(self):
-        """Return the code blocks of the tutorial, in plain Structured Text."""
+        """Return the master, the program and any extended program, in plain Structured Text."""
         text = (FOLDER / self.file).read_text(encoding="utf-8")
         found = re.findall(rf"```{self.fence}\n(.*?)```", text, re.DOTALL)
         return [plain_text(source) for source in found] if self.fence == "scl" else found
 
     def text(self):
         """Return the library, the models and the program of the tutorial, for the compiler."""
-        source = "\n".join(self.sources())
+        master, program, *_ = self.sources()
+        source = f"{master}\n{program}"
         for old, new in self.replaced.items():
             assert old in source, old
             source = source.replace(old, new)
         library = structured_text_of(siemens_scl.render()) if self.fence == "scl" else LIBRARY
         return separate_lines(self.models) + library + source
+
+    def extended_text(self):
+        """Return the same text with the extended program of the PLC guide as well."""
+        return f"{self.text()}\n{EXTENDED_PROGRAM}"
 
 
 def plain_text(scl):
@@ -227,6 +236,7 @@ TUTORIALS = [
             "    Client : MB_CLIENT;\n": "    Client : MB_CLIENT;\n    Words : PF_MEASURED_WORDS;\n",
             "ARRAY[0..35] OF WORD": "PF_MEASURED_WORDS",
             "ARRAY[0..4] OF WORD": "PF_TEST_WORDS",
+            "ARRAY[0..21] OF WORD": "PF_DIAGNOSTIC_WORDS",
             "MB_DATA_PTR := PF_Data.Words,": "FirstWord := Words[0],",
             "        CONNECT := PF_Data.Connection,\n": "",
             "PF_Data.": "",
