@@ -212,7 +212,8 @@ _AFTER_A_FAULT = "A fault has vented the rig: remove its cause, clear, vent (mod
 REJECT_REASON_ADVICE: Mapping[str, str] = {
     "none": "Accepted.",
     "state": "The request is not allowed in this state or in this order, or a command is still running. If a "
-    "command is running, wait. Otherwise vent (mode 0), write a setpoint, then hold (mode 1).",
+    "command is running, wait. For the reference pressure, vent and wait until status bit 3 is set. "
+    "Otherwise vent (mode 0), write a setpoint, then hold (mode 1).",
     "fault_latched": _AFTER_A_FAULT,
     "lease": "Another peer holds the lease: wait until the lease is free. Or the configuration requires a "
     "lease: take a lease.",

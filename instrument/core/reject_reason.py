@@ -24,7 +24,7 @@ class RejectReason(StrEnum):
 #: Cause and remedy of each reason, for the line of the log.
 REMEDIES: Mapping[RejectReason, str] = {
     RejectReason.STATE: "not allowed in this state or order, or a command is running: wait until the command "
-    "has ended, then write mode vent, a setpoint and mode hold",
+    "has ended, then write mode vent, a setpoint and mode hold; write a reference pressure only while vented",
     RejectReason.FAULT_LATCHED: "a fault is latched: remove its cause, clear the faults, and write mode vent",
     RejectReason.LEASE: "another peer holds the lease, or the configuration requires a lease: wait until the "
     "lease is free, and write a lease",

@@ -152,7 +152,7 @@ REJECTED_VALUES = [
     ("setpoint subnormal", "10 0200 0002 04 00000001", "90 03"),
     ("setpoint “not available”", "06 0220 ffff", "86 03"),
     ("the second of two values is invalid: the first is not written", "10 0220 0002 04 1f40 ffff", "90 03"),
-    ("a reserved fourth register: nothing is written", "10 0220 0004 08 1f40 07d0 0000 0000", "90 02"),
+    ("a reserved fourth register: nothing is written", "10 0228 0004 08 0064 07d0 0000 0000", "90 02"),
     ("FC23: the read is rejected, so nothing is written", "17 0080 0001 0220 0001 02 1f40", "97 02"),
     ("an unknown mode", "06 0204 0002", "86 03"),
     ("a lease that is too short", "06 0205 00c7", "86 03"),

@@ -54,7 +54,7 @@ REJECTED_WRITES = [
     ("10 0200 0003 06 41000000 4000", "90 03"),  # only half of the last value
     ("10 0200 0004 08 41000000 7fc00000", "90 03"),  # the second value is invalid: the first is not written
     ("10 01ff 0003 06 0000 41000000", "90 02"),
-    ("10 0220 0004 08 1f40 07d0 0000 0000", "90 02"),
+    ("10 0228 0004 08 0064 07d0 0000 0000", "90 02"),
     ("10 01ff 0003 06 0000 7fc00000", "90 02"),  # the address is checked before the value
     ("10 ffff 0002 04 00000000", "90 02"),
     ("16 0200 0000 4100", "96 03"),  # half of a long value
