@@ -140,7 +140,7 @@ END_VAR
     END_IF;
     Write := Writing OR PressureWrite;
     Value := INT_TO_WORD(Setting);
-    IF NOT Writing AND PressureWrite THEN
+    IF NOT Writing THEN
         Address := PressureAddress;
         Value := PressureValue;
     END_IF;
