@@ -24,6 +24,7 @@ REAL_TIME = [
     "tests/instrument/audit/test_anchors.py",
     "tests/instrument/audit/test_damaged_files.py",
     "tests/instrument/audit/test_writer.py",
+    "tests/instrument/config/test_instruments_on_one_host.py",
     "tests/instrument/config/test_start_checks.py",
     "tests/instrument/service",
     "tests/node_red",

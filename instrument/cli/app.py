@@ -186,7 +186,10 @@ def config(
     example: Annotated[
         bool, typer.Option("--example", help="Print every key with its default, meaning and limits.")
     ] = False,
-    check: Annotated[Path | None, typer.Option("--check", help="Check this file.")] = None,
+    check: Annotated[
+        list[Path] | None,
+        typer.Option("--check", help="Check this file; repeat it for all instruments of a computer."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Print an example configuration, or check an instrument.toml.
@@ -197,9 +200,9 @@ def config(
     from pneuforce.instrument.cli.config_check import check_config
     from pneuforce.instrument.config import example as example_text
 
-    if as_json and check is None:
+    if as_json and not check:
         raise ConfigurationError("--json is valid only with --check: the example is printed as TOML")
-    if example or check is None:
+    if example or not check:
         typer.echo(example_text(), nl=False)
-    if check is not None:
+    if check:
         check_config(check, as_json)

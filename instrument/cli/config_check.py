@@ -1,15 +1,25 @@
-"""`pneuforce config --check`: check that an instrument can start with a configuration file."""
+"""`pneuforce config --check`: check that instruments can start with their configuration files."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.instrument.service.instruments_on_one_host import check_instruments
 from pneuforce.instrument.service.start_checks import load_checked
 
 
-def check_config(path: Path, as_json: bool) -> None:
-    """Print that the file is valid, and its warning if it has one. Raises ConfigurationFileError."""
-    warning = load_checked(path).warning
-    result = {"ok": True, "file": str(path), "warning": warning or None}
-    print_text(json_text(result) if as_json else f"{path}: good" + (f", but {warning}" if warning else ""))
+def check_config(paths: list[Path], as_json: bool) -> None:
+    """Print that the files are valid, with their warnings. With several files, each is one instrument.
+
+    Raises ConfigurationFileError for an invalid file, or for two instruments that use the same port or file.
+    """
+    configurations = {path: load_checked(path) for path in paths}
+    check_instruments(configurations)
+    warnings = {path: configuration.warning for path, configuration in configurations.items()}
+    if as_json:
+        files = [{"file": str(path), "warning": warning or None} for path, warning in warnings.items()]
+        print_text(json_text({"ok": True, **(files[0] if len(files) == 1 else {"instruments": files})}))
+        return
+    for path, warning in warnings.items():
+        print_text(f"{path}: good" + (f", but {warning}" if warning else ""))

@@ -23,6 +23,9 @@ FILES = {
     "pneuforce.service": InstalledFile(
         "/etc/systemd/system", "systemd unit for an instrument in permanent operation"
     ),
+    "pneuforce@.service": InstalledFile(
+        "/etc/systemd/system", "systemd unit for several instruments on one computer"
+    ),
     "60-pneuforce.rules": InstalledFile(
         "/etc/udev/rules.d", "udev rules: name and latency of the board's port, no ModemManager"
     ),

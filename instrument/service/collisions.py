@@ -47,14 +47,14 @@ def check_collisions(configuration: Configuration, path: Path) -> None:
             raise ConfigurationError(
                 f"{first.key} and {second.key} are both the TCP port {first.port}: change one of them"
             )
-    files = [(key, os.path.realpath(file)) for key, file in _files(configuration, path)]
+    files = [(key, os.path.realpath(file)) for key, file in files_of(configuration, path)]
     for (first_key, file), (second_key, other) in combinations(files, 2):
         if file == other:
             raise ConfigurationError(f"{first_key} and {second_key} are both {file}: change one of them")
 
 
-def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
-    """Yield the ports on which the instrument listens, and the ports of servers on this computer."""
+def listening_ports(configuration: Configuration) -> Iterator[TcpPort]:
+    """Yield the TCP ports on which the instrument listens."""
     sections: dict[str, ModbusSection | ModbusSecuritySection | WebSection] = {
         "modbus.port": configuration.modbus,
         "modbus_security.port": configuration.modbus_security,
@@ -63,6 +63,11 @@ def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
     for key, section in sections.items():
         if section.enabled:
             yield TcpPort(key, section.host, section.port)
+
+
+def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
+    """Yield the ports on which the instrument listens, and the ports of servers on this computer."""
+    yield from listening_ports(configuration)
     rig, can = configuration.rig, configuration.can
     servers = (
         [TcpPort("can.port", can.host, can.port)] if can.enabled and can.interface == "socketcand" else []
@@ -73,7 +78,8 @@ def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
     yield from (server for server in servers if server.host in _LOOPBACK)
 
 
-def _files(configuration: Configuration, path: Path) -> Iterator[tuple[str, Path]]:
+def files_of(configuration: Configuration, path: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the key and the path of each file that the instrument uses, the configuration file first."""
     names = {
         "measurement.calibration": configuration.measurement.calibration,
         "events.file": configuration.events.file,

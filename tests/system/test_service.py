@@ -107,6 +107,19 @@ def test_modbus_is_served_when_ready_and_an_abort_prints_a_traceback(manager, tm
 # ---- installed files
 
 
+def test_the_unit_for_several_instruments_differs_only_in_the_name():
+    template = (FOLDER / "pneuforce@.service").read_text()
+    assert "--config /etc/pneuforce/%i.toml" in template
+    for folder in ("StateDirectory=pneuforce/%i", "RuntimeDirectory=pneuforce/%i"):
+        assert folder in template.splitlines()
+    same = (
+        template.replace("/%i.toml", "/instrument.toml")
+        .replace("/%i", "")
+        .replace("pneuforce %i", "pneuforce")
+    )
+    assert same.partition("[Unit]")[2] == UNIT.partition("[Unit]")[2]
+
+
 def installed_unit(folder):
     """Write the unit file with a program that exists on this machine, and return its path."""
     file = folder / "pneuforce.service"
