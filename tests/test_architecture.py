@@ -16,13 +16,17 @@ LIBRARY_USERS = {
     "pymodbus": {"registers/modbus/client.py"},
     "can": {"registers/can/bus.py", "registers/can/log_writer.py", "registers/can/socketcand_bus.py"},
     "starlette": {
-        f"web/{name}.py"
-        for name in (
-            *("app", "http_json", "login", "plain_page", "recording_routes", "request_guard"),
-            "request_pacer",
-        )
+        "web/app.py",
+        "web/http_json.py",
+        "web/login.py",
+        "web/overview/server.py",
+        "web/plain_page.py",
+        "web/recording_routes.py",
+        "web/request_guard.py",
+        "web/request_pacer.py",
+        "web/web_server.py",
     },
-    "uvicorn": {"web/__main__.py", "web/connection.py"},
+    "uvicorn": {"web/connection.py", "web/web_server.py"},
     "serial": {"support/serial_port.py", "registers/modbus/rtu_port.py"},
 }
 

@@ -17,22 +17,19 @@ import sys
 import time
 from itertools import count
 from pathlib import Path
-from types import FrameType
 from typing import NamedTuple
-
-from uvicorn import Config, Server
 
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
 from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
-from pneuforce.web.connection import connection_class
 from pneuforce.web.connection_limiter import ConnectionLimiter
 from pneuforce.web.event_stream import KEEP_ALIVE, EventBroadcaster
 from pneuforce.web.failed_logins import REPORT_PERIOD_S
 from pneuforce.web.instrument_client import InstrumentClient
-from pneuforce.web.listener import ACCEPTS_PER_ROUND, open_listener
+from pneuforce.web.listener import open_listener
 from pneuforce.web.login import Logins
 from pneuforce.web.page_recorder import PageRecorder, RecordingFolder
+from pneuforce.web.web_server import WebServer, web_server
 
 BROADCAST_PERIOD_S = 0.05
 KEEP_ALIVE_PERIOD_S = 10.0
@@ -51,18 +48,6 @@ class WebProcessOptions(NamedTuple):
     recordings: str = ""  #: folder of the recordings; empty: the page cannot record
     recording_max_mb: float = 4000.0
     recording_min_free_mb: float = 1000.0
-
-
-class WebServer(Server):
-    """uvicorn server that stops at once, without waiting for open event streams."""
-
-    def handle_exit(self, sig: int, frame: FrameType | None) -> None:  # noqa: ARG002
-        """Stop after SIGINT or SIGTERM."""
-        self.stop()
-
-    def stop(self) -> None:
-        """Stop serving."""
-        self.should_exit = self.force_exit = True
 
 
 def create_services(options: WebProcessOptions) -> WebServices:
@@ -85,20 +70,7 @@ def create_services(options: WebProcessOptions) -> WebServices:
 
 def create_server(services: WebServices) -> WebServer:
     """Return the HTTP server for these services."""
-    return WebServer(
-        Config(
-            create_app(services),
-            http=connection_class(services.limiter),
-            ws="none",
-            lifespan="off",
-            proxy_headers=False,  # a client could forge its address with X-Forwarded-For
-            server_header=False,
-            access_log=False,
-            log_config=None,
-            backlog=ACCEPTS_PER_ROUND,
-            log_level=logging.CRITICAL,  # malformed requests of clients must not fill the log
-        )
-    )
+    return web_server(create_app(services), services.limiter)
 
 
 async def serve(services: WebServices, server: WebServer, listener: socket.socket) -> None:

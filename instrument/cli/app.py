@@ -16,6 +16,7 @@ from pneuforce.instrument.cli import (
     log_commands,
     model_commands,
     operate_commands,
+    overview,
     recording_commands,
     rig_commands,
     sim_commands,
@@ -44,6 +45,7 @@ app.add_typer(log_commands.commands, name="log")
 app.add_typer(certificate_commands.commands, name="certificates")
 app.add_typer(sim_commands.commands, name="sim")
 app.add_typer(files.commands)
+app.add_typer(overview.commands)
 app.command()(sim_commands.press)
 
 

@@ -97,10 +97,10 @@ def test_an_incomplete_request_is_aborted_and_an_event_stream_is_not(site, monke
 def test_connection_churn_does_not_delay_a_vent(instrument):
     with web_process(socket=str(instrument.path)) as (_, ready):
         wait_for(lambda: instrument.subscriptions, bool)
-        with crowd(ready["web"], "be_silent,close_at_once", 400, ["127.0.0.1"]):
+        with crowd(ready["port"], "be_silent,close_at_once", 400, ["127.0.0.1"]):
             times_s = [time.monotonic()]
             while len(times_s) <= 20:
-                assert request(ready["web"], "POST", "/api/vent", {})[0] == 200
+                assert request(ready["port"], "POST", "/api/vent", {})[0] == 200
                 times_s.append(time.monotonic())
     delays_s = [later - earlier for earlier, later in itertools.pairwise(times_s)]
     # The web process and the clients use all processors. A single vent can wait for its turn.

@@ -106,7 +106,7 @@ def test_a_recording_that_cannot_start_or_continue_says_why(live, tmp_path):
 def test_a_recording_ends_completely_when_the_web_process_is_killed(live, tmp_path):
     options = {"socket": live.tables["local"]["socket"], "recordings": str(tmp_path)}
     with web_process(**options) as (process, ready):
-        assert request(ready["web"], "POST", "/api/recording/start", {"token": TOKEN})[0] == 200
+        assert request(ready["port"], "POST", "/api/recording/start", {"token": TOKEN})[0] == 200
         file = recording_in(tmp_path)
         process.kill()
         wait_for(lambda: read_contents(file).ending, bool)

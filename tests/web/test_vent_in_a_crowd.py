@@ -30,7 +30,7 @@ def port(instrument):
     """Return the port of a web process that all addresses of this machine may use."""
     with web_process(socket=str(instrument.path), allow=["127.0.0.0/8"]) as (_, ready):
         wait_for(lambda: instrument.subscriptions, bool)
-        yield ready["web"]
+        yield ready["port"]
 
 
 @pytest.mark.parametrize(

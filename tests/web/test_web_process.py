@@ -30,7 +30,7 @@ END = [
 def test_the_process_ends_at_once_even_if_streams_are_open(instrument, end):
     with (
         web_process(socket=str(instrument.path)) as (process, ready),
-        event_stream(ready["web"]) as stream,
+        event_stream(ready["port"]) as stream,
     ):
         assert next(stream)[0] == "link"
         end(process)
@@ -63,14 +63,14 @@ def test_the_process_serves_even_if_its_output_is_not_read():
         for action in (lambda: None, process.stdout.close):
             action()
             time.sleep(1.5)  # longer than the heartbeat period
-            assert request(ready["web"], "GET", "/api/about")[0] == 200
+            assert request(ready["port"], "GET", "/api/about")[0] == 200
 
 
 def test_a_port_in_use_is_reported_with_the_setting_to_change():
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
         with web_process(port=port) as (process, ready):
-            assert ready["web"] is None
+            assert ready["port"] is None
             assert f"127.0.0.1:{port}" in ready["why"]
             assert "[web] port" in ready["why"]
             assert process.wait(5) == 1
@@ -78,7 +78,7 @@ def test_a_port_in_use_is_reported_with_the_setting_to_change():
 
 def test_the_process_waits_for_an_instrument_that_starts_later(tmp_path):
     path = tmp_path / "late.sock"
-    with web_process(socket=str(path)) as (_, ready), event_stream(ready["web"]) as stream:
+    with web_process(socket=str(path)) as (_, ready), event_stream(ready["port"]) as stream:
         until(stream, "link", lambda link: str(path) in link["reason"] and not link["up"])
         instrument = FakeInstrument(path)
         wait_for(lambda: instrument.subscriptions, bool)

@@ -1,0 +1,1 @@
+"""Page with the state of all instruments of one computer: `pneuforce overview`."""

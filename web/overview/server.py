@@ -1,0 +1,54 @@
+"""HTTP server of the overview: the page at /, the same data at /api/instruments."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import time
+from collections.abc import Sequence
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from pneuforce.web.app import STATIC
+from pneuforce.web.connection_limiter import ConnectionLimiter
+from pneuforce.web.http_json import json_response
+from pneuforce.web.overview.rows import page, row
+from pneuforce.web.overview.watched_instrument import WatchedInstrument
+from pneuforce.web.request_guard import RequestGuard
+from pneuforce.web.web_server import web_server
+
+
+def overview_app(instruments: Sequence[WatchedInstrument]) -> ASGIApp:
+    """Return the ASGI application."""
+
+    async def overview(request: Request) -> Response:
+        now_s = time.monotonic()
+        return HTMLResponse(page((row(each, now_s) for each in instruments), request.url.hostname or ""))
+
+    async def data(_request: Request) -> Response:
+        now_s = time.monotonic()
+        return json_response({"instruments": [row(each, now_s) for each in instruments]})
+
+    routes = [
+        Route("/", overview),
+        Route("/api/instruments", data),
+        Mount("/static", StaticFiles(directory=STATIC, check_dir=False)),
+    ]
+    return RequestGuard(Starlette(routes=routes))
+
+
+async def serve_overview(
+    instruments: Sequence[WatchedInstrument], allow: Sequence[str], listener: socket.socket
+) -> None:
+    """Serve until SIGINT or SIGTERM. Raises ValueError for an invalid item of `allow`."""
+    server = web_server(overview_app(instruments), ConnectionLimiter(allow))
+    async with asyncio.TaskGroup() as group:
+        tasks = [group.create_task(each.run()) for each in instruments]
+        await server.serve([listener])
+        for task in tasks:
+            task.cancel()
