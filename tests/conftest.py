@@ -54,6 +54,7 @@ REAL_TIME = [
 ]
 #: Tests in these folders that use virtual time.
 VIRTUAL_TIME = [
+    "tests/instrument/service/test_command_gaps.py",
     "tests/instrument/service/test_web_libraries.py",
     "tests/ros/test_diagnosis.py",
     "tests/ros/test_package.py",

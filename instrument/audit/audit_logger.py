@@ -11,6 +11,7 @@ from pneuforce.instrument.audit.changes import ObservedState, changes
 from pneuforce.instrument.audit.event_throttle import AuditEvent, EventThrottle
 from pneuforce.instrument.audit.record import AuditRecord, RecordFields, Timestamp
 from pneuforce.instrument.core.command_block import CommandBlock
+from pneuforce.instrument.core.event_counts import EventCounts
 from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.reject_reason import RejectReason
@@ -66,6 +67,7 @@ class AuditLogger:
         sink: AuditSink,
         utc_us: Callable[[], int] = lambda: time.time_ns() // 1000,
     ) -> None:
+        self.counts = EventCounts()
         self._session = session
         self._instrument = session.instrument
         self._sink = sink
@@ -112,6 +114,8 @@ class AuditLogger:
         """Execute one write request and log it. Return the reject reason."""
         before = self._guarded(writable_values, self._instrument, peer, now_s) or {}
         reject_reason = self._session.write(peer, values, now_s)
+        if reject_reason is not RejectReason.NONE:
+            self.counts.count_rejected_write(str(reject_reason))
         self._guarded(self._log_write, peer, values, before, reject_reason, now_s)
         return reject_reason
 
@@ -151,6 +155,7 @@ class AuditLogger:
 
     def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Log a write request that the bus server rejected and did not pass to the instrument."""
+        self.counts.count_rejected_write(rejected.reason)
         self._rejected_writes.log(peer, rejected, now_s)
         fields = {
             "kind": "request",
@@ -165,6 +170,7 @@ class AuditLogger:
 
     def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
         """Log that `peer` has failed to log in on the web page. `times` is the number of failed logins."""
+        self.counts.count_failed_logins(reason, times)
         fields = {"kind": "login", "who": _name_of(peer), "result": reason}
         event = AuditEvent(fields, subject=("login", reason), key=reason, grade="rejected", times=times)
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
@@ -208,6 +214,8 @@ class AuditLogger:
         if now != self._last:
             at = self._timestamp(now_s)
             self._append([AuditRecord(at, fields) for fields in changes(self._last, now)])
+            self.counts.count_faults(self._last.faults, now.faults)
+            self.counts.count_state(self._last.state, now.state)
             self._last = now
         if self._pending_commands:
             self._log_answers(now_s)

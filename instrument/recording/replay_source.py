@@ -6,6 +6,7 @@ import logging
 from collections.abc import Hashable, Mapping
 from typing import Any
 
+from pneuforce.instrument.core.event_counts import EventCounts
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.peers import Peers
 from pneuforce.instrument.core.reject_reason import RejectReason
@@ -28,6 +29,7 @@ class ReplaySource:
 
     def __init__(self, replay: PacedReplay) -> None:
         self.can_down = False  #: True if the CAN bus of the replay is down
+        self.counts = EventCounts()
         self._replay = replay
         self._peers = Peers()
         self._rejected_writes = RejectedWriteLogger(log)
@@ -59,6 +61,8 @@ class ReplaySource:
         is_vent = dict(values) == {"mode": "vent"}
         record.reject_reason = RejectReason.NONE if is_vent else RejectReason.WRITE_PROTECT
         log_write(peer, values, record, _REMARK)
+        if not is_vent:
+            self.counts.count_rejected_write(str(record.reject_reason))
         return record.reject_reason
 
     def master_lost(self, now_s: float) -> None:
@@ -70,9 +74,11 @@ class ReplaySource:
     def end(self, why: str, now_s: float) -> None:
         """Do nothing: a replay has no event log."""
 
-    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
-        """Do nothing: a replay has no event log."""
+    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:  # noqa: ARG002
+        """Count the failed logins: a replay has no event log."""
+        self.counts.count_failed_logins(reason, times)
 
     def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Log a write request that the bus server rejected."""
+        self.counts.count_rejected_write(rejected.reason)
         self._rejected_writes.log(peer, rejected, now_s)

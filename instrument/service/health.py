@@ -1,12 +1,14 @@
-"""Health of the rig link and the buses: counters since the start, for the web page."""
+"""Health of the rig link and the buses: counters since the start, for the web page and for Prometheus."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.service.can_server import CanServer
 from pneuforce.instrument.service.host_loop import HostLoop
 from pneuforce.instrument.service.rtu_server import RtuServer
+from pneuforce.protocol.limits import HOST_SILENCE_S
 from pneuforce.registers.can.frames import find_frame
 from pneuforce.registers.canopen.node import CanopenNode
 from pneuforce.registers.modbus.tcp import ModbusTcpServer
@@ -19,6 +21,7 @@ def rig_health(host: HostLoop, age_s: float) -> dict[str, Any]:
     return {
         "url": host.url,
         "phase": link.phase.name.lower(),
+        "up": age_s <= HOST_SILENCE_S,
         "board": hello.board if hello else None,
         "serial": hello.serial if hello else None,
         "firmware": hello.firmware if hello else None,
@@ -31,6 +34,7 @@ def rig_health(host: HostLoop, age_s: float) -> dict[str, Any]:
         "reconnects": host.reconnects,
         "board_restarts": link.board_restarts,
         "clock_error": link.clock.rate_error,
+        "command_gaps": host.command_gaps.values(),
     }
 
 
@@ -91,6 +95,9 @@ def rdt_health(rdt: RdtServer | None) -> dict[str, Any] | None:
     return {"port": rdt.port, "clients": len(rdt.streams), **counters}
 
 
-def events_health(file: str, down: bool) -> dict[str, Any] | None:
-    """Return the state of the event log, or None if it is disabled."""
-    return {"file": file, "trouble": "the file cannot be written now" if down else ""} if file else None
+def events_health(file: str, down: bool, head: EventLogHead) -> dict[str, Any] | None:
+    """Return the state of the event log and its head on the disk, or None if the log is disabled."""
+    if not file:
+        return None
+    trouble = "the file cannot be written now" if down else ""
+    return {"file": file, "trouble": trouble, "records": head.records, "head": head.digest.hex()}

@@ -15,6 +15,7 @@ from pneuforce.instrument.core.faults import name_of
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.state import STATE_LOGGER
 from pneuforce.instrument.rig.link import Link, LinkPhase, RawSample
+from pneuforce.instrument.service.command_gaps import CommandGaps
 from pneuforce.instrument.service.host_loop import OutputChannel
 from pneuforce.instrument.service.repeated_warning import RepeatedWarning
 from pneuforce.protocol.frames import BoardState, Valve
@@ -47,6 +48,7 @@ class Host:
         self.url = url
         self.channels: list[OutputChannel] = []
         self.reconnects = 0
+        self.command_gaps = CommandGaps()
         self._open_port = open_port
         self._clock = clock
         self._utc = utc
@@ -134,6 +136,11 @@ class Host:
             self._port.write(data)
         except OSError as error:
             self._detach(str(error))
+            return
+        if self.link.phase is LinkPhase.READY:
+            self.command_gaps.sent(self._clock())
+        else:
+            self.command_gaps.restart()
 
     # ---- the port
 
@@ -156,6 +163,7 @@ class Host:
 
     def _close_port(self) -> None:
         port, self._port = self._port, None
+        self.command_gaps.restart()
         if port is not None:
             asyncio.get_running_loop().remove_reader(port.fileno())
             with contextlib.suppress(OSError):

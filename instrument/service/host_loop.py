@@ -6,8 +6,10 @@ import asyncio
 from typing import Protocol
 
 from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.event_counts import EventCounts
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.rig.link import Link
+from pneuforce.instrument.service.command_gaps import CommandGaps
 from pneuforce.registers.source import Peer, Source
 
 
@@ -29,6 +31,7 @@ class HostLoop(Protocol):
     channels: list[OutputChannel]
     url: str  #: port of the rig, or file of the recording
     reconnects: int
+    command_gaps: CommandGaps
 
     @property
     def session(self) -> Session:
@@ -58,6 +61,7 @@ class ServedSource(Source, Protocol):
     """Source that is notified of failed logins, the state of the CAN bus and the end of the instrument."""
 
     can_down: bool
+    counts: EventCounts
 
     def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
         """Log that `peer` has failed to log in on the web page. `times` is the number of failed logins."""

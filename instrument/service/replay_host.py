@@ -22,6 +22,7 @@ from pneuforce.instrument.recording.reader import MAX_TIME_S, Recording
 from pneuforce.instrument.recording.replay import ReplayedSample
 from pneuforce.instrument.recording.replay_source import ReplaySource
 from pneuforce.instrument.rig.link import Link
+from pneuforce.instrument.service.command_gaps import CommandGaps
 from pneuforce.instrument.service.host import TICK_S
 from pneuforce.instrument.service.host_loop import OutputChannel
 from pneuforce.instrument.service.replay_verification import initial_session, open_replayable
@@ -46,6 +47,7 @@ class ReplayHost:
         self.channels: list[OutputChannel] = []
         self.url = str(recording.path)
         self.reconnects = 0
+        self.command_gaps = CommandGaps()  # a replay sends no commands
         self._replay = replay
         self._broadcaster = broadcaster
         self._recording = recording

@@ -121,17 +121,23 @@ class Servers:
         self.rdt = rdt_server_of(source, configuration.rdt)
         self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
         self.systemd = systemd_notifier(source)
+        self._started_utc_s = time.time()
         host.channels += [self.local, self.systemd, *([self.security] if self.security else [])]
 
     def _health(self, now_s: float) -> dict[str, Any]:
+        instrument = self.host.instrument
         return {
+            "started_utc_s": self._started_utc_s,
+            "counts": self.source.counts.values(),
             "rig": rig_health(self.host, self.source.snapshot(WEB, now_s).age_s),
             "modbus_tcp": modbus_health(self.modbus, now_s),
             "modbus_tls": modbus_security_health(self.security, now_s),
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
             "rdt": rdt_health(self.rdt),
-            "events": events_health(self.configuration.events.file, self.host.instrument.log_down),
+            "events": events_health(
+                self.configuration.events.file, instrument.log_down, instrument.event_log_head
+            ),
         }
 
 

@@ -9,6 +9,7 @@ import argparse
 from tests.bench.avr import bench_avr
 from tests.bench.can import bench_burst, bench_can
 from tests.bench.command import bench_estimate
+from tests.bench.counting import bench_counting
 from tests.bench.endurance import bench_endurance
 from tests.bench.force_control import bench_force_control
 from tests.bench.keep_alive import bench_keep_alive
@@ -25,6 +26,7 @@ BENCHMARKS = {
     "arrays": bench_arrays,
     "chain": bench_chain,
     "peaks": bench_peaks,
+    "counting": bench_counting,
     "rig": bench_rig,
     "board": bench_avr,
     "command": bench_estimate,

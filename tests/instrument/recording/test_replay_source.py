@@ -61,6 +61,7 @@ def test_writes_are_rejected_and_a_vent_is_accepted_without_effect():
     assert source.write(PLC, {"mode": "hold"}, 0.0) == "write_protect"
     assert source.write(PLC, {"mode": "vent", "lease_s": 1.0}, 0.0) == "write_protect"
     assert source.write(PLC, {"mode": "vent"}, 0.0) == "none"
+    assert source.counts.rejected_writes == {"write_protect": 3}
     assert source.snapshot(PLC, 0.0).reject_reason is RejectReason.NONE
     assert repr(replay.session.instrument.snapshot(PLC, replay.t_s)) == repr(before)
 

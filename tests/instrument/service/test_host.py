@@ -26,6 +26,7 @@ from pneuforce.protocol.frames import (
     Vent,
     encode,
 )
+from pneuforce.protocol.limits import HOST_SILENCE_S
 from pneuforce.support.serial_port import SerialPort
 from tests.instrument.fake_board import FakeBoard
 from tests.instrument.instrument_harness import HOLD_8, PLC, VENT
@@ -69,6 +70,12 @@ class SentByTick:
 
 def snapshot_of(host):
     return host.instrument.snapshot(PLC, time.monotonic())
+
+
+def gaps_above(host, bound_s):
+    """Return the number of gaps between commands that were longer than a bound of the histogram."""
+    gaps = host.command_gaps.values()
+    return sum(gaps["counts"][gaps["bounds_s"].index(bound_s) + 1 :])
 
 
 async def inflate(host):
@@ -136,9 +143,12 @@ def test_a_blocked_loop_does_not_trip_because_the_samples_waited_in_a_buffer(cab
         cable.plug()
         async with running(cable) as host:
             await inflate(host)
+            long_gaps, total_s = gaps_above(host, HOST_SILENCE_S), host.command_gaps.values()["sum_s"]
             time.sleep(0.3)  # the complete loop is blocked
             counter = snapshot_of(host).sample_counter
             await until(lambda: snapshot_of(host).sample_counter > counter + 300)
+            assert gaps_above(host, HOST_SILENCE_S) > long_gaps
+            assert host.command_gaps.values()["sum_s"] > total_s + 0.5
             assert snapshot_of(host).first_out_fault == 0
             assert host.link.lost_frames == 0
 
