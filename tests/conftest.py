@@ -75,6 +75,7 @@ VIRTUAL_TIME = [
     "tests/web/test_event_stream_places.py",
     "tests/web/test_eviction.py",
     "tests/web/test_http_requests.py",
+    "tests/web/test_metrics.py",
     "tests/web/test_operator_texts.py",
     "tests/web/test_operator_token.py",
     "tests/web/test_request_pacer.py",

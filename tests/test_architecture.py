@@ -15,6 +15,7 @@ EVERYTHING = "everything"
 LIBRARY_USERS = {
     "pymodbus": {"registers/modbus/client.py"},
     "can": {"registers/can/bus.py", "registers/can/log_writer.py", "registers/can/socketcand_bus.py"},
+    "prometheus_client": {"web/metrics.py"},
     "starlette": {
         "web/app.py",
         "web/http_json.py",

@@ -39,6 +39,7 @@ from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
 from pneuforce.web.login import Logins, address_of
+from pneuforce.web.metrics import metrics_text, reading_of
 from pneuforce.web.operator_texts import REJECT_TEXTS
 from pneuforce.web.page_recorder import PageRecorder
 from pneuforce.web.plain_page import (
@@ -170,6 +171,12 @@ async def _frames(services: WebServices, _request: Request) -> Response:
     return json_response({"frames": can_frames(services.feed.health)})
 
 
+async def _metrics(services: WebServices, request: Request) -> Response:
+    """Return the metrics for Prometheus. They need no token, as all values that the page shows."""
+    metrics = metrics_text(reading_of(services.feed), request.headers.get("accept", ""))
+    return Response(metrics.text, headers={"Content-Type": metrics.media_type, "Cache-Control": "no-store"})
+
+
 async def _sensor_page(services: WebServices, request: Request) -> Response:
     """Return an XML page for clients of ATI sensors. The page exists only while RDT is enabled."""
     header = services.feed.header
@@ -248,6 +255,7 @@ _GET_HANDLERS: Mapping[str, Handler] = {
     "/api/registers": _registers,
     "/api/frames": _frames,
     VENT_STATE_PATH: _vent_state,
+    "/metrics": _metrics,
 }
 _POST_HANDLERS: Mapping[str, Handler] = {VENT_PATH: _vent, "/api/write": _write, "/api/token": _token}
 

@@ -30,7 +30,7 @@ def test_mine(pneuforce_rig):
 
 WITH_OLDEST_LIBRARIES = """
 from importlib.metadata import version
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 import can, pymodbus, pytest
 from pneuforce.registers.modbus.client import WriteRejectedError
 from test_plc_program import Program
@@ -39,7 +39,8 @@ WEB = {"enabled": True, "port": PORT}
 
 @pytest.mark.pneuforce(instrument={"web": WEB})
 def test_mine(pneuforce_rig):
-    print({name: version(name) for name in ("pymodbus", "python-can", "starlette", "uvicorn")})
+    libraries = ("prometheus-client", "pymodbus", "python-can", "starlette", "uvicorn")
+    print({name: version(name) for name in libraries})
     assert can.__file__.startswith(FOLDER) and pymodbus.__file__.startswith(FOLDER)
     with can.Bus(**pneuforce_rig.can_arguments) as bus:
         pneuforce_rig.inflate(8.0)
@@ -53,6 +54,11 @@ def test_mine(pneuforce_rig):
         pneuforce_rig.write("setpoint_requested", 12.5)
     assert rejected.value.reason == "illegal value"
     assert urlopen(f"http://127.0.0.1:{WEB['port']}/").status == 200
+    for form in ("text/plain", "application/openmetrics-text"):
+        request = Request(f"http://127.0.0.1:{WEB['port']}/metrics", headers={"Accept": form})
+        answer = urlopen(request)
+        assert answer.headers["content-type"].startswith(form)
+        assert b"pneuforce_instrument_up 1.0" in answer.read()
 """
 
 

@@ -35,6 +35,24 @@ def test_about_names_the_file_of_a_replay(site, instrument):
     wait_for(lambda: site.get("/api/about")[2]["replay"], lambda name: name == "tuesday.recording")
 
 
+def test_prometheus_gets_the_metrics_without_a_token_in_the_format_that_it_requests(site, instrument):
+    send_until_received(instrument, site, {"state": "holding"})
+    instrument.send(health(time.monotonic(), started_utc_s=1.8e9))
+
+    def scrape():
+        return site.get("/metrics", Accept="application/openmetrics-text;version=1.0.0")
+
+    status, headers, text = wait_for(scrape, lambda answer: b"pneuforce_instrument_up 1.0" in answer[2])
+    assert status == 200
+    assert headers["content-type"].startswith("application/openmetrics-text; version=1.0.0")
+    assert b'pneuforce_state{state="holding"} 1.0' in text
+    _, headers, text = site.get("/metrics")
+    assert headers["content-type"].startswith("text/plain; version=0.0.4")
+    assert b"pneuforce_start_time_seconds 1.8e+09" in text
+    assert site.request("HEAD", "/metrics")[0] == 200
+    assert site.post("/metrics", {})[0] == 405
+
+
 def test_a_new_browser_gets_the_current_state_at_once(site, instrument):
     send_until_received(instrument, site, {"state": "holding"})
     with site.event_stream() as stream:

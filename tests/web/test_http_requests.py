@@ -12,7 +12,7 @@ from pneuforce.web.listener import open_listener
 from tests.web.serving import Site
 
 
-@pytest.mark.parametrize("path", ["/", "/api/about", "/api/live", "/static/main.js"])
+@pytest.mark.parametrize("path", ["/", "/api/about", "/api/live", "/metrics", "/static/main.js"])
 def test_a_foreign_host_header_is_rejected(site, path):
     assert site.get(path, Host="evil.example")[0] == 403
 
