@@ -83,6 +83,9 @@ class MapFormat(Enum):
     H = "h"
     NODE_RED = "node-red"
     NODE_RED_DASHBOARD = "node-red-dashboard"
+    METRICS = "metrics"
+    PROMETHEUS_RULES = "prometheus-rules"
+    GRAFANA = "grafana"
 
 
 @app.command()

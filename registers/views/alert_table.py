@@ -1,0 +1,206 @@
+"""Alerts for Prometheus: condition, duration, severity, event and remedy.
+
+The remedies of faults and status bits are those of `registers/advice.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from pneuforce.registers.advice import FAULT_ADVICE, STATUS_ADVICE
+from pneuforce.registers.codes import FAULTS
+
+#: Name of the scrape job in prometheus.yml. Only the alert about a missing target needs this name.
+JOB = "pneuforce"
+CRITICAL, WARNING = "critical", "warning"
+
+
+class Alert(NamedTuple):
+    """Alert rule."""
+
+    name: str
+    condition: str  #: expression of Prometheus
+    duration: str  #: time for which the condition must be true; empty: the alert fires at once
+    severity: str
+    summary: str
+    remedy: str
+    code: str = ""  #: code of the fault; distinguishes the rules with the same name
+
+
+#: Status bits that have an alert, with the duration. Faults have an alert of their own.
+_STATUS_BITS: Mapping[str, str] = {
+    "can_down": "1m",
+    "maintenance_required": "1m",
+    "proof_test_overdue": "10m",
+    "not_zeroed": "10m",
+}
+
+_COMPARE = (
+    "If you did not begin a new log, keep the file. pneuforce log verify --witness finds the difference."
+)
+
+_PROCESSES = (
+    Alert(
+        "PneuforceTargetDown",
+        f'up{{job="{JOB}"}} == 0',
+        "1m",
+        CRITICAL,
+        "Prometheus cannot read the metrics.",
+        "Check the network, and whether the instrument runs with [web] enabled = true. Its log states where "
+        "the web page is served. web.allow must permit the address of Prometheus.",
+    ),
+    Alert(
+        "PneuforceInstrumentDown",
+        "pneuforce_instrument_up == 0",
+        "30s",
+        CRITICAL,
+        "The web process receives no current values from the instrument.",
+        "The host process is stopped or overloaded: read its log (journalctl -u pneuforce). Without a host "
+        "process, the board vents the balloon.",
+    ),
+    Alert(
+        "PneuforceRestarts",
+        "changes(pneuforce_start_time_seconds[1h]) > 2",
+        "",
+        WARNING,
+        "The instrument has started more than twice within one hour.",
+        "Read the reason for each end in the event log (pneuforce log show) and in the log of the process.",
+    ),
+    Alert(
+        "PneuforceTripsOften",
+        "increase(pneuforce_trips_total[1h]) > 3",
+        "",
+        WARNING,
+        "The rig has tripped more than three times within one hour.",
+        "Find the cause of the faults in the event log (pneuforce log show) before you inflate again.",
+    ),
+    Alert(
+        "PneuforceCommandGap",
+        "increase(pneuforce_command_gap_seconds_count[10m]) - ignoring (le) "
+        'increase(pneuforce_command_gap_seconds_bucket{le="0.25"}[10m]) > 0.5',
+        "",
+        WARNING,
+        "The board received no command for more than 0.25 s, and closed the inlet valve.",
+        "Reduce the load of the computer, or give the instrument a higher priority (docs/service.md).",
+    ),
+    Alert(
+        "PneuforceSamplesLost",
+        "rate(pneuforce_lost_samples_total[5m]) > 0.001 * rate(pneuforce_samples_total[5m])",
+        "5m",
+        WARNING,
+        "More than 0.1 % of the samples do not arrive.",
+        "Check the USB cable of the board, its connectors, and the load of the computer.",
+    ),
+    Alert(
+        "PneuforceCalibrationOld",
+        "time() - pneuforce_calibration_time_seconds > 365 * 86400",
+        "",
+        WARNING,
+        "The calibration is older than one year.",
+        "Calibrate the instrument again (docs/calibration.md).",
+    ),
+)
+
+_CLIENTS = (
+    Alert(
+        "PneuforceWritesRejected",
+        "sum without (reason) (rate(pneuforce_rejected_writes_total[5m])) > 0.1",
+        "5m",
+        WARNING,
+        "The instrument rejects more than 6 writes per minute.",
+        "The event log (pneuforce log show) names the client, the value and the reason. docs/faults.md "
+        "contains the remedy for each reject reason.",
+    ),
+    Alert(
+        "PneuforceFailedLogins",
+        "sum without (reason) (increase(pneuforce_failed_logins_total[10m])) > 5",
+        "",
+        WARNING,
+        "More than 5 logins on the web page have failed within 10 minutes.",
+        "If no operator did this, find out who uses the address in the event log (pneuforce log show), and "
+        "restrict web.allow.",
+    ),
+    Alert(
+        "PneuforceModbusEvictions",
+        "increase(pneuforce_modbus_tcp_evictions_total[10m]) > 0",
+        "",
+        WARNING,
+        "Connections of Modbus TCP were closed, because too many clients are connected.",
+        "Find clients that open connections without closing them, or raise modbus.max_connections.",
+    ),
+    Alert(
+        "PneuforceCanErrors",
+        "rate(pneuforce_can_error_frames_total[5m]) > 1",
+        "5m",
+        WARNING,
+        "The CAN controller reports errors.",
+        "Check the bit rate, the terminating resistors, the cable and the other nodes of the CAN bus.",
+    ),
+    Alert(
+        "PneuforceMapChanged",
+        "count by (job, instance) (count by (job, instance, map_hash) "
+        "(present_over_time(pneuforce_instrument_info[1h]))) > 1",
+        "",
+        WARNING,
+        "The register map has changed.",
+        "Compare the programs of PLCs and robots with the new map. They find the hash in register 770.",
+    ),
+)
+
+_FILES = (
+    Alert(
+        "PneuforceRecordingFailed",
+        "pneuforce_recording_failed == 1",
+        "",
+        WARNING,
+        "A recording has stopped by itself.",
+        "The log of the process names the reason, for example a full disk. Start the recording again.",
+    ),
+    Alert(
+        "PneuforceEventLogFailed",
+        "pneuforce_event_log_failed == 1",
+        "1m",
+        WARNING,
+        "The event log cannot be written. Up to 10,000 records wait in memory.",
+        "Check whether the disk is full, read-only or missing. The log of the process names the reason.",
+    ),
+    Alert(
+        "PneuforceEventLogShorter",
+        "pneuforce_event_log_records < max_over_time(pneuforce_event_log_records[1d])",
+        "",
+        CRITICAL,
+        "The event log has fewer records than before: it was cut, replaced or moved away.",
+        _COMPARE,
+    ),
+    Alert(
+        "PneuforceEventLogRewritten",
+        "count by (job, instance, records) (present_over_time(pneuforce_event_log_info[1d])) > 1",
+        "",
+        CRITICAL,
+        "The event log had two different heads with the same number of records: it was rewritten.",
+        _COMPARE,
+    ),
+)
+
+
+def _fault(code: int, name: str) -> Alert:
+    what, do = FAULT_ADVICE[code]
+    condition = f'pneuforce_fault_active{{code="{code}"}} == 1'
+    return Alert("PneuforceFault", condition, "", CRITICAL, f"Fault {code} ({name}): {what}", do, str(code))
+
+
+def _status(bit: str, duration: str) -> Alert:
+    what, do = STATUS_ADVICE[bit]
+    name = "".join(word.capitalize() for word in bit.split("_"))
+    return Alert(f"Pneuforce{name}", f'pneuforce_status{{bit="{bit}"}} == 1', duration, WARNING, what, do)
+
+
+#: Alerts by the name of their group.
+ALERTS: Mapping[str, tuple[Alert, ...]] = {
+    "pneuforce-faults": tuple(_fault(code, name) for code, name in FAULTS.names.items() if code),
+    "pneuforce-status": tuple(_status(bit, duration) for bit, duration in _STATUS_BITS.items()),
+    "pneuforce-processes": _PROCESSES,
+    "pneuforce-clients": _CLIENTS,
+    "pneuforce-files": _FILES,
+}
