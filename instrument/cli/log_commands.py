@@ -22,6 +22,24 @@ Config = Annotated[
     Path | None, typer.Option("--config", help="The instrument.toml that names the log, instead of --file.")
 ]
 
+WitnessUrl = Annotated[
+    str | None,
+    typer.Option(
+        "--witness",
+        metavar="URL",
+        help="Address of the Prometheus server that reads this instrument, for example "
+        "http://127.0.0.1:9090: the log must contain each head that it has stored.",
+    ),
+]
+Instance = Annotated[
+    str | None,
+    typer.Option(
+        "--instance",
+        help="With --witness, if Prometheus reads several instruments: the instance label of this "
+        "instrument, for example 192.168.1.9:8080.",
+    ),
+]
+
 
 def _parse_time(text: str) -> datetime:
     try:
@@ -78,7 +96,8 @@ def verify(
         list[Path] | None,
         typer.Option(
             "--earlier",
-            help="With --anchors or --noted: a log that was moved away; repeat for more, the oldest first.",
+            help="With --anchors, --noted or --witness: a log that was moved away; repeat for more, the "
+            "oldest first.",
         ),
     ] = None,
     noted: Annotated[
@@ -90,6 +109,8 @@ def verify(
             "repeat for more.",
         ),
     ] = None,
+    witness: WitnessUrl = None,
+    instance: Instance = None,
     as_json: Json = False,
 ) -> None:
     """Recompute all digests to find records that were changed, removed or inserted.
@@ -97,7 +118,7 @@ def verify(
     The exit code is 1 if the log was changed.
 
     A person who can write the file can also cut its end or recompute the whole chain.
-    Such a change is found with --anchors, with --head, or with --noted.
+    Such a change is found with --anchors, --head, --noted or --witness.
     The instrument logs its head as an anchor at its start, each hour and at its end.
     A head that you note yourself must be in a place that others cannot write.
 
@@ -105,7 +126,7 @@ def verify(
     """
     from pneuforce.instrument.cli.log_verification import Verification, verify_events
 
-    known = Verification(head, anchors, tuple(earlier or ()), tuple(noted or ()))
+    known = Verification(head, anchors, tuple(earlier or ()), tuple(noted or ()), witness, instance)
     raise typer.Exit(verify_events(_log_file(file, config), known, as_json))
 
 

@@ -1,10 +1,10 @@
-"""`pneuforce log verify`: verify the digests of an event log, and compare the log with its anchors."""
+"""`pneuforce log verify`: verify the digests of an event log, and compare the log with its witnesses."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.anchor import (
@@ -18,6 +18,7 @@ from pneuforce.instrument.audit.anchor import (
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
 from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain, verify_chain
 from pneuforce.instrument.cli.failure import failure_values
+from pneuforce.instrument.cli.log_witness import Witness, read_witness
 from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.support.counted import counted
 
@@ -32,41 +33,74 @@ class Verification(NamedTuple):
     anchors: Path | None = None  #: journal with anchors
     earlier: tuple[Path, ...] = ()  #: logs that were moved away, the oldest first
     noted: tuple[str, ...] = ()  #: heads that were read from the registers, as NUMBER:DIGITS
+    witness: str | None = None  #: address of Prometheus
+    instance: str | None = None  #: instrument in Prometheus
 
 
 def verify_events(path: Path, known: Verification, as_json: bool) -> int:
     """Verify a log and print the result. Return the exit code, 1 for a log that was changed.
 
-    Raises ConfigurationError if an option is invalid or the journal contains no anchors.
+    Raises ConfigurationError if an option is invalid, the journal contains no anchors, or Prometheus has
+    stored no heads. Raises ConnectionFailed if Prometheus does not answer.
     """
     head = known.head.lower() if known.head else None
     if head is not None and not HEAD_PATTERN.fullmatch(head):
         raise ConfigurationError(
             f"--head {known.head} is invalid: a head has 64 hexadecimal digits, as verify prints"
         )
-    if known.earlier and known.anchors is None and not known.noted:
-        raise ConfigurationError("--earlier is valid only with --anchors or --noted: it names logs for them")
+    _check_options(known)
     noted = [_parse_noted(text) for text in known.noted]
-    # The journal is read before the log, so that the log of a running instrument contains each anchor.
+    # Both are read before the log, so that the log of a running instrument contains each head.
     anchors = _read_anchors(known.anchors) if known.anchors else []
+    witness = read_witness(known.witness, known.instance) if known.witness else None
+    wanted = [*anchors, *noted, *(witness.noted if witness else ())]
     try:
         heads: list[dict[int, str]] = []
         for earlier in known.earlier:
             heads.append({})
-            _verify_file(earlier, None, [*anchors, *noted], heads[-1])
+            _verify_file(earlier, None, wanted, heads[-1])
         heads.append({})
-        chain = _verify_file(path, head, [*anchors, *noted], heads[-1])
+        chain = _verify_file(path, head, wanted, heads[-1])
         check_anchors(anchors, heads)
         check_noted(noted, heads)
+        if witness:
+            witness.check(heads, chain.records)
     except (BrokenChainError, DamagedLogError) as error:
-        print_text(json_text(failure_values(error)) if as_json else f"{path}: NOT GOOD: {error}")
+        failed = failure_values(error) | _witness_values(witness)
+        print_text(json_text(failed) if as_json else f"{path}: NOT GOOD: {error}{_witness_lines(witness)}")
         return 1
     if as_json:
         counts = {"anchors": len(anchors), "noted": len(noted)}
-        print_text(json_text({"ok": True, "file": str(path), **chain._asdict(), **counts}))
+        values = {"ok": True, "file": str(path), **chain._asdict(), **counts}
+        print_text(json_text(values | _witness_values(witness)))
     else:
-        print_text(_format(chain, anchors, len(noted) + (head is not None)))
+        text = _format(chain, anchors, len(noted) + (head is not None))
+        print_text(f"{text}{_witness_lines(witness)}")
     return 0
+
+
+def _check_options(known: Verification) -> None:
+    """Raise ConfigurationError if an option lacks the option to which it belongs."""
+    if known.earlier and known.anchors is None and not known.noted and known.witness is None:
+        raise ConfigurationError(
+            "--earlier is valid only with --anchors, --noted or --witness: it names logs for them"
+        )
+    if known.instance is not None and known.witness is None:
+        raise ConfigurationError("--instance is valid only with --witness: it selects an instrument there")
+
+
+def _witness_values(witness: Witness | None) -> dict[str, Any]:
+    return {"witness": witness.report._asdict()} if witness and witness.report else {}
+
+
+def _witness_lines(witness: Witness | None) -> str:
+    """Return one line for each fact of the comparison, each after a line break."""
+    if witness is None or witness.report is None:
+        return ""
+    agrees, missing, contradicts = witness.report
+    lines = [f"agrees: {agrees}", *(f"missing: {text}" for text in missing)]
+    lines += [f"contradicts: {text}" for text in contradicts]
+    return "".join(f"\nwitness {witness.url} {line}" for line in lines)
 
 
 def _parse_noted(text: str) -> NotedDigest:
