@@ -82,10 +82,12 @@ def _member(name: str, doc: str, source: str, label: str, names: Mapping[int, st
     return Metric(name, MetricType.GAUGE, doc, source, (label,), Series(Choice.MEMBER, _names(names)))
 
 
-def _modbus(name: str, doc: str, counter: str) -> Metric:
-    sources = {line: f"health.modbus_{line}.{counter}" for line in ("tcp", "rtu")}
-    return Metric(name, MetricType.COUNTER, doc, sources, ("transport",))
+def _modbus(name: str, doc: str, counter: str, *transports: str) -> Metric:
+    sources = {transport: f"health.modbus_{transport}.{counter}" for transport in transports}
+    return Metric(f"modbus_{name}", MetricType.COUNTER, doc, sources, ("transport",))
 
+
+_LINES, _NETWORKS = ("tcp", "tls", "rtu"), ("tcp", "tls")
 
 _INSTRUMENT = (
     _gauge(
@@ -215,31 +217,30 @@ _PROTECTION = (
 )
 
 _BUSES = (
-    _modbus("modbus_requests", "Modbus requests.", "requests"),
-    _modbus("modbus_exceptions", "Modbus requests that were answered with an exception code.", "exceptions"),
-    _gauge("modbus_tcp_clients", "Connected clients of Modbus TCP.", "derived.modbus_tcp_clients"),
-    _counter(
-        "modbus_tcp_connections", "Accepted connections of Modbus TCP.", "health.modbus_tcp.connections"
+    _modbus("requests", "Modbus requests.", "requests", *_LINES),
+    _modbus("exceptions", "Requests that were answered with an exception code.", "exceptions", *_LINES),
+    Metric(
+        "modbus_clients",
+        MetricType.GAUGE,
+        "Connected clients of Modbus TCP and of Modbus/TCP Security (tls).",
+        {transport: f"derived.modbus_{transport}_clients" for transport in _NETWORKS},
+        ("transport",),
     ),
+    _modbus("connections", "Accepted connections.", "connections", *_NETWORKS),
+    _modbus("evictions", "Connections closed because of too many clients.", "evicted", *_NETWORKS),
+    _modbus("timeouts", "Connections closed because of an idle or slow client.", "timeouts", *_NETWORKS),
+    _modbus("invalid_frames", "Connections closed by an invalid frame.", "invalid_frames", *_NETWORKS),
+    _modbus("not_allowed", "Connections closed because of their address.", "not_allowed", *_NETWORKS),
     _counter(
-        "modbus_tcp_evictions",
-        "Connections that were closed because a new connection exceeded the limit.",
-        "health.modbus_tcp.evicted",
+        "modbus_tls_failed_handshakes",
+        "Failed handshakes of Modbus/TCP Security, for example with an unknown certificate.",
+        "health.modbus_tls.failed",
     ),
-    _counter(
-        "modbus_tcp_timeouts",
-        "Connections that were closed because the client was idle, slow or did not read.",
-        "health.modbus_tcp.timeouts",
-    ),
-    _counter(
-        "modbus_tcp_invalid_frames",
-        "Invalid frames, each of which closed its connection.",
-        "health.modbus_tcp.invalid_frames",
-    ),
-    _counter(
-        "modbus_tcp_not_allowed",
-        "Connections that were closed because their address is not in modbus.allow.",
-        "health.modbus_tcp.not_allowed",
+    _gauge(
+        "modbus_tls_certificate_left_seconds",
+        "Time until the certificate of Modbus/TCP Security expires.",
+        "health.modbus_tls.certificate_days",
+        86_400.0,
     ),
     _gauge("modbus_rtu_up", "1 while the serial line of Modbus RTU works.", "health.modbus_rtu.up"),
     _gauge("can_up", "1 while CAN frames can be sent and received.", "health.can.up"),

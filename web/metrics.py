@@ -56,6 +56,7 @@ def reading_of(feed: BrowserFeed) -> Reading:
         "up": 1,
         "calibration_utc_s": _date_utc_s(feed.snapshot.get("calibration_date")),
         "modbus_tcp_clients": _length(health, "modbus_tcp", "clients"),
+        "modbus_tls_clients": _length(health, "modbus_tls", "clients"),
         "event_log_records": records or None,
         "event_log_head": events.get("head") if records else None,
     }

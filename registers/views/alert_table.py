@@ -123,10 +123,10 @@ _CLIENTS = (
     ),
     Alert(
         "PneuforceModbusEvictions",
-        "increase(pneuforce_modbus_tcp_evictions_total[10m]) > 0",
+        "increase(pneuforce_modbus_evictions_total[10m]) > 0",
         "",
         WARNING,
-        "Connections of Modbus TCP were closed, because too many clients are connected.",
+        "Modbus connections were closed, because too many clients are connected.",
         "Find clients that open connections without closing them, or raise modbus.max_connections.",
     ),
     Alert(

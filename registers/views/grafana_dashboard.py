@@ -136,7 +136,7 @@ PANELS = (
         (
             Target(_rate("modbus_requests_total"), "requests {{transport}}"),
             Target(_rate("modbus_exceptions_total"), "exceptions {{transport}}"),
-            Target(_metric("modbus_tcp_clients"), "clients"),
+            Target(_metric("modbus_clients"), "clients {{transport}}"),
         ),
     ),
     Panel(

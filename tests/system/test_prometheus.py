@@ -31,8 +31,13 @@ pytestmark = NEEDS_PROMETHEUS
 BURST = 5
 OLD_INSTANCE = "old:8080"
 WEEK_S = 7 * 86_400
-#: Metrics without a sample in this test: Modbus RTU is disabled, and the calibration has no date.
-ABSENT = {"pneuforce_modbus_rtu_up", "pneuforce_calibration_time_seconds"}
+#: Metrics without a sample in this test: Modbus RTU and TLS are disabled, and the calibration has no date.
+ABSENT = {
+    "pneuforce_modbus_rtu_up",
+    "pneuforce_modbus_tls_certificate_left_seconds",
+    "pneuforce_modbus_tls_failed_handshakes_total",
+    "pneuforce_calibration_time_seconds",
+}
 CONFIGURATION = """\
 global: {{scrape_interval: 500ms, evaluation_interval: 500ms}}
 rule_files: [{rules}]

@@ -138,7 +138,7 @@ def test_buses_that_are_disabled_have_no_samples():
     names = {key[0] for key in samples_of(found)}
     assert not [name for name in names if "modbus" in name or "can_" in name or "event_log" in name]
     assert samples_of(measuring())["pneuforce_modbus_requests_total", "rtu"] == 9
-    assert samples_of(measuring())["pneuforce_modbus_tcp_clients",] == 1
+    assert samples_of(measuring())["pneuforce_modbus_clients", "tcp"] == 1
 
 
 def test_the_head_of_the_event_log_is_an_info_metric():

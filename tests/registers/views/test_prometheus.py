@@ -66,7 +66,11 @@ CASES = {
         {},
         "0x60 4x20",
     ),
-    "ModbusEvictions": ({"pneuforce_modbus_tcp_evictions_total": "0x60 1x20"}, {}, "5x80"),
+    "ModbusEvictions": (
+        {'pneuforce_modbus_evictions_total{transport="tcp"}': "0x60 1x20"},
+        {"transport": "tcp"},
+        "5x80",
+    ),
     "CanErrors": ({"pneuforce_can_error_frames_total": "0+16x80"}, {}, "0+14x80"),
     "MapChanged": ({INFO % "aa": "1x40 _x40", INFO % "bb": "_x40 1x40"}, {}, "_x80"),
     "RecordingFailed": ({"pneuforce_recording_failed": ONE}, {}, ZERO),
