@@ -9,7 +9,8 @@ import sys
 from rich.console import Console
 from rich.text import Text
 
-from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.instrument.cli.failure import checked_values
+from pneuforce.instrument.cli.output import json_line, print_text
 from pneuforce.instrument.commissioning.rig_examination import INTERRUPTED, examine_rig
 from pneuforce.instrument.doctor.check import Check, CheckResult, unchecked
 from pneuforce.instrument.doctor.examination import ExaminationStage
@@ -18,6 +19,7 @@ from pneuforce.support.printable import printable
 
 COLOURS = {CheckResult.PASS: "green", CheckResult.WARNING: "yellow", CheckResult.FAIL: "bold red"}
 STAGE_TEXTS = {
+    ExaminationStage.CLEARING: "reading the latched faults",
     ExaminationStage.OBSERVING: "observing the samples",
     ExaminationStage.ZEROING: "waiting for the zero of the vented sensor",
     ExaminationStage.FILLING: "inflating",
@@ -37,12 +39,14 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
         checks.append(unchecked("board", "see the checks above"))
     else:
         checks += asyncio.run(examine_rig(port, inflate_kpa, _print_stage))
+    failed = any(check.result is CheckResult.FAIL or check.name == INTERRUPTED for check in checks)
     if as_json:
-        print_text(json_text([check._asdict() for check in checks], indent=2))
+        values = checked_values(not failed, _conclusion(checks))
+        print_text(json_line(values | {"checks": [check._asdict() for check in checks]}))
     else:
         print_checks(checks)
         print(_conclusion(checks))
-    return int(any(check.result is CheckResult.FAIL or check.name == INTERRUPTED for check in checks))
+    return int(failed)
 
 
 def _print_stage(stage: ExaminationStage) -> None:

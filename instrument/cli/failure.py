@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pneuforce.client.details import fault_named
-from pneuforce.errors import Rejected, Tripped
+from pneuforce.errors import PneuforceError, Rejected, Tripped
 from pneuforce.instrument.cli.exit_codes import exit_code_of
 
 
@@ -28,6 +28,14 @@ def failure_values(error: BaseException, message: str | None = None) -> dict[str
         "remedy": getattr(error, "remedy", None),
         "fault": None if fault is None else fault._asdict(),
     }
+
+
+def checked_values(passed: bool, message: str) -> dict[str, Any]:
+    """Return the values of a check that is done, for JSON. A check that has failed has the keys of a failure.
+
+    `message` is the result of the check in words.
+    """
+    return {"ok": True, "message": message} if passed else failure_values(PneuforceError(message))
 
 
 def _reason(error: BaseException) -> str | None:

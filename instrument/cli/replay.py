@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from pneuforce.instrument.cli.failure import checked_values
 from pneuforce.instrument.cli.output import json_line, print_text, progress
 from pneuforce.instrument.service.replay_verification import ReplayResult, open_replayable, verify_recording
 from pneuforce.support.counted import counted
@@ -20,8 +21,9 @@ def replay(file: Path, as_json: bool) -> int:
     logging.getLogger("pneuforce").addHandler(logging.NullHandler())
     with open_replayable(file) as recording, progress("replayed") as report:
         result = verify_recording(recording, report)
-    print_text(json_line(_facts(result)) if as_json else _format_result(result))
-    return 0 if result.equal and not result.damaged else 1
+    passed, text = result.equal and not result.damaged, _format_result(result)
+    print_text(json_line(checked_values(passed, text) | _facts(result)) if as_json else text)
+    return 0 if passed else 1
 
 
 def _facts(result: ReplayResult) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, unchecked
 from pneuforce.instrument.doctor.circuit import circuit_checks
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
-from pneuforce.instrument.doctor.signal import board_checks, signal_checks
+from pneuforce.instrument.doctor.signal import board_checks, inflation_obstacle, signal_checks
 from pneuforce.instrument.service.host import Host
 
 POLL_PERIOD_S = 0.02
@@ -38,7 +38,7 @@ async def examine_rig(
         advice = "check power, cable, port and firmware: pneuforce flash"
         return [Check("board", CheckResult.FAIL, str(error), advice)]
     since_opened_s = time.monotonic() - opened_s
-    examination = Examination(host.instrument, host.link, inflate_kpa)
+    examination = Examination(host.instrument, host.link, inflation_obstacle, inflate_kpa)
     host.channels.append(examination)
     await _run(host, examination, stop, on_stage)
     hello = host.link.hello

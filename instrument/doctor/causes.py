@@ -37,6 +37,9 @@ CAUSES: Mapping[int, str] = {
     HostFault.NOT_VENTED: INFLATED + "the vent valve and its relay",
 }
 
+#: Faults after which the balloon may still be inflated.
+NOT_EMPTIED = frozenset({Fault.VENT_SHUT, Fault.OCCLUSION, HostFault.NOT_VENTED})
+
 
 def causes_of(faults: Iterable[int]) -> str:
     """Return the parts to check for the given faults, each part once."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from pneuforce.instrument.core.faults import HostFault, name_of
+from pneuforce.instrument.core.faults import name_of
 from pneuforce.instrument.core.reject_reason import RejectReason
-from pneuforce.instrument.doctor.causes import INFLATED, causes_of
+from pneuforce.instrument.doctor.causes import INFLATED, NOT_EMPTIED, causes_of
 from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, graded, unchecked
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage, ExaminedSample
-from pneuforce.protocol.frames import BoardState, Fault
+from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import FILL_KPA_PER_S, HALVING_FROM_KPA, HALVING_TIME_S
 
 NAMES = ("filling", "settling", "leak", "venting")
@@ -27,8 +27,6 @@ FALLING_ADVICE = (
     "check the joints with soapy water; a new balloon creeps in its first minute: let it rest inflated"
 )
 RISING_ADVICE = "an inlet valve that does not close, or the balloon was touched"
-#: Faults after which the balloon may still be inflated.
-NOT_EMPTIED = {Fault.VENT_SHUT, Fault.OCCLUSION, HostFault.NOT_VENTED}
 
 
 def circuit_checks(examination: Examination) -> list[Check]:
@@ -43,6 +41,8 @@ def circuit_checks(examination: Examination) -> list[Check]:
         ]
     if not examination.done:
         return [unchecked(name, "interrupted", RUN_AGAIN) for name in NAMES]
+    if examination.obstacle:
+        return [unchecked(name, f"not inflated: {examination.obstacle}", RUN_AGAIN) for name in NAMES]
     filling = examination.samples_of(ExaminationStage.FILLING)
     if not filling:
         rejected = examination.reject_reason is not RejectReason.NONE

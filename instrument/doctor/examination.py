@@ -1,4 +1,4 @@
-"""Examination of a rig: observe the samples, and on request inflate, hold and vent."""
+"""Examination of a rig: clear old faults, observe the samples, and on request inflate, hold and vent."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.rig.link import Link
 from pneuforce.protocol.limits import adc_sum_is_valid, nominal_pressure_kpa
 
+REPORT_S = 0.2  #: time from the first tick until the samples have reported the latched faults
 OBSERVE_S = 5.0
 LEAK_TEST_S = 20.0
 #: Timeouts of the stages. The board has shorter timeouts, so that it trips first and reports the fault.
@@ -23,6 +24,7 @@ PEER: Peer = ("doctor", "local")
 class ExaminationStage(Enum):
     """Stages of an examination, in their order."""
 
+    CLEARING = auto()
     OBSERVING = auto()
     ZEROING = auto()
     FILLING = auto()
@@ -60,6 +62,7 @@ class Examination:
         self,
         instrument: Instrument,
         link: Link,
+        obstacle: Callable[[Examination], str],
         inflate_kpa: float | None = None,
         observe_s: float = OBSERVE_S,
         leak_test_s: float = LEAK_TEST_S,
@@ -67,13 +70,17 @@ class Examination:
         """Prepare an examination.
 
         `inflate_kpa` is the setpoint for the test of the circuit. If it is None, no valve is moved.
+        `obstacle` returns why the observed rig must not be inflated, "" if it may be inflated.
         """
+        self._find_obstacle = obstacle
+        self.obstacle = ""  #: why the rig was not inflated, although this was requested
+        self.faults_before: tuple[int, ...] = ()  #: faults that were latched before the examination
         self.inflate_kpa = inflate_kpa
         self.leak_test_s = leak_test_s
         self.observe_s = observe_s
         self.samples: list[ExaminedSample] = []
         self.reject_reason = RejectReason.NONE  #: reason why the instrument rejected the inflation
-        self.stage = ExaminationStage.OBSERVING
+        self.stage = ExaminationStage.CLEARING
         self.until_s = math.nan  #: time of the last tick before the examination was done
         self.instrument = instrument
         self.link = link
@@ -89,6 +96,11 @@ class Examination:
         """Return the number of errors since the start of the examination."""
         now = self._counters
         return LinkLosses(now.lost - self._losses_before.lost, now.rejected - self._losses_before.rejected)
+
+    @property
+    def cleared(self) -> bool:
+        """Return True if the faults that were latched before the examination could be cleared."""
+        return self.instrument.command_block(PEER).answer_state == "done"
 
     @property
     def done(self) -> bool:
@@ -134,10 +146,23 @@ class Examination:
         """Return True if the present stage has lasted for at least `limit_s`."""
         return not now_s - self._since_s < limit_s
 
+    def _clear(self, now_s: float) -> ExaminationStage | None:
+        """Clear the faults that were latched before. A fault whose cause is present then stays latched."""
+        if not self._expired(now_s, REPORT_S):
+            return None
+        if not self.faults_before and self.instrument.faults:
+            self.faults_before = tuple(self.instrument.faults)
+            self._write(now_s, command_key=1, command_code="clear_faults", command_sequence=1)
+        is_busy = self.instrument.command_block(PEER).answer_state == "busy"
+        return None if is_busy else ExaminationStage.OBSERVING
+
     def _observe(self, now_s: float) -> ExaminationStage | None:
         if not self._expired(now_s, self.observe_s):
             return None
-        return ExaminationStage.DONE if self.inflate_kpa is None else ExaminationStage.ZEROING
+        if self.inflate_kpa is None:
+            return ExaminationStage.DONE
+        self.obstacle = self._find_obstacle(self)
+        return ExaminationStage.DONE if self.obstacle else ExaminationStage.ZEROING
 
     def _zero(self, now_s: float) -> ExaminationStage | None:
         if self.instrument.chain.zero.taken and self.instrument.vented(now_s):
@@ -173,6 +198,7 @@ class Examination:
 
 
 _STEPS: Mapping[ExaminationStage, Callable[[Examination, float], ExaminationStage | None]] = {
+    ExaminationStage.CLEARING: Examination._clear,
     ExaminationStage.OBSERVING: Examination._observe,
     ExaminationStage.ZEROING: Examination._zero,
     ExaminationStage.FILLING: Examination._fill,

@@ -7,8 +7,8 @@ from itertools import pairwise
 from statistics import fmean, pstdev
 
 from pneuforce.instrument.core.faults import name_of
-from pneuforce.instrument.doctor.causes import SENSOR, SUPPLY, causes_of
-from pneuforce.instrument.doctor.check import Check, CheckResult, graded, unchecked
+from pneuforce.instrument.doctor.causes import NOT_EMPTIED, SENSOR, SUPPLY, causes_of
+from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, graded, unchecked
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage, ExaminedSample
 from pneuforce.instrument.rig.board_clock import CLOCK_FAULT_ERROR, RESONATOR_TOLERANCE
 from pneuforce.protocol.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
@@ -52,14 +52,14 @@ def signal_checks(examination: Examination) -> list[Check]:
     samples = examination.samples_of(ExaminationStage.OBSERVING)
     if len(samples) < SAMPLES_PER_S // 10:
         missing = Check("samples", CheckResult.FAIL, f"{len(samples)} samples", CABLE)
-        return [missing, _latched_faults(examination)]
+        return [missing, _faults(examination)]
     return [
         _rate(samples, examination),
         _gaps(examination.samples, examination.until_s),
         _clock(examination),
         _supply(samples),
         *_sensor(samples),
-        _latched_faults(examination),
+        _faults(examination),
     ]
 
 
@@ -136,7 +136,34 @@ def _zero_of_unvented_rig(samples: list[ExaminedSample]) -> Check:
     return Check("sensor zero", CheckResult.FAIL, finding, advice)
 
 
-def _latched_faults(examination: Examination) -> Check:
-    faults = examination.instrument.faults
-    finding = ", ".join(name_of(fault) for fault in faults) or "none"
-    return graded("faults", finding, causes_of(faults), passed=not faults, usable=False)
+def _faults(examination: Examination) -> Check:
+    """Check the faults that are present, and the faults that were latched before and could be cleared.
+
+    After a fault of the vent, the balloon may be inflated although the samples show no fault.
+    """
+    before, present = examination.faults_before, tuple(examination.instrument.faults)
+    gone = [fault for fault in before if fault not in present]
+    findings = [name_of(fault) + _since_when(fault, examination) for fault in present]
+    findings += [f"{name_of(fault)} (latched before, cleared now, not present)" for fault in gone]
+    vent_failed = not NOT_EMPTIED.isdisjoint(gone)
+    again = f"; then {RUN_AGAIN}" if vent_failed else ""
+    return graded(
+        "faults",
+        ", ".join(findings) or "none",
+        causes_of([*present, *gone]) + again,
+        passed=not findings,
+        usable=not (present or vent_failed),
+    )
+
+
+def _since_when(fault: int, examination: Examination) -> str:
+    """Return since when a fault that is latched at the end of the examination has been latched."""
+    if fault not in examination.faults_before:
+        return " (occurred now)"
+    return " (occurred again)" if examination.cleared else " (cannot be cleared: a cause is present)"
+
+
+def inflation_obstacle(examination: Examination) -> str:
+    """Return which checks of the signal have failed, so that the rig must not be inflated; "" if none."""
+    failed = [check.name for check in signal_checks(examination) if check.result is CheckResult.FAIL]
+    return f"failed: {', '.join(failed)}" if failed else ""

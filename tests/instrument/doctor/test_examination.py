@@ -9,7 +9,7 @@ from pneuforce.instrument.doctor.causes import LINE, causes_of
 from pneuforce.instrument.doctor.check import CheckResult
 from pneuforce.instrument.doctor.circuit import circuit_checks
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
-from pneuforce.instrument.doctor.signal import SLOW_CLOCK, board_checks, signal_checks
+from pneuforce.instrument.doctor.signal import SLOW_CLOCK, board_checks, inflation_obstacle, signal_checks
 from pneuforce.protocol.frames import Fault, Hello, Valve
 from pneuforce.sim.faults import FaultInjector
 from pneuforce.sim.plants.published import PublishedPlant
@@ -32,7 +32,9 @@ class ExaminedRig(Station):
         self.instrument.process = lambda raw: (process(raw), self.examination.on_sample(self.now_s))
 
     def start_examination(self, inflate_kpa=None):
-        self.examination = Examination(self.instrument, self.link, inflate_kpa, OBSERVE_S, LEAK_TEST_S)
+        self.examination = Examination(
+            self.instrument, self.link, inflation_obstacle, inflate_kpa, OBSERVE_S, LEAK_TEST_S
+        )
 
     def step(self):
         super().step()
@@ -118,6 +120,43 @@ def test_a_fault_of_the_circuit_is_found_and_the_examination_ends(fault, argumen
     rig.examined()
     assert rig.results[check] is CheckResult.FAIL
     assert not rig.instrument.holding
+
+
+def repaired_rig(fault, stage, inflate_kpa):
+    """Return a rig of which a fault was removed after a trip, and whose board was not reset afterwards."""
+    rig = ExaminedRig(8.0).examined(stage)
+    rig.faults.inject(fault)
+    rig.examined()
+    rig.faults.remove(fault)
+    assert rig.run(10.0, lambda: rig.instrument.vented(rig.now_s))
+    rig.instrument.command_blocks.clear()
+    rig.start_examination(inflate_kpa)
+    return rig
+
+
+def test_a_latched_fault_whose_cause_is_gone_is_cleared_and_the_circuit_is_tested():
+    rig = repaired_rig("sensor_open", ExaminationStage.OBSERVING, 8.0)
+    assert rig.instrument.tripped
+    results = rig.examined().results
+    assert results.pop("faults") is CheckResult.WARNING
+    assert set(results.values()) == {CheckResult.PASS}
+    assert "cleared" in rig.checks["faults"].finding
+
+
+def test_a_rig_with_a_fault_that_is_present_is_not_inflated():
+    rig = ExaminedRig(8.0, "sensor_open").examined()
+    assert rig.results["faults"] is CheckResult.FAIL
+    assert "a cause is present" in rig.checks["faults"].finding
+    assert rig.results["filling"] is CheckResult.NOT_CHECKED
+    assert {sample.valves for sample in rig.examination.samples} == {Valve.NONE}
+
+
+def test_a_rig_whose_vent_had_failed_is_inflated_only_in_the_next_examination():
+    rig = repaired_rig("vent_shut", ExaminationStage.LEAK_TEST, 8.0)
+    assert rig.examined().results["faults"] is CheckResult.FAIL
+    assert {sample.valves for sample in rig.examination.samples} == {Valve.NONE}
+    rig.start_examination(8.0)
+    assert set(rig.examined().results.values()) == {CheckResult.PASS}
 
 
 def touched():
