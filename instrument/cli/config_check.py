@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.service.file_checks import check_files
 from pneuforce.instrument.service.instruments_on_one_host import check_instruments
 from pneuforce.instrument.service.start_checks import load_checked
 
@@ -16,10 +19,18 @@ def check_config(paths: list[Path], as_json: bool) -> None:
     """
     configurations = {path: load_checked(path) for path in paths}
     check_instruments(configurations)
-    warnings = {path: configuration.warning for path, configuration in configurations.items()}
+    warnings = {path: _warning(configuration, path) for path, configuration in configurations.items()}
     if as_json:
         files = [{"file": str(path), "warning": warning or None} for path, warning in warnings.items()]
         print_text(json_text({"ok": True, **(files[0] if len(files) == 1 else {"instruments": files})}))
         return
     for path, warning in warnings.items():
         print_text(f"{path}: good" + (f", but {warning}" if warning else ""))
+
+
+def _warning(configuration: Configuration, path: Path) -> str:
+    """Return the warnings about a configuration. Raises ConfigurationFileError if a file cannot be used."""
+    problems, remarks = check_files(configuration, path)
+    if problems:
+        raise ConfigurationFileError(f"{path}: {'; '.join(problems)}")
+    return "; ".join([*filter(None, [configuration.warning]), *remarks])

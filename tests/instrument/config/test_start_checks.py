@@ -2,15 +2,19 @@
 
 import contextlib
 import socket
+import sqlite3
 
 import pytest
 
 from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
+from pneuforce.instrument.audit.store import EventLogFile
 from pneuforce.instrument.config import load
+from pneuforce.instrument.service.file_checks import SERVICE_FOLDERS, check_files
 from pneuforce.instrument.service.start_checks import load_checked
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
+from tests.source_tree import ROOT
 
 ALLOW = 'allow = ["10.0.0.1"]\n'
 REJECTED = [
@@ -81,6 +85,59 @@ def test_a_port_or_a_file_that_is_used_twice_is_reported_with_both_keys(tmp_path
     with pytest.raises(ConfigurationFileError) as caught:
         load_checked(file)
     assert all(key in str(caught.value) for key in keys.split())
+
+
+CANOPEN = '[can]\nenabled = true\nmode = "canopen"\ninterface = "virtual"\nparameter_file = '
+#: Files that cannot be used, with the key and a word of the reason. "": the file can be used.
+FILES = [
+    ("events.file", "missing", '[events]\nfile = "absent/events.sqlite"\n'),
+    ("events.file", "folder", '[events]\nfile = "folder"\n'),
+    ("events.file", "event log", '[events]\nfile = "text"\n'),
+    ("events.file", "another program", '[events]\nfile = "other.sqlite"\n'),
+    ("events.file", "not a folder", '[events]\nfile = "text/events.sqlite"\n'),
+    ("local.socket", "missing", '[local]\nsocket = "absent/socket"\n'),
+    ("local.socket", "not a socket", '[local]\nsocket = "text"\n'),
+    ("can.parameter_file", "missing", f'{CANOPEN}"absent/canopen.json"\n'),
+    ("can.parameter_file", "damaged", f'{CANOPEN}"text"\n'),
+    ("web.recordings", "not a folder", '[web]\nenabled = true\nrecordings = "text"\n'),
+    ("", "", '[can]\nenabled = true\ninterface = "virtual"\nparameter_file = "text"\n'),
+    ("", "", '[web]\nenabled = true\nrecordings = "absent/recordings"\n'),
+    ("", "", '[web]\nrecordings = "text"\n'),
+    ("", "", '[events]\nfile = "log.sqlite"\n'),
+]
+
+
+@pytest.mark.parametrize(("key", "why", "text"), FILES, ids=range(len(FILES)))
+def test_a_file_that_cannot_be_used_is_reported_with_its_key(tmp_path, key, why, text):
+    (tmp_path / "text").write_text("no event log, no socket, no parameters" * 20)
+    (tmp_path / "folder").mkdir()
+    with contextlib.closing(sqlite3.connect(tmp_path / "other.sqlite")) as db:
+        db.execute("CREATE TABLE other (a)")
+    EventLogFile(tmp_path / "log.sqlite").close()
+    file = tmp_path / "instrument.toml"
+    file.write_text(text)
+    before = sorted(tmp_path.iterdir())
+    problems, remarks = check_files(load_checked(file), file)
+    assert [problem.partition(":")[0] for problem in problems] == ([key] if key else [])
+    assert all(why in problem for problem in problems)
+    assert (remarks, sorted(tmp_path.iterdir())) == ([], before)
+
+
+def test_the_command_reports_each_file_that_cannot_be_used(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text('[events]\nfile = "absent/events.sqlite"\n[local]\nsocket = "absent/socket"\n')
+    done = pneuforce("config", "--check", file)
+    assert (done.returncode, len(done.stderr.splitlines())) == (78, 1)
+    assert all(key in done.stderr for key in ("events.file", "local.socket"))
+
+
+def test_the_folders_of_the_service_may_be_missing_before_its_first_start():
+    unit = (ROOT / "instrument/deploy/pneuforce.service").read_text()
+    assert all(f"{name}Directory=pneuforce\n" in unit for name in ("State", "Runtime"))
+    file = ROOT / "instrument/deploy/plc.toml"
+    problems, remarks = check_files(load_checked(file), file)
+    missing = sum(not folder.exists() for folder in SERVICE_FOLDERS)
+    assert (problems, len(remarks)) == ([], missing)
 
 
 @pytest.mark.parametrize(
