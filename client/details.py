@@ -29,6 +29,7 @@ class Details:
 
     first_out_fault: LatchedFault | None = None  #: None also if the rig has tripped and the fault is unknown
     active_fault_count: int | None = None  #: number of latched faults
+    latched_faults: tuple[LatchedFault, ...] = ()  #: first-out fault, then the others; empty over CAN
     setpoint_requested_kpa: float | None = None  #: setpoint of the next hold
     force_limit_n: float | None = None  #: limit of the status `FORCE_HIGH_ALARM`
     lease_holder: str | None = None  #: bus of the client that has the lease; "none" without a lease
@@ -51,6 +52,14 @@ def fault_of(code: int) -> LatchedFault | None:
     return LatchedFault(code, FAULTS.names[code], advice.what, advice.do)
 
 
+def _faults_of(mask: int, first: int) -> tuple[LatchedFault, ...]:
+    """Return the known faults whose codes are bits of a mask: first the first-out fault."""
+    codes = sorted(
+        (code for code in FAULT_ADVICE if mask >> code & 1), key=lambda code: (code != first, code)
+    )
+    return tuple(fault for fault in map(fault_of, codes) if fault is not None)
+
+
 def fault_named(name: str) -> LatchedFault | None:
     """Return the fault with this name, None for a name that this version does not know."""
     return next((fault_of(code) for code, each in FAULTS.names.items() if each == name), None)
@@ -58,9 +67,11 @@ def fault_named(name: str) -> LatchedFault | None:
 
 def details_of(registers: Mapping[str, Any]) -> Details:
     """Return the details in the values of the registers, by register name."""
-    held = registers["lease_holder"] != "none"
+    held, first = registers["lease_holder"] != "none", int(registers["first_out_fault"])
+    mask = int(registers["latched_faults_1"]) | int(registers["latched_faults_2"]) << 32
     return Details(
-        first_out_fault=fault_of(int(registers["first_out_fault"])),
+        first_out_fault=fault_of(first),
+        latched_faults=_faults_of(mask, first),
         setpoint_requested_kpa=number_or_none(registers["setpoint_requested"]),
         force_limit_n=number_or_none(registers["force_limit"]),
         lease_left_s=number_or_none(registers["lease_left"]) if held else None,

@@ -28,7 +28,7 @@ _MEASURED = range(26)
 _MAP_VERSION = range(768, 769)
 _FIRST_OUT_FAULT = range(778, 779)
 _REQUESTED = range(512, 547)
-_IDENTITY = range(768, 784)
+_IDENTITY = range(768, 794)
 
 
 class ModbusSensorConnection:
@@ -141,9 +141,9 @@ class ModbusSensorConnection:
         self._repeatable(lambda client: client.write("proof_test", proof_test))
         self._forbids_proof_tests = not allowed
 
-    def run_command(self, command: Command) -> None:
+    def run_command(self, command: Command, argument: int = 0) -> None:
         """Run a command. Raises Rejected."""
-        reason = self._repeatable(lambda client: client.run_command(command))
+        reason = self._repeatable(lambda client: client.run_command(command, argument))
         if reason != "none":
             raise rejected(command, reason)
 

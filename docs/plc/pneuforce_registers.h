@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 185860A2h (registers 768 and 770).
+ * Map version 1, hash 5E948E54h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x185860A2)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x5E948E54)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -97,6 +97,8 @@
 #define PNEUFORCE_ADDRESS_EVENT_LOG_RECORDS 784
 #define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_1 786
 #define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_2 788
+#define PNEUFORCE_ADDRESS_LATCHED_FAULTS_1 790
+#define PNEUFORCE_ADDRESS_LATCHED_FAULTS_2 792
 #define PNEUFORCE_ADDRESS_TEST_FLOAT 3840
 #define PNEUFORCE_ADDRESS_TEST_LONG 3842
 #define PNEUFORCE_ADDRESS_TEST_INT 3844
@@ -129,7 +131,7 @@
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
-#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The balloon is empty: the pressure was below 0.3 kPa for 0.5 s. */
+#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s. */
 #define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa: the force is interpolated. */
 #define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the model has no solution, or the calibrated force is not plausible: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514). */
@@ -798,6 +800,20 @@ static inline bool pneuforce_event_log_digest_1(const uint16_t *from_768, bool l
 static inline bool pneuforce_event_log_digest_2(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 20, low_word_first);
+    return true;
+}
+
+/* 790: Latched faults of the board: bit n is set if fault code n is latched. */
+static inline bool pneuforce_latched_faults_1(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 22, low_word_first);
+    return true;
+}
+
+/* 792: Latched faults of the host process: bit n is set if fault code 32 + n is latched. */
+static inline bool pneuforce_latched_faults_2(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 24, low_word_first);
     return true;
 }
 

@@ -99,6 +99,11 @@ def name_of(code: int) -> str:
     return known.lower().replace("_", " ") if known else f"fault {code}"
 
 
+def mask_of(bits: Iterable[int]) -> int:
+    """Return a number in which the given bits are set."""
+    return sum(1 << bit for bit in set(bits))
+
+
 def codes_of(mask: int) -> Iterable[int]:
     """Return the fault codes in the fault mask of the board."""
     return (code for code in range(1, 16) if mask >> code & 1)

@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from pneuforce.instrument.core.command_block import CommandBlock
+from pneuforce.instrument.core.faults import mask_of
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.proof_test_schedule import oldest_forbidding_s
 from pneuforce.instrument.core.state import InstrumentState
@@ -58,6 +59,8 @@ class Snapshot(NamedTuple):
     first_out_fault: int
     active_fault_count: int
     faults: tuple[int, ...]  # codes of the latched faults, in the order of their occurrence
+    latched_faults_1: int
+    latched_faults_2: int
     # requested values
     setpoint_requested_kpa: float
     force_limit_n: float
@@ -183,6 +186,8 @@ def _control_values(state: InstrumentState, stale: bool) -> dict[str, Any]:
         "first_out_fault": state.faults.first,
         "active_fault_count": len(state.faults),
         "faults": tuple(state.faults),
+        "latched_faults_1": mask_of(code for code in state.faults if code < 32),
+        "latched_faults_2": mask_of(code - 32 for code in state.faults if code >= 32),
         "inflation_count": state.inflation_count,
         "balloon_id": state.balloon_id,
     }

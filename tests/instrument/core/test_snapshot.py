@@ -4,12 +4,13 @@ import math
 
 import pytest
 
-from pneuforce.instrument.core.faults import HostFault
+from pneuforce.client.details import details_of
+from pneuforce.instrument.core.faults import HostFault, codes_of
 from pneuforce.instrument.core.settings import Identity
 from pneuforce.instrument.core.snapshot import writable_values
-from pneuforce.protocol.frames import BoardKind, BoardState, Hello
+from pneuforce.protocol.frames import BoardKind, BoardState, Fault, Hello
 from pneuforce.registers.codes import CONDENSED, STATUS
-from pneuforce.registers.map import BY_NAME, REGISTERS
+from pneuforce.registers.map import BY_NAME, MAP_VERSION, REGISTERS
 from tests.instrument.instrument_harness import HOLD_8, ROBOT, VENT, WEB, InstrumentHarness
 
 CONTACT_QUANTITIES = ("force_n", "rise_kpa", "indentation_mm", "contact_radius_mm")
@@ -354,3 +355,16 @@ def test_the_command_carries_the_configured_limits():
     harness.write_ok(VENT)
     harness.write_ok(HOLD_8)
     assert harness.instrument.command().setpoint_pa == 8000
+
+
+def test_the_registers_name_every_latched_fault_and_a_client_shows_the_first_one_first():
+    harness = InstrumentHarness.zeroed()
+    for fault in (HostFault.CAN_MASTER_LOST, Fault.LEAK, Fault.SENSOR):
+        harness.instrument.trip(fault)
+    seen = harness.snapshot()
+    assert list(codes_of(seen.latched_faults_1)) == [Fault.SENSOR, Fault.LEAK]
+    assert seen.latched_faults_2 == 1 << (HostFault.CAN_MASTER_LOST - 32)
+    registers = {r.name: r.decode(r.encode(getattr(seen, r.quantity))) for r in REGISTERS if r.quantity}
+    details = details_of(registers | {"map_version": MAP_VERSION})
+    codes = [fault.code for fault in details.latched_faults]
+    assert codes == [HostFault.CAN_MASTER_LOST, Fault.SENSOR, Fault.LEAK]

@@ -26,6 +26,8 @@ AT_REST: dict[str, Any] = {
     "setpoint_kpa": float("nan"),
     "first_out_fault": 0,
     "active_fault_count": 0,
+    "latched_faults_1": 0,
+    "latched_faults_2": 0,
     "faults": (),
     "setpoint_requested_kpa": 5.0,
     "force_limit_n": 5.0,
