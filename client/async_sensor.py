@@ -121,6 +121,10 @@ class AsyncForceSensor:
         """Make a zero adjustment. See `ForceSensor.zero`."""
         await run_in(self._executor, self._sensor.zero)
 
+    async def new_balloon(self, balloon_id: int) -> None:
+        """Store that another balloon was mounted. See `ForceSensor.new_balloon`."""
+        await run_in(self._executor, lambda: self._sensor.new_balloon(balloon_id))
+
 
 class AsyncHold:
     """Asynchronous context in which the balloon is held. A cancelled task vents the balloon, too."""

@@ -13,7 +13,7 @@ from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.details import Details, fault_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, State
-from pneuforce.client.rejection import rejected
+from pneuforce.client.rejection import COMMAND_PREFIX, rejected
 from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded, UsageError
 from pneuforce.registers.can.bus import CanAddress
 from pneuforce.registers.can.connection import CanConnection
@@ -147,8 +147,12 @@ class CanSensorConnection:
         """Vent, and end the lease of all nodes of this bus. A lease of another bus stays."""
         self.end_hold()
 
-    def run_command(self, command: Command) -> None:
-        """Run a command. Raises Rejected."""
+    def run_command(self, command: Command, argument: int = 0) -> None:  # noqa: ARG002
+        """Run a command. Raises Rejected, and UsageError for a command that CAN does not transmit."""
+        if command == "new_balloon":
+            raise UsageError(
+                f"{self._url} cannot transmit the number of a balloon: connect to a tcp:// or rtu:// address"
+            )
         self._run({"mode": command}, attempts=COMMAND_ATTEMPTS)
 
     def first_out_fault(self) -> int:
@@ -182,7 +186,7 @@ class CanSensorConnection:
             if result != "sequence_reused":
                 break
         if result not in ("accepted", "renewed"):
-            raise rejected(f"the Command {values['mode']}", _reason(result))
+            raise rejected(f"{COMMAND_PREFIX}{values['mode']}", _reason(result))
 
     def _send_until_answered(self, values: dict[str, Any], attempts: int, renews: bool) -> str:
         """Return the result in the Answer."""

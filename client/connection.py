@@ -9,7 +9,7 @@ from pneuforce.client.details import Details
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement
 
-Command = Literal["clear_faults", "zero_pressure"]
+Command = Literal["clear_faults", "zero_pressure", "new_balloon"]
 
 
 class HoldRequest(NamedTuple):
@@ -68,7 +68,7 @@ class SensorConnection(Protocol):
         """Write the setpoint of the present or of the next hold."""
         ...
 
-    def run_command(self, command: Command) -> None:
+    def run_command(self, command: Command, argument: int = 0) -> None:
         """Run a command, and wait until the command is done."""
         ...
 

@@ -64,6 +64,12 @@ class Status(StrEnum):
 _REASONS = tuple(Status(name) for name in NO_FORCE_REASONS)
 
 
+#: Explanation of a missing force without a condition: the end of an inflation, or an implausible state.
+_NO_REASON = (
+    "the force is not known yet: the instrument waits for a steady pressure, or checks the state of the "
+    "board. If this lasts longer than 1 s, vent, and hold again"
+)
+
 #: Conditions in which the pressure does not prove that the balloon is empty.
 _CONTRADICTING_VENTED = frozenset({Status.STALE, Status.LINK_LOST, Status.SENSOR_FAULT, Status.VENT_FAULT})
 
@@ -127,7 +133,7 @@ class Measurement:
         texts = [f"{name}: {STATUS_ADVICE[name].what}" for name in self.reasons]
         if self.state not in (None, State.HOLDING):
             texts.insert(0, f"state {self.state}: {STATE_DESCRIPTIONS[str(self.state)]}")
-        return " ".join(texts) or "the instrument reports no reason"
+        return " ".join(texts) or _NO_REASON
 
     @property
     def remedy(self) -> str:

@@ -160,7 +160,7 @@ class RdtSensorConnection:
         """Raise ReadOnlySensor."""
         self._reject("write a setpoint")
 
-    def run_command(self, command: Command) -> None:
+    def run_command(self, command: Command, argument: int = 0) -> None:  # noqa: ARG002
         """Raise ReadOnlySensor."""
         self._reject(command)
 

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pneuforce.errors import Rejected
 from pneuforce.registers.advice import REJECT_REASON_ADVICE
 
+COMMAND_PREFIX = "the Command "  #: begin of the name of a request over CAN
+
 #: Remedies for rejections that have no reject reason: Modbus exceptions and results of a CAN Command.
 _OTHER_REMEDIES: Mapping[str, str] = {
     "illegal function": "The interface is read-only, or the role in this certificate does not allow the "
@@ -15,10 +17,17 @@ _OTHER_REMEDIES: Mapping[str, str] = {
     "out_of_range": "A value is outside its range: see docs/registers.md for the range.",
     "sequence_reused": "Another node sends Commands with the same sequence number: stop this node.",
 }
+#: Remedies for the reject reason "state" of a command: the general remedy would inflate the balloon.
+_COMMAND_REMEDIES: Mapping[str, str] = {
+    "zero_pressure": "The rig is not vented, or its pressure is not steady within ±1.3 kPa. If the rig has "
+    "tripped, clear the faults. Vent, wait 1 s, and repeat the request.",
+    "new_balloon": "The rig is not vented. Vent, wait until the rig is vented, and repeat the request.",
+}
 _UNKNOWN = "The instrument gives no advice: see docs/faults.md."
 
 
 def rejected(request: str, reason: str) -> Rejected:
     """Return the exception for a request that the instrument rejected for this reason."""
-    remedy = REJECT_REASON_ADVICE.get(reason) or _OTHER_REMEDIES.get(reason, _UNKNOWN)
+    remedy = _COMMAND_REMEDIES.get(request.removeprefix(COMMAND_PREFIX)) if reason == "state" else None
+    remedy = remedy or REJECT_REASON_ADVICE.get(reason) or _OTHER_REMEDIES.get(reason, _UNKNOWN)
     return Rejected(request, reason, remedy)

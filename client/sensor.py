@@ -15,6 +15,7 @@ from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, V
 from pneuforce.registers.advice import STATUS_ADVICE
 
 VENT_POLL_S = 0.05
+MAX_BALLOON_ID = 0xFFFF  #: largest argument of a command
 
 
 class ForceSensor:
@@ -248,6 +249,21 @@ class ForceSensor:
         """
         self._check_open()
         self._connection.run_command("zero_pressure")
+
+    def new_balloon(self, balloon_id: int) -> None:
+        """Store that another balloon was mounted, with its number (0 to 65535). The rig must be vented.
+
+        The count of inflations and the record of top-ups begin again. If the number is not that of the
+        calibrated balloon, the calibration is no longer used. The number is valid until the instrument is
+        started again. This call needs Modbus: over CAN, it raises UsageError. Raises ConfigurationError,
+        Rejected and ConnectionLost.
+        """
+        self._check_open()
+        if not (isinstance(balloon_id, int) and 0 <= balloon_id <= MAX_BALLOON_ID):
+            raise ConfigurationError(
+                f"balloon_id = {balloon_id!r} is invalid: it must be an integer from 0 to {MAX_BALLOON_ID}"
+            )
+        self._connection.run_command("new_balloon", balloon_id)
 
     # ---- checks
 

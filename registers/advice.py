@@ -45,14 +45,14 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     5: Advice(
         "The pressure fell by half within 0.1 s: the balloon has burst, or its joint or a valve has opened.",
-        "Check the balloon, the joint and the vent valve. After a change of the balloon, send command 5 with "
-        "its number. Then clear. A contact during inflation can also be the cause.",
+        "Check the balloon, the joint and the vent valve. After a change of the balloon, send command 5 "
+        "(pneuforce new-balloon) with its number. Then clear. A contact during inflation can be the cause.",
     ),
     6: Advice(
         "The pressure fell while gas flowed in: the balloon leaks badly, or is past its limit point, at "
         "which a balloon grows although its pressure falls.",
-        "Check the balloon. After a change of the balloon, send command 5 with its number. Then clear, and "
-        "use a lower setpoint.",
+        "Check the balloon. After a change of the balloon, send command 5 (pneuforce new-balloon) with its "
+        "number. Then clear, and use a lower setpoint.",
     ),
     7: Advice(
         "The inlet valve was open, but the pressure did not rise: no gas flows in.",
@@ -232,7 +232,7 @@ REJECT_REASON_ADVICE: Mapping[str, str] = {
 
 STATE_DESCRIPTIONS: Mapping[str, str] = {
     "boot": "The board is starting, or no board has answered yet.",
-    "vented": "The balloon is empty: the pressure was below 0.3 kPa for 0.5 s.",
+    "vented": "The sensor has read less than 0.3 kPa for 0.5 s. Look at the balloon.",
     "inflating": "Gas flows into the balloon until the pressure is near the setpoint.",
     "settling": "The board brings the pressure to within 0.1 kPa of the setpoint.",
     "holding": "The setpoint was reached, and both valves are closed: the force is measured.",

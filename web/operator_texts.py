@@ -13,7 +13,7 @@ _PAGE_WORDS: Mapping[str, str] = {
     "Then clear": "Then press Clear faults",
     "Clear when": "Press Clear faults when",
     "clear, vent (mode 0), then hold (mode 1)": "press Clear faults, press VENT, then press Inflate",
-    "send command 5 with its number": "enter its number and press New balloon",
+    "send command 5 (pneuforce new-balloon) with its number": "enter its number and press New balloon",
     "force limit (register 514)": "force alarm limit",
     "out_of_range": "out of range",
     "Copy of bit 27": "Copy of failure",

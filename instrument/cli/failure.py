@@ -6,27 +6,28 @@ from typing import Any
 
 from pneuforce.client.details import fault_named
 from pneuforce.errors import PneuforceError, Rejected, Tripped
+from pneuforce.instrument.cli.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.exit_codes import exit_code_of
 
 
 def failure_text(error: BaseException) -> str:
     """Return the sentence about an error, with the notes that were added to the error."""
     notes = getattr(error, "__notes__", [])
-    return " ".join([f"{error}.", *notes]) if notes else str(error)
+    return in_command_words(" ".join([f"{error}.", *notes]) if notes else str(error))
 
 
 def failure_values(error: BaseException, message: str | None = None) -> dict[str, Any]:
     """Return the values of an error for JSON. `message` replaces the sentence about the error."""
     code = exit_code_of(error)
-    fault = fault_named(getattr(error, "fault", ""))
+    fault, remedy = fault_named(getattr(error, "fault", "")), getattr(error, "remedy", None)
     return {
         "ok": False,
         "code": code.name.lower(),
         "exit_code": int(code),
         "message": message or failure_text(error),
         "reason": _reason(error),
-        "remedy": getattr(error, "remedy", None),
-        "fault": None if fault is None else fault._asdict(),
+        "remedy": None if remedy is None else in_command_words(remedy),
+        "fault": None if fault is None else fault_values(fault),
     }
 
 

@@ -11,7 +11,7 @@ from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import Measurement
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import ConfigurationError, HoldEnded, Tripped
-from pneuforce.instrument.cli.operate import confirmed_vent, explained
+from pneuforce.instrument.cli.operate import confirmed_vent, explained, show_warning
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_done, print_line
 from pneuforce.instrument.cli.status import force_text
 from pneuforce.instrument.cli.stop_signals import at_stop_signal
@@ -29,11 +29,12 @@ def hold_until_stopped(
     stop = threading.Event()
     with connect(url) as sensor:
         setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
+        warning = show_warning(setpoint, as_json)
         hold = sensor.hold(setpoint, lease_s=lease_s)
         at_stop_signal(stop.set, hold.cancel)
         print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
         message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
-    print_done(message, as_json)
+    print_done(message, as_json, warning=warning)
 
 
 def _held(

@@ -1,15 +1,18 @@
-"""`pneuforce set`, `release`, `clear` and `zero`: send one request to an instrument, and print the result."""
+"""The commands that send one request to an instrument: set, release, clear, zero, new-balloon."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from typing import Any
 
 from pneuforce.client.address import connect
 from pneuforce.client.details import LatchedFault
 from pneuforce.client.measurement import State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import Rejected
-from pneuforce.instrument.cli.output import pressure_text, print_done
+from pneuforce.instrument.cli.output import pressure_text, print_done, print_text
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 
 INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
 #: Reject reasons whose remedy depends on the first-out fault.
@@ -25,11 +28,31 @@ class RejectedByFault(Rejected):
         self.fault = fault.name
 
 
-def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool) -> None:
-    """Connect, send a request, and print the sentence that it returns. Raises ClientError if it fails."""
+def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool, **values: Any) -> None:
+    """Connect, send a request, and print the sentence that it returns. Raises ClientError if it fails.
+
+    With `as_json`, the result also contains `values`.
+    """
     with connect(url) as sensor:
         message = explained(sensor, request)
-    print_done(message, as_json)
+    print_done(message, as_json, **values)
+
+
+def set_setpoint(url: str, setpoint_kpa: float, as_json: bool) -> None:
+    """Write the setpoint. Warn of a setpoint without a force. Raises ClientError if it fails."""
+    warning = show_warning(setpoint_kpa, as_json)
+    execute(url, lambda sensor: write_setpoint(sensor, setpoint_kpa), as_json, warning=warning)
+
+
+def show_warning(setpoint_kpa: float, as_json: bool) -> str | None:
+    """Return a warning if no force is measured at a setpoint, and print the warning unless `as_json`."""
+    if VALID_LOW_KPA <= setpoint_kpa <= VALID_HIGH_KPA:
+        return None
+    valid = f"{VALID_LOW_KPA:g} to {VALID_HIGH_KPA:g} kPa"
+    warning = f"no force is measured at a setpoint of {setpoint_kpa:g} kPa, but only from {valid}"
+    if not as_json:
+        print_text(f"pneuforce: warning: {warning}", sys.stderr)
+    return warning
 
 
 def explained(sensor: ForceSensor, request: Callable[[ForceSensor], str]) -> str:
@@ -79,3 +102,12 @@ def make_zero_adjustment(sensor: ForceSensor) -> str:
     """Make a zero adjustment."""
     sensor.zero()
     return "The zero adjustment is done."
+
+
+def mount_balloon(sensor: ForceSensor, balloon_id: int) -> str:
+    """Store that another balloon was mounted."""
+    sensor.new_balloon(balloon_id)
+    return (
+        f"The balloon {balloon_id} is mounted, and its inflations are counted from 0. Also write its number "
+        "into the configuration (balloon.id), which the next start uses."
+    )

@@ -1,4 +1,4 @@
-"""The commands that operate a running instrument: status, vent, set, hold, release, clear, zero."""
+"""The commands that operate a running instrument, for example status, vent and hold."""
 
 from __future__ import annotations
 
@@ -62,11 +62,13 @@ def set_(
 ) -> None:
     """Write the setpoint of the next hold. A balloon that is held gets the setpoint at once.
 
+    The force is measured only at setpoints from 4.95 to 11.45 kPa. Other setpoints give a warning.
+
     Example: pneuforce set 6.5
     """
-    from pneuforce.instrument.cli.operate import execute, write_setpoint
+    from pneuforce.instrument.cli.operate import set_setpoint
 
-    execute(address.url, lambda sensor: write_setpoint(sensor, setpoint_kpa), as_json)
+    set_setpoint(address.url, setpoint_kpa, as_json)
 
 
 @commands.command()
@@ -130,3 +132,23 @@ def zero(*, as_json: Json = False, address: InstrumentAddress) -> None:
     from pneuforce.instrument.cli.operate import execute, make_zero_adjustment
 
     execute(address.url, make_zero_adjustment, as_json)
+
+
+@commands.command("new-balloon")
+@expand_options
+def new_balloon(
+    *,
+    balloon_id: Annotated[int, typer.Argument(help="Number of the new balloon.", min=0, max=65535)],
+    as_json: Json = False,
+    address: InstrumentAddress,
+) -> None:
+    """Report that another balloon was mounted. This is possible only while the rig is vented.
+
+    The count of inflations begins again. A force calibration of another balloon is no longer used.
+    The number is valid until the instrument ends: also write balloon.id into its configuration.
+
+    Example: pneuforce new-balloon 12
+    """
+    from pneuforce.instrument.cli.operate import execute, mount_balloon
+
+    execute(address.url, lambda sensor: mount_balloon(sensor, balloon_id), as_json, balloon_id=balloon_id)

@@ -7,8 +7,9 @@ from importlib.metadata import version
 from typing import Any
 
 from pneuforce.client.address import connect
-from pneuforce.client.details import Details
+from pneuforce.client.details import Details, LatchedFault
 from pneuforce.client.measurement import Measurement, State, Status
+from pneuforce.instrument.cli.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
 from pneuforce.registers.advice import STATE_DESCRIPTIONS, STATUS_ADVICE
 
@@ -34,8 +35,13 @@ def show_status(url: str, as_json: bool) -> None:
     if as_json:
         print_text(json_line(facts(url, measurement, details)))
     else:
-        rows = [f"{name:<10} {text}" for name, text in lines(measurement, details)]
+        rows = [f"{name:<10} {_own_words(text)}" for name, text in lines(measurement, details)]
         print_text("\n".join(rows))
+
+
+def _own_words(text: str) -> str:
+    """Return a text in the words of the command line, without a reference to this command."""
+    return in_command_words(text).replace(" (pneuforce status)", "")
 
 
 def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any]:
@@ -47,12 +53,13 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
         "state": measurement.state,
         "status": sorted(measurement.status),
         "simulated": Status.SIMULATED in measurement.status,
-        "first_out_fault": None if fault is None else fault._asdict(),
+        "first_out_fault": None if fault is None else fault_values(fault),
         "active_fault_count": details.active_fault_count,
+        "latched_faults": [each.name for each in details.latched_faults],
         "force_n": measurement.force_or_nan,
         "force_std_n": measurement.force_std_or_nan,
-        "no_force_because": measurement.explanation or None,
-        "remedy": measurement.remedy or None,
+        "no_force_because": in_command_words(measurement.explanation) or None,
+        "remedy": in_command_words(measurement.remedy) or None,
         "pressure_kpa": measurement.pressure_kpa,
         "radius_mm": measurement.radius_mm,
         "setpoint_kpa": measurement.setpoint_kpa,
@@ -69,6 +76,8 @@ def lines(measurement: Measurement, details: Details) -> Iterator[tuple[str, str
     state = str(measurement.state or "unknown")
     yield "state", f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
     yield "fault", _fault_text(details)
+    for fault in _later_faults(details):
+        yield "also", f"{fault.name}: {fault.cause} {fault.remedy}"
     yield "force", _force_text(measurement, details)
     yield "pressure", pressure_text(measurement.pressure_kpa)
     requested = pressure_text(details.setpoint_requested_kpa)
@@ -82,7 +91,7 @@ def lines(measurement: Measurement, details: Details) -> Iterator[tuple[str, str
 def force_text(measurement: Measurement) -> str:
     """Return the force with its expanded uncertainty, or the reason why there is none, and the remedy."""
     if not measurement.valid:
-        return f"{NOT_AVAILABLE}: {measurement.explanation} {measurement.remedy}".rstrip()
+        return in_command_words(f"{NOT_AVAILABLE}: {measurement.explanation} {measurement.remedy}").rstrip()
     std_n = measurement.force_std_n
     uncertainty = NOT_AVAILABLE if std_n is None else f"{2 * std_n:.3f} N"
     return f"{measurement.force_n:.3f} N ± {uncertainty} (2 u)"
@@ -100,9 +109,12 @@ def _fault_text(details: Details) -> str:
     fault = details.first_out_fault
     if fault is None:
         return "none" if details.active_fault_count == 0 else "unknown"
-    others = (details.active_fault_count or 1) - 1
-    more = f" ({others} more)" if others else ""
-    return f"{fault.name}{more}: {fault.cause} {fault.remedy}"
+    return f"{fault.name}: {fault.cause} {fault.remedy}"
+
+
+def _later_faults(details: Details) -> Iterator[LatchedFault]:
+    """Yield all faults that were latched after the first-out fault."""
+    return (each for each in details.latched_faults if each != details.first_out_fault)
 
 
 def _lease_text(details: Details) -> str:

@@ -39,6 +39,11 @@ def test_an_invalid_force_raises_in_every_use(force):
         assert caught.value.reasons == ("stale", "failure")
 
 
+def test_a_missing_force_without_a_condition_has_an_explanation_with_a_remedy():
+    explanation = Measurement(state=State.HOLDING, status=frozenset({Status.HOLDING})).explanation
+    assert "vent, and hold again" in explanation
+
+
 def test_a_bus_without_the_uncertainty_gives_none():
     assert Measurement(force_or_nan=1.0).force_std_n is None
 

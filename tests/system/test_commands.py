@@ -15,6 +15,7 @@ from importlib.metadata import version
 import pytest
 
 from pneuforce.errors import VentNotConfirmed
+from pneuforce.instrument.cli.command_words import in_command_words
 from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.instrument.cli.vent import vent_and_confirm
 from pneuforce.registers.advice import FAULT_ADVICE
@@ -438,19 +439,32 @@ def test_a_hold_that_trips_or_is_rejected_names_the_reason_and_the_fault_and_its
         plc.write("lease", 0.2)
         tripped = json.loads(process.communicate(timeout=10)[0].splitlines()[-1])
     assert (process.returncode, tripped["code"]) == (ExitCode.HOLD_ENDED, "hold_ended")
-    assert (tripped["reason"], tripped["remedy"]) == ("tripped", FAULT_ADVICE[32].do)
+    remedy = in_command_words(FAULT_ADVICE[32].do)
+    assert (tripped["reason"], tripped["remedy"]) == ("tripped", remedy)
     rejected = operate("hold", "2.0", "--json")
     assert rejected.returncode == ExitCode.REJECTED
     result = printed_json(rejected)
     assert (result["code"], result["reason"]) == ("rejected", "fault_latched")
-    assert FAULT_ADVICE[32].do in result["remedy"]
+    assert remedy in result["remedy"]
     assert tripped["fault"] == result["fault"]
     assert (result["fault"]["code"], result["fault"]["name"]) == (32, "lease_expired")
-    fault = printed_json(operate("status", "--json"))["first_out_fault"]
-    assert (fault["name"], fault["remedy"]) == ("lease_expired", FAULT_ADVICE[32].do)
+    status = printed_json(operate("status", "--json"))
+    fault = status["first_out_fault"]
+    assert (fault["name"], fault["remedy"]) == ("lease_expired", remedy)
+    assert status["latched_faults"] == ["lease_expired"]
     assert operate("clear").returncode == ExitCode.DONE
     wait_for(lambda: operate("zero").returncode, lambda code: code == ExitCode.DONE)  # needs vented samples
     assert operate("release").returncode == ExitCode.DONE
+    assert printed_json(operate("new-balloon", "7", "--json"))["balloon_id"] == 7
+    assert shared_stack.plc().read_all()["balloon_id"] == 7
+
+
+def test_a_setpoint_without_a_force_gives_a_warning(operate):
+    done = operate("set", "4.9", "--json")
+    assert "4.95 to 11.45 kPa" in printed_json(done)["warning"]
+    assert (done.returncode, done.stderr) == (ExitCode.DONE, "")
+    assert "4.95 to 11.45 kPa" in operate("set", "11.5").stderr
+    assert printed_json(operate("set", "6", "--json"))["warning"] is None
 
 
 def test_a_vent_is_sent_to_an_instrument_of_another_version(shared_stack, monkeypatch):

@@ -28,6 +28,8 @@ KEYS = ["ok", "code", "exit_code", "message", "reason", "remedy", "fault"]
         ("release --port 1", ExitCode.UNAVAILABLE),
         ("clear --port 1", ExitCode.UNAVAILABLE),
         ("zero --port 1", ExitCode.UNAVAILABLE),
+        ("new-balloon 7 --port 1", ExitCode.UNAVAILABLE),
+        ("new-balloon 65536", ExitCode.USAGE),
         ("press 1 --control 1", ExitCode.UNAVAILABLE),
         ("sim fault leak --control 1", ExitCode.UNAVAILABLE),
         ("watch modbus --port 1", ExitCode.UNAVAILABLE),
