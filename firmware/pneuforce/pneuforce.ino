@@ -125,6 +125,8 @@ static void init_uart(void)
     UCSR0B = 1u << RXEN0 | 1u << TXEN0 | 1u << RXCIE0;
 }
 
+/* Start the ADC and timer 1. The timer starts last and without old flags: an early interrupt would add 2 ms to the board
+ * time before the first sample, which `loop` takes for a late sample. */
 static void start_sampling(void)
 {
     ADMUX = AVCC_REFERENCE | BANDGAP_CHANNEL;
@@ -133,11 +135,13 @@ static void start_sampling(void)
     converting_bandgap = true; /* the first sample then has a supply voltage */
     ADCSRA |= 1u << ADSC;
     TCCR1A = 0;
-    TCCR1B = 1u << WGM12 | 1u << CS10;
+    TCCR1B = 0;
     TCNT1 = 0;
     OCR1A = CYCLES_PER_SAMPLE - 1;
     OCR1B = BANDGAP_AT_CYCLES;
+    TIFR1 = 1u << OCF1A | 1u << OCF1B;
     TIMSK1 = 1u << OCIE1A | 1u << OCIE1B;
+    TCCR1B = 1u << WGM12 | 1u << CS10;
 }
 
 /* Start the watchdog: interrupt after 32 ms, reset after another 32 ms. WDTCSR can be changed only within four cycles
