@@ -11,7 +11,7 @@
 # make mutants     mutation test of the host's safety modules, about fifteen minutes
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page
-# make firmware    build firmware/pneuforce.hex for an Arduino UNO
+# make firmware    build firmware/pneuforce.hex for an Arduino UNO, and add its CRC to the table of released images
 
 PYTHON ?= python3
 VENV := .venv
@@ -93,11 +93,19 @@ wheel: $(VENV)/installed
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex
 ELF := build/firmware/pneuforce.elf
+IMAGES := protocol/firmware_images.py
 # Limits [bytes] below the 32 KB of flash and 2 KB of RAM of an UNO. The rest is for the bootloader and the stack.
 MAX_FLASH := 30720
 MAX_RAM := 1600
 
-firmware: $(HEX)
+firmware: $(IMAGES)
+
+# The table of released images: version and CRC-32.
+$(IMAGES): $(HEX) | $(BIN)/python
+	@$(BIN)/python -m pneuforce.sim.board.image_table $< $@
+
+$(BIN)/python:
+	@$(MAKE) --no-print-directory $(VENV)/installed
 
 $(HEX): $(ELF)
 	@avr-objcopy -O ihex -R .eeprom $< $@

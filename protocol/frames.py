@@ -15,7 +15,6 @@ import struct
 from binascii import crc_hqx
 from dataclasses import dataclass, field
 from enum import IntEnum, IntFlag
-from operator import attrgetter
 from typing import ClassVar, Self
 
 PROTOCOL_VERSION = 1
@@ -129,6 +128,16 @@ class Hello:
 
 
 @dataclass(frozen=True, slots=True)
+class Image:
+    """Identification of the program in the flash of the board, board → host, before each Hello."""
+
+    kind: ClassVar[int] = 0x3C
+    layout: ClassVar[struct.Struct] = struct.Struct("<I12x")
+
+    crc: int  #: CRC-32 (IEEE 802.3) of the program, which the board has computed at boot
+
+
+@dataclass(frozen=True, slots=True)
 class Event:
     """State change message, board → host, when the state or a latched fault changes."""
 
@@ -178,12 +187,11 @@ class Vent:
     layout: ClassVar[struct.Struct] = struct.Struct("<16x")
 
 
-Message = Sample | Hello | Event | Identify | Command | Vent
+Message = Sample | Hello | Image | Event | Identify | Command | Vent
 #: Message types by kind. All kinds differ from each other in at least four bits. Three wrong bits therefore
 #: cannot change one kind into another.
-KINDS: dict[int, type[Message]] = {m.kind: m for m in (Sample, Hello, Event, Identify, Command, Vent)}
-_VALUES = {kind: attrgetter(*m.__slots__) if m.__slots__ else None for kind, m in KINDS.items()}
-BOARD_MESSAGES = (Sample, Hello, Event)  #: message types, board → host
+KINDS: dict[int, type[Message]] = {m.kind: m for m in (Sample, Hello, Image, Event, Identify, Command, Vent)}
+BOARD_MESSAGES = (Sample, Hello, Image, Event)  #: message types, board → host
 HOST_MESSAGES = (Identify, Command, Vent)  #: message types, host → board
 
 
@@ -198,8 +206,7 @@ class Frame:
 
 def encode(message: Message, sequence: int, version: int = PROTOCOL_VERSION) -> bytes:
     """Return the frame (24 bytes) of a message. Only the low 16 bits of `sequence` are sent."""
-    values = _VALUES[message.kind]
-    payload = message.layout.pack(*(values(message) if values else ()))
+    payload = message.layout.pack(*[getattr(message, name) for name in message.__slots__])
     body = _HEAD.pack(message.kind, version, sequence & 0xFFFF) + payload
     return SYNC + body + _CRC.pack(crc_hqx(body, 0xFFFF))
 

@@ -20,6 +20,7 @@ struct board {
     uint16_t samples;      /* samples sent since boot */
     uint16_t other_frames; /* frames sent that are not samples */
     uint32_t serial;
+    uint32_t image_crc;
     uint32_t uptime_ms;
     uint32_t time_us;
     uint32_t last_hello_us;
@@ -27,12 +28,14 @@ struct board {
     uint8_t out_bytes;
 };
 
-/* Set the values at boot. `unexpected_reset`: the watchdog or a brown-out has restarted the board. */
-static void board_init(struct board *b, uint8_t kind, uint32_t serial, bool unexpected_reset)
+/* Set the values at boot. `image_crc`: CRC-32 of the program in the flash. `unexpected_reset`: the watchdog or a
+ * brown-out has restarted the board. */
+static void board_init(struct board *b, uint8_t kind, uint32_t serial, uint32_t image_crc, bool unexpected_reset)
 {
     memset(b, 0, sizeof *b);
     b->kind = kind;
     b->serial = serial;
+    b->image_crc = image_crc;
     pressure_init(&b->pressure, unexpected_reset);
 }
 
@@ -50,13 +53,16 @@ static void queue_frame(struct board *b, uint8_t kind, uint16_t sequence, const 
     b->out_bytes += FRAME_BYTES;
 }
 
-static void queue_hello(struct board *b)
+/* Queue an Image and a Hello. The Image is first, so that the host knows both after the Hello. */
+static void queue_identification(struct board *b)
 {
+    struct image image = {b->image_crc};
     struct hello hello = {b->kind, FIRMWARE_REVISION, b->uptime_ms, b->serial, HOST_SILENCE_MS,
                           b->pressure.status.host_timeout_ms};
 
     b->hello_sent = true;
     b->last_hello_us = b->time_us;
+    queue_frame(b, KIND_IMAGE, ++b->other_frames, &image, sizeof image);
     queue_frame(b, KIND_HELLO, ++b->other_frames, &hello, sizeof hello);
 }
 
@@ -99,7 +105,7 @@ static void handle(struct board *b, const uint8_t *frame)
             b->identified = true;
             host_identified(&b->pressure);
         }
-        queue_hello(b);
+        queue_identification(b);
         break;
     case KIND_VENT:
         vent(&b->pressure);
@@ -133,7 +139,7 @@ static uint8_t board_step(struct board *b, uint16_t adc_sum, uint16_t supply_mv)
 {
     pressure_step(&b->pressure, adc_sum, supply_mv);
     if (!b->identified && (!b->hello_sent || b->time_us - b->last_hello_us >= HELLO_INTERVAL_US))
-        queue_hello(b);
+        queue_identification(b);
     queue_events(b);
     queue_sample(b, adc_sum);
     return b->pressure.status.valves;

@@ -99,7 +99,7 @@
 #define MAX_HOST_TIMEOUT_MS 10000u
 
 /* pneuforce.sim.board.board */
-#define FIRMWARE_REVISION 257u
+#define FIRMWARE_REVISION 258u
 #define HELLO_INTERVAL_US 200000u
 #define SAMPLE_MS 2u
 #define SYNC_0 0xA5u
@@ -155,6 +155,10 @@ struct hello {
     uint32_t serial;
     uint16_t host_silence_ms;
     uint16_t host_timeout_ms;
+} __attribute__((packed));
+#define KIND_IMAGE 0x3Cu
+struct image {
+    uint32_t crc;
 } __attribute__((packed));
 #define KIND_EVENT 0x66u
 struct event {

@@ -8,6 +8,7 @@
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <avr/pgmspace.h>
 #include <avr/wdt.h>
 
 #include "board.h"
@@ -106,6 +107,27 @@ static bool was_unexpected_reset(void)
     return !power_on && (marked || (reset_flags & (1u << WDRF | 1u << BORF)) != 0);
 }
 
+/* Size of the program in the flash, with the initial values of its variables: the address of this symbol of the linker.
+ * Any remains of an earlier program begin there. */
+extern const uint8_t __data_load_end[];
+#define CRC32_POLYNOMIAL 0xEDB88320ul /* IEEE 802.3, bits reversed */
+
+/* Return the CRC-32 of the program in the flash. This takes 0.11 s, so it runs once, before the samples
+ * and the watchdog start. */
+static uint32_t image_crc(void)
+{
+    uint32_t crc = UINT32_MAX;
+    uint16_t address;
+    uint8_t n;
+
+    for (address = 0; address < (uint16_t)__data_load_end; address++) {
+        crc ^= pgm_read_byte(address);
+        for (n = 0; n < 8; n++)
+            crc = crc & 1 ? crc >> 1 ^ CRC32_POLYNOMIAL : crc >> 1;
+    }
+    return ~crc;
+}
+
 static void init_board(void)
 {
     uint8_t kind = eeprom_read_byte((const uint8_t *)EEPROM_KIND);
@@ -114,7 +136,7 @@ static void init_board(void)
     if (!(MIN_BANDGAP_MV <= bandgap_mv && bandgap_mv <= MAX_BANDGAP_MV))
         bandgap_mv = NOMINAL_BANDGAP_MV;
     board_init(&board, kind == UINT8_MAX ? (uint8_t)BOARD_REAL : kind,
-               eeprom_read_dword((const uint32_t *)EEPROM_SERIAL), was_unexpected_reset());
+               eeprom_read_dword((const uint32_t *)EEPROM_SERIAL), image_crc(), was_unexpected_reset());
 }
 
 static void init_uart(void)

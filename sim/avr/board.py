@@ -34,7 +34,7 @@ STEP_US = 1_000_000 // SAMPLES_PER_S
 #: first time-out requests an interrupt, which the stopped processor cannot execute. Its second time-out
 #: resets the chip.
 WATCHDOG_RESET_US = 64_000
-MAX_BOOT_CYCLES = 100_000 * CYCLES_PER_US
+MAX_BOOT_CYCLES = 500_000 * CYCLES_PER_US
 
 
 class AvrBoard:
@@ -116,7 +116,7 @@ class AvrBoard:
         self._time_us, self._clock_stopped_us = board_time_us, 0
         self.chip.set_inputs(adc_sum, supply_mv)
         if self._time_zero_cycle is None:
-            self.chip.run(_first_sum_cycle() - AHEAD_CYCLES)
+            self.chip.run(_first_sum_cycle(self._binary) - AHEAD_CYCLES)
             self._time_zero_cycle = self.chip.cycle + (STEP_US - board_time_us) * CYCLES_PER_US
         self.chip.receive(received)
         sent = self._sent_until(self._time_zero_cycle + board_time_us * CYCLES_PER_US)
@@ -158,9 +158,15 @@ def _program_of(version: int) -> Path:
 
 
 @cache
-def _first_sum_cycle() -> int:
-    """Return the cycle at which the first ADC sum after a boot is complete."""
-    chip = Emulator(program())
-    while not chip.sums and chip.cycle < MAX_BOOT_CYCLES:
-        chip.run(chip.cycle + CYCLES_PER_US)
+def _first_sum_cycle(binary: Path) -> int:
+    """Return the cycle at which the first ADC sum after a boot is complete.
+
+    At boot, the firmware computes the CRC of its image. Coarse steps first make this search fast.
+    """
+    chip, before = Emulator(binary), 0
+    for step in (STEP_US * CYCLES_PER_US, CYCLES_PER_US):
+        chip, cycle = Emulator(binary), before
+        while not chip.sums and cycle < MAX_BOOT_CYCLES:
+            before, cycle = cycle, cycle + step
+            chip.run(cycle)
     return chip.cycle + CONVERSION_CYCLES

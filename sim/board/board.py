@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import (
     PROTOCOL_VERSION,
     SAMPLES_PER_S,
@@ -13,6 +14,7 @@ from pneuforce.protocol.frames import (
     FrameDecoder,
     Hello,
     Identify,
+    Image,
     Message,
     Mode,
     Sample,
@@ -23,7 +25,7 @@ from pneuforce.protocol.limits import HELD, HOST_SILENCE_S
 from pneuforce.sim.board.pressure_control import PressureController
 from pneuforce.sim.board.states import UNEXPECTED_RESETS, ResetCause
 
-FIRMWARE_REVISION = 0x0101
+FIRMWARE_REVISION = 0x0102
 HELLO_INTERVAL_US = 200_000
 SAMPLE_S = 1 / SAMPLES_PER_S
 
@@ -33,6 +35,8 @@ class SimulatedBoard:
 
     def __init__(self, serial: int = 1, reset_cause: ResetCause = ResetCause.POWER_ON) -> None:
         self.serial = serial
+        #: CRC of the firmware that sends the same bytes as this board
+        self.image_crc = IMAGES.get(FIRMWARE_REVISION, 0)
         self.reset_cause = reset_cause
         self.version = PROTOCOL_VERSION  #: protocol version of all sent frames and of a valid Identify
         self.samples = 0  #: samples sent since boot; the low 16 bits are the sequence number of the frame
@@ -75,7 +79,7 @@ class SimulatedBoard:
             if frame.version == self.version:
                 self._identified = True
                 self._pressure.host_identified()
-            return self._hello()
+            return self._identification()
         if isinstance(message, Vent):
             self._pressure.vent()
         elif isinstance(message, Command) and self._identified and message.mode in tuple(Mode):
@@ -88,11 +92,13 @@ class SimulatedBoard:
         if self._identified:
             return b""
         due = self._last_hello_us is None or self._time_us - self._last_hello_us >= HELLO_INTERVAL_US
-        return self._hello() if due else b""
+        return self._identification() if due else b""
 
-    def _hello(self) -> bytes:
+    def _identification(self) -> bytes:
+        """Return an Image and a Hello."""
         self._last_hello_us = self._time_us
-        return self._encode_other(
+        image = self._encode_other(Image(self.image_crc))
+        return image + self._encode_other(
             Hello(
                 board=BoardKind.SIMULATED,
                 firmware=FIRMWARE_REVISION,

@@ -66,7 +66,7 @@ int main(int count, char **arguments)
         uint8_t received[2 * FRAME_BYTES], bytes = 0;
 
         if (at == 0) {
-            board_init(&b, 2, (uint32_t)n, next() % 8 == 0);
+            board_init(&b, 2, (uint32_t)n, (uint32_t)n, next() % 8 == 0);
             setpoint = (uint16_t)(next() % 8 ? 2000 + next() % 10000 : next());
             time_us = next(), kpa = 0.0f;
         }

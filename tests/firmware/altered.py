@@ -28,7 +28,7 @@ def altered(tmp_path, **changes):
     sketch.write_text(source)
     run("avr-gcc", "@firmware/flags", "-x", "c", sketch, "-o", program)
     board = AvrBoard()
-    board.chip = Emulator(program)
+    board.chip, board._binary = Emulator(program), program
     return board
 
 

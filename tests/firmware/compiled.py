@@ -8,10 +8,13 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import FRAME_BYTES, BoardKind
+from pneuforce.sim.board.board import FIRMWARE_REVISION
 from pneuforce.sim.board.states import UNEXPECTED_RESETS, ResetCause
 
 ROOT = Path(__file__).parents[2]
+IMAGE_CRC = IMAGES[FIRMWARE_REVISION]  #: CRC that a real board computes from its flash
 STRICT = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Werror")
 #: Folder for coverage data of gcov; see tests/firmware/coverage.py.
 COVERAGE_FOLDER = os.environ.get("PNEUFORCE_GCOV", "")
@@ -26,6 +29,7 @@ def library():
         with tempfile.TemporaryDirectory() as folder:
             loaded = load_from(folder)
     loaded.board_new.restype = ctypes.c_void_p
+    loaded.board_new.argtypes = (ctypes.c_uint8, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_bool)
     loaded.board_is_ok.restype = ctypes.c_bool
     return loaded
 
@@ -55,7 +59,7 @@ class CBoard:
     def __init__(self, serial=1, reset_cause=ResetCause.POWER_ON):
         self._c = library()
         self._board = ctypes.c_void_p(
-            self._c.board_new(BoardKind.SIMULATED, serial, reset_cause in UNEXPECTED_RESETS),
+            self._c.board_new(BoardKind.SIMULATED, serial, IMAGE_CRC, reset_cause in UNEXPECTED_RESETS),
         )
 
     @property

@@ -3,11 +3,11 @@
 
 #include "board.h"
 
-struct board *board_new(uint8_t kind, uint32_t serial, bool unexpected_reset)
+struct board *board_new(uint8_t kind, uint32_t serial, uint32_t image_crc, bool unexpected_reset)
 {
     struct board *b = malloc(sizeof *b);
 
-    board_init(b, kind, serial, unexpected_reset);
+    board_init(b, kind, serial, image_crc, unexpected_reset);
     return b;
 }
 

@@ -7,7 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
+from pneuforce.sim.board import image_table
+from pneuforce.sim.board.board import FIRMWARE_REVISION
+from pneuforce.sim.board.image_table import crc_of
 from tests.firmware.altered import ROOT, run
 from tests.tools import needs
 
@@ -19,7 +23,7 @@ pytestmark = needs("gcc-avr", "/usr/bin/avr-gcc")
 
 
 def output_in(folder):
-    return f"ELF={folder}/pneuforce.elf", f"HEX={folder}/pneuforce.hex"
+    return f"ELF={folder}/pneuforce.elf", f"HEX={folder}/pneuforce.hex", f"IMAGES={folder}/images.py"
 
 
 def compiler():
@@ -38,6 +42,21 @@ def test_make_firmware_builds_without_a_warning_and_prints_the_size(tmp_path):
 def test_the_committed_program_is_the_compiled_sketch(tmp_path):
     run("make", "firmware", *output_in(tmp_path))
     assert (tmp_path / "pneuforce.hex").read_bytes() == HEX.read_bytes(), "run `make firmware`"
+
+
+def test_the_table_of_released_images_contains_the_committed_program(tmp_path):
+    assert IMAGES[FIRMWARE_REVISION] == crc_of(HEX), "run `make firmware`"
+    assert max(IMAGES) == FIRMWARE_REVISION
+    table = tmp_path / "images.py"
+    image_table.main(str(HEX), str(table))
+    assert table.read_bytes() == (ROOT / "protocol/firmware_images.py").read_bytes()
+
+
+def test_a_hex_file_with_a_gap_has_no_crc(tmp_path):
+    gap = tmp_path / "gap.hex"
+    gap.write_text("".join(HEX.read_text().splitlines(keepends=True)[1:]))
+    with pytest.raises(ValueError, match="the bytes before address 0010h are missing"):
+        crc_of(gap)
 
 
 @pytest.mark.parametrize("limit", ["MAX_FLASH=9000", "MAX_RAM=1000"])

@@ -73,7 +73,7 @@ class FakeBoard(threading.Thread):
                     self.host_timeout_ms = message.host_timeout_ms
 
     def _hello(self):
-        return Hello(BoardKind.EMULATED, 0x101, self._age_ms(), 7, self.silence_ms, self.host_timeout_ms)
+        return Hello(BoardKind.EMULATED, 0x102, self._age_ms(), 7, self.silence_ms, self.host_timeout_ms)
 
     def _age_ms(self):
         return self.uptime_ms + round((time.monotonic() - self._started_s) * 1e3)

@@ -14,6 +14,7 @@ from pneuforce.protocol.frames import (
     Fault,
     Hello,
     Identify,
+    Image,
     Sample,
     Valve,
     Vent,
@@ -32,7 +33,8 @@ S = BoardState
 def test_a_board_sends_hello_five_times_a_second_and_no_samples_until_a_host_has_identified(bench):
     bench.run(1.01)
     assert len(bench.all(Hello)) == 6
-    assert len(bench.frames) == 6
+    assert len(bench.all(Image)) == 6
+    assert len(bench.frames) == 12
 
 
 @brief

@@ -43,7 +43,7 @@ def test_flashing_reads_the_signature_writes_the_firmware_and_waits_for_the_boar
         f"{options} -U signature:r:-:h",
         f"{options} -D -U flash:w:{HEX}:i",
     ]
-    assert "firmware 1.1 answers" in capsys.readouterr().out
+    assert "firmware 1.2 answers" in capsys.readouterr().out
     assert board.state.name == "VENTED"
 
 
@@ -69,7 +69,7 @@ def test_a_dry_run_prints_the_command_and_runs_nothing(avrdude, cable, capsys):
     log = avrdude()
     flash.run_flash("/dev/ttyACM9", dry_run=True)
     assert capsys.readouterr().out.splitlines() == [
-        f"firmware 1.1, protocol 1, made from {SKETCH}",
+        f"firmware 1.2, protocol 1, made from {SKETCH}",
         f"avrdude -q -p atmega328p -c arduino -P /dev/ttyACM9 -b 115200 -D -U flash:w:{HEX}:i",
     ]
     assert log.read_text() == ""
@@ -114,7 +114,7 @@ def test_json_contains_the_command_and_the_answer_of_the_board(avrdude, cable, c
     cable.plug()
     flash.run_flash(str(cable.path), dry_run=False, as_json=True)
     result = json.loads(capsys.readouterr().out)
-    assert result["answers"]["firmware"] == result["firmware"] == "1.1"
+    assert result["answers"]["firmware"] == result["firmware"] == "1.2"
     assert result["command"][0] == "avrdude"
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import (
     BoardKind,
     Command,
@@ -20,6 +21,10 @@ from pneuforce.protocol.frames import (
 )
 from pneuforce.sim.avr import board as avr
 from pneuforce.sim.avr.board import AvrBoard
+from pneuforce.sim.avr.emulator import ResetFlag
+from pneuforce.sim.avr.toolchain import HEX
+from pneuforce.sim.board.board import FIRMWARE_REVISION
+from pneuforce.sim.board.image_table import crc_of
 from pneuforce.sim.faults import SimulatorRequestError
 from pneuforce.sim.hand import Hand
 from pneuforce.sim.plants.published import PublishedPlant
@@ -47,10 +52,36 @@ def drive(rig, seconds):
     return sent
 
 
+def messages_after_boot(board):
+    sent = board.step(2000, 1000, 5000, b"")
+    return [frame.message for frame in FrameDecoder.for_board_frames().feed(sent)]
+
+
 def test_the_hello_reports_an_emulated_board_and_its_serial_number():
-    [frame] = FrameDecoder.for_board_frames().feed(AvrBoard(serial=70_001).step(2000, 1000, 5000, b""))
-    assert isinstance(frame.message, Hello)
-    assert (frame.message.board, frame.message.serial) == (BoardKind.EMULATED, 70_001)
+    _image, hello = messages_after_boot(AvrBoard(serial=70_001))
+    assert isinstance(hello, Hello)
+    assert (hello.board, hello.serial) == (BoardKind.EMULATED, 70_001)
+
+
+def test_the_board_reports_the_crc_of_its_flash():
+    board = AvrBoard()
+    board._boot(HEX, ResetFlag.POWER_ON)  # the program with which real boards are flashed
+    image, hello = messages_after_boot(board)
+    assert (hello.firmware, image.crc) == (FIRMWARE_REVISION, IMAGES[FIRMWARE_REVISION])
+
+
+def test_a_flash_with_one_wrong_bit_has_another_crc(tmp_path):
+    *records, constants, end = HEX.read_text().splitlines()
+    record = bytearray.fromhex(constants[1:])
+    record[-2] ^= 1
+    record[-1] = -sum(record[:-1]) & 0xFF  # the check sum of the record
+    damaged = tmp_path / "damaged.hex"
+    damaged.write_text("\n".join([*records, f":{record.hex().upper()}", end, ""]))
+    board = AvrBoard()
+    board._boot(damaged, ResetFlag.POWER_ON)
+    image, hello = messages_after_boot(board)
+    assert (hello.firmware, image.crc) == (FIRMWARE_REVISION, crc_of(damaged))
+    assert image.crc != IMAGES[FIRMWARE_REVISION]
 
 
 def test_the_board_fills_the_balloon_of_the_rig_and_loses_no_byte():
@@ -118,8 +149,8 @@ def test_a_reset_board_boots_and_the_balloon_empties():
     driven = rig()
     drive(driven, 5)
     driven.reset_board()
-    [frame] = FrameDecoder.for_board_frames().feed(driven.step())
-    assert frame.message.uptime_ms == 2
+    _image, hello = FrameDecoder.for_board_frames().feed(driven.step())
+    assert hello.message.uptime_ms == 2
     for _ in range(1000):
         driven.step()
     assert driven.truth.balloon_kpa < 0.5
