@@ -38,6 +38,9 @@ class Details:
     calibration_date: str | None = None  #: date of the calibration (ISO 8601); None without a calibration
     serial_number: int | None = None  #: serial number of the instrument
     balloon_id: int | None = None  #: number of the balloon
+    firmware_version: int | None = None  #: of the board: major · 256 + minor
+    firmware_origin: str | None = None  #: comparison with the released images, for example "current"
+    firmware_image: int | None = None  #: CRC-32 of the image of the firmware
     inflation_count: int | None = None  #: number of inflations of this balloon
     map_version: int | None = None  #: version of the register map
     map_hash: int | None = None  #: hash of all declarations of all buses
@@ -84,6 +87,9 @@ def details_of(registers: Mapping[str, Any]) -> Details:
                 "method",
                 "serial_number",
                 "balloon_id",
+                "firmware_version",
+                "firmware_origin",
+                "firmware_image",
                 "inflation_count",
                 "map_version",
                 "map_hash",

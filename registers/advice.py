@@ -177,8 +177,9 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "the force stays invalid, vent and inflate again. If the configuration sets reference_timeout_s, write "
     "register 518 periodically.",
     "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
-    "board, a failed event log or recording, a certificate that expires within 30 days, or a missing ambient "
-    "pressure (ambient_required). The log of the host process names the other causes.",
+    "board, a failed event log or recording, a certificate that expires within 30 days, a missing ambient "
+    "pressure (ambient_required), or a firmware that is not released (register 795). The log of the host "
+    "process names the other causes.",
     "out_of_specification": "See bit 5 (out_of_range).",
     "function_check": "No force is available now. If a proof test is in progress, wait for up to 5 s. "
     "Otherwise inflate the balloon, or wait until the setpoint is reached.",
@@ -228,6 +229,17 @@ REJECT_REASON_ADVICE: Mapping[str, str] = {
     "implausible": "The written ambient pressure differs by more than 6 kPa from circuit.ambient_kpa in the "
     "configuration, or by more than 1 kPa from the last written one. Write the absolute pressure at the "
     "instrument, not the pressure reduced to sea level. Check the barometer and the configuration.",
+    "unknown_firmware": "The firmware is not a released firmware, and rig.require_released_firmware is true "
+    "in the configuration. Install the firmware of this package (pneuforce flash).",
+}
+
+#: Meaning of each result of the comparison of the firmware with the released images (register 795).
+FIRMWARE_ORIGIN_DESCRIPTIONS: Mapping[str, str] = {
+    "not_reported": "No board has answered yet, or its firmware does not report its image.",
+    "current": "The board has the firmware of the package on the instrument.",
+    "other_version": "The board has a released firmware, but not that of the package on the instrument.",
+    "unknown": "The image on the board is not a released image: it is a private build, or the flash is "
+    "damaged. Install the firmware of the package (pneuforce flash).",
 }
 
 STATE_DESCRIPTIONS: Mapping[str, str] = {

@@ -110,6 +110,7 @@ REJECT_REASONS = Enumeration(
         7: "not_zeroed",
         8: "in_contact",
         9: "implausible",
+        10: "unknown_firmware",
     }
 )
 MODES = Enumeration({0: "vent", 1: "hold"})
@@ -127,6 +128,7 @@ COMMANDS = Enumeration(
     }
 )
 ANSWERS = Enumeration({0: "idle", 1: "busy", 2: "done", 3: "failed"})
+FIRMWARE_ORIGINS = Enumeration({0: "not_reported", 1: "current", 2: "other_version", 3: "unknown"})
 AMBIENT_SOURCES = Enumeration({0: "configured", 1: "measured"})
 METHODS = Enumeration(
     {

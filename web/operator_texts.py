@@ -104,4 +104,5 @@ REJECT_TEXTS: Mapping[str, str] = {
     "not_zeroed": "No zero yet. Press VENT, and wait until the pressure is steady.",
     "in_contact": "Not possible during a contact. Lift off, and wait.",
     "implausible": "The value contradicts the configuration or the value before. Check the sensor.",
+    "unknown_firmware": "The firmware of the board is not a released firmware. Install it again.",
 }

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 5E948E54h (registers 768 and 770).
+ * Map version 1, hash 61FAFA66h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x5E948E54)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x61FAFA66)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -99,6 +99,9 @@
 #define PNEUFORCE_ADDRESS_EVENT_LOG_DIGEST_2 788
 #define PNEUFORCE_ADDRESS_LATCHED_FAULTS_1 790
 #define PNEUFORCE_ADDRESS_LATCHED_FAULTS_2 792
+#define PNEUFORCE_ADDRESS_FIRMWARE_VERSION 794
+#define PNEUFORCE_ADDRESS_FIRMWARE_ORIGIN 795
+#define PNEUFORCE_ADDRESS_FIRMWARE_IMAGE 796
 #define PNEUFORCE_ADDRESS_TEST_FLOAT 3840
 #define PNEUFORCE_ADDRESS_TEST_LONG 3842
 #define PNEUFORCE_ADDRESS_TEST_INT 3844
@@ -181,7 +184,8 @@ enum pneuforce_reject_reason {
     PNEUFORCE_REJECT_REASON_LINK_LOST = 6,
     PNEUFORCE_REJECT_REASON_NOT_ZEROED = 7,
     PNEUFORCE_REJECT_REASON_IN_CONTACT = 8,
-    PNEUFORCE_REJECT_REASON_IMPLAUSIBLE = 9
+    PNEUFORCE_REJECT_REASON_IMPLAUSIBLE = 9,
+    PNEUFORCE_REJECT_REASON_UNKNOWN_FIRMWARE = 10
 };
 
 enum pneuforce_mode {
@@ -814,6 +818,27 @@ static inline bool pneuforce_latched_faults_1(const uint16_t *from_768, bool low
 static inline bool pneuforce_latched_faults_2(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 24, low_word_first);
+    return true;
+}
+
+/* 794: Firmware version of the board: 0102h is 1.2; 0 if no board has answered yet. */
+static inline bool pneuforce_firmware_version(const uint16_t *from_768, uint16_t *value)
+{
+    memcpy(value, from_768 + 26, sizeof *value);
+    return true;
+}
+
+/* 795: Comparison of the firmware with the released images. 3: not a released image. */
+static inline bool pneuforce_firmware_origin(const uint16_t *from_768, uint16_t *value)
+{
+    memcpy(value, from_768 + 27, sizeof *value);
+    return true;
+}
+
+/* 796: CRC-32 of the image of the firmware, which the board computes at boot; 0 if not reported. */
+static inline bool pneuforce_firmware_image(const uint16_t *from_768, bool low_word_first, uint32_t *value)
+{
+    *value = pneuforce_bits(from_768 + 28, low_word_first);
     return true;
 }
 

@@ -222,13 +222,13 @@ class AuditLogger:
 
     def _observe(self, now_s: float) -> ObservedState:
         instrument = self._instrument
-        hello, zero = instrument.hello, instrument.chain.zero
+        hello, firmware, zero = instrument.hello, instrument.firmware, instrument.chain.zero
         if instrument.force_limit_exceeded:
             self._alarm_until_s = now_s + ALARM_HOLD_S
         if instrument.alarm_2.active:
             self._alarm_2_until_s = now_s + ALARM_HOLD_S
         return ObservedState(
-            board=(hello.board, hello.serial, hello.firmware) if hello else None,
+            board=(hello.board, hello.serial, str(firmware)) if hello and firmware else self._last.board,
             faults=tuple(instrument.faults),
             state=state_of(instrument),
             zero_kpa=zero.zero_kpa if zero.taken else None,

@@ -13,7 +13,7 @@ from pneuforce.protocol.frames import BoardKind
 class ObservedState(NamedTuple):
     """State of the instrument at one instant. A change of a field is logged as a record of this kind."""
 
-    board: tuple[int, int, int] | None  #: kind of the board, serial number, firmware version
+    board: tuple[int, int, str] | None  #: kind of the board, serial number, description of the firmware
     faults: tuple[int, ...]
     state: str
     zero_kpa: float | None
@@ -30,12 +30,12 @@ def changes(before: ObservedState, now: ObservedState) -> list[RecordFields]:
     ]
 
 
-def _format_board(board: tuple[int, int, int] | None) -> str | None:
+def _format_board(board: tuple[int, int, str] | None) -> str | None:
     if board is None:
         return None
     code, serial, firmware = board
     kind = BoardKind(code).name.lower() if code in set(BoardKind) else f"of kind {code}"
-    return f"{kind}, serial {serial}, firmware {firmware >> 8}.{firmware & 0xFF}"
+    return f"{kind}, serial {serial}, {firmware}"
 
 
 #: Formatters of the fields that contain numeric codes.

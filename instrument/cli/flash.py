@@ -27,12 +27,16 @@ def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
         print(shlex.join(command), flush=True)
     answer = None
     if not dry_run:
-        hello = upload(port, HEX)
-        answer = {"firmware": _format_revision(hello.firmware), "serial": hello.serial}
+        hello, reported = upload(port, HEX)
+        answer = {
+            "firmware": _format_revision(hello.firmware),
+            "image": f"{reported.image_crc:08X}",
+            "serial": hello.serial,
+        }
     if as_json:
         print(json.dumps({**plan, "command": command, "answers": answer}))
     elif answer:
-        print("firmware {firmware} answers, board {serial}".format(**answer))
+        print("firmware {firmware}, image {image} answers, board {serial}".format(**answer))
 
 
 def _format_revision(firmware: int) -> str:

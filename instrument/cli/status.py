@@ -1,4 +1,4 @@
-"""`pneuforce status`: state, fault, force, pressure, setpoint, lease and versions of a running instrument."""
+"""`pneuforce status`: state, fault, force, pressure, lease, firmware and versions of a running instrument."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ from pneuforce.client.details import Details, LatchedFault
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
-from pneuforce.registers.advice import STATE_DESCRIPTIONS, STATUS_ADVICE
+from pneuforce.registers.advice import (
+    FIRMWARE_ORIGIN_DESCRIPTIONS,
+    STATE_DESCRIPTIONS,
+    STATUS_ADVICE,
+)
 
 NOT_AVAILABLE = "not available"
 EXAMPLE_SETPOINT_KPA = 6.5  #: shown if the instrument has no setpoint yet
@@ -83,9 +87,11 @@ def lines(measurement: Measurement, details: Details) -> Iterator[tuple[str, str
     requested = pressure_text(details.setpoint_requested_kpa)
     yield "setpoint", f"{pressure_text(measurement.setpoint_kpa)} (requested {requested})"
     yield "lease", _lease_text(details)
+    yield "firmware", _firmware_text(details)
     for each in sorted(measurement.status - _SHOWN_ELSEWHERE):
         yield "attention", f"{each}: {STATUS_ADVICE[each].what} {STATUS_ADVICE[each].do}".rstrip()
-    yield "versions", ", ".join(f"{name} {value}" for name, value in _versions(details).items() if value)
+    versions = {name: value for name, value in _versions(details).items() if not name.startswith("firmware")}
+    yield "versions", ", ".join(f"{name} {value}" for name, value in versions.items() if value)
 
 
 def force_text(measurement: Measurement) -> str:
@@ -123,6 +129,14 @@ def _lease_text(details: Details) -> str:
     return f"{details.lease_left_s:.1f} s left, the holder is a client of {details.lease_holder}"
 
 
+def _firmware_text(details: Details) -> str:
+    version = details.firmware_version
+    if version is None:
+        return "unknown"
+    image = f"{version >> 8}.{version & 0xFF}, image {details.firmware_image:08X}: " if version else ""
+    return image + FIRMWARE_ORIGIN_DESCRIPTIONS.get(str(details.firmware_origin), NOT_AVAILABLE)
+
+
 def _lease(details: Details) -> dict[str, Any]:
     return {"holder": details.lease_holder, "left_s": details.lease_left_s}
 
@@ -138,6 +152,9 @@ def _versions(details: Details) -> dict[str, Any]:
         "method": details.method,
         "calibration_date": details.calibration_date,
         "balloon_id": details.balloon_id,
+        "firmware_version": details.firmware_version,
+        "firmware_origin": details.firmware_origin,
+        "firmware_image": _hexadecimal(details.firmware_image),
     }
 
 

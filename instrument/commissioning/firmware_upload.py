@@ -11,6 +11,7 @@ from pneuforce.errors import ConfigurationError, PortBusy, RigError
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.rig.firmware import Firmware, FirmwareOrigin
 from pneuforce.instrument.rig.usb_device import is_local_device, processes_using
 from pneuforce.instrument.service.host import Host
 from pneuforce.protocol.frames import Hello
@@ -37,15 +38,22 @@ def upload_command(port: str, firmware: Path) -> list[str]:
     return [*avrdude_command(port), "-D", "-U", f"flash:w:{firmware}:i"]
 
 
-def upload(port: str, firmware: Path) -> Hello:
-    """Write the firmware, and return the identification of the board afterwards.
+def upload(port: str, firmware: Path) -> tuple[Hello, Firmware]:
+    """Write the firmware, and return the identification of the board and its firmware afterwards.
 
-    The board restarts, so the rig vents. Raises ConfigurationError, RigError.
+    The board restarts, so the rig vents. Raises ConfigurationError, or RigError also if the board reports
+    another image than that of this package.
     """
     _check_port(port)
     _check_signature(port)
     _run_avrdude(upload_command(port, firmware))
-    return asyncio.run(_identify_board(port))
+    hello, reported = asyncio.run(_identify_board(port))
+    if reported.origin is not FirmwareOrigin.CURRENT:
+        raise RigError(
+            f"the board on {port} does not answer with the image that was written, but with {reported}: "
+            "flash again; if this occurs again, replace the board"
+        )
+    return hello, reported
 
 
 def _check_port(port: str) -> None:
@@ -106,12 +114,14 @@ def _error_line(stderr: str) -> str:
     return (errors or lines or ["no message"])[-1]
 
 
-async def _identify_board(port: str) -> Hello:
-    """Return the Hello of the board at `port`. The rig is vented and the port is closed."""
+async def _identify_board(port: str) -> tuple[Hello, Firmware]:
+    """Return the Hello and the firmware of the board at `port`. The rig is vented and the port is closed."""
     stop = asyncio.Event()
     host = Host(Session(Instrument(Settings())), port)
     await host.connect(stop)
     stop.set()
     await host.run(stop)
-    assert host.link.hello is not None
-    return host.link.hello
+    hello, firmware = host.link.hello, host.link.firmware
+    assert hello is not None
+    assert firmware is not None
+    return hello, firmware

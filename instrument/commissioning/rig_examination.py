@@ -37,12 +37,12 @@ async def examine_rig(
     except RigError as error:
         advice = "check power, cable, port and firmware: pneuforce flash"
         return [Check("board", CheckResult.FAIL, str(error), advice)]
-    since_opened_s = time.monotonic() - opened_s
+    since_opened_s, firmware = time.monotonic() - opened_s, host.link.firmware
     examination = Examination(host.instrument, host.link, inflation_obstacle, inflate_kpa)
     host.channels.append(examination)
     await _run(host, examination, stop, on_stage)
     hello = host.link.hello
-    checks = board_checks(hello, since_opened_s) if hello else []
+    checks = board_checks(hello, firmware, since_opened_s) if hello and firmware else []
     checks += [*signal_checks(examination), *circuit_checks(examination)]
     if not examination.done:
         checks.append(unchecked(INTERRUPTED, "interrupted; vented", RUN_AGAIN))

@@ -164,6 +164,7 @@ class Configuration(Section):
             **self.measurement.model_dump(
                 include={"reference_timeout_s", "ambient_timeout_s", "ambient_required"}
             ),
+            require_released_firmware=self.rig.require_released_firmware,
             **self.safety.model_dump(),
         )
 

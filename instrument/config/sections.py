@@ -45,6 +45,9 @@ class RigSection(Section):
         min_length=1,
         description="device (preferably its /dev/serial/by-id name), or socket://host:port",
     )
+    require_released_firmware: bool = Field(
+        False, description="reject mode hold if the image of the firmware is not a released image"
+    )
 
 
 class BalloonSection(Section):

@@ -24,6 +24,7 @@ class WriteContext:
     arming: Arming
     link_lost: bool
     zeroed: bool
+    firmware_allowed: bool  #: the configuration allows an inflation with the firmware of the board
     vented: bool
     reference_monitored: bool  #: the reference pressure must be written periodically, in all states
     in_contact: bool
@@ -99,6 +100,8 @@ def _check_hold(setpoint_kpa: float, record: PeerRecord, context: WriteContext) 
         return HOLD_REJECT_REASONS[context.arming]
     if not context.zeroed:
         return RejectReason.NOT_ZEROED
+    if not context.firmware_allowed:
+        return RejectReason.UNKNOWN_FIRMWARE
     if context.arming is Arming.READY and record.mode == "hold":
         return RejectReason.STATE
     return RejectReason.NONE if math.isfinite(setpoint_kpa) else RejectReason.STATE

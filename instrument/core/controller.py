@@ -20,6 +20,7 @@ from pneuforce.instrument.core.requests import execute, log_write, write_context
 from pneuforce.instrument.core.snapshot import Snapshot, snapshot_of
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Command, CommandFlag, Fault, Hello, Mode, Sample
 from pneuforce.protocol.limits import HELD, PRESSURISED
@@ -42,8 +43,8 @@ class Instrument(InstrumentState):
 
     # ---- input from the rig
 
-    def identify_board(self, hello: Hello) -> None:
-        """Store the identity of the board.
+    def identify_board(self, hello: Hello, firmware: Firmware | None) -> None:
+        """Store the identity of the board. The firmware is None before the end of the handshake.
 
         If the board was replaced, the new board has another sensor: discard the zero adjustment, and trip.
         """
@@ -51,7 +52,7 @@ class Instrument(InstrumentState):
         if self.hello is not None and hello.serial != self.hello.serial:
             self.chain.zero.clear()
             self.trip(HostFault.BOARD_RESET)
-        self.hello = hello
+        self.hello, self.firmware = hello, firmware
 
     def board_restarted(self) -> None:
         """Trip because the board has restarted. The rig stays vented until a peer arms it again."""

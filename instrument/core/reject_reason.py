@@ -19,6 +19,7 @@ class RejectReason(StrEnum):
     NOT_ZEROED = auto()  #: the zero adjustment of the pressure sensor is missing
     IN_CONTACT = auto()  #: not allowed during a contact
     IMPLAUSIBLE = auto()  #: the written value contradicts the configuration or the value before
+    UNKNOWN_FIRMWARE = auto()  #: the firmware is not a released firmware, and the configuration requires it
 
 
 #: Cause and remedy of each reason, for the line of the log.
@@ -35,4 +36,6 @@ REMEDIES: Mapping[RejectReason, str] = {
     RejectReason.IN_CONTACT: "not allowed during a contact: end the contact, and wait",
     RejectReason.IMPLAUSIBLE: "the ambient pressure contradicts the configuration or the value before: "
     "check the barometer and circuit.ambient_kpa",
+    RejectReason.UNKNOWN_FIRMWARE: "the firmware of the board is not a released firmware, which "
+    "rig.require_released_firmware demands: install the firmware of this package with pneuforce flash",
 }

@@ -35,6 +35,7 @@ def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteC
         arming=state.arming,
         link_lost=state.link_lost(now_s),
         zeroed=state.chain.zero.taken,
+        firmware_allowed=state.firmware_allowed,
         vented=state.vented(now_s),
         reference_monitored=state.settings.reference_timeout_s > 0,
         in_contact=state.measurement.in_contact,

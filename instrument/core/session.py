@@ -112,7 +112,7 @@ class Session:
         if samples:
             self.heard_s = now_s
             if self.link.hello is not None:
-                self.instrument.identify_board(self.link.hello)
+                self.instrument.identify_board(self.link.hello, self.link.firmware)
         return samples
 
     def process(self, raw: RawSample, now_s: float) -> Measurement:

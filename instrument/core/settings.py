@@ -36,5 +36,7 @@ class Settings:
     ambient_timeout_s: float = 600.0  #: time after a write of the ambient pressure in which it is used
     ambient_required: bool = False  #: without a recent ambient pressure, maintenance is required
     proof_test_s: float = 60.0  #: time from one proof test to the next; 0: no proof tests
+    #: Reject an inflation if the image of the firmware is not a released image.
+    require_released_firmware: bool = False
     write_protect: bool = False
     lease_required: bool = False

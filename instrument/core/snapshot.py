@@ -12,6 +12,7 @@ from pneuforce.instrument.core.proof_test_schedule import oldest_forbidding_s
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.core.status import STALE_S, status_of
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
+from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import HELD
 
@@ -93,6 +94,9 @@ class Snapshot(NamedTuple):
     calibration_date: int
     balloon_id: int
     inflation_count: int
+    firmware_version: int
+    firmware_origin: str
+    firmware_image: int
     event_log_records: int
     event_log_digest_1: int
     event_log_digest_2: int
@@ -233,7 +237,7 @@ def _command_values(block: CommandBlock) -> dict[str, Any]:
 
 def _identity_values(state: InstrumentState) -> dict[str, Any]:
     identity, settings = state.settings.identity, state.chain.settings
-    head = state.event_log_head
+    firmware, head = state.firmware or Firmware(0, None), state.event_log_head
     return {
         "zero_offset_kpa": -state.chain.zero.zero_kpa,
         "filter_samples": settings.filter_samples,
@@ -242,6 +246,9 @@ def _identity_values(state: InstrumentState) -> dict[str, Any]:
         "map_hash": identity.map_hash,
         "serial_number": identity.serial_number,
         "calibration_date": identity.calibration_date,
+        "firmware_version": firmware.version,
+        "firmware_origin": firmware.origin,
+        "firmware_image": firmware.image_crc or 0,
         "event_log_records": head.records,
         "event_log_digest_1": head.digest_word(0),
         "event_log_digest_2": head.digest_word(1),

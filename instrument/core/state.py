@@ -23,6 +23,7 @@ from pneuforce.instrument.measurement.chain import Chain
 from pneuforce.instrument.measurement.force_extremes import ForceExtremes
 from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.measurement.peak import PeakTracker
+from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import Hello, Sample
 from pneuforce.protocol.limits import HOST_SILENCE_S
@@ -77,6 +78,7 @@ class InstrumentState:
     measurement: Measurement = field(default_factory=lambda: Measurement(t_s=-math.inf))
     raw: RawSample | None = None
     hello: Hello | None = None
+    firmware: Firmware | None = None  #: None until the board has completed the handshake
     sample_counter: int = 0
     arming: Arming = Arming.CLEARED
     faults: FaultLatch = field(default_factory=FaultLatch)
@@ -158,6 +160,12 @@ class InstrumentState:
     def force_limit_exceeded(self) -> bool:
         """Return True if the force for the alarms exceeds the first limit."""
         return self.alarm_force_n > self.requested.force_limit_n
+
+    @property
+    def firmware_allowed(self) -> bool:
+        """Return True if the configuration allows an inflation with the firmware of the board."""
+        is_released = self.firmware is not None and self.firmware.is_released
+        return is_released or not self.settings.require_released_firmware
 
     def reference_known(self, now_s: float) -> bool:
         """Return True if the pressure around the balloon was written recently, or need not be written."""

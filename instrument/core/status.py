@@ -38,7 +38,8 @@ def _maintenance_required(state: InstrumentState, now_s: float) -> bool:
     service_down = state.can_down or state.log_down or state.recording_down or state.certificate_expiring
     no_barometer = state.settings.ambient_required and math.isnan(state.recent_ambient_kpa(now_s))
     clock_off = state.raw is not None and state.raw.clock_off
-    return service_down or no_barometer or clock_off or state.chain.leak.detected
+    foreign_firmware = state.firmware is not None and not state.firmware.is_released
+    return service_down or no_barometer or clock_off or foreign_firmware or state.chain.leak.detected
 
 
 def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:

@@ -11,6 +11,7 @@ from pneuforce.instrument.doctor.causes import NOT_EMPTIED, SENSOR, SUPPLY, caus
 from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, graded, unchecked
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage, ExaminedSample
 from pneuforce.instrument.rig.board_clock import CLOCK_FAULT_ERROR, RESONATOR_TOLERANCE
+from pneuforce.instrument.rig.firmware import REMEDY, Firmware, FirmwareOrigin
 from pneuforce.protocol.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
 from pneuforce.protocol.limits import SUPPLY_MV, ZERO_SPAN_KPA
 
@@ -27,16 +28,19 @@ SLOW_CLOCK = (
 CABLE = "check cable, plug and earth; keep the cable away from motors; use another USB port, and no hub"
 
 
-def board_checks(hello: Hello, since_opened_s: float) -> list[Check]:
-    """Return the checks of the Hello message, which arrived `since_opened_s` after the port was opened."""
+def board_checks(hello: Hello, firmware: Firmware, since_opened_s: float) -> list[Check]:
+    """Return the checks of the board's identification, which arrived `since_opened_s` after the opening."""
     known = hello.board in tuple(BoardKind)
     kind = BoardKind(hello.board).name.lower() if known else f"kind {hello.board}"
-    finding = f"{kind}, firmware {hello.firmware >> 8}.{hello.firmware & 0xFF}, serial {hello.serial}"
+    finding = f"{kind}, serial {hello.serial}"
     advice = "the kind of board is unknown; flash the firmware of this release: pneuforce flash"
     up_s = hello.uptime_ms * 1e-3
     reset = "yes" if up_s < since_opened_s else "no"
     return [
         graded("board", finding, advice, passed=known, usable=True),
+        graded(
+            "firmware", str(firmware), REMEDY, passed=firmware.origin is FirmwareOrigin.CURRENT, usable=True
+        ),
         graded(
             "reset by opening",
             f"{reset}: up for {up_s:.1f} s, {since_opened_s:.1f} s after the port was opened",

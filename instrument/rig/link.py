@@ -9,6 +9,7 @@ from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
 from pneuforce.instrument.rig.board_clock import MAX_RATE_ERROR, WRAP_US, BoardClock
 from pneuforce.instrument.rig.clock_check import ClockCheck
 from pneuforce.instrument.rig.command_echo import CommandEcho
+from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.protocol.frames import (
     MAX_ADC_SUM,
     PROTOCOL_VERSION,
@@ -20,6 +21,7 @@ from pneuforce.protocol.frames import (
     FrameDecoder,
     Hello,
     Identify,
+    Image,
     Message,
     Mode,
     Sample,
@@ -29,7 +31,8 @@ from pneuforce.protocol.frames import (
 from pneuforce.protocol.limits import HOST_SILENCE_S
 
 IDENTIFY_PERIOD_S = 0.2
-NEGOTIATION_TIMEOUT_S = 1.0  #: time in which the board must confirm the configured host timeout
+#: Time in which the board must confirm the configured host timeout, and report its image.
+NEGOTIATION_TIMEOUT_S = 1.0
 KEEP_ALIVE_PERIOD_S = 0.05
 #: Tolerance of the board's uptime, in addition to its clock error. A smaller uptime means a restart.
 UPTIME_TOLERANCE_MS = 250
@@ -49,7 +52,8 @@ class LinkPhase(Enum):
     #: The host sends Identify until samples arrive. A board sends samples only to a host with its protocol
     #: version.
     GREETING = auto()
-    #: Samples are used. The board receives vent commands until it confirms the host timeout.
+    #: Samples are used. The board receives vent commands until it confirms the host timeout and reports its
+    #: image. A board that reports no image becomes ready after 1 s.
     NEGOTIATING = auto()
     READY = auto()  #: samples are used, commands are sent
 
@@ -76,6 +80,7 @@ class Link:
     clock_check: ClockCheck = field(default_factory=ClockCheck)
     echo: CommandEcho = field(default_factory=CommandEcho)
     hello: Hello | None = None
+    image: Image | None = None  #: last Image since the start of the handshake
     board_restarts: int = 0  #: number of Hello messages that indicate a restart or another board
     lost_frames: int = 0  #: number of missing sequence numbers
     repeated_frames: int = 0
@@ -94,6 +99,7 @@ class Link:
     def restart(self) -> None:
         """Start the handshake again, because the port was opened again or the board restarted."""
         self.phase = LinkPhase.GREETING
+        self.image = None
         self._last = None
         self.clock.restart()
         self.echo = CommandEcho()
@@ -103,7 +109,14 @@ class Link:
 
     def clear_hello(self) -> None:
         """Discard the identity of an incompatible board. Samples are ignored until the next Hello."""
-        self.hello = None
+        self.hello = self.image = None
+
+    @property
+    def firmware(self) -> Firmware | None:
+        """Return the firmware of the board, or None before the end of the handshake."""
+        if self.hello is None or self.phase is not LinkPhase.READY:
+            return None
+        return Firmware(self.hello.firmware, self.image.crc if self.image else None)
 
     def feed(self, data: bytes, now_s: float, buffered_s: float = 0.0) -> list[RawSample]:
         """Return the samples that `data` completes.
@@ -123,6 +136,8 @@ class Link:
                     samples.append(self._raw(frame.sequence, message, before, now_s))
             elif isinstance(message, Hello):
                 self._receive_hello(message, frame.version, now_s, buffered_s)
+            elif isinstance(message, Image):
+                self.image = message
             elif isinstance(message, Event) and {message.state, message.previous_state} <= _STATES:
                 self.events.append(message)
         return samples
@@ -188,14 +203,16 @@ class Link:
             self._check_host_timeout(hello, now_s)
 
     def _check_host_timeout(self, hello: Hello, now_s: float) -> None:
-        """Compare the board's host timeout with the configured host timeout.
+        """Compare the board's host timeout with the configured host timeout, and wait for the image.
 
         The board receives the configured value with the first command. Raises TimeoutMismatch if the board
         still reports another value after `NEGOTIATION_TIMEOUT_S`.
         """
+        expired = now_s > self._negotiating_s + NEGOTIATION_TIMEOUT_S
         if hello.host_timeout_ms == self.host_timeout_ms:
-            self.phase = LinkPhase.READY
-        elif now_s > self._negotiating_s + NEGOTIATION_TIMEOUT_S:
+            if self.image is not None or expired:
+                self.phase = LinkPhase.READY
+        elif expired:
             raise TimeoutMismatch("vents", hello.host_timeout_ms, self.host_timeout_ms)
 
     def vent(self) -> None:

@@ -25,6 +25,7 @@ def rig_health(host: HostLoop, age_s: float) -> dict[str, Any]:
         "board": hello.board if hello else None,
         "serial": hello.serial if hello else None,
         "firmware": hello.firmware if hello else None,
+        "firmware_origin": link.firmware.origin if link.firmware else None,
         "age_s": age_s,
         "samples": host.instrument.sample_counter,
         "lost_frames": link.lost_frames,

@@ -14,6 +14,7 @@ from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.faults import name_of
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.state import STATE_LOGGER
+from pneuforce.instrument.rig.firmware import REMEDY, Firmware, FirmwareOrigin
 from pneuforce.instrument.rig.link import Link, LinkPhase, RawSample
 from pneuforce.instrument.service.command_gaps import CommandGaps
 from pneuforce.instrument.service.host_loop import OutputChannel
@@ -58,6 +59,7 @@ class Host:
         self._reopening: asyncio.Task[None] | None = None
         self._failure: RigError | None = None
         self._clock_off = False
+        self._firmware: Firmware | None = None  # firmware in the last line of the log about it
         self._guarded = CallGuard("call of the host loop dropped after an internal error")
         self._still_down = RepeatedWarning(log, "rig link still down")
         self._bytes_before = 0  # number of bytes received up to the last sample
@@ -198,6 +200,7 @@ class Host:
             return
         self._guarded(self._log_board_events)
         self._guarded(self._log_board_clock)
+        self._guarded(self._log_firmware)
         if samples:
             self._backoff.reset()
             self._still_down.reset()
@@ -223,6 +226,15 @@ class Host:
                 )
             else:
                 log.warning("the clock of the board is within its tolerance again")
+
+    def _log_firmware(self) -> None:
+        firmware = self.instrument.firmware
+        if firmware is not None and firmware != self._firmware:
+            self._firmware = firmware
+            if firmware.origin is FirmwareOrigin.CURRENT:
+                log.info("%s", firmware)
+            else:
+                log.warning("%s; %s", firmware, REMEDY)
 
     def _process(self, sample: RawSample, now_s: float) -> None:
         self.session.process(sample, now_s)

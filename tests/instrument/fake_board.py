@@ -7,6 +7,8 @@ import threading
 import time
 import tty
 
+from pneuforce.instrument.rig.firmware import CURRENT_VERSION
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import (
     PROTOCOL_VERSION,
     BoardKind,
@@ -15,6 +17,7 @@ from pneuforce.protocol.frames import (
     FrameDecoder,
     Hello,
     Identify,
+    Image,
     Mode,
     Sample,
     Valve,
@@ -41,6 +44,7 @@ class FakeBoard(threading.Thread):
         self.uptime_ms, self.version = uptime_ms, version
         self.silence_ms, self.host_timeout_ms = silence_ms, host_timeout_ms
         self.ignores_host_timeout = False
+        self.image_crc = IMAGES[CURRENT_VERSION]  #: None if the firmware reports no image
         self.noise = b""  #: bytes that the board sends every 2 ms
         self._identified = False
         self._started_s = time.monotonic()
@@ -63,7 +67,7 @@ class FakeBoard(threading.Thread):
             self.received.append((time.monotonic(), message))
             if isinstance(message, Identify):
                 self._identified = self.version == PROTOCOL_VERSION
-                self._send(self._hello())
+                self._identify()
             elif isinstance(message, Vent):
                 self.state = BoardState.VENTED
             elif isinstance(message, Command):
@@ -72,8 +76,15 @@ class FakeBoard(threading.Thread):
                 if not self.ignores_host_timeout:
                     self.host_timeout_ms = message.host_timeout_ms
 
+    def _identify(self):
+        if self.image_crc is not None:
+            self._send(Image(self.image_crc))
+        self._send(self._hello())
+
     def _hello(self):
-        return Hello(BoardKind.EMULATED, 0x102, self._age_ms(), 7, self.silence_ms, self.host_timeout_ms)
+        return Hello(
+            BoardKind.EMULATED, CURRENT_VERSION, self._age_ms(), 7, self.silence_ms, self.host_timeout_ms
+        )
 
     def _age_ms(self):
         return self.uptime_ms + round((time.monotonic() - self._started_s) * 1e3)
@@ -97,7 +108,7 @@ class FakeBoard(threading.Thread):
         """Restart as after a brown-out: vent, send a new Hello, and wait for a new handshake."""
         self.state, self._identified, self._samples = BoardState.VENTED, False, 0
         self.uptime_ms, self._started_s = 0, time.monotonic()
-        self._send(self._hello())
+        self._identify()
 
     def messages(self, kind):
         """Return the received messages of one kind, each with its time."""

@@ -5,12 +5,15 @@ from dataclasses import dataclass, field
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.rig.firmware import CURRENT_VERSION
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import (
     BoardKind,
     BoardState,
     Command,
     FrameDecoder,
     Hello,
+    Image,
     Mode,
     Sample,
     Valve,
@@ -43,8 +46,8 @@ class ForgedBoard:
 
     def __post_init__(self):
         self.session.attach(self.now_s)
-        hello = Hello(BoardKind.REAL, 0x100, 1000, 7, 250, 2000)
-        self.sent = encode(hello, 0)
+        hello = Hello(BoardKind.REAL, CURRENT_VERSION, 1000, 7, 250, 2000)
+        self.sent = encode(Image(IMAGES[CURRENT_VERSION]), 0) + encode(hello, 0)
         self.decoder = FrameDecoder.for_host_frames()
 
     @classmethod

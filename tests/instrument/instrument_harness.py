@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.settings import Settings
+from pneuforce.instrument.rig.firmware import CURRENT_VERSION, Firmware
 from pneuforce.instrument.rig.link import RawSample
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import BoardKind, BoardState, Hello, Mode, Sample, Valve
 
 DT_S = 0.002
@@ -16,8 +18,15 @@ VENT, HOLD = {"mode": "vent"}, {"mode": "hold"}
 HOLD_8 = HOLD | SETPOINT
 KEY = {"command_key": 0x5046}
 
+OUR_FIRMWARE = Firmware(CURRENT_VERSION, IMAGES[CURRENT_VERSION])
+FOREIGN_FIRMWARE = Firmware(CURRENT_VERSION, 0xDEADBEEF)  #: image that was not released
+
 TUBE_S = 0.06
 MAX_RATE_KPA_PER_S = 20.0
+
+
+def hello_of(kind=BoardKind.SIMULATED, serial=1):
+    return Hello(kind, CURRENT_VERSION, 1000, serial, 250, 2000)
 
 
 def adc_sum_of(pressure_kpa):
@@ -68,7 +77,7 @@ class InstrumentHarness:
     def new(cls, **settings):
         """Return a harness whose board has identified itself but has sent no samples."""
         harness = cls(Instrument(Settings(**settings)))
-        harness.instrument.identify_board(Hello(BoardKind.SIMULATED, 0x100, 1000, 1, 250, 2000))
+        harness.instrument.identify_board(hello_of(), OUR_FIRMWARE)
         return harness
 
     @classmethod

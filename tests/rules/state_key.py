@@ -88,6 +88,7 @@ SAVED_APART = {"measurement", "raw", "chain", "peers", "command_blocks"}
 NOT_IN_KEY = {
     "settings": "constant",
     "hello": "the search has one board",
+    "firmware": "the search has one board",
     "sample_counter": "only shown",
     "revision": "only shown",
     "peak_force_n": "only shown",

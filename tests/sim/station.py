@@ -54,7 +54,7 @@ class Station:
             self._restarts = self.link.board_restarts
             self.instrument.board_restarted()
         if samples and self.link.hello:
-            self.instrument.identify_board(self.link.hello)
+            self.instrument.identify_board(self.link.hello, self.link.firmware)
             self._last_sample_s = self.now_s
         self.used_samples += len(samples)
         for sample in samples:

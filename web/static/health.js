@@ -32,10 +32,19 @@ const nonZeroCounters = (section, h) =>
 
 const rateAndTotal = (rate, total) => `${formatCount(rate)} per s, ${formatCount(total)} total`;
 
-const boardText = ({ board, firmware, serial }) =>
-  board === null
+const FIRMWARE_REMARKS = {
+  not_reported: " (no image reported)",
+  other_version: " (another version than that of the host)",
+  unknown: " (not a released image)",
+};
+
+const firmwareText = ({ firmware, firmware_origin }) =>
+  `firmware ${firmware >> 8}.${firmware & 0xff}${FIRMWARE_REMARKS[firmware_origin] ?? ""}`;
+
+const boardText = (h) =>
+  h.board === null
     ? "–"
-    : `${BOARD_KINDS[board] ?? board}, firmware ${firmware >> 8}.${firmware & 0xff}, no. ${serial}`;
+    : `${BOARD_KINDS[h.board] ?? h.board}, ${firmwareText(h)}, no. ${h.serial}`;
 
 /**
  * Section of HEALTH, title, and two functions: the state text, and the rows [name, text].

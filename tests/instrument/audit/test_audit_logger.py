@@ -10,7 +10,19 @@ from pneuforce.registers.map import REGISTERS
 from pneuforce.registers.source import Peer
 from pneuforce.support.rejected_write import RejectedWrite
 from tests.instrument.audit.event_log_files import MemorySink
-from tests.instrument.instrument_harness import DT_S, HOLD, KEY, PLC, ROBOT, SETPOINT, VENT, InstrumentHarness
+from tests.instrument.instrument_harness import (
+    DT_S,
+    FOREIGN_FIRMWARE,
+    HOLD,
+    KEY,
+    OUR_FIRMWARE,
+    PLC,
+    ROBOT,
+    SETPOINT,
+    VENT,
+    InstrumentHarness,
+    hello_of,
+)
 
 
 class LoggedInstrument:
@@ -57,6 +69,22 @@ def test_a_rejected_write_is_logged_with_its_reason():
     (record,) = logged.records("write")
     assert record["result"] == "state"
     assert record["values"]["mode"] == ("vent", "hold")
+
+
+def test_the_record_of_the_board_names_its_firmware_and_an_image_that_was_not_released():
+    logged = LoggedInstrument(InstrumentHarness.ready())
+    logged.harness.instrument.identify_board(hello_of(), None)  # a new handshake has begun
+    logged.run(0.02)
+    logged.harness.instrument.identify_board(hello_of(), FOREIGN_FIRMWARE)
+    logged.run(0.02)
+    assert logged.records("board") == [
+        {
+            "kind": "board",
+            "was": f"simulated, serial 1, firmware 1.2, image {OUR_FIRMWARE.image_crc:08X}",
+            "is": "simulated, serial 1, firmware 1.2, image DEADBEEF: the image on the board is not a "
+            "released image",
+        }
+    ]
 
 
 def test_a_vent_within_a_rejected_write_is_logged():

@@ -7,6 +7,7 @@ import pytest
 
 from pneuforce.errors import ConfigurationError, PortBusy, RigError
 from pneuforce.instrument.cli import flash
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
 from pneuforce.support.serial_port import SerialPort
 
@@ -43,8 +44,15 @@ def test_flashing_reads_the_signature_writes_the_firmware_and_waits_for_the_boar
         f"{options} -U signature:r:-:h",
         f"{options} -D -U flash:w:{HEX}:i",
     ]
-    assert "firmware 1.2 answers" in capsys.readouterr().out
+    assert f"firmware 1.2, image {IMAGES[0x102]:08X} answers" in capsys.readouterr().out
     assert board.state.name == "VENTED"
+
+
+def test_a_board_that_answers_with_another_image_is_an_error(avrdude, cable):
+    avrdude()
+    cable.plug().image_crc = 0xDEADBEEF
+    with pytest.raises(RigError, match=r"DEADBEEF.*not a released image.*flash again"):
+        flash.run_flash(str(cable.path), dry_run=False)
 
 
 def test_another_chip_is_rejected_and_nothing_is_written(avrdude, cable):

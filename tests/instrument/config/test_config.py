@@ -87,7 +87,7 @@ def test_the_limits_of_each_range_are_accepted(section, key, field):
 
 def test_an_unknown_key_is_rejected_with_the_known_keys():
     message = error_message({"rig": {"prot": "/dev/x"}})
-    assert message == "my.toml: rig.prot: unknown key; known here: port"
+    assert message == "my.toml: rig.prot: unknown key; known here: port, require_released_firmware"
     assert error_message({"rigg": {}}).startswith("my.toml: rigg: unknown key; known here: rig, balloon,")
 
 
@@ -274,3 +274,9 @@ def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, t
     assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
     chain.remove_calibration()
     assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
+
+
+def test_the_requirement_of_a_released_firmware_reaches_the_instrument():
+    assert not parse({}, "my.toml").settings().require_released_firmware
+    strict = parse({"rig": {"require_released_firmware": True}}, "my.toml")
+    assert strict.settings().require_released_firmware

@@ -8,10 +8,10 @@ from pneuforce.instrument.core.faults import STATUS_OF, FaultLatch, HostFault, c
 from pneuforce.instrument.core.interlocks import INTERLOCKS, violated
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.rig.link import RawSample
-from pneuforce.protocol.frames import MAX_ADC_SUM, BoardKind, BoardState, Fault, Hello
+from pneuforce.protocol.frames import MAX_ADC_SUM, BoardState, Fault
 from pneuforce.protocol.limits import PRESSURISED
 from pneuforce.registers.codes import STATUS
-from tests.instrument.instrument_harness import HOLD_8, PLC, VENT, InstrumentHarness
+from tests.instrument.instrument_harness import HOLD_8, OUR_FIRMWARE, PLC, VENT, InstrumentHarness, hello_of
 
 LIMIT_KPA = 18.0
 
@@ -304,7 +304,7 @@ class TestAnotherBoard:
     def test_the_old_zero_is_discarded_and_the_rig_trips(self):
         harness = InstrumentHarness.holding()
         harness.state = BoardState.VENTING
-        harness.instrument.identify_board(Hello(BoardKind.SIMULATED, 0x100, 1000, 2, 250, 2000))
+        harness.instrument.identify_board(hello_of(serial=2), OUR_FIRMWARE)
         seen = harness.snapshot()
         assert {"not_zeroed", "board_reset"} <= seen.status
         assert not harness.commands_hold

@@ -8,10 +8,18 @@ from pneuforce.client.details import details_of
 from pneuforce.instrument.core.faults import HostFault, codes_of
 from pneuforce.instrument.core.settings import Identity
 from pneuforce.instrument.core.snapshot import writable_values
-from pneuforce.protocol.frames import BoardKind, BoardState, Fault, Hello
+from pneuforce.protocol.frames import BoardKind, BoardState, Fault
 from pneuforce.registers.codes import CONDENSED, STATUS
 from pneuforce.registers.map import BY_NAME, MAP_VERSION, REGISTERS
-from tests.instrument.instrument_harness import HOLD_8, ROBOT, VENT, WEB, InstrumentHarness
+from tests.instrument.instrument_harness import (
+    HOLD_8,
+    OUR_FIRMWARE,
+    ROBOT,
+    VENT,
+    WEB,
+    InstrumentHarness,
+    hello_of,
+)
 
 CONTACT_QUANTITIES = ("force_n", "rise_kpa", "indentation_mm", "contact_radius_mm")
 
@@ -281,7 +289,7 @@ def test_every_sample_increments_the_counter():
 @pytest.mark.parametrize("kind", list(BoardKind))
 def test_only_a_real_board_is_not_simulated(kind):
     harness = InstrumentHarness.zeroed()
-    harness.instrument.identify_board(Hello(kind, 0x100, 1000, 1, 250, 2000))
+    harness.instrument.identify_board(hello_of(kind), OUR_FIRMWARE)
     assert ("simulated" in harness.snapshot().status) == (kind is not BoardKind.REAL)
 
 

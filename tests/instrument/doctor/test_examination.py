@@ -10,9 +10,11 @@ from pneuforce.instrument.doctor.check import CheckResult
 from pneuforce.instrument.doctor.circuit import circuit_checks
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
 from pneuforce.instrument.doctor.signal import SLOW_CLOCK, board_checks, inflation_obstacle, signal_checks
+from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.protocol.frames import Fault, Hello, Valve
 from pneuforce.sim.faults import FaultInjector
 from pneuforce.sim.plants.published import PublishedPlant
+from tests.instrument.instrument_harness import FOREIGN_FIRMWARE, OUR_FIRMWARE
 from tests.sim.station import Station
 
 OBSERVE_S, LEAK_TEST_S = 3.0, 4.0
@@ -250,9 +252,30 @@ def test_a_resonator_passes_within_half_a_percent_and_fails_beyond_one_percent(r
     assert ExaminedRig(None, "clock_off", {"rate": rate}).examined().results["board clock"] is result
 
 
+@pytest.mark.parametrize(
+    ("firmware", "result", "named"),
+    [
+        (OUR_FIRMWARE, CheckResult.PASS, f"image {OUR_FIRMWARE.image_crc:08X}"),
+        (
+            FOREIGN_FIRMWARE,
+            CheckResult.WARNING,
+            "image DEADBEEF: the image on the board is not a released image",
+        ),
+        (Firmware(0x100, None), CheckResult.WARNING, "firmware 1.0, no image reported"),
+    ],
+)
+def test_a_firmware_that_is_not_that_of_this_package_is_a_warning(firmware, result, named):
+    check = board_checks(Hello(0, firmware.version, 400, 7, 250, 2000), firmware, 2.1)[1]
+    assert (check.name, check.result) == ("firmware", result)
+    assert named in check.finding
+    assert ("pneuforce flash" in check.advice) == (result is CheckResult.WARNING)
+
+
 def test_a_board_that_booted_after_the_port_was_opened_was_reset_by_the_opening():
     def reset_result(uptime_ms, since_opened_s):
-        return board_checks(Hello(0, 0x100, uptime_ms, 7, 250, 2000), since_opened_s)[1].result
+        return board_checks(
+            Hello(0, OUR_FIRMWARE.version, uptime_ms, 7, 250, 2000), OUR_FIRMWARE, since_opened_s
+        )[2].result
 
     assert reset_result(400, 2.1) is CheckResult.WARNING
     assert reset_result(60_000, 0.1) is CheckResult.PASS

@@ -7,8 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
+from pneuforce.instrument.rig.firmware import CURRENT_VERSION, Firmware
 from pneuforce.instrument.rig.link import Link, LinkPhase
+from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import (
+    FRAME_BYTES,
     MAX_ADC_SUM,
     PROTOCOL_VERSION,
     BoardKind,
@@ -18,17 +21,21 @@ from pneuforce.protocol.frames import (
     FrameDecoder,
     Hello,
     Identify,
+    Image,
     Mode,
     Sample,
     Vent,
     encode,
 )
 
+OUR_FIRMWARE = Firmware(CURRENT_VERSION, IMAGES[CURRENT_VERSION])
+IMAGE = encode(Image(OUR_FIRMWARE.image_crc), 0)
 HOLD = Command(mode=Mode.HOLD, setpoint_pa=8000)
 
 
 def hello(uptime_ms=1000, version=PROTOCOL_VERSION):
-    return encode(Hello(BoardKind.REAL, 0x100, uptime_ms, 7, 250, 2000), 0, version)
+    message = Hello(BoardKind.REAL, CURRENT_VERSION, uptime_ms, 7, 250, 2000)
+    return IMAGE + encode(message, 0, version)
 
 
 def sample(sequence, time_us=None, **changes):
@@ -362,6 +369,28 @@ class TestNegotiation:
         link.tick(HOLD, 0.0)
         with pytest.raises(TimeoutMismatch, match=r"2000 ms .* 5000 ms"):
             self.answer(link, 2000, 1.1)
+
+    def test_an_image_that_was_lost_is_requested_again(self):
+        link = Link()
+        link.feed(hello()[FRAME_BYTES:] + sample(0), 0.0)
+        assert (link.phase, link.firmware) == (LinkPhase.NEGOTIATING, None)
+        assert Identify() in sent(link, HOLD, 0.0)
+        link.feed(hello(), 0.1)
+        assert (link.phase, link.firmware) == (LinkPhase.READY, OUR_FIRMWARE)
+
+    def test_a_board_that_reports_no_image_is_ready_after_a_second(self):
+        link = Link()
+        link.feed(hello()[FRAME_BYTES:] + sample(0), 0.0)
+        link.tick(HOLD, 0.0)
+        link.feed(hello(uptime_ms=1900)[FRAME_BYTES:], 0.9)
+        assert link.phase is LinkPhase.NEGOTIATING
+        link.feed(hello(uptime_ms=2100)[FRAME_BYTES:], 1.1)
+        assert (link.phase, link.firmware) == (LinkPhase.READY, Firmware(CURRENT_VERSION, None))
+
+    def test_the_image_of_a_board_that_was_replaced_is_discarded(self):
+        link = ready()
+        link.feed(hello(uptime_ms=5), 10.0)
+        assert (link.phase, link.image) == (LinkPhase.GREETING, None)
 
 
 def test_a_sample_that_is_read_late_has_its_true_age():

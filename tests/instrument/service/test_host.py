@@ -427,6 +427,22 @@ def test_an_event_with_an_unknown_fault_is_logged_with_its_number(cable, caplog)
     asyncio.run(run())
 
 
+def test_a_firmware_that_was_not_released_is_named_in_the_log_and_in_the_snapshot(cable, caplog):
+    async def run():
+        board = FakeBoard()
+        board.image_crc = 0xDEADBEEF
+        cable.path.symlink_to(board.path)
+        board.start()
+        async with running(cable) as host:
+            await until(lambda: snapshot_of(host).firmware_origin == "unknown")
+            assert "maintenance_required" in snapshot_of(host).status
+        board.end()
+
+    asyncio.run(run())
+    (warning,) = [r.message for r in caplog.records if "not a released image" in r.message]
+    assert "image DEADBEEF" in warning
+
+
 def test_a_clock_out_of_tolerance_is_logged_once_and_so_is_its_end(caplog):
     host, board_us = Host(Session(Instrument(Settings())), "nowhere"), 0.0
     host.link.feed(encode(Hello(BoardKind.REAL, 0x100, 9000, 7, 250, 2000), 0), 0.0)

@@ -10,6 +10,7 @@ _TEXT = {
     "state": "holding",
     "mode": "hold",
     "ambient_source": "configured",
+    "firmware_origin": "current",
     "lease_holder": "none",
     "proof_test": "allowed",
     "reject_reason": "none",

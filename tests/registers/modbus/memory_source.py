@@ -35,6 +35,7 @@ AT_REST: dict[str, Any] = {
     "mode": "vent",
     "lease_holder": "none",
     "ambient_source": "configured",
+    "firmware_origin": "current",
     "proof_test": "allowed",
     "reject_reason": "none",
     "command_key": 0,
