@@ -100,7 +100,13 @@ class Configuration(Section):
             "no bus is enabled (modbus, modbus_security, modbus_rtu, can, rdt): "
             "no master can read the instrument"
         )
-        return "; ".join([*([] if served else [unserved]), *self._calibration_warnings])
+        canopen = self.can.enabled and self.can.mode == "canopen"
+        unnumbered = (
+            "identity.serial_number is 0: give each CANopen node its own number, because LSS distinguishes "
+            "the nodes by this number"
+        )
+        remarks = ((not served, unserved), (canopen and not self.identity.serial_number, unnumbered))
+        return "; ".join([*(text for applies, text in remarks if applies), *self._calibration_warnings])
 
     @property
     def calibration_date(self) -> int:

@@ -276,6 +276,20 @@ def test_the_chain_uses_the_model_uncertainty_of_the_configured_method(method, t
     assert chain.settings.model_uncertainty == without_force_reference(ForceLaw(method=method), Balloon())
 
 
+@pytest.mark.parametrize(
+    ("can", "serial_number", "warned"),
+    [
+        ({"enabled": True, "mode": "canopen"}, 0, True),
+        ({"enabled": True, "mode": "canopen"}, 1, False),
+        ({"enabled": True, "mode": "raw"}, 0, False),
+        ({"enabled": False, "mode": "canopen"}, 0, False),
+    ],
+)
+def test_a_canopen_node_without_a_serial_number_is_warned_of(can, serial_number, warned):
+    configuration = parse({"can": can, "identity": {"serial_number": serial_number}}, "my.toml")
+    assert ("identity.serial_number is 0" in configuration.warning) is warned
+
+
 def test_the_requirement_of_a_released_firmware_reaches_the_instrument():
     assert not parse({}, "my.toml").settings().require_released_firmware
     strict = parse({"rig": {"require_released_firmware": True}}, "my.toml")
