@@ -57,8 +57,9 @@ COMPENSATED_INPUTS = (
     "grip",
 )
 #: Inputs whose error changes all forces of the method "membrane" by nearly the same factor. A calibration of
-#: the grip compensates them, because it compares a force with a known weight.
-COMPENSATED_BY_GRIP = ("volume_mm3", "ambient_kpa", "polytropic")
+#: the grip compensates them, because it compares a force with a known weight. It does not compensate P_0: the
+#: weather changes it.
+COMPENSATED_BY_GRIP = ("volume_mm3", "polytropic")
 
 
 def apply_calibration(settings: ChainSettings, calibration: Calibration) -> ChainSettings:
