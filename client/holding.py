@@ -97,6 +97,7 @@ class Hold:
         self._cancelled = threading.Event()
         self._sending = threading.Lock()  #: held while the hold is requested or ended
         self._failure: ClientError | None = None
+        self._reported = False  #: the program has received the error of this hold
         self._renewal = threading.Thread(target=self._renew_lease, name="lease-renewal", daemon=True)
 
     def __enter__(self) -> Hold:
@@ -123,7 +124,7 @@ class Hold:
         if error is not None:
             self._end_after(error)
             return
-        failure = None if self._ended else self._failure
+        failure = None if self._ended or self._reported else self._failure
         self.end()
         if failure is not None:
             raise failure
@@ -146,10 +147,15 @@ class Hold:
 
     def _check(self, measurement: Measurement) -> None:
         """Raise HoldEnded, Tripped, or the error of the lease, if the hold has failed."""
-        if self._settled and not self._ended:
+        if not self._settled or self._ended:
+            return
+        try:
             if self._failure is not None:
                 raise self._failure
             self._check_state(measurement)
+        except ClientError:
+            self._reported = True
+            raise
 
     # ---- steps
 

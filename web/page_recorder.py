@@ -50,6 +50,7 @@ class PageRecorder:
         self._process: Process | None = None
         self._file = Path()
         self._started_s = 0.0
+        self._is_starting = False  #: the recorder runs, and its file does not exist yet
         self._monitoring: asyncio.Task[None] | None = None
         self._starting = asyncio.Lock()
         self._bytes = 0  # size of the recording in progress
@@ -95,10 +96,11 @@ class PageRecorder:
         except OSError as error:
             raise RecordingRejected(f"The folder {folder} cannot be created: {error.strerror}.") from None
         self._file, self._started_s, self._bytes, self._last = file, time.monotonic(), 0, None
+        self._is_starting = True
         await self._start_process()
         if why := await self._wait_for_file():
             raise RecordingRejected(f"The recording does not start: {why}.")
-        self._started_s, self._changed = time.monotonic(), True
+        self._started_s, self._is_starting, self._changed = time.monotonic(), False, True
 
     async def _wait_for_file(self) -> str:
         """Wait until the file exists or the recorder has ended. Return why there is no recording, or "".
@@ -160,10 +162,13 @@ class PageRecorder:
     # ---- messages to the browsers
 
     def message(self) -> SseMessage:
-        """Return the state of the recording, the result of the last one, and the finished recordings."""
+        """Return the state of the recording, the result of the last one, and the finished recordings.
+
+        The time of an active recording is null until its file exists: nothing is recorded before.
+        """
         active = None
         if self.active:
-            seconds = round(time.monotonic() - self._started_s, 1)
+            seconds = None if self._is_starting else round(time.monotonic() - self._started_s, 1)
             active = {"file": self._file.name, "seconds": seconds, "bytes": self._bytes}
         finished = [{"file": name, "bytes": size} for name, size in self._finished.items()]
         enabled = self._folder.path is not None

@@ -131,6 +131,19 @@ def test_a_trip_is_raised_at_the_next_call_and_can_be_cleared(instrument, sensor
     assert instrument.registers()["active_fault_count"] == 0
 
 
+def test_a_trip_that_the_program_has_received_is_not_raised_again_at_the_end(instrument, sensors):
+    sensor = sensors["tcp"]
+    try:
+        with sensor.hold(3.0, lease_s=0.6) as hold:
+            instrument.rig.inject_fault("burst")
+            wait_for(lambda: hold._failure, lambda failure: failure is not None)  # noted by the lease thread
+            with pytest.raises(pneuforce.Tripped):
+                sensor.read()
+    finally:
+        instrument.rig.remove_fault("burst")
+    sensor.clear()
+
+
 def test_another_peer_cannot_hold_but_can_vent(instrument, sensors):
     robot, plc = sensors["can"], sensors["tcp"]
 

@@ -125,7 +125,8 @@ export class Controls {
     const { info, state } = this.#getModel();
     const setpoint_kpa = state.setpoint_requested_kpa;
     const warning = rangeWarning(setpoint_kpa, info);
-    if (!(await this.#confirm("hold", inflateQuestion(state.pressure_kpa, setpoint_kpa, warning)))) return;
+    const question = inflateQuestion(state.balloon_id, state.pressure_kpa, setpoint_kpa, warning);
+    if (!(await this.#confirm("hold", question))) return;
     const isAccepted = await this.#write({ setpoint_requested: setpoint_kpa, mode: "hold" });
     this.#arming.holdRequested();
     if (!isAccepted) return;
@@ -138,8 +139,8 @@ export class Controls {
 
   /** Return true if the operator confirms the action and the action is still possible then. */
   async #confirm(action, { title, text, confirmLabel }) {
-    const { mode, setpoint_requested_kpa } = this.#getModel().state;
-    this.#question = { action, values: { mode, setpoint_requested_kpa } };
+    const { mode, setpoint_requested_kpa, balloon_id } = this.#getModel().state;
+    this.#question = { action, values: { mode, setpoint_requested_kpa, balloon_id } };
     const isConfirmed = await askConfirmation(title, text, confirmLabel);
     const outdated = isOutdated(this.#question, this.#getModel());
     this.#question = null;
@@ -225,15 +226,15 @@ const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_
 const moveQuestion = (to_kpa) => ({
   title: `Move to ${formatNumber(to_kpa, 2)} kPa?`,
   text:
-    `The pressure will move to ${formatNumber(to_kpa, 3)} kPa ` +
+    `The pressure will move to ${formatNumber(to_kpa, 2)} kPa ` +
     "as soon as nothing touches the balloon.",
   confirmLabel: "Move",
 });
 
-const inflateQuestion = (from_kpa, to_kpa, warning) => ({
+const inflateQuestion = (balloon_id, from_kpa, to_kpa, warning) => ({
   title: `Inflate to ${formatNumber(to_kpa, 2)} kPa?`,
   text:
-    `From ${formatNumber(from_kpa, 2)} kPa to ${formatNumber(to_kpa, 3)} kPa. ` +
+    `Balloon ${balloon_id}, from ${formatNumber(from_kpa, 2)} kPa to ${formatNumber(to_kpa, 2)} kPa. ` +
     `Nothing may touch the balloon until the state is holding. ${warning}`,
   confirmLabel: `Inflate to ${formatNumber(to_kpa, 2)} kPa`,
 });

@@ -53,7 +53,7 @@ export class RecordingPanel {
     button.setAttribute("aria-disabled", String(Boolean(blocked) || this.#isRequested));
     showText(byId("record-reason"), blocked?.[2] ?? "");
     byId("record-reason").dataset.code = blocked?.[0] ?? "";
-    showText(byId("record-active"), active ? `● Recording: ${extentText(active)}\n${active.file}` : "");
+    showText(byId("record-active"), active ? activeText(active) : "");
     this.#showLast();
     this.#showFinished();
   }
@@ -117,6 +117,11 @@ export class RecordingPanel {
 }
 
 const megabytes = (bytes) => `${formatNumber(bytes / 1e6, 1)} MB`;
+
+const activeText = (active) =>
+  active.seconds === null
+    ? "Starting. Wait until the recording begins."
+    : `● Recording: ${extentText(active)}\n${active.file}`;
 
 const extentText = ({ seconds, bytes }) =>
   seconds === null ? "no data" : `${formatDuration(seconds)}, ${megabytes(bytes)}`;
