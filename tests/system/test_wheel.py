@@ -120,7 +120,7 @@ def test_the_web_page_of_the_wheel_is_served_with_its_plots(installed, elsewhere
     with page:
         page.stdin.write(json.dumps(options) + "\n")
         page.stdin.flush()
-        at = f"http://127.0.0.1:{json.loads(page.stdout.readline())['web']}"
+        at = f"http://127.0.0.1:{json.loads(page.stdout.readline())['port']}"
         served = {name: urlopen(f"{at}/static/vendor/{name}").read() for name in UPLOT}
         index = urlopen(at).read()
         page.stdin.close()
