@@ -17,7 +17,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel firmware clean
+.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel \
+	firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed
@@ -84,11 +85,17 @@ docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.sim.faults.document
 	@$(BIN)/python -m pneuforce.sim.board.header
 
+# All files get the time of the last commit, so that the same commit gives the same bytes.
+wheel: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct)
+wheel: export PIP_CONSTRAINT = $(CURDIR)/release/build-constraints.txt
+wheel: export PIP_BUILD_CONSTRAINT = $(PIP_CONSTRAINT)
+
 # Stale files of an earlier build in build/lib would otherwise get into the wheel.
 wheel: $(VENV)/installed
-	@rm -rf build/lib build/bdist.*
-	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
-	@ls -t dist/pneuforce-*.whl | head -n 1
+	@rm -rf build/lib build/bdist.* build/wheel
+	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
+	@$(BIN)/python -m release.reproducible_wheel build/wheel/pneuforce-*.whl
+	@mkdir -p dist && cp build/wheel/*.whl dist && ls dist/$$(basename build/wheel/*.whl)
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex

@@ -17,6 +17,7 @@ def python_files(*folders):
 
 
 PRODUCT = [*sorted((ROOT / "pneuforce").glob("*.py")), *python_files(*PARTS)]
+RELEASE = python_files("release")
 TESTS = python_files("tests")
 EXAMPLES = python_files("docs/examples")
 

@@ -11,6 +11,7 @@ import pytest
 from tests.source_tree import (
     EXAMPLES,
     PRODUCT,
+    RELEASE,
     ROOT,
     TESTS,
     classes_of,
@@ -122,7 +123,7 @@ def test_public_class_names_are_unique():
 def test_no_docstring_begins_as_a_fragment():
     found = [
         f"{name_of(path)}:{line} {text.splitlines()[0]}"
-        for path in [*PRODUCT, *TESTS, *EXAMPLES]
+        for path in [*PRODUCT, *RELEASE, *TESTS, *EXAMPLES]
         for line, text in docstrings_of(path)
         if FRAGMENT.match(text)
     ]
@@ -132,7 +133,7 @@ def test_no_docstring_begins_as_a_fragment():
 def test_docstrings_and_comments_use_plain_words():
     found = [
         f"{name_of(path)}:{line} “{word[0]}” in: {text.strip().splitlines()[0]}"
-        for path in [*PRODUCT, *TESTS, *EXAMPLES]
+        for path in [*PRODUCT, *RELEASE, *TESTS, *EXAMPLES]
         if path.name != "test_conventions.py"
         for line, text in [*docstrings_of(path), *comments_of(path)]
         if (word := UNCLEAR.search(text))

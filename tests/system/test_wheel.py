@@ -12,6 +12,7 @@ from urllib.request import urlopen
 import pytest
 
 from pneuforce.instrument.cli.files import FILES
+from release.reproducible_wheel import rewrite
 from tests.source_tree import PARTS, ROOT
 from tests.tools import needs
 
@@ -33,6 +34,7 @@ def run(*command, **more):
 
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
+COMMIT_S = 1_795_000_000  # stands for the time of the last commit
 
 
 def build(source):
@@ -40,24 +42,33 @@ def build(source):
     return (*PIP, "wheel", "--no-build-isolation", "--no-deps", "--wheel-dir", source / "dist", source)
 
 
-@pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    """Return a copy of the source tree, because setuptools writes files into the tree."""
-    source = tmp_path_factory.mktemp("source")
+def copy_of_the_source(source):
+    """Copy the source tree to a folder, because setuptools writes files into the tree."""
     for name in ("pneuforce", *PARTS):
         generated = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, source / name, symlinks=True, ignore=generated)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
-    return source
+
+
+def built_in(source):
+    """Build the wheel of a copy of the source tree as `make wheel` does, and return its path."""
+    copy_of_the_source(source)
+    run(*build(source))
+    (wheel,) = (source / "dist").glob("pneuforce-*.whl")
+    rewrite(wheel, COMMIT_S)
+    return wheel
 
 
 @pytest.fixture(scope="module")
-def installed(source, tmp_path_factory):
+def wheel(tmp_path_factory):
+    return built_in(tmp_path_factory.mktemp("source"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
     """Return a new virtual environment with the wheel and its libraries, but without the clone."""
     environment = tmp_path_factory.mktemp("installed")
-    run(*build(source))
-    (wheel,) = (source / "dist").glob("pneuforce-*.whl")
     run(sys.executable, "-m", "venv", "--without-pip", environment)
     run(*PIP, "--python", environment / "bin/python", "install", "--no-deps", wheel)
     (site,) = environment.glob("lib/python*/site-packages")
@@ -82,6 +93,15 @@ def data_in(folder):
     """Return the content of the files of a folder that are not Python files."""
     files = [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     return {path.relative_to(folder): path.read_bytes() for path in files if path.suffix != ".py"}
+
+
+def test_the_same_source_gives_the_same_bytes_in_another_folder_with_another_time_and_umask(wheel, tmp_path):
+    umask = os.umask(0o077)
+    try:
+        again = built_in(tmp_path / "another")
+    finally:
+        os.umask(umask)
+    assert again.read_bytes() == wheel.read_bytes()
 
 
 def test_nothing_but_pneuforce_is_installed(installed):
