@@ -11,13 +11,15 @@
 # make mutants     mutation test of the host's safety modules, about fifteen minutes
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page
+# make lock        renew requirements.lock with the newest libraries that pyproject.toml permits
 # make firmware    build firmware/pneuforce.hex for an Arduino UNO, and add its CRC to the table of released images
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+TOOLS := build/release-tools
 
-.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel \
+.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel lock \
 	firmware clean
 .DEFAULT_GOAL := run
 
@@ -96,6 +98,17 @@ wheel: $(VENV)/installed
 	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
 	@$(BIN)/python -m release.reproducible_wheel build/wheel/pneuforce-*.whl
 	@mkdir -p dist && cp build/wheel/*.whl dist && ls dist/$$(basename build/wheel/*.whl)
+
+lock: $(TOOLS)/installed
+	@$(TOOLS)/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate \
+		--custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
+
+# The tools have their own virtual environment, because the product and its tests do not need them.
+$(TOOLS)/installed: release/tools.txt
+	@test -x $(TOOLS)/bin/python || $(PYTHON) -m venv $(TOOLS)
+	@echo "installing the tools for a release into $(TOOLS)"
+	@$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex
