@@ -11,6 +11,8 @@
 # make mutants     mutation test of the host's safety modules, about fifteen minutes
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page
+# make deb         build dist/pneuforce_….deb with the locked libraries
+# make test-deb    tests of the Debian package in a clean Debian with systemd; needs root
 # make lock        renew requirements.lock with the newest libraries that pyproject.toml permits
 # make firmware    build firmware/pneuforce.hex for an Arduino UNO, and add its CRC to the table of released images
 
@@ -18,9 +20,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 TOOLS := build/release-tools
+DEBIAN := build/debian
 
-.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel lock \
-	firmware clean
+.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel deb lock \
+	test-deb firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed
@@ -88,7 +91,7 @@ docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.sim.board.header
 
 # All files get the time of the last commit, so that the same commit gives the same bytes.
-wheel: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct)
+wheel deb test-deb: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct)
 wheel: export PIP_CONSTRAINT = $(CURDIR)/release/build-constraints.txt
 wheel: export PIP_BUILD_CONSTRAINT = $(PIP_CONSTRAINT)
 
@@ -99,9 +102,15 @@ wheel: $(VENV)/installed
 	@$(BIN)/python -m release.reproducible_wheel build/wheel/pneuforce-*.whl
 	@mkdir -p dist && cp build/wheel/*.whl dist && ls dist/$$(basename build/wheel/*.whl)
 
+deb: wheel
+	@$(BIN)/python -m release.debian_package build/wheel/*.whl --lock requirements.lock
+
 lock: $(TOOLS)/installed
 	@$(TOOLS)/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate \
 		--custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
+
+test-deb: deb $(VENV)/test-tools $(DEBIAN)/installed
+	@$(BIN)/python -m pytest -m "slow or not slow" tests/release $(ARGS)
 
 # The tools have their own virtual environment, because the product and its tests do not need them.
 $(TOOLS)/installed: release/tools.txt
@@ -109,6 +118,14 @@ $(TOOLS)/installed: release/tools.txt
 	@echo "installing the tools for a release into $(TOOLS)"
 	@$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
+
+# A minimal Debian 12 in which the tests install the package.
+$(DEBIAN)/installed:
+	@command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get install debootstrap"; exit 1; }
+	@echo "installing a minimal Debian into $(DEBIAN), which takes one to five minutes"
+	@rm -rf --one-file-system $(DEBIAN) && mkdir -p $(DEBIAN)
+	@debootstrap --variant=minbase --include=python3,systemd,dbus,udev bookworm $(DEBIAN)/root >$(DEBIAN)/debootstrap.log
+	@umount $(DEBIAN)/root/proc 2>/dev/null; touch $@
 
 SKETCH := firmware/pneuforce/pneuforce.ino
 HEX := firmware/pneuforce.hex

@@ -43,6 +43,7 @@ REAL_TIME = [
     "tests/registers/modbus/test_tcp.py",
     "tests/registers/modbus/test_tcp_limits.py",
     "tests/registers/modbus_security/test_gateway.py",
+    "tests/release/test_package_installation.py",
     "tests/ros",
     "tests/sim/line",
     "tests/sim/server",

@@ -30,6 +30,9 @@ FILES = {
         "/etc/udev/rules.d", "udev rules: name and latency of the board's port, no ModemManager"
     ),
     "bench.toml": InstalledFile("anywhere", "configuration for a desk: simulated rig and web page"),
+    "service.toml": InstalledFile(
+        "/etc/pneuforce/instrument.toml", "configuration of a service for programs on the same computer"
+    ),
     "plc.toml": InstalledFile("/etc/pneuforce/instrument.toml", "configuration for a PLC over Modbus TCP"),
     "robot.toml": InstalledFile(
         "/etc/pneuforce/instrument.toml", "configuration for a robot controller over CAN"

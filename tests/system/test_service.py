@@ -188,7 +188,7 @@ def test_an_example_configuration_contains_only_changed_keys(name):
             assert getattr(getattr(standard, section), key) != value, f"{section}.{key}"
 
 
-@pytest.mark.parametrize("name", ["plc.toml", "robot.toml"])
+@pytest.mark.parametrize("name", ["service.toml", "plc.toml", "robot.toml"])
 def test_a_service_writes_only_into_its_own_folders(name):
     configuration = load(FOLDER / name)
     places = {Path(configuration.events.file).parent, Path(configuration.local.socket).parent}
