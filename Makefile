@@ -12,8 +12,10 @@
 # make docs        regenerate all documents and headers that are derived from code
 # make wheel       build dist/pneuforce-….whl with the web page
 # make deb         build dist/pneuforce_….deb with the locked libraries
-# make test-deb    tests of the Debian package in a clean Debian with systemd; needs root
+# make test-deb    tests of the release: Debian package in a clean Debian with systemd, lists of components, lock; needs root
+# make sbom        write the lists of components of wheel and Debian package (CycloneDX) to dist
 # make lock        renew requirements.lock with the newest libraries that pyproject.toml permits
+# make audit       search for known vulnerabilities of the locked libraries; needs an internet connection
 # make firmware    build firmware/pneuforce.hex for an Arduino UNO, and add its CRC to the table of released images
 
 PYTHON ?= python3
@@ -22,8 +24,8 @@ BIN := $(VENV)/bin
 TOOLS := build/release-tools
 DEBIAN := build/debian
 
-.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel deb lock \
-	test-deb firmware clean
+.PHONY: run check test test-board test-ros test-node-red coverage bench attack prove mutants docs wheel deb sbom lock \
+	audit test-deb firmware clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed
@@ -91,7 +93,7 @@ docs: $(VENV)/installed
 	@$(BIN)/python -m pneuforce.sim.board.header
 
 # All files get the time of the last commit, so that the same commit gives the same bytes.
-wheel deb test-deb: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct)
+wheel deb sbom test-deb: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct)
 wheel: export PIP_CONSTRAINT = $(CURDIR)/release/build-constraints.txt
 wheel: export PIP_BUILD_CONSTRAINT = $(PIP_CONSTRAINT)
 
@@ -105,11 +107,18 @@ wheel: $(VENV)/installed
 deb: wheel
 	@$(BIN)/python -m release.debian_package build/wheel/*.whl --lock requirements.lock
 
+sbom: deb $(TOOLS)/installed
+	@$(TOOLS)/bin/python -m release.sbom $$(ls -t dist/pneuforce_*.deb | head -n 1)
+
 lock: $(TOOLS)/installed
 	@$(TOOLS)/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate \
 		--custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
 
-test-deb: deb $(VENV)/test-tools $(DEBIAN)/installed
+audit: $(VENV)/installed
+	@if $(BIN)/python -m release.vulnerability_service; then \
+		$(MAKE) --no-print-directory $(TOOLS)/installed && $(TOOLS)/bin/python -m release.audit $(ARGS); fi
+
+test-deb: sbom $(VENV)/test-tools $(DEBIAN)/installed
 	@$(BIN)/python -m pytest -m "slow or not slow" tests/release $(ARGS)
 
 # The tools have their own virtual environment, because the product and its tests do not need them.
