@@ -58,7 +58,7 @@ def checked(path: Path) -> bool:
     """Return True if the file is good. Raises ValueError if the result of the check is not readable."""
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            check_config(path, as_json=True)
+            check_config([path], as_json=True)
     except ConfigurationFileError as error:
         message = failure_values(error)["message"]
     else:

@@ -102,7 +102,7 @@ def test_an_operator_inflates_after_a_vent_a_setpoint_and_a_confirmation(page, l
     page.wait_for_text("#setpoint-error", "from 2 to 12 kPa")
     page("fill", on="#setpoint-input", text="5,5")
     page("press", key="Enter")
-    page.wait_for_text("#result[data-code=setpoint_accepted]", "5.50 kPa")
+    page.wait_for_text("#result[data-code=setpoint_accepted]", "5.500 kPa")
     assert live.rig.read()["setpoint_requested"] == 5.5
     page.wait_for_text("#setpoint-requested", "5.50")
     page("click", on="#hold-button")
@@ -111,7 +111,7 @@ def test_an_operator_inflates_after_a_vent_a_setpoint_and_a_confirmation(page, l
     assert live.rig.read()["mode"] == "vent"
     page("click", on="#hold-button")
     page("click", on="#confirm-yes")
-    page.wait_for_text("#result[data-code=inflating]", "5.50 kPa")
+    page.wait_for_text("#result[data-code=inflating]", "5.500 kPa")
     page.wait_for_text("#announcements", "State: holding, setpoint 5.50 kilopascals.")
     page.wait_for_state("holding")
     page.wait_for_hidden("#result")

@@ -149,7 +149,7 @@ def test_a_valid_configuration_with_control_characters_in_its_name(tmp_path, cap
     file = tmp_path / "evil\x1b[2J.toml"
     file.write_text('[rig]\nport = "/dev/x"\n')
     for as_json in (False, True):
-        check_config(file, as_json)
+        check_config([file], as_json)
         assert_printable(capsys.readouterr().out)
 
 

@@ -40,7 +40,7 @@ def test_no_message_about_a_configuration_contains_the_token(text, tmp_path, cap
     with pytest.raises(ConfigurationError) as caught:
         load(path)
     with pytest.raises(ConfigurationFileError) as checked:
-        check_config(path, as_json=True)
+        check_config([path], as_json=True)
     failure = failure_values(checked.value)
     assert failure["exit_code"] == ExitCode.CONFIGURATION
     printed = [str(caught.value), repr(caught.value), json.dumps(failure), capsys.readouterr().out]
