@@ -14,6 +14,12 @@ from pneuforce.instrument.cli.options import Parity
 _TLS = ("ca", "certificate", "key")
 
 
+def command(words: str, url: str) -> str:
+    """Return a command to suggest. At another address than the default, its options are needed."""
+    same_options = "" if url == InstrumentAddress().url else " (with the same options for the address)"
+    return f"pneuforce {words}{same_options}"
+
+
 class InstrumentAddress(NamedTuple):
     """Address of an instrument. An option that is not given is None."""
 

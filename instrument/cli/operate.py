@@ -11,6 +11,7 @@ from pneuforce.client.details import LatchedFault
 from pneuforce.client.measurement import State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import Rejected
+from pneuforce.instrument.cli.instrument_address import command
 from pneuforce.instrument.cli.output import pressure_text, print_done, print_text
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 
@@ -70,8 +71,11 @@ def write_setpoint(sensor: ForceSensor, setpoint_kpa: float) -> str:
     """Write the setpoint, and return when it takes effect."""
     sensor.set_setpoint(setpoint_kpa)
     measurement = sensor.read()
+    stored = f"The setpoint {setpoint_kpa:g} kPa is stored for the next hold."
+    if measurement.state is State.TRIPPED:
+        return f"{stored} The rig has tripped, and a hold is rejected until the faults are cleared."
     if measurement.state not in INFLATED:
-        return f"The setpoint {setpoint_kpa:g} kPa is stored for the next hold. To inflate: pneuforce hold"
+        return f"{stored} To inflate: {command('hold', sensor.url)}"
     when = "after the contact" if Status.IN_CONTACT in measurement.status else "now"
     return f"The setpoint {setpoint_kpa:g} kPa takes effect {when}."
 
@@ -95,7 +99,7 @@ def vented_text(pressure_kpa: float | None) -> str:
 def clear_faults(sensor: ForceSensor) -> str:
     """Clear the faults."""
     sensor.clear()
-    return "The faults are cleared, and no valve was moved. To inflate: pneuforce hold"
+    return f"The faults are cleared, and no valve was moved. To inflate: {command('hold', sensor.url)}"
 
 
 def make_zero_adjustment(sensor: ForceSensor) -> str:

@@ -10,6 +10,7 @@ from pneuforce.client.address import connect
 from pneuforce.client.details import Details, LatchedFault
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.command_words import fault_values, in_command_words
+from pneuforce.instrument.cli.instrument_address import command
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
 from pneuforce.registers.advice import (
     FIRMWARE_ORIGIN_DESCRIPTIONS,
@@ -39,7 +40,7 @@ def show_status(url: str, as_json: bool) -> None:
     if as_json:
         print_text(json_line(facts(url, measurement, details)))
     else:
-        rows = [f"{name:<10} {_own_words(text)}" for name, text in lines(measurement, details)]
+        rows = [f"{name:<10} {_own_words(text)}" for name, text in lines(measurement, details, url)]
         print_text("\n".join(rows))
 
 
@@ -75,14 +76,14 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
     }
 
 
-def lines(measurement: Measurement, details: Details) -> Iterator[tuple[str, str]]:
+def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each line."""
     state = str(measurement.state or "unknown")
     yield "state", f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
     yield "fault", _fault_text(details)
     for fault in _later_faults(details):
         yield "also", f"{fault.name}: {fault.cause} {fault.remedy}"
-    yield "force", _force_text(measurement, details)
+    yield "force", _force_text(measurement, details, url)
     yield "pressure", pressure_text(measurement.pressure_kpa)
     requested = pressure_text(details.setpoint_requested_kpa)
     yield "setpoint", f"{pressure_text(measurement.setpoint_kpa)} (requested {requested})"
@@ -103,12 +104,12 @@ def force_text(measurement: Measurement) -> str:
     return f"{measurement.force_n:.3f} N ± {uncertainty} (2 u)"
 
 
-def _force_text(measurement: Measurement, details: Details) -> str:
+def _force_text(measurement: Measurement, details: Details, url: str) -> str:
     """Return the force or what to do. A vented rig without another problem needs one short sentence."""
     if measurement.state is not State.VENTED or measurement.reasons != (Status.FUNCTION_CHECK,):
         return force_text(measurement)
     setpoint_kpa = details.setpoint_requested_kpa or EXAMPLE_SETPOINT_KPA
-    return f"{NOT_AVAILABLE}: to measure, inflate the balloon: pneuforce hold {setpoint_kpa:g}"
+    return f"{NOT_AVAILABLE}: to measure, inflate the balloon: {command(f'hold {setpoint_kpa:g}', url)}"
 
 
 def _fault_text(details: Details) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 import os
 
 from pneuforce.instrument.doctor.check import Check, CheckResult, graded, unchecked
@@ -49,8 +50,9 @@ def _stable_name(port: str) -> Check:
 
 def _permission(port: str) -> Check:
     allowed = os.access(port, os.R_OK | os.W_OK)
-    advice = "sudo usermod -aG dialout $USER, then log in again"
-    finding = "this user can read and write" if allowed else "this user cannot read and write"
+    user = getpass.getuser()
+    advice = f"sudo usermod -aG dialout {user}, then log in again"
+    finding = f"the user {user} {'can' if allowed else 'cannot'} read and write"
     return graded(NAMES[2], finding, advice, passed=allowed, usable=False)
 
 

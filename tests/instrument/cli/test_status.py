@@ -23,4 +23,4 @@ from pneuforce.instrument.cli.status import lines
     ],
 )
 def test_the_firmware_is_named_with_its_origin(details, text):
-    assert dict(lines(Measurement(), details))["firmware"].startswith(text)
+    assert dict(lines(Measurement(), details, "tcp://127.0.0.1:5020?unit=1"))["firmware"].startswith(text)
