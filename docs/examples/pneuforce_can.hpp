@@ -78,9 +78,9 @@ inline std::optional<Force> decode_force(const Frame &frame)
 {
     if (!has_layout(frame, FORCE, 8))
         return {};
-    Force force{read_i16(frame, 0), read_i16(frame, 2), read_u16(frame, 4), frame.data[6], frame.data[7]};
-    force.force_n.valid = force.force_n.valid && (force.condensed_status & FORCE_VALID);
-    return force;
+    auto status = frame.data[6];
+    return Force{status & FORCE_VALID ? read_i16(frame, 0) : Reading{}, read_i16(frame, 2), read_u16(frame, 4), status,
+                 frame.data[7]};
 }
 
 inline std::optional<State> decode_state(const Frame &frame)
@@ -105,9 +105,20 @@ inline std::optional<Answer> decode_answer(const Frame &frame)
     return Answer{frame.data[0], frame.data[1], read_i16(frame, 2)};
 }
 
+constexpr double MIN_SETPOINT_KPA = 2.0, MAX_SETPOINT_KPA = 12.0;
+constexpr std::uint16_t INVALID_SETPOINT = 0xFFFF; // the instrument answers with the result 2, out_of_range
+
+// Return the setpoint [Pa] of a Command hold. A setpoint out of range must not wrap to another valid setpoint.
+inline std::uint16_t setpoint_code(double setpoint_kpa)
+{
+    bool in_range = setpoint_kpa >= MIN_SETPOINT_KPA && setpoint_kpa <= MAX_SETPOINT_KPA; // false for NaN
+    return in_range ? static_cast<std::uint16_t>(std::lround(setpoint_kpa * 1000)) : INVALID_SETPOINT;
+}
+
+// Return a Command. The setpoint is used only by the mode hold.
 inline Frame command(Mode mode, double setpoint_kpa, std::uint16_t lease_ms, std::uint8_t sequence)
 {
-    auto setpoint_pa = static_cast<std::uint16_t>(std::lround(setpoint_kpa * 1000));
+    std::uint16_t setpoint_pa = mode == HOLD ? setpoint_code(setpoint_kpa) : 0;
     auto low = [](std::uint16_t code) { return static_cast<std::uint8_t>(code & 0xFF); };
     auto high = [](std::uint16_t code) { return static_cast<std::uint8_t>(code >> 8); };
     return {COMMAND, 8, {low(setpoint_pa), high(setpoint_pa), mode, sequence, low(lease_ms), high(lease_ms)}};
@@ -134,7 +145,8 @@ class ForceInput {
     // Return the force. This function checks the age of the force, because a stopped sender cannot report an error.
     Reading force_n(double now_s) const
     {
-        return received_ && now_s - received_s_ <= MAX_AGE_S ? last_.force_n : Reading{};
+        double age_s = now_s - received_s_; // negative after a step of the clock: the age is then unknown
+        return received_ && age_s >= 0 && age_s <= MAX_AGE_S ? last_.force_n : Reading{};
     }
 
     bool above_limit() const { return received_ && (last_.condensed_status & FORCE_HIGH_ALARM); }

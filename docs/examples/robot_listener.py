@@ -65,8 +65,8 @@ class ForceInput:
 
         The receiver checks the age of the force, because a stopped sender cannot report an error.
         """
-        last = self._last
-        if last is None or now_s - self._received_s > MAX_AGE_S or not last["force_valid"]:
+        last, age_s = self._last, now_s - self._received_s
+        if last is None or not 0 <= age_s <= MAX_AGE_S or not last["force_valid"]:
             return Reading()
         force_n = last["force"]  # a float, or the name of the code for "not available"
         return Reading(force_n, True) if isinstance(force_n, float) else Reading()

@@ -61,6 +61,7 @@ def test_old_frames_are_invalid_and_lost_frames_are_counted(in_python):
     assert force_input.lost == 2
     assert force_input.force(10.1) == (0.5, True)
     assert not force_input.force(10.2).valid
+    assert not force_input.force(9.9).valid  # the clock was set back
     assert in_python.speed_mm_per_s(force_input, 10.2) == in_python.BACK_OFF_MM_PER_S
 
 

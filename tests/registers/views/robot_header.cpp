@@ -1,0 +1,35 @@
+// Prints what pneuforce_can.hpp does with setpoints (arguments) and with Force frames, one result in each line.
+
+#include <cstdio>
+#include <string>
+
+#include "pneuforce_can.hpp"
+
+using namespace pneuforce;
+
+void print_hold(const char *setpoint)
+{
+    Inflation inflation(std::stod(setpoint), 1);
+    std::uint16_t vent_pa = read_code(*inflation.due(0), 0);
+    inflation.take(Answer{1, ACCEPTED, {}});
+    std::printf("hold %s vent=%u hold=%u\n", setpoint, vent_pa, read_code(*inflation.due(0.1), 0));
+}
+
+void print_force(const char *name, const Frame &frame, double age_s)
+{
+    ForceInput input;
+    input.take(*decode_force(frame), 10.0);
+    Reading force_n = input.force_n(10.0 + age_s);
+    std::printf("force %s value=%g valid=%d\n", name, std::fabs(force_n.value), force_n.valid);
+}
+
+int main(int argc, char **argv)
+{
+    for (int i = 1; i < argc; i++)
+        print_hold(argv[i]);
+    Frame zeros{FORCE, 8, {}}, half_newton{FORCE, 8, {0xF4, 0x01, 0, 0, 0, 0, FORCE_VALID, 1}};
+    print_force("zeros", zeros, 0.01);
+    print_force("new", half_newton, 0.01);
+    print_force("old", half_newton, 0.11);
+    print_force("future", half_newton, -0.01);
+}
