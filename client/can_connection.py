@@ -40,6 +40,8 @@ class CanSensorConnection:
     that the balloon is inflated and that no other node has sent a Command to vent.
     """
 
+    transmits_status = True
+
     def __init__(self, url: str, address: CanAddress, node_id: int, silence_s: float) -> None:
         """Open the interface and wait for the frames of the node. Raises ConnectionFailed."""
         self.silence_s = silence_s

@@ -106,7 +106,7 @@ class CanReceiver:
             radius_mm=number_or_none(state["radius"]),
             setpoint_kpa=number_or_none(state["setpoint"]),
             state=state_of(status["state"]),
-            status=(status_of(status["status"]) - _IN_FORCE_FRAME) | condensed,
+            status_or_none=(status_of(status["status"]) - _IN_FORCE_FRAME) | condensed,
             sample_counter=counter,
             age_s=age_s,
         )
@@ -114,7 +114,7 @@ class CanReceiver:
             return replace(
                 measurement,
                 pressure_kpa=None,
-                status=measurement.status | {Status.STALE},
+                status_or_none=measurement.status | {Status.STALE},
                 sample_counter=None,
             )
         if "force_valid" not in force["condensed_status"] or not math.isfinite(force["force"]):

@@ -32,6 +32,11 @@ class SensorConnection(Protocol):
         """Return the time without a new sample after which the force is no longer valid."""
         ...
 
+    @property
+    def transmits_status(self) -> bool:
+        """Return True if the bus transmits the status. Otherwise the status of a measurement is None."""
+        ...
+
     def read(self) -> Measurement:
         """Return the latest measurement."""
         ...

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pneuforce.errors import InvalidForce
+from pneuforce.errors import InvalidForce, UsageError
 from pneuforce.registers.advice import NO_FORCE_REASONS, STATE_DESCRIPTIONS, STATUS_ADVICE
 
 
@@ -70,6 +70,12 @@ _NO_REASON = (
     "board. If this lasts longer than 1 s, vent, and hold again"
 )
 
+#: Explanation of a missing force over a bus that does not transmit the status.
+_REASON_NOT_TRANSMITTED = (
+    "this bus does not transmit the reason: read the status over Modbus or CAN (pneuforce status), or on the "
+    "web page"
+)
+
 #: Conditions in which the pressure does not prove that the balloon is empty.
 _CONTRADICTING_VENTED = frozenset({Status.STALE, Status.LINK_LOST, Status.SENSOR_FAULT, Status.VENT_FAULT})
 
@@ -79,7 +85,9 @@ class Measurement:
     """Values of one sample. A value that is not available, or that the bus does not transmit, is None.
 
     The force is different: `force_n` raises an exception if the force is not valid, so that a program cannot
-    use an invalid force by mistake. `force_or_nan` returns NaN instead.
+    use an invalid force by mistake. `force_or_nan` returns NaN instead. In the same way, `status` raises an
+    exception over a bus that does not transmit the status (RDT), so that an unknown alarm is not read as
+    "no alarm". `status_or_none` returns None instead.
     """
 
     force_or_nan: float = math.nan  #: contact force [N], NaN if the force is not valid
@@ -88,7 +96,7 @@ class Measurement:
     radius_mm: float | None = None  #: radius R_i of the inflated balloon before contact
     setpoint_kpa: float | None = None  #: setpoint in effect; None while the rig is vented or tripped
     state: State | None = None  #: state of the rig
-    status: frozenset[Status] = frozenset()  #: all conditions that the instrument reports
+    status_or_none: frozenset[Status] | None = None  #: the status, None if the bus does not transmit it
     #: Number of the sample. Modbus and RDT count samples, CAN counts Force frames. None without a new sample.
     sample_counter: int | None = None
     age_s: float | None = None  #: age of the sample when it was read; on CAN, the age of the Force frame
@@ -116,14 +124,32 @@ class Measurement:
         return number_or_none(self.force_std_or_nan)
 
     @property
+    def status(self) -> frozenset[Status]:
+        """Return all conditions that the instrument reports. Raises UsageError over RDT."""
+        if self.status_or_none is None:
+            raise UsageError(
+                "the status is unknown, because this bus does not transmit it: read the status over Modbus "
+                "or CAN, and compare the force with a limit in your program"
+            )
+        return self.status_or_none
+
+    @property
     def balloon_empty(self) -> bool:
         """Return True if the instrument has verified that the balloon is empty, and no fault contradicts."""
-        return Status.VENTED in self.status and not self.status & _CONTRADICTING_VENTED
+        status = self.status_or_none or frozenset()
+        return Status.VENTED in status and not status & _CONTRADICTING_VENTED
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Return the names of the conditions that explain a missing force; empty if the force is valid."""
-        return () if self.valid else tuple(bit.value for bit in _REASONS if bit in self.status)
+        """Return the names of the conditions that explain a missing force; empty if the force is valid.
+
+        Over RDT, the only known condition is "stale": no new sample has arrived.
+        """
+        if self.valid:
+            return ()
+        if self.status_or_none is None:
+            return (Status.STALE.value,) if self.sample_counter is None else ()
+        return tuple(bit.value for bit in _REASONS if bit in self.status_or_none)
 
     @property
     def explanation(self) -> str:
@@ -133,7 +159,7 @@ class Measurement:
         texts = [f"{name}: {STATUS_ADVICE[name].what}" for name in self.reasons]
         if self.state not in (None, State.HOLDING):
             texts.insert(0, f"state {self.state}: {STATE_DESCRIPTIONS[str(self.state)]}")
-        return " ".join(texts) or _NO_REASON
+        return " ".join(texts) or (_REASON_NOT_TRANSMITTED if self.status_or_none is None else _NO_REASON)
 
     @property
     def remedy(self) -> str:

@@ -37,6 +37,8 @@ class ModbusSensorConnection:
     The second attempt is necessary because the instrument closes a connection that was idle for a minute.
     """
 
+    transmits_status = True
+
     def __init__(self, url: str, open_client: Callable[[], ModbusClient], silence_s: float) -> None:
         """Open the connection. Raises ConnectionFailed."""
         self.silence_s = silence_s
@@ -215,7 +217,7 @@ def _measurement(values: Mapping[str, Any]) -> Measurement:
         radius_mm=number_or_none(values["radius"]),
         setpoint_kpa=number_or_none(values["setpoint"]),
         state=state_of(values["state"]),
-        status=status_of(values["status"]),
+        status_or_none=status_of(values["status"]),
         sample_counter=values["sample_counter"],
         age_s=values["sample_age"],
     )

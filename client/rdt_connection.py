@@ -13,7 +13,7 @@ from typing import NoReturn
 from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.details import Details
 from pneuforce.client.latest_sample import LatestSample
-from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.measurement import Measurement
 from pneuforce.errors import ConnectionFailed, ConnectionLost, ReadOnlySensor
 from pneuforce.registers.rdt.record import RdtCommand, RdtRecord, decode_record, encode_request
 
@@ -28,6 +28,8 @@ RECORD_BYTES = 64  #: more than a record, so that a longer datagram is detected
 
 class RdtSensorConnection:
     """Connection over RDT. A thread receives the records of a stream, from the first to the last call."""
+
+    transmits_status = False
 
     def __init__(self, url: str, host: str, port: int, silence_s: float) -> None:
         """Request the stream and wait for the first record. Raises ConnectionFailed."""
@@ -184,7 +186,7 @@ def _is_late(record: RdtRecord, before: RdtRecord) -> bool:
 
 
 def _measurement(record: RdtRecord, age_s: float, silence_s: float) -> Measurement:
-    """Return the measurement of a record. RDT transmits no reason for a missing force."""
+    """Return the measurement of a record. RDT transmits neither the status nor the reason."""
     if age_s > silence_s:
-        return Measurement(status=frozenset({Status.STALE}), age_s=age_s)
+        return Measurement(age_s=age_s)
     return Measurement(force_or_nan=record.force_n, sample_counter=record.ft_sequence, age_s=age_s)

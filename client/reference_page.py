@@ -38,13 +38,18 @@ These rules apply to every address:
 
 - **An invalid force is never a number.** `measurement.force_n` raises `InvalidForce` if the force is not
   valid, and `measurement.force_or_nan` is NaN. A robot must then move back.
+- **An unknown status is never "no".** RDT does not transmit the status, for example the force alarm. Then
+  `measurement.status` raises `UsageError`, and `measurement.status_or_none` is None. Compare the force with a
+  limit in your program.
 - **The end of a hold vents.** `sensor.hold` renews its lease in the background, and vents at the end of the
   `with` statement, also after an exception. If the process dies, the lease expires, and the instrument vents
   and trips. During a contact, the instrument first waits until the contact ends, but at most 5 s.
 - **A lost connection is an exception.** Each call tries one new connection, so a program can call the sensor
   again later. Over CAN and RDT, the sensor receives again as soon as the instrument sends.
-- **A trip or a vent of another client ends a hold.** The next `read`, or the stream, raises `Tripped` or
-  `HoldEnded`. After `Tripped`, remove the cause, call `clear`, and begin another hold.
+- **A trip or a vent of another client ends a hold.** The next `read`, or the stream, of the sensor
+  that holds raises `Tripped` or `HoldEnded`. Another sensor does not raise: if your program holds over one
+  connection and measures over another, also read the sensor that holds. After `Tripped`, remove the cause,
+  call `clear`, and begin another hold.
 
 The [rules](../rules.md) for every bus also apply to the Python package. All programs on one computer are one
 peer over Modbus TCP, and all nodes of a CAN bus are one peer. Only one program of a peer may hold the

@@ -101,7 +101,7 @@ class ForceSensor:
                 if sample is None:
                     if time.monotonic() - waiting_since_s >= timeout_s:
                         raise ConnectionLost(self._silence_message(slot, timeout_s))
-                    yield self._checked(_without_sample(slot, self._connection.silence_s))
+                    yield self._checked(_without_sample(slot, self._connection))
                 else:
                     counter = sample.sample_counter
                     yield self._checked(sample)
@@ -277,9 +277,8 @@ class ForceSensor:
         return measurement
 
 
-def _without_sample(slot: LatestSample, silence_s: float) -> Measurement:
+def _without_sample(slot: LatestSample, connection: SensorConnection) -> Measurement:
     """Return an invalid measurement, with the state and the status if they are known."""
-    known = slot.received_within(silence_s)
-    if known is None:
-        return Measurement(status=frozenset({Status.STALE}))
-    return Measurement(state=known.state, status=known.status | {Status.STALE}, age_s=known.age_s)
+    known = slot.received_within(connection.silence_s) or Measurement()
+    status = (known.status_or_none or frozenset()) | {Status.STALE} if connection.transmits_status else None
+    return Measurement(state=known.state, status_or_none=status, age_s=known.age_s)

@@ -22,7 +22,7 @@ PROGRAM = Path(__file__).with_name("force_control.py")
         (Measurement(force_or_nan=1.5), 0.0),
         (Measurement(force_or_nan=9.0), -5.0),
         (Measurement(), -5.0),
-        (Measurement(force_or_nan=0.0, status=frozenset({Status.FORCE_HIGH_ALARM})), -5.0),
+        (Measurement(force_or_nan=0.0, status_or_none=frozenset({Status.FORCE_HIGH_ALARM})), -5.0),
     ],
     ids=["free", "below", "at the target", "far above", "not valid", "above the limit"],
 )

@@ -51,13 +51,13 @@ def _own_words(text: str) -> str:
 
 def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any]:
     """Return the status for JSON, with None or NaN for everything that is not available."""
-    fault = details.first_out_fault
+    fault, status = details.first_out_fault, measurement.status_or_none
     return {
         "ok": True,
         "address": url,
         "state": measurement.state,
-        "status": sorted(measurement.status),
-        "simulated": Status.SIMULATED in measurement.status,
+        "status": None if status is None else sorted(status),
+        "simulated": None if status is None else Status.SIMULATED in status,
         "first_out_fault": None if fault is None else fault_values(fault),
         "active_fault_count": details.active_fault_count,
         "latched_faults": [each.name for each in details.latched_faults],
@@ -89,8 +89,10 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
     yield "setpoint", f"{pressure_text(measurement.setpoint_kpa)} (requested {requested})"
     yield "lease", _lease_text(details)
     yield "firmware", _firmware_text(details)
-    for each in sorted(measurement.status - _SHOWN_ELSEWHERE):
+    for each in sorted((measurement.status_or_none or frozenset()) - _SHOWN_ELSEWHERE):
         yield "attention", f"{each}: {STATUS_ADVICE[each].what} {STATUS_ADVICE[each].do}".rstrip()
+    if measurement.status_or_none is None:
+        yield "attention", "the status is unknown, because this bus does not transmit it"
     versions = {name: value for name, value in _versions(details).items() if not name.startswith("firmware")}
     yield "versions", ", ".join(f"{name} {value}" for name, value in versions.items() if value)
 

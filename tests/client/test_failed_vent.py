@@ -20,7 +20,7 @@ class BlockedTube:
     def read(self):
         self.reads += 1
         status = {Status.VENT_FAULT, Status.VENTED} if self.reads > 2 else set()
-        return Measurement(pressure_kpa=0.0, status=frozenset(status))
+        return Measurement(pressure_kpa=0.0, status_or_none=frozenset(status))
 
     def first_out_fault(self):
         return FAULTS.codes[self.fault]

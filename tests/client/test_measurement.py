@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from pneuforce import InvalidForce, Measurement, State, Status
+from pneuforce import InvalidForce, Measurement, State, Status, UsageError
 from pneuforce.client.measurement import state_of, status_of
 from pneuforce.registers.codes import STATES, STATUS
 
@@ -30,7 +30,7 @@ def test_a_valid_force_is_a_number():
 @pytest.mark.parametrize("force", [math.nan, math.inf, -math.inf])
 def test_an_invalid_force_raises_in_every_use(force):
     measurement = Measurement(
-        force_or_nan=force, state=State.TRIPPED, status=frozenset({Status.FAILURE, Status.STALE})
+        force_or_nan=force, state=State.TRIPPED, status_or_none=frozenset({Status.FAILURE, Status.STALE})
     )
     assert not measurement.valid
     for use in (lambda m: m.force_n > 1.5, lambda m: m.force_std_n, lambda m: f"{m.force_n:.3f}"):
@@ -40,8 +40,25 @@ def test_an_invalid_force_raises_in_every_use(force):
 
 
 def test_a_missing_force_without_a_condition_has_an_explanation_with_a_remedy():
-    explanation = Measurement(state=State.HOLDING, status=frozenset({Status.HOLDING})).explanation
+    explanation = Measurement(state=State.HOLDING, status_or_none=frozenset({Status.HOLDING})).explanation
     assert "vent, and hold again" in explanation
+
+
+@pytest.mark.parametrize("use", [lambda m: Status.FORCE_HIGH_ALARM in m.status, lambda m: not m.status])
+def test_a_status_that_the_bus_does_not_transmit_is_not_read_as_no_alarm(use):
+    for measurement in (Measurement(force_or_nan=1.0), Measurement()):
+        with pytest.raises(UsageError, match="does not transmit"):
+            use(measurement)
+        assert measurement.status_or_none is None
+        assert not measurement.balloon_empty
+
+
+def test_without_a_status_the_reason_is_a_missing_sample_or_unknown():
+    unknown, stale = Measurement(sample_counter=7), Measurement()
+    assert (unknown.reasons, unknown.remedy) == ((), "")
+    assert "does not transmit the reason" in unknown.explanation
+    assert stale.reasons == ("stale",)
+    assert stale.explanation.startswith("stale: ")
 
 
 def test_a_bus_without_the_uncertainty_gives_none():

@@ -14,7 +14,7 @@ NOW_NS = 1_700_000_000_000_000_000
 
 
 def held(*status, force_n=1.0):
-    return Measurement(force_or_nan=force_n, state=State.HOLDING, status=HOLDING | set(status))
+    return Measurement(force_or_nan=force_n, state=State.HOLDING, status_or_none=HOLDING | set(status))
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,10 @@ def held(*status, force_n=1.0):
         (held(), OK),
         (held(Status.IN_CONTACT, Status.CALIBRATED), OK),
         (held(Status.FUNCTION_CHECK, force_n=math.nan), OK),  # the proof test
-        (Measurement(state=State.VENTED, status=frozenset({Status.VENTED, Status.FUNCTION_CHECK})), OK),
+        (
+            Measurement(state=State.VENTED, status_or_none=frozenset({Status.VENTED, Status.FUNCTION_CHECK})),
+            OK,
+        ),
         (Measurement(force_or_nan=1.0), OK),  # RDT transmits only the force
         (held(Status.SIMULATED), WARN),
         (held(Status.OUT_OF_RANGE, force_n=math.nan), WARN),
@@ -32,7 +35,7 @@ def held(*status, force_n=1.0):
         (held(Status.FAILURE), ERROR),
         (held(Status.STALE, force_n=math.nan), ERROR),
         (Measurement(state=State.TRIPPED), ERROR),
-        (Measurement(status=frozenset({Status.STALE})), ERROR),
+        (Measurement(status_or_none=frozenset({Status.STALE})), ERROR),
         (Measurement(), ERROR),
     ],
 )
@@ -53,7 +56,7 @@ def test_a_summary_does_not_hide_the_cause():
 
 
 def test_the_explanation_of_a_trip_is_shown_only_while_the_rig_is_tripped():
-    tripped = Measurement(state=State.TRIPPED, status=frozenset({Status.FAILURE}))
+    tripped = Measurement(state=State.TRIPPED, status_or_none=frozenset({Status.FAILURE}))
     assert dict(diagnose(tripped, "cause and remedy").values)["fault"] == "cause and remedy"
     assert "fault" not in dict(diagnose(held(), "cause and remedy").values)
 

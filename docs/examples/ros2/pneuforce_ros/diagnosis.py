@@ -53,7 +53,7 @@ def diagnose(measurement: Measurement, trip: str = "") -> Diagnosis:
     rig is tripped.
     """
     trip = trip if measurement.state is State.TRIPPED else ""
-    notable = sorted(measurement.status - NORMAL, key=lambda bit: (bit in SUMMARIES, bit.value))
+    notable = sorted(known_status(measurement) - NORMAL, key=lambda bit: (bit in SUMMARIES, bit.value))
     level = _level(measurement, bool(notable))
     values = [*_measured(measurement), *(("fault", trip) for _ in range(bool(trip)))]
     values += [(bit.value, advice(bit)) for bit in notable]
@@ -67,7 +67,12 @@ def connection_lost(error: Exception) -> Diagnosis:
 
 def changes_at(measurement: Measurement) -> tuple[State | None, frozenset[Status]]:
     """Return a value whose change must be published at once."""
-    return measurement.state, measurement.status - FREQUENT
+    return measurement.state, known_status(measurement) - FREQUENT
+
+
+def known_status(measurement: Measurement) -> frozenset[Status]:
+    """Return the conditions that are known to be present. Over RDT, no condition is known."""
+    return measurement.status_or_none or frozenset()
 
 
 def advice(status: Status) -> str:
@@ -78,7 +83,7 @@ def advice(status: Status) -> str:
 
 def _level(measurement: Measurement, is_notable: bool) -> int:
     nothing_known = measurement.state is None and not measurement.valid
-    if measurement.state is State.TRIPPED or measurement.status & ERRORS or nothing_known:
+    if measurement.state is State.TRIPPED or known_status(measurement) & ERRORS or nothing_known:
         return ERROR
     return WARN if is_notable or measurement.state is State.BOOT else OK
 
@@ -89,7 +94,10 @@ def _message(measurement: Measurement, notable: list[Status]) -> str:
     state = measurement.state
     if state is not None:
         return f"{state}: {STATE_DESCRIPTIONS[state.value]}"
-    return "the force is valid" if measurement.valid else "the force is not valid, and its state is unknown"
+    if not measurement.valid:
+        return "the force is not valid, and its state is unknown"
+    unknown = ", but the bus does not transmit the status" if measurement.status_or_none is None else ""
+    return f"the force is valid{unknown}"
 
 
 def _measured(measurement: Measurement) -> list[tuple[str, str]]:
@@ -105,6 +113,12 @@ def _measured(measurement: Measurement) -> list[tuple[str, str]]:
         ("connected", "true"),
         ("state", str(measurement.state or UNKNOWN)),
         ("force_valid", str(measurement.valid).lower()),
-        ("calibrated", str(Status.CALIBRATED in measurement.status).lower()),
+        ("calibrated", _calibrated(measurement)),
         *((name, UNKNOWN if value is None else f"{value:.4g}") for name, value in numbers.items()),
     ]
+
+
+def _calibrated(measurement: Measurement) -> str:
+    if measurement.status_or_none is None:
+        return UNKNOWN
+    return str(Status.CALIBRATED in measurement.status).lower()
