@@ -12,11 +12,14 @@ import argparse
 import contextlib
 import json
 import socket
+import sys
 import time
 
 import pneuforce
 
 TARGET_N = 1.5
+FORCE_LIMIT_N = 1.8  # limit of this program, because not every bus transmits the force alarm
+WATCH_PERIOD_S = 0.1
 GAIN_MM_PER_S_N = 10.0  # gain × stiffness of the contact × delay must stay below 0.3
 MAX_SPEED_MM_PER_S = 5.0
 BACK_OFF_MM_PER_S = -5.0
@@ -25,9 +28,12 @@ BACK_OFF_MM_PER_S = -5.0
 def speed_mm_per_s(measurement):
     """Return the speed of the robot: forward (+) if the force is too small, else back (-).
 
-    The robot also moves back if the force is not valid, or above the force limit of the instrument.
+    The robot also moves back if the force is not valid, or above the limit of this program or of the
+    instrument. RDT does not transmit the status, so there only the limit of this program applies.
     """
-    if not measurement.valid or pneuforce.Status.FORCE_HIGH_ALARM in measurement.status:
+    if not measurement.valid or measurement.force_n > FORCE_LIMIT_N:
+        return BACK_OFF_MM_PER_S
+    if pneuforce.Status.FORCE_HIGH_ALARM in (measurement.status_or_none or ()):
         return BACK_OFF_MM_PER_S
     speed = GAIN_MM_PER_S_N * (TARGET_N - measurement.force_n)
     return max(-MAX_SPEED_MM_PER_S, min(MAX_SPEED_MM_PER_S, speed))
@@ -58,14 +64,35 @@ class SimulatedRobot:
         self._connection.sendall(json.dumps(request).encode() + b"\n")
 
 
-def control(sensor, robot, seconds):
-    """Control the force for a time. Return the highest measured force [N]."""
-    highest_n, end_s = 0.0, time.monotonic() + seconds
+def check_limit(holder):
+    """Raise ConfigurationError if the force limit of the instrument is not above the target.
+
+    Over CAN, the limit of the instrument is unknown, but each frame transmits the force alarm.
+    """
+    limit_n = holder.details().force_limit_n
+    if limit_n is not None and limit_n <= TARGET_N:
+        raise pneuforce.ConfigurationError(
+            f"the force limit of the instrument is {limit_n:g} N, not above the target of {TARGET_N:g} N: "
+            "choose a smaller target, or a higher limit (register 514)"
+        )
+
+
+def control(sensor, holder, robot, seconds):
+    """Control the force for a time. Return the highest measured force [N].
+
+    The stream raises an error when the hold ends, but only if `sensor` also holds the balloon. Therefore
+    another holder is read periodically. Its alarm applies, too.
+    """
+    highest_n, end_s, watched_s, alarm = 0.0, time.monotonic() + seconds, -WATCH_PERIOD_S, False
     for measurement in sensor.stream():
-        robot.move(speed_mm_per_s(measurement))
+        robot.move(BACK_OFF_MM_PER_S if alarm else speed_mm_per_s(measurement))
+        now_s = time.monotonic()
+        if holder is not sensor and now_s >= watched_s + WATCH_PERIOD_S:
+            watched_s = now_s
+            alarm = pneuforce.Status.FORCE_HIGH_ALARM in holder.read().status
         if measurement.valid:
             highest_n = max(highest_n, measurement.force_n)
-        if time.monotonic() > end_s:
+        if now_s > end_s:
             break
     return highest_n
 
@@ -89,12 +116,18 @@ def main():
     with contextlib.ExitStack() as stack:
         sensor = stack.enter_context(pneuforce.connect(options.url))
         holder = stack.enter_context(pneuforce.connect(options.hold)) if options.hold else sensor
+        check_limit(holder)
         stack.enter_context(holder.hold(options.setpoint, lease_s=1.0))
         tissue = {"law": "hertz", "modulus_kpa": 20.0}
         robot = stack.enter_context(SimulatedRobot(options.control, distance_mm=5.0, tissue=tissue))
-        print(f"highest force {control(sensor, robot, options.seconds):.3f} N")
-        move_back(robot)
+        try:
+            print(f"highest force {control(sensor, holder, robot, options.seconds):.3f} N")
+        finally:  # the robot must move away also if the hold has ended, or the connection is lost
+            move_back(robot)
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except pneuforce.PneuforceError as error:
+        sys.exit(str(error))

@@ -84,7 +84,7 @@ def controlled(example, rig, url, start, seconds):
             example.SimulatedRobot(rig.control_port, distance_mm=DISTANCE_MM, **start)
         )
         with true_forces(rig.control_port) as samples:
-            example.control(sensor, robot, seconds)
+            example.control(sensor, holder, robot, seconds)
         example.move_back(robot, 0.5)
     rig.release(wait=False)
     touch_s = next(t_s for t_s, force_n in samples if force_n > TOUCHED_N)
