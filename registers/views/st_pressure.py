@@ -16,7 +16,10 @@ _TEXT = Template("""\
    - It vents in the first cycle, when Hold is FALSE, after a rejected write, and when the instrument has
      ended the hold.
    - It repeats an unanswered write if the repetition is harmless. It never repeats the request to
-     inflate. *)
+     inflate.
+   - A request to inflate ends when the values are no longer fresh before the inflation. A write that
+     waits for the master then changes to a vent. The master must therefore send the Address and the
+     Value of the cycle in which it begins to send. *)
 FUNCTION_BLOCK PF_Pressure
 VAR_INPUT
     Hold : BOOL;                    (* TRUE: inflate and hold; FALSE: vent *)
@@ -55,6 +58,7 @@ VAR
     Stage : INT;
     PreviousStage : INT;
     Finished : BOOL;
+    Replaced : BOOL;
     Inflated : BOOL;
     RunHandled : BOOL;
     IsCommand : BOOL;
@@ -98,13 +102,15 @@ END_VAR
     Finished := Write AND (Done OR Error);
     IF Finished THEN
         Write := FALSE;
-        IF NOT Error THEN
+        IF Replaced THEN
+            Replaced := FALSE;   (* the master may have sent the replaced write: send the vent again *)
+        ELSIF NOT Error THEN
             IF Address = $setpoint THEN
                 WrittenSetpoint_Pa := Value;
             ELSIF Address = $limit THEN
                 WrittenForceLimit_mN := Value;
             END_IF;
-            IF Stage <> KEEP_HOLDING THEN
+            IF Stage <> KEEP_HOLDING AND Stage <> IDLE THEN
                 Stage := Stage + 1;
             END_IF;
         ELSIF ExceptionCode <> 0 AND Stage = RELEASE_LEASE THEN
@@ -121,6 +127,19 @@ END_VAR
     PreviousStage := Stage;
     RenewTimer(IN := NOT Finished, PT := RenewEvery);
 
+    IF NOT Fresh AND Stage >= REARM AND Stage <= INFLATE
+        OR NOT Hold AND Stage >= REARM AND Stage <= KEEP_HOLDING
+        OR NOT Hold AND Stage = WAIT_FOR_REASON AND NOT IsCommand THEN
+        Ended := TRUE;
+        Stage := VENT;
+        Replaced := Write;
+        Address := $mode;
+        Value := WORD#$vent;
+    ELSIF NOT Run AND Stage >= SEND_KEY AND Stage <= WAIT_FOR_ANSWER THEN
+        Stage := IDLE;
+        Address := $command_key;   (* a write of the key runs no command *)
+        Value := WORD#16#$key;
+    END_IF;
     IF NOT Hold THEN
         Ended := FALSE;
     ELSIF Stage <= IDLE AND (RangeError OR NOT Fresh) THEN
@@ -130,12 +149,6 @@ END_VAR
         RunHandled := FALSE;
     END_IF;
     IF NOT Write THEN
-        IF NOT Hold AND Stage >= REARM AND Stage <= KEEP_HOLDING
-            OR NOT Hold AND Stage = WAIT_FOR_REASON AND NOT IsCommand THEN
-            Stage := VENT;
-        ELSIF NOT Run AND Stage >= SEND_KEY AND Stage <= WAIT_FOR_ANSWER THEN
-            Stage := IDLE;
-        END_IF;
         IF Stage = IDLE THEN
             IF Run AND NOT RunHandled THEN
                 RunHandled := TRUE;

@@ -86,13 +86,6 @@ END_VAR
 
     ReferenceTimer(IN := NOT (Writing AND Address = $reference), PT := ReferenceEvery);
     RetryTimer(IN := Failed AND NOT Writing, PT := T#5s);
-    IF NOT Fresh THEN
-        WrittenProofTest := UNKNOWN;
-        WrittenReference_Pa := UNKNOWN;
-        WrittenForceLimit2_mN := UNKNOWN;
-        WrittenAlarmHysteresis_mN := UNKNOWN;
-        WrittenAlarmDelay := UNKNOWN;
-    END_IF;
     IF Writing AND Error THEN
         Writing := FALSE;
         Failed := TRUE;
@@ -137,6 +130,18 @@ END_VAR
         ELSE
             Writing := FALSE;
         END_IF;
+    END_IF;
+    IF NOT Fresh THEN
+        (* A setting that waits for the master becomes old: write the permission of proof tests instead. *)
+        IF Writing THEN
+            Address := $proof_test;
+            Setting := ProofTest;
+        END_IF;
+        WrittenProofTest := UNKNOWN;
+        WrittenReference_Pa := UNKNOWN;
+        WrittenForceLimit2_mN := UNKNOWN;
+        WrittenAlarmHysteresis_mN := UNKNOWN;
+        WrittenAlarmDelay := UNKNOWN;
     END_IF;
     Write := Writing OR PressureWrite;
     Value := INT_TO_WORD(Setting);

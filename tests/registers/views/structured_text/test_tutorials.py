@@ -1,28 +1,18 @@
 """Tests of the programs in the PLC tutorials: syntax, names, and runs with the instrument in virtual time."""
 
 import re
-import struct
 
 import pytest
 
-from pneuforce.instrument.core.settings import Identity
-from pneuforce.registers.codes import FAULTS, PROOF_TESTS, REJECT_REASONS
+from pneuforce.registers.codes import FAULTS, REJECT_REASONS
 from pneuforce.registers.document_text import DIAGNOSTIC_BLOCK, MEASURED_BLOCK, TEST_BLOCK
 from pneuforce.registers.map import BY_NAME
-from pneuforce.registers.map_hash import MAP_HASH
-from pneuforce.registers.modbus.device_identification import DeviceIdentification
-from pneuforce.registers.modbus.pdu import RequestHandler
-from pneuforce.registers.modbus.register_bank import RegisterBank
-from pneuforce.registers.source import Peer
-from tests.instrument.instrument_harness import PLC, ROBOT, InstrumentHarness
-from tests.registers.modbus.serving import IDENTITY
-from tests.registers.views.structured_text.blocks import Block
+from tests.instrument.instrument_harness import ROBOT
+from tests.registers.views.structured_text.controller import Controller
 from tests.registers.views.structured_text.parsing import tree_of
 from tests.registers.views.structured_text.sources import EXTENDED_PROGRAM, SOURCE, members, members_of
-from tests.registers.views.structured_text.test_reading import words_of
 from tests.registers.views.structured_text.tutorials import FOLDER, TUTORIALS
 
-REQUEST_NAMES = ("FunctionCode", "Address", "Count", "Value")
 LEASE = next(code for code, name in REJECT_REASONS.names.items() if name == "lease")
 each_tutorial = pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda tutorial: tutorial.file)
 
@@ -60,6 +50,17 @@ def test_the_program_uses_existing_names_of_the_blocks(tutorial):
     assert set(re.findall(r"Reading\.Values\.(\w+)", program)) <= values
 
 
+@each_tutorial
+def test_the_lease_survives_one_lost_answer(tutorial):
+    text = (FOLDER / tutorial.file).read_text(encoding="utf-8")
+    lease_ms = int(re.search(r"Lease_ms := (\d+)", text)[1])
+    [renew_ms] = re.findall(r"RenewEvery : TIME := T#(\d+)ms", SOURCE)
+    assert lease_ms >= 2 * 1000 * tutorial.timeout_s + int(renew_ms)
+    stated = {"T#500ms", "`RCV_TIMEOUT` of the instance (`PF_Master`, `Client`) to 0.5 s", ":= 500000"}
+    assert tutorial.timeout_s == 0.5
+    assert any(timeout in text for timeout in stated)
+
+
 def test_the_changes_for_tia_portal_are_complete():
     text = (FOLDER / "tia-portal.md").read_text(encoding="utf-8")
     table = text[text.index("| part of pneuforce.st |") : text.index("`PF_Decode` computes a REAL")]
@@ -75,76 +76,6 @@ def test_the_changes_for_tia_portal_are_complete():
     assert set(shifts) == {p for p in parts if p.startswith("SH")}
     assert len(shifts) == len(re.findall(r"\bSH[LR]\(", code))
     assert set(re.findall(r"(?<= : )TON\b", code)) == {"TON"}
-
-
-class Controller:
-    """Simulated PLC with one task of 10 ms that runs the program of a tutorial."""
-
-    def __init__(self, tutorial, word_swap=False, extended=False):
-        self.tutorial = tutorial
-        self.harness = InstrumentHarness.zeroed(identity=Identity(map_hash=MAP_HASH))
-        self.request_handler = RequestHandler(
-            RegisterBank(word_swap=word_swap), self.harness.instrument, DeviceIdentification(IDENTITY)
-        )
-        name = "PneuForceExtended" if extended else tutorial.program
-        self.program = Block(name, tutorial.extended_text() if extended else tutorial.text())
-        self.program["AllowSimulatedRig"] = 1
-        self.line_cut = False
-        self.waited_s = 0.0
-        self.reads_s = []
-
-    def serve(self, request):
-        """Answer a waiting request, or let it time out."""
-        get = {name: int(self.program[f"{request}.{name}"]) for name in REQUEST_NAMES}
-        if self.line_cut or self.connection_is_broken:
-            self.waited_s += 0.01
-            if self.waited_s < self.tutorial.timeout_s:
-                return
-            failed, code = True, self.tutorial.no_answer_code
-        else:
-            last = get["Value"] if get["FunctionCode"] == 6 else get["Count"]
-            pdu = struct.pack(">BHH", get["FunctionCode"], get["Address"], last)
-            answer = self.request_handler.answer(pdu, Peer(*PLC), self.harness.now_s)
-            failed, code = answer[0] > 0x80, 0
-            if failed:
-                code = self.tutorial.exception_base + answer[1]
-            elif get["FunctionCode"] == 4:
-                self.program.words(words_of(answer[2:]), "Master.Words")
-                if get["Address"] == 0:
-                    self.reads_s.append(self.harness.now_s)
-        self.waited_s = 0.0
-        for name, value in {"Reply": 1, "ReplyFailed": failed, "ReplyCode": code}.items():
-            self.program[f"{request}.{name}"] = value
-
-    @property
-    def connection_is_broken(self):
-        """Return True if only a new connection helps, which the program for ModbusFB must request."""
-        return self.tutorial.file == "codesys.md" and self.program["Master.Client.Broken"]
-
-    def cycle(self):
-        self.harness.run(0.01)
-        for name in self.tutorial.requests:
-            if self.program[f"Master.{name}.Waiting"]:
-                self.serve(f"Master.{name}")
-        if self.tutorial.file == "codesys.md":
-            self.program["Master.Client.LineOk"] = not self.line_cut
-        self.program.cycle(self.harness.now_s)
-
-    def run(self, seconds, **inputs):
-        for name, value in inputs.items():
-            self.program[name] = value
-        for _ in range(round(seconds / 0.01)):
-            self.cycle()
-        return self
-
-    def read_proof_test(self):
-        """Return "allowed" or "forbidden", as the PLC itself reads register 546."""
-        answer = self.request_handler.answer(struct.pack(">BHH", 4, 546, 1), Peer(*PLC), self.harness.now_s)
-        return PROOF_TESTS.names[words_of(answer[2:])[0]]
-
-    @property
-    def state(self):
-        return self.harness.snapshot().state
 
 
 @each_tutorial

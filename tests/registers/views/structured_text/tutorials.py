@@ -240,6 +240,6 @@ TUTORIALS = [
             "MB_DATA_PTR := PF_Data.Words,": "FirstWord := Words[0],",
             "        CONNECT := PF_Data.Connection,\n": "",
             "PF_Data.": "",
-        }, 2.0, 0x80C8, 0x8380,
+        }, 0.5, 0x80C8, 0x8380,
     ),
 ]  # fmt: skip
