@@ -141,7 +141,7 @@ class AuditLogger:
         )
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
         if accepted and _differs("command_sequence", *old_and_new.get("command_sequence", (0, 0))):
-            self._pending_commands[_name_of(peer)] = self._instrument.command_block(peer)
+            self._pending_commands[_name_of(peer)] = self._instrument.peers.last_command(peer)
         self._log_changes(now_s)
 
     def master_lost(self, now_s: float) -> None:

@@ -16,7 +16,7 @@ RunCommand = Callable[[str, int], RejectReason | None]
 
 @dataclass(slots=True)
 class CommandBlock:
-    """Last command of one channel and its answer."""
+    """Last command of one peer, or of the browsers together, and its answer."""
 
     key: int = 0
     code: str = "none"

@@ -37,7 +37,7 @@ class Instrument(InstrumentState):
 
     _interlocks: InterlockMonitor = field(default_factory=InterlockMonitor)
     #: Cached snapshots.
-    _snapshots: dict[tuple[int, float, str, RejectReason], Snapshot] = field(
+    _snapshots: dict[tuple[int, float, Peer | None], Snapshot] = field(
         default_factory=dict, metadata={"state": False}
     )
 
@@ -147,8 +147,7 @@ class Instrument(InstrumentState):
             self.end_vent_delay()
         result = finish_clearing(self, now_s)
         if result is not None:
-            for block in self.command_blocks.values():
-                block.finish(result)
+            self.peers.finish_commands(result)
 
     def check_stall(self, now_s: float) -> None:
         """Detect and log a stall of this process."""
@@ -197,9 +196,9 @@ class Instrument(InstrumentState):
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         """Return the snapshot for `peer` at `now_s`.
 
-        The snapshot is cached, and peers with equal values share it.
+        The snapshot is cached, and all peers that have not written share it.
         """
-        view = (self.revision, now_s, peer[0], self.peers.reject_reason_of(peer))
+        view = (self.revision, now_s, peer if self.peers.knows(peer) else None)
         if view not in self._snapshots:
             self._snapshots = {view: snapshot_of(self, peer, now_s)}
         return self._snapshots[view]

@@ -1,14 +1,17 @@
-"""Records of the peers that have written to the instrument: last mode, and permission of proof tests."""
+"""Records of the peers that have written: last mode, permission of proof tests, and last command."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
+from pneuforce.instrument.core.command_block import CommandBlock
 from pneuforce.instrument.core.lease import Peer
 from pneuforce.instrument.core.reject_reason import RejectReason
 
 MAX_PEERS = 256
+#: Channels whose peers share one command block, because all of them receive the same snapshot.
+_SHARED_CHANNELS = frozenset({"web"})
 
 
 @dataclass(slots=True)
@@ -20,6 +23,7 @@ class PeerRecord:
     proof_test: str = "allowed"  #: "forbidden" if this peer forbids proof tests
     logged: str = ""  #: log line of the last logged write
     written_s: float = -math.inf  #: time of the last write of this peer
+    command: CommandBlock = field(default_factory=CommandBlock)
 
     def forbids_proof_tests(self, since_s: float) -> bool:
         """Return True if this peer forbids proof tests and has written anything since `since_s`.
@@ -55,6 +59,24 @@ class Peers:
         if removed.mode != "vent":
             self._unknown_mode = removed.mode
 
+    def command_block(self, peer: Peer) -> CommandBlock:
+        """Return the command block for a command of `peer`. Create its record if it is missing."""
+        return self.record_of(_commander(peer)).command
+
+    def last_command(self, peer: Peer) -> CommandBlock:
+        """Return the command block for `peer` to read. A peer that only reads gets no record."""
+        record = self._records.get(_commander(peer))
+        return record.command if record else CommandBlock()
+
+    def finish_commands(self, result: RejectReason) -> None:
+        """Set the answer of each command in progress."""
+        for record in self._records.values():
+            record.command.finish(result)
+
+    def knows(self, peer: Peer) -> bool:
+        """Return True if `peer` has a record. All peers without a record receive equal values."""
+        return peer in self._records or _commander(peer) in self._records
+
     def forbid_proof_tests(self, since_s: float) -> bool:
         """Return True if at least one peer that has written since `since_s` forbids proof tests."""
         return any(record.forbids_proof_tests(since_s) for record in self._records.values())
@@ -68,3 +90,9 @@ class Peers:
         """Return why the last write of `peer` was rejected. A peer that only reads gets no record."""
         record = self._records.get(peer)
         return record.reject_reason if record else RejectReason.NONE
+
+
+def _commander(peer: Peer) -> Peer:
+    """Return the peer whose record contains the command block of `peer`."""
+    channel, _ = peer
+    return (channel, "") if channel in _SHARED_CHANNELS else peer

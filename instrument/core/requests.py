@@ -30,7 +30,7 @@ _STORED = {
 
 def write_context_of(state: InstrumentState, peer: Peer, now_s: float) -> WriteContext:
     """Return the conditions that decide on a write of `peer` at `now_s`."""
-    block = state.command_block(peer)
+    block = state.peers.last_command(peer)
     return WriteContext(
         arming=state.arming,
         link_lost=state.link_lost(now_s),
@@ -74,7 +74,7 @@ def execute(state: InstrumentState, peer: Peer, values: Mapping[str, Any], now_s
     if state.arming is Arming.HOLDING:
         state.held_setpoint_kpa = requested.setpoint_kpa
     if any(name.startswith("command_") for name in values):
-        state.command_block(peer).write(peer, values, partial(run, state, now_s=now_s))
+        state.peers.command_block(peer).write(peer, values, partial(run, state, now_s=now_s))
 
 
 def log_write(peer: Peer, values: Mapping[str, Any], record: PeerRecord, remark: str = "") -> None:

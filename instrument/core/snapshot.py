@@ -114,7 +114,7 @@ def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
         **_ambient_values(state, now_s),
         **_sample_times(state),
         **_requested_values(state, peer, now_s),
-        **_command_values(state.command_block(peer)),
+        **_command_values(state.peers.last_command(peer)),
         **_identity_values(state),
     )
 
@@ -220,7 +220,7 @@ def _requested_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[
 
 def writable_values(state: InstrumentState, peer: Peer, now_s: float) -> dict[str, Any]:
     """Return the present values of all quantities that can be written."""
-    return _requested_values(state, peer, now_s) | _command_values(state.command_block(peer))
+    return _requested_values(state, peer, now_s) | _command_values(state.peers.last_command(peer))
 
 
 def _command_values(block: CommandBlock) -> dict[str, Any]:

@@ -8,12 +8,11 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from pneuforce.instrument.core.arming import STEPS, Arming, Step
-from pneuforce.instrument.core.command_block import CommandBlock
 from pneuforce.instrument.core.command_monitor import CommandMonitor
 from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.faults import FaultLatch, name_of
 from pneuforce.instrument.core.force_alarm import ForceAlarm
-from pneuforce.instrument.core.lease import Lease, Peer
+from pneuforce.instrument.core.lease import Lease
 from pneuforce.instrument.core.peers import Peers
 from pneuforce.instrument.core.proof_test_schedule import ProofTestSchedule
 from pneuforce.instrument.core.settings import Settings
@@ -88,7 +87,6 @@ class InstrumentState:
     requested: RequestedValues = field(init=False)
     alarm_2: ForceAlarm = field(default_factory=ForceAlarm)
     held_setpoint_kpa: float = math.nan
-    command_blocks: dict[str, CommandBlock] = field(default_factory=dict)
     can_down: bool = False
     master_lost: bool = False  #: the heartbeat of the CANopen master is monitored and missing
     log_down: bool = False  #: the event log cannot be written
@@ -206,10 +204,6 @@ class InstrumentState:
     def link_lost(self, now_s: float) -> bool:
         """Return True if no sample has arrived for more than 250 ms."""
         return not self.age_s(now_s) <= HOST_SILENCE_S
-
-    def command_block(self, peer: Peer) -> CommandBlock:
-        """Return the command block of the peer's channel. Each bus has its own sequence numbers."""
-        return self.command_blocks.setdefault(peer[0], CommandBlock())
 
     # ---- transitions
 

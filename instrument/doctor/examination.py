@@ -100,7 +100,7 @@ class Examination:
     @property
     def cleared(self) -> bool:
         """Return True if the faults that were latched before the examination could be cleared."""
-        return self.instrument.command_block(PEER).answer_state == "done"
+        return self.instrument.peers.last_command(PEER).answer_state == "done"
 
     @property
     def done(self) -> bool:
@@ -153,7 +153,7 @@ class Examination:
         if not self.faults_before and self.instrument.faults:
             self.faults_before = tuple(self.instrument.faults)
             self._write(now_s, command_key=1, command_code="clear_faults", command_sequence=1)
-        is_busy = self.instrument.command_block(PEER).answer_state == "busy"
+        is_busy = self.instrument.peers.last_command(PEER).answer_state == "busy"
         return None if is_busy else ExaminationStage.OBSERVING
 
     def _observe(self, now_s: float) -> ExaminationStage | None:

@@ -17,7 +17,7 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.state_codec import codec_of
 from pneuforce.instrument.stream.entry import StreamError
 
-#: Largest accepted checkpoint. A checkpoint has about 9 kB, and 130 kB with the largest number of peers.
+#: Largest accepted checkpoint. A checkpoint has about 9 kB, and 180 kB with the largest number of peers.
 MAX_BYTES = 500_000
 MAX_DIGITS = 30  #: largest number of characters of a number; `repr` writes at most 24
 _SESSION = codec_of(Session)

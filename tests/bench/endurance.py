@@ -93,7 +93,7 @@ class VirtualInstrument:
             self.source.write(PLC, {"mode": "hold", "setpoint_requested_kpa": 8.0}, now_s)
 
     def _run_command(self, code, now_s):
-        sequence = (self.session.instrument.command_block(PLC).sequence + 1) & 0xFFFF
+        sequence = (self.session.instrument.peers.last_command(PLC).sequence + 1) & 0xFFFF
         fields = {"command_key": COMMAND_KEY, "command_code": code, "command_argument": 0}
         self.source.write(PLC, fields | {"command_sequence": sequence}, now_s)
 

@@ -83,7 +83,7 @@ INSTRUMENT = (
 )
 
 #: Fields that `key_of` saves without a row.
-SAVED_APART = {"measurement", "raw", "chain", "peers", "command_blocks"}
+SAVED_APART = {"measurement", "raw", "chain", "peers"}
 #: Fields that are not in the key, and the reason.
 NOT_IN_KEY = {
     "settings": "constant",
@@ -121,7 +121,7 @@ def key_of(world: World) -> Hashable:
         (board.state, board.cause, board.latched, board.follows, instrument.clearing.count - board.clear),
         instrument.chain.contact,
         tuple(instrument.peers.record_of(peer).mode for peer in PEERS.values()),
-        tuple(instrument.command_block(peer).answer_state == "busy" for peer in PEERS.values()),
+        tuple(instrument.peers.last_command(peer).answer_state == "busy" for peer in PEERS.values()),
     )
 
 
@@ -137,7 +137,7 @@ def world_of(key: Any) -> World:
     instrument.chain.contact = contact
     for peer, mode, is_busy in zip(PEERS.values(), modes, busy, strict=True):
         instrument.peers.record_of(peer).mode = mode
-        block = instrument.command_block(peer)
+        block = instrument.peers.last_command(peer)
         block.answer_state = "busy" if is_busy else block.answer_state
     return World(instrument, Board(state, cause, latched, follows), now_s)
 

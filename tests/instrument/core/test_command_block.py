@@ -6,8 +6,11 @@ import pytest
 
 from pneuforce.instrument.core import operations
 from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.core.peers import MAX_PEERS
+from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw, known_results
+from pneuforce.instrument.recording.checkpoint import save_session
 from pneuforce.protocol.frames import Fault
 from tests.instrument.instrument_harness import HOLD_8, KEY, PLC, ROBOT, VENT, InstrumentHarness
 
@@ -60,8 +63,47 @@ def test_the_key_is_consumed_by_a_repetition_too():
 def test_a_command_prepared_by_one_peer_is_not_run_by_another():
     harness = InstrumentHarness.zeroed()
     harness.write_ok(KEY | {"command_code": "new_balloon", "command_argument": 77})
-    harness.write_ok({"command_sequence": 1}, ("modbus_tcp", "10.0.0.2"))
-    assert (harness.snapshot().answer_state, harness.snapshot().balloon_id) == ("failed", 0)
+    other = ("modbus_tcp", "10.0.0.2")
+    harness.write_ok({"command_sequence": 1}, other)
+    assert (harness.snapshot(other).answer_state, harness.snapshot().balloon_id) == ("failed", 0)
+
+
+def test_two_masters_with_the_same_sequence_number_run_both_commands():
+    harness = InstrumentHarness.zeroed()
+    other = ("modbus_tcp", "10.0.0.2")
+    request = KEY | {"command_code": "new_balloon", "command_sequence": 1}
+    harness.write_ok(request | {"command_argument": 7})
+    assert (harness.snapshot(PLC).answer_sequence, harness.snapshot(other).answer_sequence) == (1, 0)
+    harness.write_ok(request | {"command_argument": 8}, other)
+    assert harness.snapshot().balloon_id == 8
+    assert [harness.snapshot(peer).answer_sequence for peer in (PLC, other)] == [1, 1]
+
+
+def test_the_staged_words_of_a_master_are_not_exchanged_by_another():
+    harness = InstrumentHarness.zeroed()
+    harness.write_ok(KEY | {"command_code": "new_balloon", "command_argument": 7})
+    harness.write_ok(
+        KEY | {"command_code": "clear_faults", "command_argument": 9}, ("modbus_tcp", "10.0.0.2")
+    )
+    harness.write_ok({"command_sequence": 1})
+    assert (harness.snapshot().answer_state, harness.snapshot().balloon_id) == ("done", 7)
+
+
+def test_all_browsers_see_the_answer_to_a_command_of_one_browser():
+    harness = InstrumentHarness.zeroed()
+    harness.write_ok(KEY | {"command_code": "self_test", "command_sequence": 4}, ("web", "10.0.0.3"))
+    for peer in (("web", ""), ("web", "10.0.0.4")):
+        assert (harness.snapshot(peer).answer_sequence, harness.snapshot(peer).answer_state) == (4, "done")
+    assert harness.snapshot().answer_sequence == 0
+
+
+def test_commands_of_many_masters_need_bounded_memory():
+    harness = InstrumentHarness.zeroed()
+    for number in range(2 * MAX_PEERS):
+        harness.write_ok(KEY | {"command_sequence": 3}, ("modbus_tcp", f"10.1.{number >> 8}.{number & 255}"))
+    assert sum(harness.instrument.peers.knows(("modbus_tcp", f"10.1.0.{n}")) for n in range(256)) == 0
+    assert harness.snapshot(("modbus_tcp", "10.1.1.255")).answer_sequence == 3
+    assert len(save_session(Session(harness.instrument))) < 200_000
 
 
 def test_the_fields_can_be_written_one_by_one():

@@ -5,6 +5,7 @@ import re
 import pytest
 
 from pneuforce.instrument.core.faults import HostFault
+from pneuforce.instrument.core.peers import Peers
 from pneuforce.instrument.doctor.causes import LINE, causes_of
 from pneuforce.instrument.doctor.check import CheckResult
 from pneuforce.instrument.doctor.circuit import circuit_checks
@@ -131,7 +132,7 @@ def repaired_rig(fault, stage, inflate_kpa):
     rig.examined()
     rig.faults.remove(fault)
     assert rig.run(10.0, lambda: rig.instrument.vented(rig.now_s))
-    rig.instrument.command_blocks.clear()
+    rig.instrument.peers = Peers()
     rig.start_examination(inflate_kpa)
     return rig
 

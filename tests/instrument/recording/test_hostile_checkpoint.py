@@ -56,6 +56,11 @@ def with_text(text, *path):
     return changed(*path, to="replaced here").replace(b'"replaced here"', text)
 
 
+def records():
+    """Return the records of the peers in a valid checkpoint."""
+    return json.loads(valid())["instrument"]["peers"]["_records"]
+
+
 TREE = ("instrument", "chain")
 COUNTER, BALLOON = ("instrument", "sample_counter"), ("instrument", "settings", "chain", "balloon")
 NUMBER, ARRIVALS = ("heard_s",), ("link", "clock", "_arrivals")
@@ -80,7 +85,7 @@ FORGED = {
     "a large exponent": with_text(b"1e" + b"9" * 400_000, *BALLOON, "young_kpa"),
     "a number that is too large": changed(*COUNTER, to=2**63),
     "a field twice": valid().replace(b'"heard_s":', b'"heard_s":0.0,"heard_s":'),
-    "a key twice": changed("instrument", "command_blocks", to=[["web", {}], ["web", {}]]),
+    "a key twice": changed("instrument", "peers", "_records", to=2 * records()),
     "a missing field": changed(*TREE, "zero", to=REMOVED),
     "an unknown field": changed(*TREE, "write", to=1.0),
     "a field of another class": changed("instrument", "process", to=None),
