@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneuforce.instrument.service import web_process as web_process_of
+from pneuforce.instrument.service import service_process
 from pneuforce.registers.can import connection as live
 from pneuforce.support.backoff import Backoff
 
@@ -19,14 +19,14 @@ def waits_s(backoff, count):
 
 @pytest.mark.parametrize(
     ("module", "waits"),
-    [(live, [0.1, 0.2, 0.4, 0.8, 1.6, 2.0, 2.0, 2.0]), (web_process_of, [1, 2, 4, 8, 16, 32, 60, 60])],
+    [(live, [0.1, 0.2, 0.4, 0.8, 1.6, 2.0, 2.0, 2.0]), (service_process, [1, 2, 4, 8, 16, 32, 60, 60])],
     ids=["CAN", "web"],
 )
 def test_the_waits_double_up_to_the_maximum(module, waits):
     assert list(waits_s(of(module), len(waits))) == waits
 
 
-@pytest.mark.parametrize(("module", "stable_s"), [(live, 5.0), (web_process_of, 60.0)], ids=["CAN", "web"])
+@pytest.mark.parametrize(("module", "stable_s"), [(live, 5.0), (service_process, 60.0)], ids=["CAN", "web"])
 def test_a_stable_connection_resets_the_wait_and_an_early_failure_does_not(module, stable_s):
     for lasted_s, was_stable in ((stable_s - 0.1, False), (stable_s + 0.1, True)):
         backoff = of(module)

@@ -132,9 +132,9 @@ def test_a_rejected_write_is_one_line_with_peer_register_value_and_limit(buses, 
 
 def test_a_read_only_interface_names_the_register_of_a_write(buses, caplog):
     buses.now_s += 10.0
-    buses.modbus_tcp("10 0200 0002 04 41000000", read_only=True)
+    buses.modbus_tcp("10 0200 0002 04 41000000", writable=())
     assert "setpoint_requested 8 kPa" in caplog.text
-    assert "read-only" in caplog.text
+    assert "this interface, or the role of this client" in caplog.text
 
 
 def test_a_write_that_the_instrument_rejects_is_one_line_with_peer_value_and_reason(buses, caplog):

@@ -119,7 +119,7 @@ def test_a_process_that_always_ends_is_restarted_with_growing_delays(tmp_path, m
     program.write_text(f"#!/bin/sh\ndate +%s.%N >> {starts}\n")
     program.chmod(0o700)
     monkeypatch.setattr("sys.executable", str(program))
-    monkeypatch.setattr("pneuforce.instrument.service.web_process.FIRST_WAIT_S", 0.05)
+    monkeypatch.setattr("pneuforce.instrument.service.service_process.FIRST_WAIT_S", 0.05)
 
     def starts_s():
         return list(map(float, starts.read_text().split())) if starts.exists() else []
