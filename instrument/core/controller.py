@@ -37,7 +37,7 @@ class Instrument(InstrumentState):
 
     _interlocks: InterlockMonitor = field(default_factory=InterlockMonitor)
     #: Cached snapshots.
-    _snapshots: dict[tuple[int, float, Peer | None], Snapshot] = field(
+    _snapshots: dict[tuple[int, float, Peer], Snapshot] = field(
         default_factory=dict, metadata={"state": False}
     )
 
@@ -196,9 +196,9 @@ class Instrument(InstrumentState):
     def snapshot(self, peer: Peer, now_s: float) -> Snapshot:
         """Return the snapshot for `peer` at `now_s`.
 
-        The snapshot is cached, and all peers that have not written share it.
+        The snapshot is cached, and the peers of a channel that have not written share it.
         """
-        view = (self.revision, now_s, peer if self.peers.knows(peer) else None)
+        view = (self.revision, now_s, peer if self.peers.knows(peer) else (peer[0], ""))
         if view not in self._snapshots:
             self._snapshots = {view: snapshot_of(self, peer, now_s)}
         return self._snapshots[view]
