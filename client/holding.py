@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from numbers import Real
 from types import TracebackType
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
@@ -86,7 +87,7 @@ class Hold:
     ) -> None:
         check_setpoint(request.setpoint_kpa)
         _check_range(BY_NAME["lease"], "lease_s", "s", request.lease_s, 1e-3)
-        if not timeout_s > 0:
+        if not (_is_number(timeout_s) and timeout_s > 0):
             raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
         self._request = request
         self._timeout_s = timeout_s
@@ -281,7 +282,12 @@ def _check_range(register: Field, name: str, unit: str, value: float, unit_per_w
     assert register.low is not None
     assert register.high is not None
     low, high = register.low * unit_per_wire, register.high * unit_per_wire
-    if not low <= value <= high:
+    if not (_is_number(value) and low <= value <= high):
         raise ConfigurationError(
             f"{name} = {value!r} is invalid: it must be {low:g} to {high:g} {unit}; nothing was sent"
         )
+
+
+def _is_number(value: object) -> bool:
+    """Return True for an integer or a float, also of numpy. Python does not check the types of a caller."""
+    return isinstance(value, Real)

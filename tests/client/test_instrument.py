@@ -240,7 +240,9 @@ def test_a_vent_of_another_thread_wins_over_a_hold_that_is_just_requested(instru
     "arguments",
     [{"setpoint_kpa": 99}, {"setpoint_kpa": 1.9}, {"setpoint_kpa": math.nan}]
     + [{"setpoint_kpa": 8, "lease_s": s} for s in (0, 0.1, 61, math.nan)]
-    + [{"setpoint_kpa": 8, "timeout_s": 0}],
+    + [{"setpoint_kpa": 8, "timeout_s": s} for s in (0, "20", None)]
+    + [{"setpoint_kpa": s} for s in ("8", None)]
+    + [{"setpoint_kpa": 8, "lease_s": "2"}],
     ids=str,
 )
 def test_a_hold_with_a_wrong_argument_sends_nothing(instrument, sensors, arguments):
