@@ -70,7 +70,7 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "The tube is blocked: the pressure changed in less than 60 % of the expected time, or too much in "
         "two proof tests. The balloon may be inflated although the measured pressure is zero.",
         _INFLATED + "Check whether the tube is kinked, and whether the supply pressure is far too high. Then "
-        "clear.",
+        "clear. If the tube is free, a contact during inflation can be the cause: inflate without a contact.",
     ),
     11: Advice(
         "The pressure fell again after three top-ups within ten minutes: the balloon or a joint leaks.",
@@ -140,7 +140,10 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
 }
 
-_NO_FORCE = "No force is available: assume the highest force, and stop moving. "
+_NO_FORCE = (
+    "No force is available: assume the highest force. A robot moves back to a safe distance, and stops "
+    "there. A machine that cannot move back stops at once. "
+)
 
 #: Action that each status bit requires while it is set. The meaning of each bit is in codes.py.
 _STATUS_ACTIONS: Mapping[str, str] = {
@@ -185,7 +188,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "Otherwise inflate the balloon, or wait until the setpoint is reached.",
     "proof_test_overdue": "A blocked tube might be undetected: the force might be too small. Retract from "
     "the tissue for 5 s, and write 546 := 0.",
-    "failure": "Stop moving. Follow the advice for the fault (register 778).",
+    "failure": _NO_FORCE + "Follow the advice for the fault (register 778).",
     "calibrated": "",
     "force_high_alarm_2": "Stop pushing, and back off.",
     "any_failure": "See bit 27 (failure). This bit is for programs that can test only the sign of the "
