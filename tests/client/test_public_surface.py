@@ -71,6 +71,7 @@ ATTRIBUTES = {
         "setpoint_kpa",
         "state",
         "status",
+        "status_or_none",
         "valid",
     },
     "Details": {
