@@ -117,6 +117,7 @@ def test_pynetft_and_modbus_show_the_same_force(pressed):
     with pynetft.Client(config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
         for _ in range(20):
             shown.append(pressed.rig.read())
+            time.sleep(0.01)  # a few samples; the stream may begin later than the first reading
         last = shown[-1]["sample_counter"]
         wait_for(lambda: max(forces_n, default=0), lambda latest: latest >= last, 10.0)
     pairs = [(forces_n[r["sample_counter"]], r["force"]) for r in shown if r["sample_counter"] in forces_n]

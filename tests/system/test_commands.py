@@ -424,7 +424,7 @@ def test_a_hold_is_shown_changed_pressed_and_ended_by_a_vent(shared_stack, opera
 
 
 def test_ctrl_c_ends_a_hold_with_a_confirmed_vent(shared_stack, operate):
-    with holding(shared_stack, "2.0") as process:
+    with holding(shared_stack, "5.0") as process:
         process.stderr.readline()  # the rig is vented, then the inflation begins
         process.send_signal(signal.SIGINT)
         stdout, stderr = process.communicate(timeout=10)

@@ -273,6 +273,8 @@ def test_a_csv_has_each_sample_with_full_precision(recorded, tmp_path):
     assert (summary["samples"], summary["format"]) == (len(rows), "csv") == (len(contents.samples), "csv")
     for row, sample in zip(rows, contents.samples, strict=True):
         cells = {name: float(cell) if cell else None for name, cell in row.items()}
+        board_s = cells.pop("board_s")
+        assert board_s == pytest.approx((sample.board_time_us - contents.samples[0].board_time_us) / 1e6)
         expected = sample._replace(t_s=round(sample.t_s - contents.metadata["begin_s"], 6))
         assert tuple(cells.values()) == comparable([expected])[0]
 
