@@ -12,6 +12,7 @@ from pneuforce.protocol.frames import (
     FrameDecoder,
     Hello,
     Identify,
+    Image,
     Mode,
     Sample,
     encode,
@@ -126,8 +127,8 @@ def test_after_a_reset_the_board_boots_and_the_balloon_empties():
     rig = Rig(PLANT, Hand(False))
     drive(rig, 6)
     rig.reset_board()
-    hello = FrameDecoder.for_board_frames().feed(rig.step())[0].message
-    assert isinstance(hello, Hello)
+    image, hello = (frame.message for frame in FrameDecoder.for_board_frames().feed(rig.step())[:2])
+    assert (type(image), type(hello)) == (Image, Hello)
     assert hello.uptime_ms == 2
     for _ in range(1000):
         rig.step()

@@ -130,7 +130,9 @@ def test_without_a_terminal_the_demo_prints_one_plain_line_per_second_and_ends_i
     assert 0 < int(control.rpartition(" ")[2]) < 65536
     assert 8 <= len(lines) <= 11
     assert all("\x1b" not in line for line in lines)
-    force = re.compile(r"holding\s+force ± u\s+\d\.\d{3} ± \d\.\d{3} N\s+CAN \d\.\d{3} N  applied .* contacts 1")
+    force = re.compile(
+        r"holding\s+force ± u\s+\d\.\d{3} ± \d\.\d{3} N\s+CAN \d\.\d{3} N  applied .* contacts 1"
+    )
     assert any(force.search(line) for line in lines), stdout
 
 

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from pneuforce.instrument.rig.link import Link, LinkPhase
-from pneuforce.protocol.frames import BoardKind, FrameDecoder, Hello, Sample, encode
+from pneuforce.protocol.frames import BoardKind, FrameDecoder, Hello, Image, Sample, encode
 from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
 
 TEXT = random.Random(7).randbytes(20_000)
@@ -132,6 +132,7 @@ def test_damaged_frames_are_rejected_and_a_disturbance_loses_at_most_one_more_fr
 
 def test_the_link_counts_lost_frames_and_recovers_as_soon_as_the_line_is_clean():
     link, line, received = Link(), NoisyLine(LineNoise()), 0
+    link.feed(encode(Image(0x12345678), 0), 0.0)
     link.feed(encode(Hello(BoardKind.SIMULATED, 0x100, 1000, 1, 250, 2000), 0), 0.0)
     for sequence in range(1, 3001):
         line.noise.flipped_bits = 2e-3 if 1000 <= sequence < 2000 else 0.0
