@@ -115,9 +115,10 @@ def test_pynetft_and_modbus_show_the_same_force(pressed):
     forces_n, shown = {}, []
     config = replace(pressed.config, recovery_policy=pynetft.RecoveryPolicy.RECONNECT)
     with pynetft.Client(config, callback=lambda s: forces_n.update({s.ft_sequence: s.force})):
+        wait_for(lambda: len(forces_n), lambda count: count > 0, 10.0)  # the stream has begun
         for _ in range(20):
             shown.append(pressed.rig.read())
-            time.sleep(0.01)  # a few samples; the stream may begin later than the first reading
+            time.sleep(0.01)  # a few samples
         last = shown[-1]["sample_counter"]
         wait_for(lambda: max(forces_n, default=0), lambda latest: latest >= last, 10.0)
     pairs = [(forces_n[r["sample_counter"]], r["force"]) for r in shown if r["sample_counter"] in forces_n]
