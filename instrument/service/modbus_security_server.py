@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -89,17 +88,8 @@ class ModbusSecurityServer:
         self._host.instrument.certificate_expiring = days is not None and days < MIN_CERTIFICATE_DAYS
 
 
-@dataclass(frozen=True, slots=True)
-class _Failure:
-    """Failed handshakes of one address with the same reason."""
-
-    address: str
-    reason: str
-    times: int
-
-
 class GatewayProcess(ServiceProcess):
-    """Process of the TLS gateway. It reports failed handshakes, which belong into the event log."""
+    """Process of the TLS gateway. It reports failed handshakes for the event log."""
 
     def __init__(
         self, settings: ModbusSecuritySection, socket: Path, files: Mapping[str, str], source: ServedSource
@@ -124,7 +114,7 @@ class GatewayProcess(ServiceProcess):
         self.certificate_days = None if days is None else float(days)
         self.counters = {name: message[name] for name in ("handshakes", "failed", "not_allowed")}
         for address, reason, times in message["failures"]:
-            self._log_failure(_Failure(str(address), str(reason)[:MAX_REASON], int(times)), now_s)
+            self._log_failure(str(address), str(reason)[:MAX_REASON], int(times), now_s)
         if self.certificate_days is not None and self.certificate_days < MIN_CERTIFICATE_DAYS:
             days_left = max(0.0, self.certificate_days)
             self.log(
@@ -132,11 +122,10 @@ class GatewayProcess(ServiceProcess):
                 f"Modbus/TCP Security: the certificate expires in {days_left:.0f} days: replace the file",
             )
 
-    def _log_failure(self, failure: _Failure, now_s: float) -> None:
-        peer = Peer(CHANNEL, failure.address)
-        self._source.log_failed_logins(peer, failure.reason, failure.times, now_s)
+    def _log_failure(self, address: str, reason: str, times: int, now_s: float) -> None:
+        self._source.log_failed_logins(Peer(CHANNEL, address), reason, times, now_s)
         text = "Modbus/TCP Security: %d handshakes of %s failed: %s"
-        self._warn(now_s, text, failure.times, failure.address, failure.reason)
+        self._warn(now_s, text, times, address, reason)
 
 
 def required(local_socket: Path | None) -> Path:

@@ -139,7 +139,7 @@ class ServiceProcess:
                 timeout_s = self._silence_s
         except TimeoutError:
             return f"its process sent nothing for {timeout_s:g} s and was ended"
-        except (TypeError, ValueError):
+        except (KeyError, TypeError, ValueError):
             return "its process sent an invalid message"
         return ""
 
