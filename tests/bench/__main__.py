@@ -12,6 +12,7 @@ from tests.bench.command import bench_estimate
 from tests.bench.counting import bench_counting
 from tests.bench.endurance import bench_endurance
 from tests.bench.force_control import bench_force_control
+from tests.bench.instruments_on_one_host import bench_instruments_on_one_host
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
@@ -37,6 +38,7 @@ BENCHMARKS = {
     "rdt": bench_rdt,
     "modbus": bench_modbus,
     "modbus_security": bench_modbus_security,
+    "instruments": bench_instruments_on_one_host,
     "force_control": bench_force_control,
     "quota": bench_quota,
     "endurance": bench_endurance,
