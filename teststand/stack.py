@@ -8,7 +8,7 @@ import secrets
 import socket
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -40,6 +40,7 @@ class Stack:
     control_port: int
     line: SerialProxy | None  #: disturbable serial line between rig and instrument
     can_node: int = DEFAULT_NODE_ID
+    ports: Mapping[str, int | None] = field(default_factory=dict)  #: in the JSON line of the instrument
 
     def check(self) -> None:
         """Raise ChildProcessFailed, with the reason, if one of the processes has ended."""
@@ -89,9 +90,9 @@ def start(
     host.write_stdin(
         toml({**given, "rig": rig_table, "modbus": modbus, "can": can, "events": events, "local": local})
     )
-    host.ready(stop)  # before the instrument is ready, another program could answer on its port
+    ports = host.ready(stop)  # before the instrument is ready, another program could answer on its port
     node_id = can.get("node_id", DEFAULT_NODE_ID)
-    return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line, node_id)
+    return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line, node_id, ports)
 
 
 def toml(tables: Tables) -> str:

@@ -70,9 +70,10 @@ class ServiceFiles:
 def serve(configuration: Configuration, files: ServiceFiles) -> None:
     """Run the instrument until SIGTERM or Ctrl-C, then vent and end.
 
-    Prints one JSON line when Modbus is served. The line contains the port of Modbus, and the port of the web
-    page if the page is enabled. The port is null if the page is not served yet. The CAN node starts after the
-    check that its node id is free. Until then the status bit `can_down` is set.
+    Prints one JSON line when Modbus is served. The line contains the port of Modbus, and the ports of
+    Modbus/TCP Security and of the web page if they are enabled. Their port is null if they are not served
+    yet. The CAN node starts after the check that its node id is free. Until then the status bit `can_down` is
+    set.
 
     Raises PneuforceError if the instrument cannot start.
     """
@@ -224,6 +225,8 @@ async def _run(
             await _open_rdt(servers)
             await (joining if modbus is None else _listen(modbus, servers.configuration))
             ports = {"modbus": modbus.port if modbus else None}
+            if servers.security is not None:
+                ports["modbus_security"] = await cancel_on(stop, servers.security.gateway.first_port())
             if web is not None:
                 ports["web"] = await cancel_on(stop, web.first_port())
             print(json.dumps(ports), flush=True)

@@ -80,6 +80,11 @@ def write(client, words):
     return answer[:5] if answer.startswith("86") else answer[:2]
 
 
+def test_the_json_line_of_the_instrument_contains_the_port_of_the_gateway(instrument):
+    stack, port, _ = instrument
+    assert stack.ports == {"modbus": stack.modbus_port, "modbus_security": port}
+
+
 def test_a_lease_belongs_to_a_certificate(instrument, connect):
     _, _, registers = instrument
     assert write(connect("plc"), LEASE) == ACCEPTED
