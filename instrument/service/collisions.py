@@ -40,17 +40,29 @@ class TcpPort(NamedTuple):
 def check_collisions(configuration: Configuration, path: Path) -> None:
     """Raise ConfigurationError if two enabled parts of a configuration use one TCP port or one file.
 
-    `path` is the configuration file, to which the names of files are relative.
+    The message names all collisions. `path` is the configuration file, to which the names of files are
+    relative.
     """
+    if collisions := [*_port_collisions(configuration), *_file_collisions(configuration, path)]:
+        raise ConfigurationError("; ".join(collisions))
+
+
+def collision(first: str, second: str, what: str) -> str:
+    """Return the clause about two configuration keys that name the same port, file or other resource."""
+    return f"{first} and {second} are both {what}: change one of them"
+
+
+def _port_collisions(configuration: Configuration) -> Iterator[str]:
     for first, second in combinations(_tcp_ports(configuration), 2):
         if first.collides_with(second):
-            raise ConfigurationError(
-                f"{first.key} and {second.key} are both the TCP port {first.port}: change one of them"
-            )
+            yield collision(first.key, second.key, f"the TCP port {first.port}")
+
+
+def _file_collisions(configuration: Configuration, path: Path) -> Iterator[str]:
     files = [(key, os.path.realpath(file)) for key, file in files_of(configuration, path)]
     for (first_key, file), (second_key, other) in combinations(files, 2):
         if file == other:
-            raise ConfigurationError(f"{first_key} and {second_key} are both {file}: change one of them")
+            yield collision(first_key, second_key, file)
 
 
 def listening_ports(configuration: Configuration) -> Iterator[TcpPort]:

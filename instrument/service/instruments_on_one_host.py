@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.config import Configuration
-from pneuforce.instrument.service.collisions import files_of, listening_ports
+from pneuforce.instrument.service.collisions import collision, files_of, listening_ports
 from pneuforce.support.network_name import is_socket_url
 
 First = TypeVar("First")
@@ -26,23 +26,26 @@ class Resource(NamedTuple):
 
 
 def check_instruments(configurations: Mapping[Path, Configuration]) -> None:
-    """Raise ConfigurationFileError if two instruments use the same port, file, CAN node or board."""
+    """Raise ConfigurationFileError if two instruments use the same port, file, CAN node or board.
+
+    The message names all collisions.
+    """
+    if collisions := list(_collisions(configurations)):
+        raise ConfigurationFileError("; ".join(collisions))
+
+
+def _collisions(configurations: Mapping[Path, Configuration]) -> Iterator[str]:
     for (path, configuration), (other_path, other) in combinations(configurations.items(), 2):
         for port, other_port in _pairs(listening_ports(configuration), listening_ports(other)):
             if port.collides_with(other_port):
                 what = f"the TCP port {port.port}"
-                raise _collision(f"{path}: {port.key}", f"{other_path}: {other_port.key}", what)
+                yield collision(f"{path}: {port.key}", f"{other_path}: {other_port.key}", what)
         for resource, other_resource in _pairs(
             _resources(path, configuration), _resources(other_path, other)
         ):
             if resource.identity == other_resource.identity:
-                raise _collision(
-                    f"{path}: {resource.key}", f"{other_path}: {other_resource.key}", resource.name
-                )
-
-
-def _collision(first: str, second: str, what: str) -> ConfigurationFileError:
-    return ConfigurationFileError(f"{first} and {second} are both {what}: change one of them")
+                keys = f"{path}: {resource.key}", f"{other_path}: {other_resource.key}"
+                yield collision(*keys, resource.name)
 
 
 def _pairs(first: Iterator[First], second: Iterator[Second]) -> Iterator[tuple[First, Second]]:

@@ -73,6 +73,13 @@ def test_two_instruments_never_share_a_resource(shared, message):
     assert message in found if message else found == ""
 
 
+def test_all_collisions_are_named_at_once():
+    shared = {"modbus": {"port": 5020}, "events": {"file": "/tmp/e"}, "identity": {"serial_number": 7}}
+    found = checked(instrument(1, **shared), instrument(2, **shared))
+    named = [clause.partition(" and ")[0] for clause in found.split("; ")]
+    assert named == ["a.toml: modbus.port", "a.toml: identity.serial_number", "a.toml: events.file"]
+
+
 @pytest.mark.parametrize("change", [{"node_id": 6}, {"channel": "can1"}, {"interface": "virtual"}])
 def test_can_nodes_on_different_buses_or_with_different_numbers(change):
     assert checked(instrument(1, can=CAN), instrument(2, can=CAN | change)) == ""
