@@ -6,6 +6,7 @@ import json
 import shlex
 
 from pneuforce.instrument.commissioning.firmware_upload import upload, upload_command
+from pneuforce.instrument.rig.firmware import format_version
 from pneuforce.protocol.frames import PROTOCOL_VERSION
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
 from pneuforce.sim.board.board import FIRMWARE_REVISION
@@ -18,7 +19,7 @@ def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
     """
     command = upload_command(port, HEX)
     plan = {
-        "firmware": _format_revision(FIRMWARE_REVISION),
+        "firmware": format_version(FIRMWARE_REVISION),
         "protocol": PROTOCOL_VERSION,
         "sketch": str(SKETCH),
     }
@@ -29,7 +30,7 @@ def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
     if not dry_run:
         hello, reported = upload(port, HEX)
         answer = {
-            "firmware": _format_revision(hello.firmware),
+            "firmware": format_version(hello.firmware),
             "image": f"{reported.image_crc:08X}",
             "serial": hello.serial,
         }
@@ -37,7 +38,3 @@ def run_flash(port: str, dry_run: bool, as_json: bool = False) -> None:
         print(json.dumps({**plan, "command": command, "answers": answer}))
     elif answer:
         print("firmware {firmware}, image {image} answers, board {serial}".format(**answer))
-
-
-def _format_revision(firmware: int) -> str:
-    return f"{firmware >> 8}.{firmware & 0xFF}"

@@ -12,6 +12,7 @@ from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.instrument_address import command
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
+from pneuforce.instrument.rig.firmware import format_version
 from pneuforce.registers.advice import (
     FIRMWARE_ORIGIN_DESCRIPTIONS,
     STATE_DESCRIPTIONS,
@@ -136,7 +137,7 @@ def _firmware_text(details: Details) -> str:
     version = details.firmware_version
     if version is None:
         return "unknown"
-    image = f"{version >> 8}.{version & 0xFF}, image {details.firmware_image:08X}: " if version else ""
+    image = f"{format_version(version)}, image {details.firmware_image:08X}: " if version else ""
     return image + FIRMWARE_ORIGIN_DESCRIPTIONS.get(str(details.firmware_origin), NOT_AVAILABLE)
 
 
@@ -155,7 +156,7 @@ def _versions(details: Details) -> dict[str, Any]:
         "method": details.method,
         "calibration_date": details.calibration_date,
         "balloon_id": details.balloon_id,
-        "firmware_version": details.firmware_version,
+        "firmware_version": format_version(details.firmware_version) if details.firmware_version else None,
         "firmware_origin": details.firmware_origin,
         "firmware_image": _hexadecimal(details.firmware_image),
     }

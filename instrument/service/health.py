@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pneuforce.instrument.core.event_log_head import EventLogHead
+from pneuforce.instrument.rig.firmware import format_version
 from pneuforce.instrument.service.can_server import CanServer
 from pneuforce.instrument.service.host_loop import HostLoop
 from pneuforce.instrument.service.rtu_server import RtuServer
@@ -24,7 +25,7 @@ def rig_health(host: HostLoop, age_s: float) -> dict[str, Any]:
         "up": age_s <= HOST_SILENCE_S,
         "board": hello.board if hello else None,
         "serial": hello.serial if hello else None,
-        "firmware": hello.firmware if hello else None,
+        "firmware": format_version(hello.firmware) if hello else None,
         "firmware_origin": link.firmware.origin if link.firmware else None,
         "age_s": age_s,
         "samples": host.instrument.sample_counter,

@@ -38,7 +38,7 @@ def counts():
 
 
 SECTIONS = {
-    "rig": {"samples": 1000, "lost_frames": 2, "up": True, "command_gaps": gaps(), "firmware": 0x105},
+    "rig": {"samples": 1000, "lost_frames": 2, "up": True, "command_gaps": gaps(), "firmware": "1.5"},
     "counts": counts(),
     "modbus_tcp": {"requests": 7, "evicted": 1, "clients": [{"address": "10.0.0.1"}]},
     "modbus_rtu": {"requests": 9, "up": False},

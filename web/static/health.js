@@ -39,7 +39,7 @@ const FIRMWARE_REMARKS = {
 };
 
 const firmwareText = ({ firmware, firmware_origin }) =>
-  `firmware ${firmware >> 8}.${firmware & 0xff}${FIRMWARE_REMARKS[firmware_origin] ?? ""}`;
+  `firmware ${firmware}${FIRMWARE_REMARKS[firmware_origin] ?? ""}`;
 
 const boardText = (h) =>
   h.board === null
