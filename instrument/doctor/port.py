@@ -58,9 +58,19 @@ def _permission(port: str) -> Check:
 
 def _exclusive(port: str) -> Check:
     others = processes_using(port)
-    advice = f"end that process first; for ModemManager: {INSTALL_RULES}"
     finding = f"open in {', '.join(others)}" if others else "no other process has the port open"
-    return graded(NAMES[3], finding, advice, passed=not others, usable=False)
+    return graded(NAMES[3], finding, _remedy(others), passed=not others, usable=False)
+
+
+def _remedy(others: list[str]) -> str:
+    """Return how to end the processes that have the port open, by their names."""
+    remedies = {
+        "pneuforce": "stop the running instrument, which vents the balloon: sudo systemctl stop pneuforce "
+        "(or pneuforce@NAME), or Ctrl-C in its terminal; start it again after the examination",
+        "ModemManager": INSTALL_RULES,
+    }
+    found = [remedy for name, remedy in remedies.items() if any(each.startswith(name) for each in others)]
+    return "; ".join(found) or "end that process first"
 
 
 def _latency(port: str) -> Check:

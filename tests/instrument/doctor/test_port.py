@@ -1,6 +1,9 @@
 """Tests of the checks of a serial port, with real pseudo-terminals and imitated device folders of Linux."""
 
 import os
+import subprocess
+import time
+from pathlib import Path
 
 import pytest
 
@@ -80,3 +83,21 @@ def test_the_latency_timer_is_read_if_the_adapter_has_one(tmp_path, pty, text, l
     (folder / "latency_timer").write_text(text)
     assert usb_latency_ms(pty, tmp_path) == latency_ms
     assert usb_latency_ms("/dev/ttyACM0", tmp_path) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [("pneuforce", "systemctl stop pneuforce"), ("ModemManager", INSTALL_RULES), ("cat", "end that process")],
+)
+def test_the_remedy_for_a_port_in_use_depends_on_the_process(pty, tmp_path, name, remedy):
+    program = tmp_path / name
+    program.symlink_to("/usr/bin/tail")
+    with open(pty, "rb") as port, subprocess.Popen([program, "-f", "/dev/null"], stdin=port) as other:
+        try:
+            while name not in Path(f"/proc/{other.pid}/comm").read_text():
+                time.sleep(0.01)
+            [check] = [check for check in port_checks(pty) if check.name == "exclusive access"]
+            assert (check.result, check.finding) == (CheckResult.FAIL, f"open in {name} ({other.pid})")
+            assert remedy in check.advice
+        finally:
+            other.kill()
