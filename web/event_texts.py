@@ -23,8 +23,10 @@ _CHANNELS = {
 #: Values of a command that an operator reads. Only the command for a new balloon has an argument.
 _COMMAND_VALUES = ("command_code", "command_argument")
 _ALARMS = ("force_alarm", "force_alarm_2")
-#: Title of each fault, by the name in the event log.
-_FAULTS = {FAULTS.names[code].replace("_", " "): title for code, title in FAULT_TITLES.items()}
+#: Title of each fault, by its name and code in the event log.
+_FAULTS = {
+    f"{FAULTS.names[code].replace('_', ' ')} (fault {code})": title for code, title in FAULT_TITLES.items()
+}
 
 
 def event_message(record: Mapping[str, Any]) -> dict[str, str]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from pneuforce.instrument.audit.record import RecordFields
-from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.core.faults import described
 from pneuforce.protocol.frames import BoardKind
 
 
@@ -41,7 +41,7 @@ def _format_board(board: tuple[int, int, str] | None) -> str | None:
 #: Formatters of the fields that contain numeric codes.
 _FORMATTERS: Mapping[str, Callable[[Any], Any]] = {
     "board": _format_board,
-    "faults": lambda codes: [name_of(code) for code in codes],
+    "faults": lambda codes: [described(code) for code in codes],
 }
 
 

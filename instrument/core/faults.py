@@ -99,6 +99,11 @@ def name_of(code: int) -> str:
     return known.lower().replace("_", " ") if known else f"fault {code}"
 
 
+def described(code: int) -> str:
+    """Return the name and the code of a fault, as the journal and the event log show them."""
+    return f"{name_of(code)} (fault {code})" if code in _NAMES else name_of(code)
+
+
 def mask_of(bits: Iterable[int]) -> int:
     """Return a number in which the given bits are set."""
     return sum(1 << bit for bit in set(bits))

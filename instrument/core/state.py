@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pneuforce.instrument.core.arming import STEPS, Arming, Step
 from pneuforce.instrument.core.command_monitor import CommandMonitor
 from pneuforce.instrument.core.event_log_head import EventLogHead
-from pneuforce.instrument.core.faults import FaultLatch, name_of
+from pneuforce.instrument.core.faults import FaultLatch, described
 from pneuforce.instrument.core.force_alarm import ForceAlarm
 from pneuforce.instrument.core.lease import Lease
 from pneuforce.instrument.core.peers import Peers
@@ -197,6 +197,14 @@ class InstrumentState:
             self.can_down,
         )
 
+    @property
+    def service_failures(self) -> tuple[bool, ...]:
+        """Return one flag for each part of the host process that requires maintenance if its flag is set.
+
+        Other parts of the host process set these flags without a change of `revision`.
+        """
+        return self.can_down, self.log_down, self.recording_down, self.certificate_expiring
+
     def age_s(self, now_s: float) -> float:
         """Return the age of the latest sample [s]. It is never negative."""
         return max(0.0, now_s - self.measurement.t_s)
@@ -230,19 +238,18 @@ class InstrumentState:
         self.advance(Step.TRIP)
         if is_new and self.vent_pending:
             log.warning(
-                "%s (fault %d): the rig vents and trips when the contact ends, at the latest after %g s",
-                name_of(fault),
-                fault,
+                "%s: the rig vents and trips when the contact ends, at the latest after %g s",
+                described(fault),
                 MAX_VENT_DELAY_S,
             )
         elif is_new or (was_pending and not self.vent_pending):
-            log.warning("tripped: %s (fault %d)", name_of(fault), fault)
+            log.warning("tripped: %s", described(fault))
 
     def end_vent_delay(self) -> None:
         """Vent now if the vent waits for the end of a contact."""
         if self.vent_pending:
             self.vent_due_s = None
-            log.warning("tripped: %s (fault %d)", name_of(self.faults.first), self.faults.first)
+            log.warning("tripped: %s", described(self.faults.first))
 
     def vent(self, now_s: float) -> None:
         """Vent in any state. The board receives the vent even if a hold follows at once."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.core.faults import described
 from pneuforce.instrument.recording.contacts import (
     DEFAULT_TUBE_TIME_CONSTANT_S,
     ContactHistory,
@@ -93,7 +93,7 @@ class PlotData:
         if m.state in _PRESSURISED:
             self.was_pressurised = True
             return
-        names = (name_of(m.fault),) if m.fault else self._latched
+        names = (described(m.fault),) if m.fault else self._latched
         name, last = (names or (VENTED,))[0], self.spans[-1] if self.spans else None
         if last is not None and last.end_s == self.end_s and last.name == name:
             self.spans[-1] = last._replace(end_s=m.t_s)

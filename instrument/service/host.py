@@ -11,7 +11,7 @@ from functools import partial
 
 from pneuforce.errors import ProtocolMismatch, RigError, RigNotResponding, TimeoutMismatch
 from pneuforce.instrument.core.controller import Instrument
-from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.core.faults import described
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.state import STATE_LOGGER
 from pneuforce.instrument.rig.firmware import REMEDY, Firmware, FirmwareOrigin
@@ -212,7 +212,7 @@ class Host:
         events, self.link.events = self.link.events, []
         for event in events:
             before, after = (_state_name(code) for code in (event.previous_state, event.state))
-            why = f" ({name_of(event.fault)})" if event.fault else ""
+            why = f": {described(event.fault)}" if event.fault else ""
             log.info("board: %s to %s%s", before, after, why)
 
     def _log_board_clock(self) -> None:

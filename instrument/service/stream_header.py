@@ -8,7 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 from pneuforce.instrument.config import Configuration
-from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.core.faults import described
 from pneuforce.registers.map import MAP_VERSION
 from pneuforce.registers.map_hash import MAP_HASH
 
@@ -26,6 +26,6 @@ def stream_header(configuration: Configuration, simulated: bool, faults: Iterabl
         "configuration_hash": f"{configuration.hash:08x}",
         "serial_number": configuration.identity.serial_number,
         "simulated": simulated,
-        "faults": [name_of(code) for code in faults],
+        "faults": [described(code) for code in faults],
         "utc_us": time.time_ns() // 1000,
     }

@@ -28,7 +28,7 @@ def lose_the_lease(harness, file):
     hold(harness)
     now_s = harness.now_s
     facts = {"at": "2027-01-31T08:00:00Z", "mono_s": now_s, "kind": "faults", "was": []}
-    file.add_entry(json_entry(EntryKind.EVENT, now_s, {**facts, "is": ["lease expired"]}))
+    file.add_entry(json_entry(EntryKind.EVENT, now_s, {**facts, "is": ["lease expired (fault 32)"]}))
     harness.instrument.vent(now_s)
     harness.run(1.0)
 
@@ -109,7 +109,7 @@ def is_linear(drawn, values):
 def test_axes_have_units_and_a_trip_has_the_name_of_its_fault(figure):
     labels = texts(figure)
     assert {"pressure [kPa]", "force [N]", "time in the recording [s]", "setpoint", "±2u"} <= set(labels)
-    assert "tripped: overpressure" in labels
+    assert "tripped: overpressure (fault 4)" in labels
     assert "press  (simulated rig)" in labels
 
 
@@ -139,7 +139,7 @@ def test_a_time_span_shows_its_contacts(pressed, rows):
 
 def test_a_trip_recorded_only_in_the_event_log_is_named(tmp_path):
     lost = draw(record_story(tmp_path / "lease.recording", lose_the_lease))
-    assert "tripped: lease expired" in texts(lost)
+    assert "tripped: lease expired (fault 32)" in texts(lost)
     assert "vented" not in texts(lost)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneuforce.instrument.core.faults import name_of
+from pneuforce.instrument.core.faults import described
 from pneuforce.registers.codes import COMMANDS, REJECT_REASONS
 from pneuforce.registers.map import REGISTERS
 from pneuforce.web.event_texts import event_message
@@ -18,7 +18,10 @@ LOG = "/var/log_of_n/my_events.sqlite"
 RECORDS = [
     ({"kind": "write", "values": {"force_limit_n": [0.5, 5.0]}}, "force limit 0.5 → 5 N"),
     ({"kind": "write", "values": COMMAND}, "command new balloon, argument 12"),
-    ({"kind": "faults", "was": [], "is": ["vent shut", "burst"]}, "none → vent valve stuck + burst"),
+    (
+        {"kind": "faults", "was": [], "is": ["vent shut (fault 9)", "burst (fault 5)"]},
+        "none → vent valve stuck + burst",
+    ),
     (
         {"kind": "write", "values": COMMAND | {"command_code": ["none", "clear_faults"]}},
         "command clear faults",
@@ -62,5 +65,5 @@ def test_the_kind_is_not_repeated_in_the_text():
 
 @pytest.mark.parametrize(("code", "title"), FAULT_TITLES.items())
 def test_a_fault_has_the_same_title_as_in_the_list_of_faults(code, title):
-    record = {"kind": "faults", "was": [], "is": [name_of(code)]}
+    record = {"kind": "faults", "was": [], "is": [described(code)]}
     assert event_message(record)["text"] == f"none → {title}"

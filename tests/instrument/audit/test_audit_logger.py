@@ -155,7 +155,7 @@ def test_the_answer_to_a_clear_is_logged_when_the_board_has_answered():
     assert logged.records("answer") == []
     logged.run(0.6)
     assert [record["result"] for record in logged.records("answer")] == ["done"]
-    assert [record["is"] for record in logged.records("faults")] == [["leak"], []]
+    assert [record["is"] for record in logged.records("faults")] == [["leak (fault 11)"], []]
 
 
 def test_the_fault_is_logged_before_the_trip():
@@ -163,7 +163,7 @@ def test_the_fault_is_logged_before_the_trip():
     logged.harness.instrument.trip(Fault.BURST)
     logged.update()
     assert [record["kind"] for record in logged.sink.fields] == ["faults", "state"]
-    assert logged.records("faults") == [{"kind": "faults", "was": [], "is": ["burst"]}]
+    assert logged.records("faults") == [{"kind": "faults", "was": [], "is": ["burst (fault 5)"]}]
     assert logged.records("state") == [{"kind": "state", "was": "holding", "is": "tripped"}]
 
 
@@ -171,14 +171,14 @@ def test_an_expired_lease_is_logged():
     logged = LoggedInstrument(InstrumentHarness.holding())
     logged.write({"lease_s": 0.5})
     logged.run(1.0)
-    assert [record["is"] for record in logged.records("faults")] == [["lease expired"]]
+    assert [record["is"] for record in logged.records("faults")] == [["lease expired (fault 32)"]]
 
 
 def test_a_trip_by_the_board_is_logged():
     logged = LoggedInstrument(InstrumentHarness.holding())
     logged.harness.causes.add(Fault.OVERPRESSURE)
     logged.run(0.1)
-    assert logged.records("faults")[0]["is"] == ["overpressure"]
+    assert logged.records("faults")[0]["is"] == ["overpressure (fault 4)"]
     assert logged.records("state")[-1]["is"] == "tripped"
 
 
