@@ -36,6 +36,10 @@ class EventLogFileError(ConfigurationError):
     """File that is not an event log of this version, is damaged, or is written by another instrument."""
 
 
+class EventLogInUse(EventLogFileError):
+    """Event log that another running instrument writes."""
+
+
 class EventLogFile:
     """Event log that is open for appending.
 
@@ -209,7 +213,7 @@ def _open_locked(path: Path) -> int:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(descriptor)
-        raise EventLogFileError(
+        raise EventLogInUse(
             f"{path} is written by another running instrument: give each instrument its own file"
         ) from None
     except BaseException:

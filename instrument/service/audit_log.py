@@ -8,8 +8,10 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
+from pneuforce.errors import ConfigurationFileError, ServerError
 from pneuforce.instrument.audit.audit_logger import AuditLogger, AuditSink, NullAuditSink
 from pneuforce.instrument.audit.record import AuditRecord, record_body
+from pneuforce.instrument.audit.store import EventLogFileError, EventLogInUse
 from pneuforce.instrument.audit.writer import EventLogWriter
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.event_log_head import EventLogHead
@@ -43,6 +45,15 @@ class PublishingAuditSink:
             self._broadcaster.record(EntryKind.EVENT, record.at.mono_s, record_body(record))
 
 
+def _opened(file: Path) -> EventLogWriter:
+    try:
+        return EventLogWriter(file)
+    except EventLogInUse as error:  # the other instrument may end, so systemd tries again
+        raise ServerError(f"events.file: {error}") from None
+    except EventLogFileError as error:
+        raise ConfigurationFileError(f"events.file: {error}") from None
+
+
 @contextmanager
 def audited(
     session: Session, configuration: Configuration, file: Path | None, broadcaster: EntryBroadcaster
@@ -51,9 +62,10 @@ def audited(
 
     Without a `file`, the records are only published.
 
-    Raises ConfigurationError if the file is not an event log or belongs to another instrument.
+    Raises ConfigurationFileError if the file is not an event log, and ServerError if another instrument
+    writes the file.
     """
-    writer = EventLogWriter(file) if file else None
+    writer = _opened(file) if file else None
     sink = PublishingAuditSink(writer or NullAuditSink(), broadcaster)
     audit_logger = AuditLogger(session, sink)
     identity = {"map_hash": f"{MAP_HASH:08x}", "configuration_hash": f"{configuration.hash:08x}"}

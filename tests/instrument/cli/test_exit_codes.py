@@ -45,6 +45,7 @@ def test_systemd_does_not_restart_an_instrument_with_an_invalid_configuration():
         ("run --config {folder}/invalid.toml", ExitCode.CONFIGURATION),
         ("run --config {folder}/uncalibrated.toml", ExitCode.CONFIGURATION),
         ("log show --config {folder}/invalid.toml", ExitCode.CONFIGURATION),
+        ("run --config {folder}/foreign-log.toml", ExitCode.CONFIGURATION),
         ("run --config {folder}/no-rig.toml", ExitCode.UNAVAILABLE),
         ("watch modbus --port 1", ExitCode.UNAVAILABLE),
         ("sim fault leak --control 1", ExitCode.UNAVAILABLE),
@@ -54,6 +55,7 @@ def test_systemd_does_not_restart_an_instrument_with_an_invalid_configuration():
 def test_a_command_exits_with_the_code_of_its_failure(tmp_path, words, code):
     (tmp_path / "invalid.toml").write_text("[modbus]\nport = 70000\n")
     (tmp_path / "uncalibrated.toml").write_text('[measurement]\ncalibration = "missing.toml"\n')
+    (tmp_path / "foreign-log.toml").write_text('[events]\nfile = "invalid.toml"\n')
     (tmp_path / "no-rig.toml").write_text(f'[rig]\nport = "{tmp_path}/nothing"\n')
     with socket.create_server(("127.0.0.1", 0)) as server:
         taken = server.getsockname()[1]
