@@ -37,7 +37,7 @@ class Instrument(InstrumentState):
 
     _interlocks: InterlockMonitor = field(default_factory=InterlockMonitor)
     #: Cached snapshots.
-    _snapshots: dict[tuple[int, float, Peer], Snapshot] = field(
+    _snapshots: dict[tuple[int, tuple[bool, ...], float, Peer], Snapshot] = field(
         default_factory=dict, metadata={"state": False}
     )
 
@@ -198,7 +198,8 @@ class Instrument(InstrumentState):
 
         The snapshot is cached, and the peers of a channel that have not written share it.
         """
-        view = (self.revision, now_s, peer if self.peers.knows(peer) else (peer[0], ""))
+        shown_to = peer if self.peers.knows(peer) else (peer[0], "")
+        view = (self.revision, self.service_failures, now_s, shown_to)
         if view not in self._snapshots:
             self._snapshots = {view: snapshot_of(self, peer, now_s)}
         return self._snapshots[view]

@@ -35,7 +35,7 @@ def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset
 
 
 def _maintenance_required(state: InstrumentState, now_s: float) -> bool:
-    service_down = state.can_down or state.log_down or state.recording_down or state.certificate_expiring
+    service_down = any(state.service_failures)
     no_barometer = state.settings.ambient_required and math.isnan(state.recent_ambient_kpa(now_s))
     clock_off = state.raw is not None and state.raw.clock_off
     foreign_firmware = state.firmware is not None and not state.firmware.is_released

@@ -336,6 +336,14 @@ def test_the_ne_107_signals_show_whether_the_force_may_be_used(situation, expect
     assert ("any_failure" in seen.status) == ("failure" in expected)
 
 
+@pytest.mark.parametrize("flag", ["can_down", "log_down", "recording_down", "certificate_expiring"])
+def test_a_failure_outside_the_instrument_is_shown_at_once_and_not_from_the_cache(flag):
+    harness = InstrumentHarness.holding()
+    for is_set in (False, True, False):
+        setattr(harness.instrument, flag, is_set)
+        assert ("maintenance_required" in harness.snapshot().status) == is_set
+
+
 def test_taking_a_snapshot_changes_nothing():
     harness = pressed()
     before = harness.snapshot(), harness.instrument.command()
