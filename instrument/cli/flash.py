@@ -6,7 +6,7 @@ import json
 import shlex
 
 from pneuforce.instrument.commissioning.firmware_upload import upload, upload_command
-from pneuforce.instrument.rig.firmware import format_version
+from pneuforce.protocol.firmware_version import format_version
 from pneuforce.protocol.frames import PROTOCOL_VERSION
 from pneuforce.sim.avr.toolchain import HEX, SKETCH
 from pneuforce.sim.board.board import FIRMWARE_REVISION

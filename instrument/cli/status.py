@@ -12,7 +12,7 @@ from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.instrument_address import command
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_text
-from pneuforce.instrument.rig.firmware import format_version
+from pneuforce.protocol.firmware_version import format_version
 from pneuforce.registers.advice import (
     FIRMWARE_ORIGIN_DESCRIPTIONS,
     STATE_DESCRIPTIONS,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum, auto
 
 from pneuforce.protocol.firmware_images import IMAGES
+from pneuforce.protocol.firmware_version import format_version
 
 CURRENT_VERSION = max(IMAGES)  #: version of the firmware in this package
 REMEDY = "install the firmware of this package: pneuforce flash"
@@ -55,8 +56,3 @@ class Firmware:
             FirmwareOrigin.OTHER_VERSION: f": this package contains {format_version(CURRENT_VERSION)}",
             FirmwareOrigin.UNKNOWN: ": the image on the board is not a released image",
         }[self.origin]
-
-
-def format_version(version: int) -> str:
-    """Return a firmware version as text, for example "1.2"."""
-    return f"{version >> 8}.{version & 0xFF}"
