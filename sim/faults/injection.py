@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from functools import reduce
 from typing import Any
 
 from pneuforce.sim.faults.catalogue import CATALOGUE
 from pneuforce.sim.faults.kind import FaultKind, FromArgument
+from pneuforce.sim.faults.similar import similar_names
 
 
 class SimulatorRequestError(ValueError):
@@ -68,9 +68,11 @@ class FaultInjector:
 def fault_kind(name: str) -> FaultKind:
     """Return the fault of this name. Raises SimulatorRequestError if the name is unknown."""
     if name not in CATALOGUE:
-        near = f" (similar: {', '.join(found)})" if (found := get_close_matches(name, CATALOGUE)) else ""
+        similar = similar_names(name)
+        near = f" (similar: {', '.join(similar)})" if similar else ""
+        names = "" if similar else f": {', '.join(CATALOGUE)}"
         raise SimulatorRequestError(
-            f"there is no fault {name!r}{near}: pneuforce sim fault --list shows all faults"
+            f"there is no fault {name!r}{near}: pneuforce sim fault --list shows all faults{names}"
         )
     return CATALOGUE[name]
 
