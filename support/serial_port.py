@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from pathlib import Path
 from typing import Protocol
 
 import serial
@@ -12,6 +13,7 @@ from pneuforce.errors import PortBusy, PortUnavailable
 from pneuforce.protocol.frames import BAUD
 from pneuforce.support.network_name import is_socket_url
 from pneuforce.support.readiness import is_writable
+from pneuforce.support.simulator_link import is_left_behind
 
 MAX_READ_BYTES = 4096
 #: Time after which a board that accepts no bytes counts as disconnected.
@@ -47,6 +49,12 @@ class SerialPort:
         self.url = url
         if not is_port_name(url):
             raise PortUnavailable(url, "it is neither a device nor socket://host:port")
+        if is_left_behind(Path(url)):
+            raise PortUnavailable(
+                url,
+                f"the simulator that made this link was killed, and {os.readlink(url)} can belong to another "
+                f"program now. Start the simulator again: pneuforce sim run --link {url}",
+            )
         try:
             options: dict[str, bool] = {} if "://" in url else {"exclusive": True}
             self._serial = serial.serial_for_url(url, baudrate=BAUD, timeout=0, **options)

@@ -16,9 +16,10 @@ from pneuforce.instrument.cli.output import json_text
 from pneuforce.sim.faults import CATALOGUE, SimulatorRequestError
 from pneuforce.sim.faults.document import format_arguments, format_response
 from pneuforce.sim.faults.kind import FaultKind
-from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding, control_port_file
+from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.printable import printable
+from pneuforce.support.simulator_link import control_port_file, is_left_behind
 
 MAX_PORT = 65535
 
@@ -67,7 +68,7 @@ def control_port_of(link: Path) -> int:
         port = int(read_file(control_port_file(link)).decode("ascii"))
     except ValueError:  # ConfigurationError of `read_file` is a subclass
         port = 0
-    if not 1 <= port <= MAX_PORT:
+    if not 1 <= port <= MAX_PORT or is_left_behind(link):
         raise RigError(
             f"no simulator has its port at {link}: start pneuforce sim run, or give --link or --control PORT"
         )

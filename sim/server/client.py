@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from pneuforce.sim.faults import SimulatorRequestError
@@ -21,11 +20,6 @@ class SimulatorNotResponding(ConnectionError):
             f"no simulator answers on control port {port}: check the port number, which "
             "pneuforce sim run prints at its start"
         )
-
-
-def control_port_file(link: Path) -> Path:
-    """Return the path of the file that contains the control port, next to the link to the serial port."""
-    return link.with_name(f"{link.name}.control")
 
 
 class SimulatorClient:

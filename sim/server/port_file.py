@@ -7,15 +7,17 @@ import fcntl
 import os
 import re
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from pneuforce.sim.server.client import control_port_file
+from pneuforce.support.simulator_link import control_port_file
 
 #: Content of the file. The file is empty if its simulator was killed during the start.
 _CONTENT = re.compile(rb"(\d{1,5}\n)?")
 _MAX_BYTES = 6
+LOCK_RETRIES, LOCK_RETRY_S = 5, 0.01
 _MODE = 0o644  #: only this user may write the file, because clients trust its content
 #: A symbolic link is not followed, a pipe does not block, and a terminal does not take over this process.
 _FLAGS = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
@@ -52,7 +54,7 @@ def _locked(path: Path, link: Path) -> int:
         try:
             if not _is_port_file(descriptor):
                 raise _foreign(path)
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(descriptor)
             if _is_at(descriptor, path):
                 return descriptor
         except BlockingIOError:
@@ -66,6 +68,19 @@ def _locked(path: Path, link: Path) -> int:
             os.close(descriptor)
             raise
         os.close(descriptor)  # another simulator has ended between open and flock, and has removed the file
+
+
+def _lock(descriptor: int) -> None:
+    """Lock an open file. Raises BlockingIOError if another simulator has locked it.
+
+    A program that only checks for a lock (`is_left_behind`) holds one for less than a millisecond.
+    """
+    for _ in range(LOCK_RETRIES):
+        with suppress(BlockingIOError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        time.sleep(LOCK_RETRY_S)
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _opened(path: Path) -> int:

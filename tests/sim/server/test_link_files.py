@@ -1,14 +1,19 @@
 """Tests of the files that a simulator creates: the link to its port, and the file with its control port."""
 
+import fcntl
 import os
 import signal
 import stat
+from threading import Timer
 
 import pytest
 
+from pneuforce.errors import PortUnavailable, RigError
 from pneuforce.instrument.cli.exit_codes import ExitCode
+from pneuforce.instrument.cli.sim_fault import control_port_of
 from pneuforce.sim.line.pty_link import PtyLink
-from pneuforce.sim.server.port_file import port_file
+from pneuforce.sim.server.port_file import LOCK_RETRY_S, port_file
+from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
 from tests.sim.server.test_sim_server import simulator
 
@@ -113,6 +118,38 @@ def test_the_files_of_a_killed_simulator_are_replaced(tmp_path, stale):
         assert os.readlink(tmp_path / "rig") == ports["port"]
         assert (tmp_path / "rig.control").read_text() == f"{ports['control']}\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_link_of_a_killed_simulator_is_never_opened_even_if_its_port_has_a_new_owner(tmp_path):
+    link, others = tmp_path / "rig", os.openpty()
+    try:
+        with simulator(link) as (process, _):
+            SerialPort(str(link)).close()
+            control_port_of(link)
+            process.kill()
+            process.wait(5)
+            link.unlink()
+            link.symlink_to(os.ttyname(others[1]))  # the system gives a free name to the next program
+            with pytest.raises(
+                PortUnavailable, match=r"was killed, and /dev/pts/.* Start the simulator again"
+            ):
+                SerialPort(str(link))
+            with pytest.raises(RigError, match="no simulator has its port"):
+                control_port_of(link)
+        with simulator(link):
+            SerialPort(str(link)).close()
+    finally:
+        for end in others:
+            os.close(end)
+
+
+def test_a_simulator_starts_while_another_program_checks_its_link(tmp_path):
+    (tmp_path / "rig.control").touch()
+    with open(tmp_path / "rig.control") as checked:
+        fcntl.flock(checked, fcntl.LOCK_SH)
+        Timer(LOCK_RETRY_S, checked.close).start()
+        with port_file(tmp_path / "rig", 5000):
+            assert (tmp_path / "rig.control").read_text() == "5000\n"
 
 
 def test_other_users_cannot_write_the_control_file_even_if_the_umask_allows_it(tmp_path):
