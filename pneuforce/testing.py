@@ -1,6 +1,6 @@
 """Instrument on a simulated rig, for tests of programs. docs/integrators.md describes the pytest fixture."""
 
-from pneuforce.registers.modbus.client import ModbusClientError
+from pneuforce.registers.modbus.client import ModbusClientError, WriteRejectedError
 from pneuforce.sim.faults import SimulatorRequestError
 from pneuforce.teststand.child_process import ChildProcessFailed
 from pneuforce.teststand.rig import BalloonNotHeld, LiveRig, RigTripped, WaitTimeout
@@ -14,5 +14,6 @@ __all__ = [
     "RigTripped",
     "SimulatorRequestError",
     "WaitTimeout",
+    "WriteRejectedError",
     "simulated_rig",
 ]

@@ -125,6 +125,7 @@ SUBMODULES = {
         "RigTripped",
         "SimulatorRequestError",
         "WaitTimeout",
+        "WriteRejectedError",
         "simulated_rig",
     },
 }
