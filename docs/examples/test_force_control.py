@@ -1,6 +1,6 @@
 """Tests of the force control program: speeds, and a run on the simulated robot.
 
-To use these tests in your project, copy force_control.py into the same folder, because they import this program.
+To use these tests in your project, copy force_control.py into the same folder: the tests import this program.
 """
 
 import re

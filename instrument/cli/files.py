@@ -26,6 +26,9 @@ FILES = {
     "pneuforce@.service": InstalledFile(
         "/etc/systemd/system", "systemd unit for several instruments on one computer"
     ),
+    "pneuforce-overview.service": InstalledFile(
+        "/etc/systemd/system", "systemd unit for the page with all instruments of a computer"
+    ),
     "60-pneuforce.rules": InstalledFile(
         "/etc/udev/rules.d", "udev rules: name and latency of the board's port, no ModemManager"
     ),

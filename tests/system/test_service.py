@@ -18,6 +18,7 @@ from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.stack import free_port, toml
 from tests.notified import Manager
+from tests.source_tree import ROOT
 from tests.system.conftest import running
 from tests.system.waiting import inflate, wait_for
 from tests.tools import needs
@@ -120,26 +121,47 @@ def test_the_unit_for_several_instruments_differs_only_in_the_name():
     assert same.partition("[Unit]")[2] == UNIT.partition("[Unit]")[2]
 
 
-def installed_unit(folder):
-    """Write the unit file with a program that exists on this machine, and return its path."""
-    file = folder / "pneuforce.service"
-    file.write_text(re.sub("^ExecStart=[^ ]*", "ExecStart=/bin/true", UNIT, flags=re.M))
+def installed_unit(folder, name):
+    """Write a unit file with a program that exists on this machine, and return its path."""
+    file = folder / name
+    unit = (FOLDER / name).read_text()
+    file.write_text(re.sub("^ExecStart=[^ ]*", "ExecStart=/bin/true", unit, flags=re.M))
     return file
 
 
+each_unit = pytest.mark.parametrize("name", ["pneuforce.service", "pneuforce-overview.service"])
+
+
+@each_unit
 @needs("systemd", "/usr/bin/systemd-analyze")
-def test_systemd_understands_every_line_of_the_unit(tmp_path):
-    done = subprocess.run(
-        ["systemd-analyze", "verify", installed_unit(tmp_path)], capture_output=True, text=True, check=False
-    )
+def test_systemd_understands_every_line_of_the_unit(tmp_path, name):
+    unit = installed_unit(tmp_path, name)
+    done = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@each_unit
 @needs("systemd", "/usr/bin/systemd-analyze")
-def test_the_service_has_few_permissions(tmp_path):
+def test_the_service_has_few_permissions(tmp_path, name):
     command = ["systemd-analyze", "security", "--offline=true", f"--threshold={MAX_EXPOSURE * 10:.0f}"]
-    done = subprocess.run([*command, installed_unit(tmp_path)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, installed_unit(tmp_path, name)], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stdout
+
+
+def test_the_unit_of_the_overview_starts_with_the_options_of_the_command(tmp_path):
+    """The command accepts the drop-in of the document. systemd divides a variable at its spaces."""
+    unit = (FOLDER / "pneuforce-overview.service").read_text()
+    [started] = re.findall("^ExecStart=/opt/pneuforce/bin/pneuforce (.*)$", unit, re.M)
+    page = (ROOT / "docs/service.md").read_text()
+    values = dict(re.findall(r'^Environment="(INSTRUMENTS|OPTIONS)=(.*)"$', page, re.M))
+    words = " ".join(values.get(word.removeprefix("$"), word) for word in started.split()).split()
+    missing = CliRunner().invoke(app, words)
+    assert (type(missing.exception).__name__, "left.toml" in str(missing.exception)) == (
+        "ConfigurationFileError",
+        True,
+    )
 
 
 def test_the_watchdog_time_of_the_unit_is_the_tested_one():
