@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from typing import Any
 
 import typer
@@ -23,11 +25,35 @@ def run(app: typer.Typer) -> int:
     try:
         return command(standalone_mode=False) or 0
     except _WORDS_ERROR as error:
-        message = error.format_message()
+        message = _range_text(error) or error.format_message().replace("Value error, ", "")
         if not message:  # words without a command: typer has printed the help
             return int(error.exit_code)
         help_command = f" (help: {error.ctx.command_path} -h)" if error.ctx else ""
         raise ConfigurationError(f"{message[0].lower()}{message[1:].rstrip('.')}{help_command}") from None
+
+
+def _range_text(error: Any) -> str:
+    """Return the sentence about a number with limits that is invalid, "" for every other error.
+
+    typer names neither the value nor both limits, and reads a negative argument as an option.
+    """
+    option, parameter = getattr(error, "option_name", ""), getattr(error, "param", None)
+    if re.match("-[0-9.]", option):
+        value = next(word for word in sys.argv if word.startswith(option))
+        parameter = next(filter(_is_ranged_argument, error.ctx.command.params), None)
+    elif hasattr(error.__cause__, "errors"):
+        value = error.__cause__.errors()[0]["input"]
+    else:
+        return ""
+    low, high = getattr(parameter, "min", None), getattr(parameter, "max", None)
+    if parameter is None or low is None:
+        return ""
+    allowed = f"at least {low:g}" if high is None else f"{low:g} to {high:g}"
+    return f"{parameter.opts[-1]} = {value} is invalid: it must be {allowed}"
+
+
+def _is_ranged_argument(parameter: Any) -> bool:
+    return parameter.param_type_name == "argument" and getattr(parameter, "min", None) is not None
 
 
 def _hide_flag_types(command: Any, parent: typer.Context | None = None) -> None:
