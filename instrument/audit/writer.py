@@ -15,6 +15,7 @@ from pneuforce.instrument.audit.record import AuditRecord, Timestamp, iso_utc, r
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
 from pneuforce.instrument.core.event_log_head import EventLogHead
 from pneuforce.instrument.core.state import STATE_LOGGER
+from pneuforce.support.counted import counted
 
 log = logging.getLogger("pneuforce")
 #: Logger for the anchors. A peer that causes many other lines cannot displace them.
@@ -89,7 +90,7 @@ class EventLogWriter:
         self._try()  # writes the last records, for example `stop`, which were appended just before `close`
         unwritten = len(self._waiting) + len(self._batch)
         if unwritten:
-            log.error("event log %s: %d records could not be written", self.path, unwritten)
+            log.error("event log %s: %s could not be written", self.path, counted(unwritten, "record"))
         if self._file is not None:
             self._log_anchor(self._file)
             self._file.close()

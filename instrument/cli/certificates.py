@@ -25,6 +25,7 @@ from pneuforce.instrument.commissioning.certificates import (
 )
 from pneuforce.registers.modbus_security.certificate import identity_of
 from pneuforce.support.atomic_file import read_file, replaced_file
+from pneuforce.support.counted import counted
 
 CA, CRL = "ca", "crl.pem"
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,31}")
@@ -80,8 +81,8 @@ def revoke(folder: Path, path: Path) -> str:
     content = revocation_list(authority, numbers | {certificate.serial_number}, _now())
     with replaced_file(crl) as temporary:
         temporary.write_bytes(content)
-    count = len(numbers | {certificate.serial_number})
-    return f"{crl} contains {count} revoked certificates: copy it to each instrument, and name it in crl."
+    revoked = counted(len(numbers | {certificate.serial_number}), "revoked certificate")
+    return f"{crl} contains {revoked}: copy it to each instrument, and name it in crl."
 
 
 def show(path: Path, as_json: bool) -> str:

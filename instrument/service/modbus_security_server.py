@@ -17,6 +17,7 @@ from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.modbus.tcp import ModbusTcpOptions
 from pneuforce.registers.modbus_security.forwarded import CHANNEL, ForwardedConnections
 from pneuforce.registers.source import Peer
+from pneuforce.support.counted import counted
 from pneuforce.support.throttle import RateLimitedLogger
 
 MIN_CERTIFICATE_DAYS = 30  #: the status bit maintenance_required is set below this number of days
@@ -124,8 +125,8 @@ class GatewayProcess(ServiceProcess):
 
     def _log_failure(self, address: str, reason: str, times: int, now_s: float) -> None:
         self._source.log_failed_logins(Peer(CHANNEL, address), reason, times, now_s)
-        text = "Modbus/TCP Security: %d handshakes of %s failed: %s"
-        self._warn(now_s, text, times, address, reason)
+        text = "Modbus/TCP Security: %s of %s failed: %s"
+        self._warn(now_s, text, counted(times, "handshake"), address, reason)
 
 
 def required(local_socket: Path | None) -> Path:

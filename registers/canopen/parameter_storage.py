@@ -7,6 +7,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 
 from pneuforce.registers.canopen.stored_parameters import StoredParameters, decode, encode
+from pneuforce.support.counted import counted
 
 #: Function that starts to write the parameter file, and returns at once.
 WriteFile = Callable[[bytes], Future[None]]
@@ -57,7 +58,7 @@ class ParameterStorage:
         if self.problem:
             return f"not used: {self.problem}"
         stored = [f"node id {self.stored.node_id}"] if self.stored.node_id else []
-        stored += [f"{len(self.stored.values)} parameters"] if self.stored.values else []
+        stored += [counted(len(self.stored.values), "parameter")] if self.stored.values else []
         return ", ".join(stored) or "none"
 
     @property
