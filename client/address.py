@@ -110,11 +110,17 @@ def send_vent(url: str) -> None:
     """
     from pneuforce.client.modbus_connection import vent_once
 
-    open_client, _ = _MODBUS_CLIENTS[(address := parse_url(url)).scheme](address)
+    open_client = modbus_opener(url)
     try:
         vent_once(url, open_client)
     except ConnectionFailed:
         vent_once(url, open_client)
+
+
+def modbus_opener(url: str) -> Callable[[], ModbusClient]:
+    """Return the function that connects to `url` (tcp, tls or rtu). Raises ConfigurationError."""
+    open_client, _ = _MODBUS_CLIENTS[(address := parse_url(url)).scheme](address)
+    return open_client
 
 
 def parse_url(text: str) -> Url:

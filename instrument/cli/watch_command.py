@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from pneuforce.instrument.cli.instrument_address import InstrumentAddress
 from pneuforce.instrument.cli.options import Json, Parity, Seconds
 
 commands = typer.Typer()
@@ -22,7 +24,7 @@ class BusName(Enum):
 
 #: Valid options of each variant of the command. All other options are rejected, because they have no effect.
 VALID_OPTIONS: Mapping[str, set[str]] = {
-    "modbus": {"host", "port", "unit"},
+    "modbus": {"host", "port", "unit", "ca", "certificate", "key"},
     "modbus --device": {"device", "baud", "parity", "unit"},
     "can": {"interface", "channel", "host", "port", "node_id"},
 }
@@ -42,6 +44,9 @@ Interface = Annotated[
     str | None, typer.Option(help="For can only: python-can interface; default socketcand.")
 ]
 Channel = Annotated[str | None, typer.Option(help="For can only: channel of the interface; default can0.")]
+Ca = Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: authority (PEM).")]
+Certificate = Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: own certificate (PEM).")]
+Key = Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: key of --certificate.")]
 NodeId = Annotated[
     int | None, typer.Option(help="For can only: node id of the instrument; default 5.", min=1, max=127)
 ]
@@ -52,6 +57,9 @@ def watch(
     bus: Annotated[BusName, typer.Argument(help="The bus to watch.")],
     host: Host = None,
     port: Port = None,
+    ca: Ca = None,
+    certificate: Certificate = None,
+    key: Key = None,
     device: Device = None,
     baud: Baud = None,
     parity: LineParity = None,
@@ -73,29 +81,23 @@ def watch(
     from pneuforce.instrument.cli.watch_can import watch_can
     from pneuforce.instrument.cli.watch_modbus import watch_modbus
     from pneuforce.registers.can.bus import CanAddress
-    from pneuforce.registers.modbus.client import ModbusClient
     from pneuforce.teststand.observer import CanNodeAddress
 
     variant = f"{bus.value} --device" if bus is BusName.MODBUS and device else bus.value
-    options = {"host": host, "port": port, "device": device, "baud": baud, "parity": parity, "unit": unit}
-    _check_options(variant, options | {"interface": interface, "channel": channel, "node_id": node_id})
-    host = host or "127.0.0.1"
-    if bus is BusName.CAN:
+    modbus = InstrumentAddress(host, port, ca, certificate, key, device, baud, parity, unit)
+    _check_options(
+        variant, {**modbus._asdict(), "interface": interface, "channel": channel, "node_id": node_id}
+    )
+    if bus is BusName.MODBUS:
+        watch_modbus(modbus.url, seconds, as_json)
+    else:
         address = CanAddress(
-            interface=interface or "socketcand", channel=channel or "can0", host=host, port=port or 29536
+            interface=interface or "socketcand",
+            channel=channel or "can0",
+            host=host or "127.0.0.1",
+            port=port or 29536,
         )
         watch_can(CanNodeAddress(address, node_id or 5), seconds, as_json)
-    elif device:
-        watch_modbus(
-            lambda: ModbusClient.connect_serial(
-                device, baud=baud or 19200, parity=parity or "even", unit=unit or 1
-            ),
-            seconds,
-            as_json,
-            "does [modbus_rtu] of the instrument have this baud rate, parity and unit?",
-        )
-    else:
-        watch_modbus(lambda: ModbusClient.connect(host, port or 5020, unit=unit or 1), seconds, as_json)
 
 
 def _check_options(variant: str, options: Mapping[str, object]) -> None:

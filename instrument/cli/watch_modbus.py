@@ -12,6 +12,7 @@ from typing import Any
 from rich.live import Live
 from rich.table import Table
 
+from pneuforce.client.address import modbus_opener
 from pneuforce.errors import ServerError
 from pneuforce.instrument.cli.output import (
     CONNECTION_HINT,
@@ -21,24 +22,23 @@ from pneuforce.instrument.cli.output import (
     stop_after,
 )
 from pneuforce.registers.map import BY_NAME, Register
-from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, SerialPortError
+from pneuforce.registers.modbus.client import ModbusClientError, SerialPortError
 
 POLL_PERIOD_S = 0.5
+SERIAL_HINT = "does [modbus_rtu] of the instrument have this baud rate, parity and unit?"
 #: Addresses of the two columns: measured values, and requested values. Integer copies of measured values
 #: are left out.
 COLUMNS = (range(37), (*range(512, 544), 546))
 
 
-def watch_modbus(
-    connect: Callable[[], ModbusClient],
-    seconds: float | None,
-    json_lines: bool,
-    hint: str = CONNECTION_HINT,
-) -> None:
-    """Read and show the registers twice per second. Raises ServerError, with `hint`, if no server answers."""
-    stop = stop_after(seconds)
+def watch_modbus(url: str, seconds: float | None, json_lines: bool) -> None:
+    """Read and show the registers twice per second.
+
+    Raises ServerError if no server answers at `url`, ConfigurationError for a file that `url` names.
+    """
+    open_client, stop = modbus_opener(url), stop_after(seconds)
     try:
-        with connect() as plc, _display(json_lines) as show:
+        with open_client() as plc, _display(json_lines) as show:
             while True:
                 show(plc.read())
                 if stop.wait(POLL_PERIOD_S):
@@ -46,7 +46,7 @@ def watch_modbus(
     except SerialPortError as error:
         raise ServerError(str(error)) from None
     except ModbusClientError as error:
-        raise ServerError(f"{error}; {hint}") from None
+        raise ServerError(f"{error}; {SERIAL_HINT if url.startswith('rtu') else CONNECTION_HINT}") from None
 
 
 @contextmanager

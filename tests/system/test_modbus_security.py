@@ -136,6 +136,8 @@ def test_programs_and_commands_use_certificates(instrument, connect, folder):
     options = ["--host", "localhost", "--port", port, "--ca", folder / "ca.pem"]
     options += ["--certificate", folder / "hmi.pem", "--key", folder / "hmi.key"]
     assert pneuforce("vent", *options).returncode == 0
+    watched = pneuforce("watch", "modbus", "--seconds", "0.1", "--json", *options)
+    assert json.loads(watched.stdout.splitlines()[-1])["state"] == "vented"
     rejected = pneuforce("set", "6", *options)
     assert rejected.returncode == 3
     assert "role" in rejected.stderr
