@@ -204,7 +204,7 @@ class SensorClosed(UsageError):
 
 
 class AlreadyHeld(UsageError):
-    """Second hold on a connection whose balloon is already held."""
+    """Second hold of a balloon that is already held."""
 
 
 class ReadOnlySensor(UsageError):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from enum import IntEnum
 
 from pneuforce.errors import (
+    AlreadyHeld,
     ConfigurationError,
     ConfigurationFileError,
     ConnectionFailed,
@@ -40,7 +41,7 @@ MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.DONE: "the command is done",
     ExitCode.FAILED: "a check failed, no force is valid, a file is damaged, or the command was not completed",
     ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
-    ExitCode.REJECTED: "the instrument rejected the request; nothing was changed",
+    ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was changed",
     ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
     ExitCode.VENT_NOT_CONFIRMED: "the vent was sent, but the balloon was not confirmed to be empty",
     ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers, or it cannot be opened",
@@ -54,6 +55,7 @@ _CODES: tuple[tuple[type[BaseException], ExitCode], ...] = (
     (ConfigurationFileError, ExitCode.CONFIGURATION),
     (RigError, ExitCode.UNAVAILABLE),
     (ConfigurationError, ExitCode.USAGE),
+    (AlreadyHeld, ExitCode.REJECTED),
     (UsageError, ExitCode.USAGE),
     (StreamError, ExitCode.USAGE),
     (Rejected, ExitCode.REJECTED),

@@ -8,6 +8,7 @@ from pneuforce.client.details import fault_named
 from pneuforce.errors import PneuforceError, Rejected, Tripped
 from pneuforce.instrument.cli.command_words import fault_values, in_command_words
 from pneuforce.instrument.cli.exit_codes import exit_code_of
+from pneuforce.instrument.cli.output import done_values
 
 
 def failure_text(error: BaseException) -> str:
@@ -32,11 +33,11 @@ def failure_values(error: BaseException, message: str | None = None) -> dict[str
 
 
 def checked_values(passed: bool, message: str) -> dict[str, Any]:
-    """Return the values of a check that is done, for JSON. A check that has failed has the keys of a failure.
+    """Return the values of a check that is done, for JSON. A check that has failed has the same keys.
 
     `message` is the result of the check in words.
     """
-    return {"ok": True, "message": message} if passed else failure_values(PneuforceError(message))
+    return done_values(message) if passed else failure_values(PneuforceError(message))
 
 
 def _reason(error: BaseException) -> str | None:

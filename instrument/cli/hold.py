@@ -10,8 +10,9 @@ from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import Measurement
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import ConfigurationError, HoldEnded, Tripped
-from pneuforce.instrument.cli.operate import confirmed_vent, explained, show_warning
+from pneuforce.errors import AlreadyHeld, ConfigurationError, HoldEnded, Tripped
+from pneuforce.instrument.cli.instrument_address import command
+from pneuforce.instrument.cli.operate import INFLATED, confirmed_vent, explained, show_warning
 from pneuforce.instrument.cli.output import json_line, pressure_text, print_done, print_line
 from pneuforce.instrument.cli.status import force_text
 from pneuforce.instrument.cli.stop_signals import at_stop_signal
@@ -20,14 +21,22 @@ POLL_S, POLLS_PER_LINE = 0.2, 5
 
 
 def hold_until_stopped(
-    url: str, setpoint_kpa: float | None, lease_s: float, seconds: float | None, as_json: bool
+    url: str,
+    setpoint_kpa: float | None,
+    lease_s: float,
+    seconds: float | None,
+    take_over: bool,
+    as_json: bool,
 ) -> None:
     """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent.
 
-    Raises ClientError if the hold fails, ConfigurationError if there is no setpoint.
+    Raises ClientError if the hold fails, AlreadyHeld if another program holds the balloon and `take_over` is
+    False, ConfigurationError if there is no setpoint.
     """
     stop = threading.Event()
     with connect(url) as sensor:
+        if not take_over:
+            _check_not_held(sensor)
         setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
         warning = show_warning(setpoint, as_json)
         hold = sensor.hold(setpoint, lease_s=lease_s)
@@ -70,6 +79,21 @@ def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:
     force_n, std_n = measurement.force_or_nan, measurement.force_std_or_nan
     values = {"held_s": held_s, "force_n": force_n, "force_std_n": std_n}
     return json_line(values | {"pressure_kpa": measurement.pressure_kpa})
+
+
+def _check_not_held(sensor: ForceSensor) -> None:
+    """Raise AlreadyHeld if the balloon is inflated, or if a client has the lease.
+
+    The instrument does not reject a second hold from the same computer, because both programs are one peer.
+    """
+    state, details = sensor.read().state, sensor.details()
+    lease = details.lease_left_s is not None
+    if state in INFLATED or lease:
+        holder = f"a client of {details.lease_holder} has the lease" if lease else "no client has a lease"
+        raise AlreadyHeld(
+            f"another program may hold the balloon (state {state}, {holder}), and nothing was changed: end "
+            f"that program, or vent and hold anyway with {command('hold --take-over', sensor.url)}"
+        )
 
 
 def _stored_setpoint_kpa(sensor: ForceSensor) -> float:

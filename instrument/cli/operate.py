@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pneuforce.client.address import connect
@@ -96,10 +96,19 @@ def vented_text(pressure_kpa: float | None) -> str:
     return f"Vented: the sensor reads {pressure_text(pressure_kpa)}. Look at the balloon."
 
 
-def clear_faults(sensor: ForceSensor) -> str:
-    """Clear the faults."""
+def clear_and_report(url: str, as_json: bool) -> None:
+    """Clear the faults, and print which faults were latched before. Raises ClientError if this fails."""
+    with connect(url) as sensor:
+        cleared = [fault.name for fault in sensor.details().latched_faults]
+        message = explained(sensor, lambda sensor: _clear(sensor, cleared))
+    print_done(message, as_json, cleared=cleared)
+
+
+def _clear(sensor: ForceSensor, cleared: Sequence[str]) -> str:
+    """Clear the faults, whose names are `cleared`."""
     sensor.clear()
-    return f"The faults are cleared, and no valve was moved. To inflate: {command('hold', sensor.url)}"
+    result = f"Cleared: {', '.join(cleared)}" if cleared else "No fault was latched, so nothing was cleared"
+    return f"{result}. No valve was moved. To inflate: {command('hold', sensor.url)}"
 
 
 def make_zero_adjustment(sensor: ForceSensor) -> str:

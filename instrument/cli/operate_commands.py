@@ -83,6 +83,9 @@ def hold(
         float | None, typer.Option(help="Vent after this time, in s; default: at Ctrl-C.", min=0.0)
     ] = None,
     lease_s: Annotated[float, typer.Option("--lease", help="Lease time, in s.", min=0.2, max=60.0)] = 2.0,
+    take_over: Annotated[
+        bool, typer.Option("--take-over", help="Hold also if another program holds the balloon.")
+    ] = False,
     as_json: Json = False,
     address: InstrumentAddress,
 ) -> None:
@@ -90,12 +93,13 @@ def hold(
 
     Shows the measurement once per second. SIGTERM, and the end of the terminal, vent in the same way.
     If the command is killed, the lease expires, and the instrument vents and trips.
+    A balloon that is inflated, or a lease of a client, is taken over only with --take-over.
 
     Example: pneuforce hold 6.5 --seconds 60
     """
     from pneuforce.instrument.cli.hold import hold_until_stopped
 
-    hold_until_stopped(address.url, setpoint_kpa, lease_s, seconds, as_json)
+    hold_until_stopped(address.url, setpoint_kpa, lease_s, seconds, take_over, as_json)
 
 
 @commands.command()
@@ -117,9 +121,9 @@ def clear(*, as_json: Json = False, address: InstrumentAddress) -> None:
 
     Example: pneuforce clear
     """
-    from pneuforce.instrument.cli.operate import clear_faults, execute
+    from pneuforce.instrument.cli.operate import clear_and_report
 
-    execute(address.url, clear_faults, as_json)
+    clear_and_report(address.url, as_json)
 
 
 @commands.command()

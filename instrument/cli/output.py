@@ -70,7 +70,13 @@ def print_text(text: str, file: TextIO | None = None) -> None:
 
 def print_done(message: str, as_json: bool, **values: Any) -> None:
     """Print the result of a command that is done: a sentence, or JSON with the sentence and `values`."""
-    print_text(json_line({"ok": True, "message": message, **values}) if as_json else message)
+    print_text(json_line(done_values(message) | values) if as_json else message)
+
+
+def done_values(message: str) -> dict[str, Any]:
+    """Return the values of a command that is done, for JSON. A failure has the same keys."""
+    done = {"ok": True, "code": "done", "exit_code": 0, "message": message}
+    return done | dict.fromkeys(("reason", "remedy", "fault"))
 
 
 def json_text(value: Any, indent: int | None = None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pneuforce.errors import ConfigurationError, RigError
-from pneuforce.instrument.cli.output import json_line, print_text, stop_after
+from pneuforce.instrument.cli.output import print_done, stop_after
 from pneuforce.sim.faults import SimulatorRequestError
 from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding
 
@@ -24,17 +24,13 @@ def press(
     try:
         if force_n is not None:
             simulator.request(press=force_n)
-            _print(as_json, force_n, f"The hand presses with {force_n:g} N.")
+            print_done(f"The hand presses with {force_n:g} N.", as_json, force_n=force_n)
         if seconds is not None:
             stop_after(seconds).wait()
         if release or seconds is not None:
             simulator.request(release=True)
-            _print(as_json, 0.0, "The hand releases the balloon.")
+            print_done("The hand releases the balloon.", as_json, force_n=0.0)
     except SimulatorNotResponding as error:
         raise RigError(str(error)) from None
     except SimulatorRequestError as error:
         raise ConfigurationError(str(error)) from None
-
-
-def _print(as_json: bool, force_n: float, message: str) -> None:
-    print_text(json_line({"ok": True, "force_n": force_n}) if as_json else message)

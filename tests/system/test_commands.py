@@ -410,6 +410,9 @@ def test_a_hold_is_shown_changed_pressed_and_ended_by_a_vent(shared_stack, opera
         assert json.loads(process.stdout.readline())["pressure_kpa"] == pytest.approx(2.0, abs=0.3)
         assert printed_json(operate("status", "--json"))["lease"]["holder"] == "modbus_tcp"
         assert operate("set", "2.1").returncode == ExitCode.DONE
+        second = operate("hold", "3.0", "--json")
+        assert (second.returncode, printed_json(second)["code"]) == (ExitCode.REJECTED, "rejected")
+        assert shared_stack.plc().read()["setpoint"] == pytest.approx(2.1)
         assert pneuforce("press", "0.2", "--control", control).returncode == ExitCode.DONE
         wait_for(SimulatorClient(control).truth, lambda truth: truth["applied_n"] == 0.2)
         assert pneuforce("sim", "press", "--release", "--control", control).returncode == ExitCode.DONE
@@ -455,11 +458,21 @@ def test_a_hold_that_trips_or_is_rejected_names_the_reason_and_the_fault_and_its
     fault = status["first_out_fault"]
     assert (fault["name"], fault["remedy"]) == ("lease_expired", remedy)
     assert status["latched_faults"] == ["lease_expired"]
-    assert operate("clear").returncode == ExitCode.DONE
+    assert printed_json(operate("clear", "--json"))["cleared"] == ["lease_expired"]
+    assert printed_json(operate("clear", "--json"))["cleared"] == []
     wait_for(lambda: operate("zero").returncode, lambda code: code == ExitCode.DONE)  # needs vented samples
     assert operate("release").returncode == ExitCode.DONE
     assert printed_json(operate("new-balloon", "7", "--json"))["balloon_id"] == 7
     assert shared_stack.plc().read_all()["balloon_id"] == 7
+
+
+def test_a_balloon_without_a_lease_is_taken_over_only_on_request(shared_stack, operate):
+    with shared_stack.plc() as plc:
+        plc.write("setpoint_requested", 2.0)
+        plc.write("mode", "hold")
+        assert operate("hold", "2.5").returncode == ExitCode.REJECTED
+        assert plc.read()["mode"] == "hold"
+    assert operate("hold", "2.5", "--take-over", "--seconds", "0").returncode == ExitCode.DONE
 
 
 def test_a_setpoint_without_a_force_gives_a_warning(operate):

@@ -1,6 +1,7 @@
 """Tests of the form of failures with --json: one JSON object with the same keys, for each command."""
 
 import json
+import math
 import os
 import re
 import subprocess
@@ -12,6 +13,7 @@ from pneuforce.client.rejection import rejected
 from pneuforce.errors import ConfigurationError, Tripped
 from pneuforce.instrument.cli.exit_codes import ExitCode
 from pneuforce.instrument.cli.failure import failure_text, failure_values
+from pneuforce.instrument.cli.output import print_done
 from tests.command_runner import pneuforce
 from tests.source_tree import ROOT
 
@@ -112,6 +114,30 @@ def test_wrong_words_are_reported_in_one_sentence_without_a_frame(words, wrong, 
     assert line.startswith("pneuforce: ")
     assert wrong in line.lower()
     assert line.endswith(f"(help: {help_command})")
+
+
+@pytest.mark.parametrize(
+    "words", ["set nan", "set -5", "set -5.5", "set 1e99", "set inf", "hold six", "hold -1"]
+)
+def test_an_invalid_setpoint_is_named_with_its_limits(words):
+    done = pneuforce(*words.split())
+    assert (done.returncode, done.stdout) == (ExitCode.USAGE, "")
+    assert f"setpoint_kpa = {words.split()[1]} is invalid" in done.stderr
+    assert "2 to 12" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "named"), [("hold 6 --lease 0", "0.2 to 60"), ("set --seconds -1", "--seconds")]
+)
+def test_an_invalid_option_is_named_with_its_limits(words, named):
+    assert named in pneuforce(*words.split()).stderr
+
+
+def test_a_result_has_the_keys_of_a_failure(capsys):
+    print_done("The sentence.", True, force_n=math.nan)
+    result = json.loads(capsys.readouterr().out)
+    assert list(result) == [*KEYS, "force_n"]
+    assert (result["ok"], result["code"], result["exit_code"]) == (True, "done", 0)
 
 
 def test_the_help_shows_no_type_for_a_flag():
