@@ -215,8 +215,35 @@ struct Loop {
     bool failed() const { return inflation && (inflation->rejected() || inflation->ended()); }
 };
 
+// Reports each pause of the frames. A robot whose bus is silent must not look like a robot that only waits.
+class SilenceReport {
+  public:
+    explicit SilenceReport(double now_s) : last_frame_s_(now_s) {}
+
+    void frame(double now_s)
+    {
+        if (reported_)
+            std::fprintf(stderr, "Frames arrive again after %.0f ms\n", (now_s - last_frame_s_) * 1000);
+        last_frame_s_ = now_s;
+        reported_ = false;
+    }
+
+    void check(double now_s)
+    {
+        if (reported_ || now_s - last_frame_s_ <= pneuforce::MAX_AGE_S)
+            return;
+        std::fprintf(stderr, "No frames since %.0f ms: the force is not valid\n", (now_s - last_frame_s_) * 1000);
+        reported_ = true;
+    }
+
+  private:
+    double last_frame_s_;
+    bool reported_ = false;
+};
+
 void run(Link &link, Loop &loop)
 {
+    SilenceReport silence(link.now_s());
     std::optional<double> first_frame_s;
     double printed_mm_per_s = std::numeric_limits<double>::quiet_NaN();
     auto set_speed = [&](double now_s, double speed) { // in your program: the speed of the drive
@@ -229,10 +256,13 @@ void run(Link &link, Loop &loop)
         auto frame = link.receive(WAIT_MS);
         while (frame) { // after a pause, many frames wait: only the last force is new
             loop.take(*frame, link.now_s());
+            silence.frame(link.now_s());
             first_frame_s = first_frame_s.value_or(link.now_s());
             frame = link.recorded ? std::nullopt : link.receive(0);
         }
         double now_s = link.now_s();
+        if (!link.recorded)
+            silence.check(now_s);
         set_speed(now_s, speed_mm_per_s(loop.input, now_s));
         if (loop.inflation)
             if (auto command = loop.inflation->due(now_s))

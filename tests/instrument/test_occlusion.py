@@ -10,6 +10,7 @@ from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.protocol.frames import BoardState, Fault
+from pneuforce.registers.map import COMMAND_KEY
 from pneuforce.sim.sensor import Sensor, SensorSettings
 from tests.instrument.recording.virtual_host import PLC, ROBOT, VirtualHost
 
@@ -225,3 +226,32 @@ def test_ten_tests_of_a_free_balloon_pass():
         passed.append(host.seen.proof_test_age_s < 0.1)
     assert all(passed)
     assert host.seen.contact_counter == 0
+
+
+@pytest.mark.parametrize("force_n", [0.5, 1.0, 2.0])
+def test_a_trip_by_a_contact_during_the_inflation_is_cleared_in_the_documented_order(force_n):
+    host = VirtualHost(session=Session(Instrument(Settings())))
+    host.world.rig.hand.plays_phases = False
+    host.run(3.0)
+
+    def hold_after_vent():
+        host.session.write(PLC, {"mode": "vent"}, host.now_s)
+        host.run(2.0)
+        host.session.write(PLC, HOLD | {"setpoint_requested_kpa": 8.0}, host.now_s)
+
+    def clear(sequence):
+        command = {"command_key": COMMAND_KEY, "command_code": "clear_faults", "command_sequence": sequence}
+        host.session.write(PLC, command, host.now_s)
+        host.run(0.5)
+        return host.instrument.snapshot(PLC, host.now_s).first_out_fault
+
+    hold_after_vent()
+    host.run(0.6)
+    host.world.rig.hand.press(force_n)
+    host.run(5.0, lambda: host.instrument.tripped)
+    assert host.instrument.snapshot(PLC, host.now_s).first_out_fault == Fault.OCCLUSION
+    host.world.rig.hand.release()
+    assert clear(1) == 0
+    hold_after_vent()
+    host.run(10.0, lambda: host.instrument.snapshot(PLC, host.now_s).state == "holding")
+    assert host.instrument.snapshot(PLC, host.now_s).state == "holding"

@@ -121,15 +121,18 @@ def test_a_repeated_frame_does_not_keep_the_force_valid(program):
 
 
 @needs("g++")
-def test_without_frames_there_is_no_force(program):
-    with subprocess.Popen(
-        [program, "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
+def test_without_frames_there_is_no_force_and_the_program_says_so(program):
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([program, "-"], **pipes, text=True) as process:
         process.stdin.write(candump(10.0, 0x185, force_frame(1)))
         process.stdin.flush()
         lines = iter(process.stdout.readline, "")
         assert any("speed=2.000" in line for line in lines)
         assert "speed=-5.000" in next(lines)
+        assert re.match(r"No frames since \d{3,} ms", process.stderr.readline())
+        process.stdin.write(candump(11.0, 0x185, force_frame(2)))
+        process.stdin.flush()
+        assert "again" in process.stderr.readline()
         process.stdin.close()
 
 
