@@ -236,11 +236,14 @@ _BUSES = (
         "Failed handshakes of Modbus/TCP Security, for example with an unknown certificate.",
         "health.modbus_tls.failed",
     ),
-    _gauge(
-        "modbus_tls_certificate_left_seconds",
-        "Time until the certificate of Modbus/TCP Security expires.",
-        "health.modbus_tls.certificate_days",
-        86_400.0,
+    *(
+        _gauge(
+            f"{server}_certificate_left_seconds",
+            f"Time until the certificate of {name} expires.",
+            f"health.{server}.certificate_days",
+            86_400.0,
+        )
+        for server, name in (("modbus_tls", "Modbus/TCP Security"), ("web", "the web page"))
     ),
     _gauge("modbus_rtu_up", "1 while the serial line of Modbus RTU works.", "health.modbus_rtu.up"),
     _gauge("can_up", "1 while CAN frames can be sent and received.", "health.can.up"),

@@ -21,6 +21,7 @@ LIBRARY_USERS = {
         "web/http_json.py",
         "web/login.py",
         "web/overview/server.py",
+        "web/plain_http.py",
         "web/plain_page.py",
         "web/recording_routes.py",
         "web/request_guard.py",

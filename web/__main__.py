@@ -2,8 +2,8 @@
 
 stdin: one line of JSON with the keys of `WebProcessOptions`.
 stdout: one line {"port": number} when the server listens, or {"port": null, "why": sentence} if the server
-cannot listen. Then {"heartbeat": n, "recording": bool} each second. A missing heartbeat means that the
-process hangs.
+cannot listen. Then {"heartbeat": n, "recording": bool, "certificate_days": number or null} each second. A
+missing heartbeat means that the process hangs.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.renewed_context import RenewedContext
+from pneuforce.support.tls_files import TlsFiles
 from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.connection_limiter import ConnectionLimiter
@@ -45,6 +47,8 @@ class WebProcessOptions(NamedTuple):
     port: int
     allow: list[str]
     token: str
+    certificate: str = ""  #: path of the certificate (PEM); empty: plain HTTP
+    key: str = ""
     recordings: str = ""  #: folder of the recordings; empty: the page cannot record
     recording_max_mb: float = 4000.0
     recording_min_free_mb: float = 1000.0
@@ -53,11 +57,13 @@ class WebProcessOptions(NamedTuple):
 def create_services(options: WebProcessOptions) -> WebServices:
     """Return the objects that the request handlers of a web server use.
 
-    Raises ValueError if an item of `allow` is neither an address nor a network.
+    Raises ValueError if an item of `allow` is neither an address nor a network, and OSError if certificate or
+    key cannot be used.
     """
     feed = BrowserFeed()
     path = Path(options.recordings) if options.recordings else None
     folder = RecordingFolder(path, options.recording_max_mb, options.recording_min_free_mb)
+    files = TlsFiles(certificate=options.certificate, key=options.key)
     return WebServices(
         feed=feed,
         instrument=InstrumentClient(Path(options.socket), feed),
@@ -65,23 +71,25 @@ def create_services(options: WebProcessOptions) -> WebServices:
         limiter=ConnectionLimiter(options.allow),
         logins=Logins(options.token),
         recorder=PageRecorder(folder, Path(options.socket)),
+        tls=RenewedContext(files, "the web page") if options.certificate else None,
     )
 
 
 def create_server(services: WebServices) -> WebServer:
     """Return the HTTP server for these services."""
-    return web_server(create_app(services), services.limiter)
+    return web_server(create_app(services), services.limiter, services.tls)
 
 
 async def serve(services: WebServices, server: WebServer, listener: socket.socket) -> None:
     """Serve until the server is stopped."""
     async with asyncio.TaskGroup() as group:
-        endless = (
+        endless = [
             services.instrument.run(),
             services.recorder.run(),
             _broadcast(services),
             _report_failed_logins(services),
-        )
+            *([services.tls.follow()] if services.tls else []),
+        ]
         tasks = [group.create_task(each) for each in endless]
         await server.serve([listener])
         services.broadcaster.close()
@@ -110,8 +118,7 @@ async def _report_failed_logins(services: WebServices) -> None:
         await asyncio.sleep(REPORT_PERIOD_S)
 
 
-async def _run(options: WebProcessOptions, listener: socket.socket) -> None:
-    services = create_services(options)
+async def _run(services: WebServices, listener: socket.socket) -> None:
     server = create_server(services)
     call_at_end_of_stdin(server.stop)
     send({"port": listener.getsockname()[1]})
@@ -121,10 +128,12 @@ async def _run(options: WebProcessOptions, listener: socket.socket) -> None:
 
 
 async def _send_heartbeats(services: WebServices) -> None:
-    """Send a heartbeat each second, which contains whether a recording is in progress."""
+    """Send a heartbeat each second: whether a recording is in progress, and when the certificate expires."""
     for number in count(1):
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
-        send_heartbeat({"heartbeat": number, "recording": services.recorder.active})
+        days = services.tls.certificate_days(time.time()) if services.tls else None
+        recording = services.recorder.active
+        send_heartbeat({"heartbeat": number, "recording": recording, "certificate_days": days})
 
 
 def main() -> int:
@@ -133,6 +142,11 @@ def main() -> int:
     logging.basicConfig(format="%(message)s")
     options = WebProcessOptions(**read_options())
     try:
+        services = create_services(options)
+    except OSError as error:
+        send({"port": None, "why": f"the web server cannot use its certificate: {error}"})
+        return 1
+    try:
         listener = open_listener(options.host, options.port)
     except OSError as error:
         in_use = error.errno == errno.EADDRINUSE
@@ -140,7 +154,7 @@ def main() -> int:
         sentence = f"the web server cannot listen on {options.host}:{options.port}: {reason}"
         send({"port": None, "why": sentence})
         return 1
-    asyncio.run(_run(options, listener))
+    asyncio.run(_run(services, listener))
     return 0
 
 

@@ -21,6 +21,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from pneuforce.registers.rdt.sensor_pages import SENSOR_PAGES
 from pneuforce.support.printable import printable
 from pneuforce.support.rejected_write import describe_write
+from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.client_network import client_network
@@ -42,6 +43,7 @@ from pneuforce.web.login import Logins, address_of
 from pneuforce.web.metrics import metrics_text, reading_of
 from pneuforce.web.operator_texts import REJECT_TEXTS
 from pneuforce.web.page_recorder import PageRecorder
+from pneuforce.web.plain_http import PlainHttp
 from pneuforce.web.plain_page import (
     NOT_VENTED,
     VENT_STATE_PATH,
@@ -58,6 +60,9 @@ from pneuforce.web.request_pacer import RequestPacer
 STATIC = Path(__file__).parent / "static"
 VENT_UNCONFIRMED = "Press the stop switch at the rig, or vent again."
 WRITE_UNCONFIRMED = "The request was possibly executed: check the state."
+#: Paths that an HTTPS server also serves without TLS: clients of ATI sensors know no HTTPS, and nothing, for
+#: example an expired certificate, may prevent a vent.
+PLAIN_HTTP_PATHS = frozenset((*SENSOR_PAGES, VENT_PATH))
 STATUS_TEXTS = {
     HTTPStatus.NOT_FOUND: "This address does not exist.",
     HTTPStatus.METHOD_NOT_ALLOWED: "This address does not support the method of the request.",
@@ -77,6 +82,7 @@ class WebServices:
     limiter: ConnectionLimiter
     logins: Logins
     recorder: PageRecorder
+    tls: RenewedContext | None = None  #: certificate of the server; None: plain HTTP
 
 
 Handler = Callable[[WebServices, Request], Awaitable[Response]]
@@ -118,8 +124,10 @@ def create_app(services: WebServices) -> ASGIApp:
         HTTPException: _on_http_exception,
         Exception: _on_internal_error,
     }
-    guarded = RequestGuard(Starlette(routes=routes, exception_handlers=exception_handlers))
-    return RequestPacer(guarded, services.logins.knows)
+    app: ASGIApp = Starlette(routes=routes, exception_handlers=exception_handlers)
+    if services.tls is not None:
+        app = PlainHttp(app, PLAIN_HTTP_PATHS)
+    return RequestPacer(RequestGuard(app), services.logins.knows)
 
 
 def _bound(services: WebServices, handler: Handler) -> Callable[[Request], Awaitable[Response]]:

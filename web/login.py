@@ -62,7 +62,14 @@ class Logins:
     def remember_browser(self, request: HTTPConnection, response: Response) -> Response:
         """Return the response with a cookie for a browser that has presented the right token."""
         key = self._browsers.remember(_browser_key(request), time.monotonic())
-        response.set_cookie(_cookie_name(request), key, round(LIFE_S), httponly=True, samesite="strict")
+        response.set_cookie(
+            _cookie_name(request),
+            key,
+            round(LIFE_S),
+            secure=request.url.scheme == "https",
+            httponly=True,
+            samesite="strict",
+        )
         return response
 
 

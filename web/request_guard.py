@@ -28,6 +28,8 @@ SECURITY_HEADERS: Mapping[str, str] = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+#: Browsers use only HTTPS for a host name for this time (RFC 6797). They ignore the header for an address.
+HSTS = "max-age=2592000"
 _SAFE_METHODS = frozenset(("GET", "HEAD"))
 
 
@@ -54,16 +56,17 @@ def is_this_machine(host: str, names: frozenset[str]) -> bool:
     return True
 
 
-def is_same_origin(headers: Mapping[str, str]) -> bool:
+def is_same_origin(headers: Mapping[str, str], scheme: str) -> bool:
     """Return True if a request comes from the instrument's web page or from a program that is not a browser.
 
-    Programs that are not browsers send no origin.
+    `scheme` is that of the connection. A request over HTTPS must not come from a page that was sent without
+    encryption. Programs that are not browsers send no origin.
     """
     origin = headers.get("origin")
     if origin is None:
         return headers.get("sec-fetch-site", "same-origin") in ("same-origin", "none")
-    scheme, _, authority = origin.lower().partition("://")
-    return scheme in ("http", "https") and authority == headers.get("host", "").lower()
+    origin_scheme, _, authority = origin.lower().partition("://")
+    return origin_scheme in (scheme, "https") and authority == headers.get("host", "").lower()
 
 
 class RequestGuard:
@@ -80,6 +83,8 @@ class RequestGuard:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers.update(SECURITY_HEADERS)
+                if scope["scheme"] == "https":
+                    headers["Strict-Transport-Security"] = HSTS
                 headers.setdefault(
                     "Cache-Control", "no-store" if scope["path"].startswith("/api/") else "no-cache"
                 )
@@ -95,6 +100,6 @@ class RequestGuard:
             return "The Host header does not name this machine. Use its IP address or its host name."
         # a link on another site may open the web page, but another site may not read or change anything
         is_link = scope["method"] in _SAFE_METHODS and not scope["path"].startswith("/api/")
-        if not is_link and not is_same_origin(headers):
+        if not is_link and not is_same_origin(headers, scope["scheme"]):
             return "The request comes from the web page of another site. Open the instrument's own address."
         return None

@@ -8,8 +8,10 @@ from types import FrameType
 from starlette.types import ASGIApp
 from uvicorn import Config, Server
 
+from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.web.connection import connection_class
 from pneuforce.web.connection_limiter import ConnectionLimiter
+from pneuforce.web.https_connection import https_connection_class
 from pneuforce.web.listener import ACCEPTS_PER_ROUND
 
 
@@ -25,12 +27,12 @@ class WebServer(Server):
         self.should_exit = self.force_exit = True
 
 
-def web_server(app: ASGIApp, limiter: ConnectionLimiter) -> WebServer:
-    """Return the HTTP server of an application."""
+def web_server(app: ASGIApp, limiter: ConnectionLimiter, tls: RenewedContext | None) -> WebServer:
+    """Return the server of an application: HTTPS with a certificate, otherwise HTTP."""
     return WebServer(
         Config(
             app,
-            http=connection_class(limiter),
+            http=connection_class(limiter) if tls is None else https_connection_class(limiter, tls),
             ws="none",
             lifespan="off",
             proxy_headers=False,  # a client could forge its address with X-Forwarded-For

@@ -150,6 +150,7 @@ def run(
     from pneuforce.instrument.service.modbus_security_server import tls_files
     from pneuforce.instrument.service.serve import ServiceFiles, serve
     from pneuforce.instrument.service.start_checks import load_checked
+    from pneuforce.instrument.service.web_process import web_files
 
     configuration = load_checked(config)
     if record and not configuration.local.socket:
@@ -164,7 +165,7 @@ def run(
             recording=record,
             can_parameters=resolve_path(config, configuration.can.parameter_file),
             tls=tls_files(configuration.modbus_security, config),
-            page_recordings=resolve_path(config, configuration.web.recordings),
+            web=web_files(configuration.web, config),
         ),
     )
 

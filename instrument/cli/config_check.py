@@ -7,6 +7,7 @@ from pathlib import Path
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.cli.output import json_text, print_text
 from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.service.certificate_checks import certificate_warnings
 from pneuforce.instrument.service.file_checks import check_files
 from pneuforce.instrument.service.instruments_on_one_host import check_instruments
 from pneuforce.instrument.service.start_checks import load_checked
@@ -33,4 +34,6 @@ def _warning(configuration: Configuration, path: Path) -> str:
     problems, remarks = check_files(configuration, path)
     if problems:
         raise ConfigurationFileError(f"{path}: {'; '.join(problems)}")
-    return "; ".join([*filter(None, [configuration.warning]), *remarks])
+    return "; ".join(
+        [*filter(None, [configuration.warning]), *certificate_warnings(configuration, path), *remarks]
+    )

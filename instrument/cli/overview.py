@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from pneuforce.support.renewed_context import RenewedContext
     from pneuforce.web.overview.watched_instrument import WatchedInstrument
 
 commands = typer.Typer()
@@ -25,6 +26,10 @@ def overview(
         list[str] | None,
         typer.Option(help="Address or network that may connect, besides this computer; can be repeated."),
     ] = None,
+    certificate: Annotated[
+        Path | None, typer.Option(help="Certificate of the page for HTTPS, with its chain (PEM).")
+    ] = None,
+    key: Annotated[Path | None, typer.Option(help="Key of --certificate (PEM).")] = None,
 ) -> None:
     """Serve a page with state and force of all instruments of this computer, until Ctrl-C.
 
@@ -42,13 +47,14 @@ def overview(
         raise ConfigurationError(
             f"--host {host} can be reached from the network: name the clients with --allow"
         )
+    tls = _tls_of(certificate, key)
     try:
         listener = open_listener(host, port)
     except OSError as error:
         raise ServerError(f"the overview cannot listen on {host}:{port}: {error.strerror or error}") from None
     typer.echo(json.dumps({"overview": listener.getsockname()[1]}))
     try:
-        asyncio.run(serve_overview(instruments, allow or [], listener))
+        asyncio.run(serve_overview(instruments, allow or [], listener, tls))
     except ValueError as error:
         raise ConfigurationError(f"--allow: {error}") from None
 
@@ -63,7 +69,24 @@ def _watched(path: Path) -> WatchedInstrument:
     if socket is None:
         raise ConfigurationError(f"{path}: local.socket is empty, and the overview needs it: set it")
     web = configuration.web
-    return WatchedInstrument(path.stem, socket, web.port if web.enabled else None)
+    scheme = "https" if web.certificate else "http"
+    return WatchedInstrument(path.stem, socket, web.port if web.enabled else None, scheme)
+
+
+def _tls_of(certificate: Path | None, key: Path | None) -> RenewedContext | None:
+    """Return the certificate of the page, None without one. Raises ConfigurationError."""
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.support.renewed_context import RenewedContext
+    from pneuforce.support.tls_files import TlsFiles
+
+    if certificate is None and key is None:
+        return None
+    if certificate is None or key is None:
+        raise ConfigurationError("--certificate and --key belong together: give both of them, or none")
+    try:
+        return RenewedContext(TlsFiles(certificate=str(certificate), key=str(key)), "overview")
+    except OSError as error:
+        raise ConfigurationError(f"--certificate: {error}") from None
 
 
 def _is_loopback(host: str) -> bool:

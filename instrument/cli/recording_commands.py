@@ -228,10 +228,15 @@ def _play(file: Path, config: Path, speed: float, loop: bool, as_json: bool) -> 
     from pneuforce.errors import ConfigurationError
     from pneuforce.instrument.config import read, resolve_path
     from pneuforce.instrument.service.replay_host import serve_replay
+    from pneuforce.instrument.service.serve import ServiceFiles
+    from pneuforce.instrument.service.web_process import web_tls_files
 
     if as_json:
         raise ConfigurationError(
             "--json is not valid with --config: a replay on buses has no result to print"
         )
     configuration = read(config)
-    serve_replay(file, configuration, resolve_path(config, configuration.local.socket), speed, loop)
+    files = ServiceFiles(
+        socket=resolve_path(config, configuration.local.socket), web=web_tls_files(configuration.web, config)
+    )
+    serve_replay(file, configuration, files, speed, loop)

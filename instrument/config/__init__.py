@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterable
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -49,6 +50,7 @@ __all__ = [
     "RdtSection",
     "SafetySection",
     "WebSection",
+    "absolute_paths",
     "example",
     "load",
     "parse",
@@ -183,6 +185,12 @@ def resolve_path(configuration_file: Path, name: str) -> Path | None:
     """
     folder = Path() if configuration_file.is_relative_to("/dev") else configuration_file.parent
     return folder / name if name else None
+
+
+def absolute_paths(configuration_file: Path, section: Section, keys: Iterable[str]) -> dict[str, str]:
+    """Return the absolute path of the file that each key of a section names, "" for an empty name."""
+    paths = {key: resolve_path(configuration_file, getattr(section, key)) for key in keys}
+    return {key: str(path.absolute()) if path else "" for key, path in paths.items()}
 
 
 def load(path: Path) -> Configuration:

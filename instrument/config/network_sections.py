@@ -15,6 +15,7 @@ from pneuforce.instrument.config.text_checks import (
     check_channel,
     check_host,
     check_network,
+    check_plain_http,
     check_roles,
     check_token,
 )
@@ -178,6 +179,19 @@ class WebSection(ListenerSection):
     token: Annotated[SecretStr, AfterValidator(check_token)] = Field(
         SecretStr(""),
         description="password of the operator, at least 12 characters; empty: the page can only vent",
+    )
+    certificate: Text = Field(
+        "",
+        max_length=500,
+        description="certificate for HTTPS, with its chain (PEM), relative to this file; empty: HTTP without "
+        "encryption",
+    )
+    key: Text = Field("", max_length=500, description="key of this certificate (PEM)")
+    allow_plain_http: Annotated[bool, AfterValidator(check_plain_http)] = Field(
+        False,
+        validate_default=True,
+        description="serve the page without a certificate at an address that is not loopback; the token is "
+        "then sent without encryption",
     )
     recordings: Text = Field(
         "recordings",

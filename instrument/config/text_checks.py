@@ -75,6 +75,17 @@ def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
     return allow
 
 
+def check_plain_http(allowed: bool, section: ValidationInfo) -> bool:
+    """Return `allowed`. Raises ValueError if it is False and the page has no encryption on a network."""
+    host = section.data.get("host", "localhost")
+    if not (allowed or section.data.get("certificate", "invalid") or _is_loopback(host)):
+        raise ValueError(
+            f"host {host} can be reached from the network, and the page has no certificate: set certificate "
+            "and key (pneuforce certificates instrument makes them), or allow_plain_http = true"
+        )
+    return allowed
+
+
 def check_roles(roles: dict[str, list[str]]) -> dict[str, list[str]]:
     """Return `roles`. Raises ValueError if a role has an unknown right."""
     for role, rights in roles.items():

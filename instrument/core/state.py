@@ -94,7 +94,7 @@ class InstrumentState:
     event_log_head: EventLogHead = field(default=EventLogHead(), metadata={"state": False})
     utc_offset_s: float = field(default=math.nan, metadata={"state": False})
     recording_down: bool = False  #: a requested recording has stopped because of an error
-    certificate_expiring: bool = False  #: the certificate of Modbus/TCP Security expires soon
+    certificate_expiring: bool = False  #: a certificate of a server expires soon
     peak_force_n: float = math.nan  #: force of the last completed peak
     peaks: PeakTracker = field(init=False)
     extremes: ForceExtremes = field(default_factory=ForceExtremes)

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from pneuforce.errors import ServerError
-from pneuforce.instrument.config import Configuration, ModbusSecuritySection, resolve_path
-from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
+from pneuforce.instrument.config import Configuration, ModbusSecuritySection, absolute_paths
+from pneuforce.instrument.service.host_loop import ServedSource
 from pneuforce.instrument.service.local_socket import LocalSocket
-from pneuforce.instrument.service.service_process import ServiceProcess
+from pneuforce.instrument.service.tls_process import TlsProcess
 from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.modbus.tcp import ModbusTcpOptions
 from pneuforce.registers.modbus_security.forwarded import CHANNEL, ForwardedConnections
@@ -20,11 +20,8 @@ from pneuforce.registers.source import Peer
 from pneuforce.support.counted import counted
 from pneuforce.support.throttle import RateLimitedLogger
 
-MIN_CERTIFICATE_DAYS = 30  #: the status bit maintenance_required is set below this number of days
 LOG_PERIOD_S = 60.0
 MAX_REASON = 64
-
-_FILES = ("ca", "certificate", "key", "crl")
 
 
 def gateway_socket(local_socket: Path) -> Path:
@@ -34,8 +31,7 @@ def gateway_socket(local_socket: Path) -> Path:
 
 def tls_files(settings: ModbusSecuritySection, configuration_file: Path) -> dict[str, str]:
     """Return the paths of certificates and key. The path of an unused file is empty."""
-    paths = {name: resolve_path(configuration_file, getattr(settings, name)) for name in _FILES}
-    return {name: str(path.absolute()) if path else "" for name, path in paths.items()}
+    return absolute_paths(configuration_file, settings, ("ca", "certificate", "key", "crl"))
 
 
 class ModbusSecurityServer:
@@ -44,7 +40,6 @@ class ModbusSecurityServer:
     def __init__(
         self,
         configuration: Configuration,
-        host: HostLoop,
         source: ServedSource,
         identity: Mapping[int, str],
         local_socket: Path | None,
@@ -63,7 +58,6 @@ class ModbusSecurityServer:
         )
         self.connections = ForwardedConnections(source, bank, identity, options, roles, time.monotonic)
         self.gateway = GatewayProcess(settings, path, files, source)
-        self._host = host
         self._socket = LocalSocket(path, self.connections.new_connection)
 
     async def open(self) -> None:
@@ -78,18 +72,8 @@ class ModbusSecurityServer:
         await self.gateway.close()
         self._socket.close()
 
-    # ---- output channel of the host
 
-    def on_sample(self, now_s: float) -> None:
-        """Do nothing: clients read when they want to."""
-
-    def tick(self, now_s: float) -> None:  # noqa: ARG002
-        """Tell the instrument whether the certificate expires soon."""
-        days = self.gateway.certificate_days
-        self._host.instrument.certificate_expiring = days is not None and days < MIN_CERTIFICATE_DAYS
-
-
-class GatewayProcess(ServiceProcess):
+class GatewayProcess(TlsProcess):
     """Process of the TLS gateway. It reports failed handshakes for the event log."""
 
     def __init__(
@@ -103,25 +87,17 @@ class GatewayProcess(ServiceProcess):
             **files,
         }
         super().__init__("pneuforce.registers.modbus_security", "Modbus/TCP Security", options)
-        self.certificate_days: float | None = None  #: days until the certificate expires; None if unknown
         self.counters: dict[str, Any] = {}
         self._source = source
         self._warn = RateLimitedLogger(logging.getLogger("pneuforce"), LOG_PERIOD_S).warning
 
     def on_heartbeat(self, message: Mapping[str, Any]) -> None:
         """Log failed handshakes; keep the counters. Raises TypeError or ValueError for an invalid message."""
+        super().on_heartbeat(message)
         now_s = time.monotonic()
-        days = message["certificate_days"]
-        self.certificate_days = None if days is None else float(days)
         self.counters = {name: message[name] for name in ("handshakes", "failed", "not_allowed")}
         for address, reason, times in message["failures"]:
             self._log_failure(str(address), str(reason)[:MAX_REASON], int(times), now_s)
-        if self.certificate_days is not None and self.certificate_days < MIN_CERTIFICATE_DAYS:
-            days_left = max(0.0, self.certificate_days)
-            self.log(
-                logging.WARNING,
-                f"Modbus/TCP Security: the certificate expires in {days_left:.0f} days: replace the file",
-            )
 
     def _log_failure(self, address: str, reason: str, times: int, now_s: float) -> None:
         self._source.log_failed_logins(Peer(CHANNEL, address), reason, times, now_s)
@@ -140,7 +116,6 @@ def required(local_socket: Path | None) -> Path:
 
 def modbus_security_of(
     configuration: Configuration,
-    host: HostLoop,
     source: ServedSource,
     identity: Mapping[int, str],
     local_socket: Path | None,
@@ -152,7 +127,7 @@ def modbus_security_of(
     """
     if not configuration.modbus_security.enabled or not files:
         return None
-    return ModbusSecurityServer(configuration, host, source, identity, local_socket, files)
+    return ModbusSecurityServer(configuration, source, identity, local_socket, files)
 
 
 def health(server: ModbusSecurityServer | None, now_s: float) -> dict[str, Any] | None:

@@ -123,7 +123,7 @@ class ReplayHost:
 
 
 def serve_replay(
-    file: Path, configuration: Configuration, socket: Path | None, speed: float, repeat: bool
+    file: Path, configuration: Configuration, files: ServiceFiles, speed: float, repeat: bool
 ) -> None:
     """Replay a recording on the buses of a configuration until SIGTERM or Ctrl-C; see `serve`.
 
@@ -136,7 +136,7 @@ def serve_replay(
         replay = PacedReplay(replay_start(recording), speed, repeat)
         identity = replay.session.instrument.settings.identity
         settings = _with_identity(configuration, identity)
-        asyncio.run(_serve_replay(replay, recording, settings, ServiceFiles(socket=socket)))
+        asyncio.run(_serve_replay(replay, recording, settings, files))
 
 
 def replay_start(recording: Recording) -> ReplayStart:

@@ -43,6 +43,7 @@ from pneuforce.instrument.service.recorder_process import RecorderProcess
 from pneuforce.instrument.service.rtu_server import RtuServer
 from pneuforce.instrument.service.stderr_log import log_to_stderr
 from pneuforce.instrument.service.systemd_notify import systemd_notifier
+from pneuforce.instrument.service.tls_process import CertificateMonitor
 from pneuforce.instrument.service.web_process import WebProcess, web_process_of
 from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.modbus.device_identification import IdentityObject
@@ -64,7 +65,7 @@ class ServiceFiles:
     recording: Path | None = None
     can_parameters: Path | None = None  #: file in which a CANopen master stores parameters
     tls: Mapping[str, str] = field(default_factory=dict)  #: certificates and key of Modbus/TCP Security
-    page_recordings: Path | None = None  #: folder of the recordings that are started on the web page
+    web: Mapping[str, str] = field(default_factory=dict)  #: files of the web page; see `web_files`
 
 
 def serve(configuration: Configuration, files: ServiceFiles) -> None:
@@ -114,7 +115,7 @@ class Servers:
         self.source = source
         self.modbus = modbus_server(configuration, source)
         self.security = modbus_security_of(
-            configuration, host, source, identity(configuration), files.socket, files.tls
+            configuration, source, identity(configuration), files.socket, files.tls
         )
         self.rtu = RtuServer(configuration, source, identity(configuration))
         can = configuration.can
@@ -123,7 +124,9 @@ class Servers:
         self.local = LocalServer(host.session, source, broadcaster, configuration, self._health)
         self.systemd = systemd_notifier(source)
         self._started_utc_s = time.time()
-        host.channels += [self.local, self.systemd, *([self.security] if self.security else [])]
+        self.web = web_process_of(configuration.web, files.socket, files.web)
+        tls = [each for each in (self.security and self.security.gateway, self.web) if each]
+        host.channels += [self.local, self.systemd, CertificateMonitor(host, tls)]
 
     def _health(self, now_s: float) -> dict[str, Any]:
         instrument = self.host.instrument
@@ -135,6 +138,7 @@ class Servers:
             "modbus_tls": modbus_security_health(self.security, now_s),
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
+            "web": {"certificate_days": self.web.certificate_days if self.web else None},
             "rdt": rdt_health(self.rdt),
             "events": events_health(
                 self.configuration.events.file, instrument.log_down, instrument.event_log_head
@@ -146,7 +150,7 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
     """Open the servers and run until SIGTERM or Ctrl-C. Raises PneuforceError if a start fails."""
     stop = asyncio.Event()
     _stop_on_signals(stop, servers)
-    web = web_process_of(servers.configuration.web, files.socket, files.page_recordings)
+    web = servers.web
     await servers.local.open(files.socket)
     recorder = (
         RecorderProcess(servers.local, files.socket, files.recording)

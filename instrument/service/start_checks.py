@@ -8,11 +8,11 @@ from pathlib import Path
 from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
 from pneuforce.instrument.config import Configuration, load, resolve_path
 from pneuforce.instrument.service.can_server import options_of
+from pneuforce.instrument.service.certificate_checks import check_certificates
 from pneuforce.instrument.service.collisions import check_collisions
-from pneuforce.instrument.service.modbus_security_server import gateway_socket, required, tls_files
+from pneuforce.instrument.service.modbus_security_server import gateway_socket, required
 from pneuforce.instrument.service.rtu_server import check_ports
 from pneuforce.instrument.service.web_process import web_process_of
-from pneuforce.registers.modbus_security.tls_files import TlsFiles
 
 MAX_SOCKET_PATH_BYTES = 107  #: longest path of a Unix socket (sun_path in sys/un.h, without the final zero)
 
@@ -31,21 +31,12 @@ def load_checked(path: Path) -> Configuration:
         socket = resolve_path(path, configuration.local.socket)
         check_socket_path(socket)
         web_process_of(configuration.web, socket)
-        _check_tls(configuration, path, socket)
+        if configuration.modbus_security.enabled:
+            check_socket_path(gateway_socket(required(socket)))
+        check_certificates(configuration, path)
     except PneuforceError as error:
         raise ConfigurationFileError(f"{path}: {error}") from None
     return configuration
-
-
-def _check_tls(configuration: Configuration, path: Path, socket: Path | None) -> None:
-    """Raise PneuforceError if the gateway of Modbus/TCP Security could not start."""
-    settings = configuration.modbus_security
-    if settings.enabled:
-        check_socket_path(gateway_socket(required(socket)))
-        try:
-            TlsFiles(**tls_files(settings, path)).load()
-        except OSError as error:
-            raise ConfigurationError(f"modbus_security: {error}") from None
 
 
 def check_socket_path(socket: Path | None) -> None:

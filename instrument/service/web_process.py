@@ -5,35 +5,51 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pneuforce.errors import ServerError
-from pneuforce.instrument.config import WebSection
-from pneuforce.instrument.service.service_process import END_S, SILENCE_S, ServiceProcess
+from pneuforce.instrument.config import WebSection, absolute_paths
+from pneuforce.instrument.service.service_process import END_S, SILENCE_S
+from pneuforce.instrument.service.tls_process import TlsProcess
 from pneuforce.instrument.service.web_libraries import installed_versions, untested
 
 RECORDING_END_S = 4.0  #: time for the end of the process if it ends a recording
 
 
-class WebProcess(ServiceProcess):
+def web_tls_files(settings: WebSection, configuration_file: Path) -> dict[str, str]:
+    """Return the absolute paths of certificate and key; "" without a certificate."""
+    return absolute_paths(configuration_file, settings, ("certificate", "key"))
+
+
+def web_files(settings: WebSection, configuration_file: Path) -> dict[str, str]:
+    """Return the absolute paths of certificate, key and folder of recordings; "" if one is not used."""
+    recordings = absolute_paths(configuration_file, settings, ("recordings",))
+    return web_tls_files(settings, configuration_file) | recordings
+
+
+class WebProcess(TlsProcess):
     """Web page of a configuration, on the local socket of the host."""
 
     def __init__(
         self,
         settings: WebSection,
         socket: Path,
-        recordings: Path | None = None,
+        files: Mapping[str, str] = MappingProxyType({}),
         silence_s: float = SILENCE_S,
     ) -> None:
+        """Create the process without starting it. `files` contains paths as `web_files` returns them."""
         options = {
             "socket": str(socket),
             "host": settings.host,
             "port": settings.port,
             "allow": settings.allow,
             "token": settings.token.get_secret_value(),
-            "recordings": str(recordings.absolute()) if recordings else "",
+            "certificate": settings.certificate,
+            "key": settings.key,
             "recording_max_mb": settings.recording_max_mb,
             "recording_min_free_mb": settings.recording_min_free_mb,
+            **files,
         }
         super().__init__("pneuforce.web", "the web page", options, silence_s)
         self._is_recording = False
@@ -46,10 +62,12 @@ class WebProcess(ServiceProcess):
 
     def serving_line(self) -> str:
         """Return the line of the log when the page is served."""
-        return f"the web page is at http://{self._options['host']}:{self.port}/"
+        scheme = "https" if self._options["certificate"] else "http"
+        return f"the web page is at {scheme}://{self._options['host']}:{self.port}/"
 
     def on_heartbeat(self, message: Mapping[str, Any]) -> None:
-        """Remember whether the page records."""
+        """Remember whether the page records, and when its certificate expires."""
+        super().on_heartbeat(message)
         self._is_recording = bool(message.get("recording"))
 
     def on_end(self) -> None:
@@ -63,11 +81,9 @@ class WebProcess(ServiceProcess):
 
 
 def web_process_of(
-    settings: WebSection, socket: Path | None, recordings: Path | None = None
+    settings: WebSection, socket: Path | None, files: Mapping[str, str] = MappingProxyType({})
 ) -> WebProcess | None:
     """Return the web process of a configuration, or None if it is disabled.
-
-    `recordings` is the folder of the recordings that operators start on the page; None disables them.
 
     Raises ServerError if there is no local socket.
     """
@@ -75,4 +91,4 @@ def web_process_of(
         return None
     if socket is None:
         raise ServerError("web.enabled = true needs the local socket, but local.socket is empty: set it")
-    return WebProcess(settings, socket, recordings)
+    return WebProcess(settings, socket, files)

@@ -19,10 +19,9 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pneuforce.registers.modbus_security.certificate import days_left
 from pneuforce.registers.modbus_security.gateway import Gateway
-from pneuforce.registers.modbus_security.tls_files import TlsFiles
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.tls_files import TlsFiles
 
 HEARTBEAT_PERIOD_S = 1.0
 NICENESS = 5  #: reduces the priority, so that the host process runs first on a busy machine
@@ -43,36 +42,33 @@ class GatewayOptions(NamedTuple):
     crl: str = ""
 
 
-def _heartbeat(number: int, gateway: Gateway, files: TlsFiles) -> dict[str, Any]:
+def _heartbeat(number: int, gateway: Gateway) -> dict[str, Any]:
     """Return the heartbeat: counters, failures since the last one, and days until the certificate expires."""
     failures = [(*key, times) for key, times in gateway.failures.most_common(MAX_REPORTS)]
     for address, reason, _ in failures:
         del gateway.failures[address, reason]
     counters = gateway.counters
-    days = None
-    with suppress(OSError, ValueError):
-        days = round(days_left(files.own_certificate(), time.time()), 3)
     return {
         "heartbeat": number,
         "handshakes": counters.handshakes,
         "failed": dict(counters.failed),
         "not_allowed": counters.not_allowed,
         "failures": failures,
-        "certificate_days": days,
+        "certificate_days": gateway.tls.certificate_days(time.time()),
     }
 
 
-async def _send_heartbeats(gateway: Gateway, files: TlsFiles) -> None:
+async def _send_heartbeats(gateway: Gateway) -> None:
     for number in count(1):
-        send_heartbeat(_heartbeat(number, gateway, files))
+        send_heartbeat(_heartbeat(number, gateway))
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
 
 
-async def _run(gateway: Gateway, files: TlsFiles, listener: socket.socket) -> None:
+async def _run(gateway: Gateway, listener: socket.socket) -> None:
     serving = asyncio.create_task(gateway.run(listener))
     call_at_end_of_stdin(serving.cancel)
     send({"port": listener.getsockname()[1]})
-    heartbeats = asyncio.create_task(_send_heartbeats(gateway, files))
+    heartbeats = asyncio.create_task(_send_heartbeats(gateway))
     with suppress(asyncio.CancelledError):
         await serving
     heartbeats.cancel()
@@ -101,7 +97,7 @@ def main() -> int:
             reason = f"port {options.port} needs CAP_NET_BIND_SERVICE: see docs/how-to/modbus-security.md"
         send({"port": None, "why": str(reason)})
         return 1
-    asyncio.run(_run(gateway, files, listener))
+    asyncio.run(_run(gateway, listener))
     return 0
 
 

@@ -38,15 +38,6 @@ def identity_of(certificate: bytes) -> ClientIdentity:
     return ClientIdentity(f"{common_name} {fingerprint}".strip(), _role_of(decoded), valid_until_s)
 
 
-def days_left(certificate: bytes, now_s: float) -> float:
-    """Return the days until a certificate (PEM) expires; negative after its end.
-
-    `now_s` is in seconds since 1970-01-01 UTC. Raises ValueError if the certificate cannot be decoded.
-    """
-    decoded = x509.load_pem_x509_certificate(certificate)
-    return (decoded.not_valid_after_utc.timestamp() - now_s) / 86_400
-
-
 def encode_role(role: str) -> bytes:
     """Return the value of the role extension: an ASN.1 UTF8String (DER).
 

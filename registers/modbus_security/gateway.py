@@ -18,15 +18,16 @@ from pathlib import Path
 from pneuforce.registers.modbus_security.certificate import ClientIdentity, identity_of
 from pneuforce.registers.modbus_security.forwarded import ForwardedClient
 from pneuforce.registers.modbus_security.pending_handshakes import PendingHandshakes
-from pneuforce.registers.modbus_security.tls_files import TlsFiles
 from pneuforce.registers.modbus_security.tls_stream import CHUNK_BYTES, TlsStream
 from pneuforce.support.allow_list import AllowList
+from pneuforce.support.renewed_context import RELOAD_PERIOD_S, RenewedContext
+from pneuforce.support.tls_failure import tls_failure_reason
+from pneuforce.support.tls_files import TlsFiles
 
 log = logging.getLogger("pneuforce")
 
 HANDSHAKE_TIMEOUT_S = 5.0
 CHECK_PERIOD_S = 1.0  #: period of the checks for expired certificates
-RELOAD_PERIOD_S = 5.0  #: period at which the files are read again if they have changed
 MAX_FAILURES = 64  #: different pairs of address and reason that wait for their report
 READ_TIMEOUT_S = 10.0  #: time in which the receiver must read
 ACCEPT_ERROR_WAIT_S = 0.1
@@ -58,8 +59,7 @@ class Gateway:
         """
         self.counters = GatewayCounters()
         self.failures: Counter[tuple[str, str]] = Counter()
-        self._files = files
-        self._context = files.load()
+        self.tls = RenewedContext(files, "Modbus security")
         self._instrument = instrument
         self._allow_list = AllowList(allow)
         self._pending = PendingHandshakes()
@@ -98,7 +98,7 @@ class Gateway:
     async def _serve(self, connection: socket.socket, address: str) -> None:
         """Complete the handshake of one client, then copy bytes until one side closes."""
         reader, writer = await asyncio.open_connection(sock=connection, limit=CHUNK_BYTES)
-        stream = TlsStream(self._context, reader, writer)
+        stream = TlsStream(self.tls.current, reader, writer)
         try:
             identity = await self._handshake(stream, address)
             if identity is None:
@@ -169,16 +169,7 @@ class Gateway:
 
     def _reload(self) -> None:
         """Read changed files. After a change of the CA or the CRL, every client must connect again."""
-        changed = self._files.changed()
-        if not changed:
-            return
-        try:
-            self._context = self._files.load()
-        except OSError as error:
-            log.warning("Modbus security: the changed files are not used: %s", error)
-            return
-        log.warning("Modbus security: read again: %s", ", ".join(sorted(changed)))
-        if changed & {"ca", "crl"}:
+        if self.tls.renew(time.time()) & {"ca", "crl"}:
             for client in self._clients:
                 client.stream.abort()
 
@@ -208,5 +199,5 @@ def failure_reason(error: Exception) -> str:
     if isinstance(error, TimeoutError):
         return "handshake timeout"
     if isinstance(error, ssl.SSLError):
-        return getattr(error, "verify_message", "") or str(error.reason).lower().replace("_", " ")
+        return tls_failure_reason(error)
     return "connection closed by the client" if isinstance(error, OSError) else str(error)

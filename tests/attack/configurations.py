@@ -25,7 +25,6 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.service.host import Host
 from pneuforce.instrument.service.serve import Servers, ServiceFiles
-from pneuforce.instrument.service.web_process import web_process_of
 from pneuforce.registers.can.carrier import link_problem
 from pneuforce.registers.modbus.rtu_port import open_port
 from pneuforce.support.serial_port import SerialPort
@@ -77,9 +76,9 @@ async def prepare(path: Path) -> None:
     broadcaster = EntryBroadcaster()
     session = Session(Instrument(configuration.settings()), broadcaster)
     source = AuditLogger(session, NullAuditSink())
-    Servers(configuration, Host(session, configuration.rig.port), source, broadcaster, ServiceFiles())
     socket_path, web = resolve_path(path, configuration.local.socket), configuration.web
-    web_process_of(web, socket_path)
+    files = ServiceFiles(socket=socket_path)
+    Servers(configuration, Host(session, configuration.rig.port), source, broadcaster, files)
     token = web.token.get_secret_value()
     create_services(WebProcessOptions(str(socket_path), web.host, web.port, web.allow, token))
     link_problem(configuration.can.channel)

@@ -7,7 +7,7 @@ import pytest
 from sunspec2.modbus.modbus import ModbusClientError, ModbusClientTCP
 
 from pneuforce.registers.modbus_security.certificate import identity_of
-from pneuforce.registers.modbus_security.tls_files import TlsFiles
+from pneuforce.support.tls_files import TlsFiles
 from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import eventually
 from tests.registers.modbus_security.serving import serving

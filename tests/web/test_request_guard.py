@@ -50,4 +50,4 @@ def test_localhost_is_always_an_own_name():
     ],
 )
 def test_only_the_own_page_and_other_programs_have_the_same_origin(headers, is_same):
-    assert is_same_origin({"host": "rig7:8080", **headers}) is is_same
+    assert is_same_origin({"host": "rig7:8080", **headers}, "http") is is_same

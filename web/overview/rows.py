@@ -49,6 +49,7 @@ def row(instrument: WatchedInstrument, now_s: float) -> dict[str, Any]:
         "serial_number": header.get("serial_number"),
         "version": header.get("version"),
         "web_port": instrument.web_port,
+        "web_scheme": instrument.web_scheme,
         "reachable": state is not None,
         "reason": None if state is not None else instrument.reason,
     }
@@ -79,7 +80,8 @@ def page(rows: Iterable[Mapping[str, Any]], host: str) -> str:
 def _html_row(facts: Mapping[str, Any], host: str) -> str:
     name = escape(facts["name"])
     if facts["web_port"]:
-        name = f'<a href="http://{escape(host, quote=True)}:{facts["web_port"]}/">{name}</a>'
+        url = f"{facts['web_scheme']}://{escape(host, quote=True)}:{facts['web_port']}/"
+        name = f'<a href="{url}">{name}</a>'
     if facts["reason"]:
         return (
             f'<tr class="bad"><th scope="row">{name}<td colspan="3">no data: {escape(facts["reason"])}</tr>'

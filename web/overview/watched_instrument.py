@@ -31,6 +31,7 @@ class WatchedInstrument:
     name: str
     socket: Path
     web_port: int | None = None  #: port of its own page; None without one
+    web_scheme: str = "http"  #: https if its own page has a certificate
     header: Mapping[str, Any] = field(default_factory=dict)
     reason: str = "not reached yet"  #: why there is no state
     _snapshot: Mapping[str, Any] = field(default_factory=dict)

@@ -21,8 +21,8 @@ from pneuforce.registers.modbus.tcp import ModbusTcpOptions
 from pneuforce.registers.modbus_security.__main__ import open_listener
 from pneuforce.registers.modbus_security.forwarded import ForwardedConnections
 from pneuforce.registers.modbus_security.gateway import Gateway
-from pneuforce.registers.modbus_security.tls_files import TlsFiles
 from pneuforce.registers.rights import DEFAULT_ROLES
+from pneuforce.support.tls_files import TlsFiles
 from tests.registers.modbus.serving import IDENTITY
 
 #: A role that may set the pressure and nothing else, besides the usual ones.
@@ -40,8 +40,17 @@ class Pki:
         self.write("ca", self.authority)
         self.renew_instrument()
 
-    def renew_instrument(self, days=365):
-        self.write("instrument", new_instrument(self.authority, ["localhost", "127.0.0.1"], self.now, days))
+    def renew_instrument(self, days=365, age_days=0):
+        begin = self.now - timedelta(days=age_days)
+        self.write("instrument", new_instrument(self.authority, ["localhost", "127.0.0.1"], begin, days))
+
+    @property
+    def own(self):
+        """Return the paths of the certificate and the key of the instrument."""
+        return {
+            name: str(self.folder / file)
+            for name, file in (("certificate", "instrument.pem"), ("key", "instrument.key"))
+        }
 
     def client(self, name, role, days=365, age_days=0):
         """Write and return the certificate of a client that was made `age_days` ago."""
@@ -54,10 +63,7 @@ class Pki:
         (self.folder / f"{name}.key").write_bytes(key_pem(pair.key))
 
     def files(self, crl=""):
-        paths = {name: str(self.folder / name) for name in ("ca.pem", "instrument.pem", "instrument.key")}
-        return TlsFiles(
-            ca=paths["ca.pem"], certificate=paths["instrument.pem"], key=paths["instrument.key"], crl=crl
-        )
+        return TlsFiles(**self.own, ca=str(self.folder / "ca.pem"), crl=crl)
 
     def context(self, name="", authority="ca"):
         """Return the context of a client; without a certificate if `name` is empty."""

@@ -8,7 +8,8 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from pneuforce.instrument.commissioning import certificates
 from pneuforce.instrument.commissioning.certificates import new_authority, new_client
-from pneuforce.registers.modbus_security.certificate import ROLE_OID, days_left, encode_role, identity_of
+from pneuforce.registers.modbus_security.certificate import ROLE_OID, encode_role, identity_of
+from pneuforce.support.certificate_days import days_left
 
 NOW = datetime(2030, 1, 1, tzinfo=UTC)
 AUTHORITY = new_authority("authority", NOW)

@@ -1,4 +1,4 @@
-"""Files of the TLS gateway: certificate, key, authorities and revoked certificates."""
+"""Files of a TLS server: certificate, key, authorities and revoked certificates."""
 
 from __future__ import annotations
 
@@ -17,14 +17,19 @@ class _Version(NamedTuple):
 
 
 class TlsFiles:
-    """Files in PEM format. `crl` may be empty."""
+    """Files in PEM format.
 
-    def __init__(self, *, ca: str, certificate: str, key: str, crl: str = "") -> None:
-        self._paths = {"ca": ca, "certificate": certificate, "key": key} | ({"crl": crl} if crl else {})
+    With `ca`, each client needs a certificate from one of these authorities. `crl` may be empty.
+    """
+
+    def __init__(self, *, certificate: str, key: str, ca: str | None = None, crl: str = "") -> None:
+        self._paths = {"certificate": certificate, "key": key}
+        if ca is not None:
+            self._paths |= {"ca": ca} | ({"crl": crl} if crl else {})
         self._versions: dict[str, _Version | None] = {}
 
     def load(self) -> ssl.SSLContext:
-        """Return a context for a server that requires a client certificate from one of the authorities.
+        """Return a context for a server.
 
         Raises OSError with a sentence that names the file.
         """
@@ -32,12 +37,13 @@ class TlsFiles:
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_ciphers(CIPHERS)
-        context.verify_mode = ssl.CERT_REQUIRED
         # A resumed session is not verified again. It ends with the context: after each change of the files.
         context.options |= ssl.OP_NO_TICKET | ssl.OP_NO_RENEGOTIATION
         context.num_tickets = 0
         self._load_own(context)
-        self._load_verification(context, "ca")
+        if "ca" in self._paths:
+            context.verify_mode = ssl.CERT_REQUIRED
+            self._load_verification(context, "ca")
         if "crl" in self._paths:
             self._load_verification(context, "crl")
             context.verify_flags |= ssl.VERIFY_CRL_CHECK_LEAF

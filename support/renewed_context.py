@@ -1,0 +1,66 @@
+"""TLS context of a running server. Renewed files are used without a restart."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import ssl
+import time
+
+from pneuforce.support.certificate_days import days_left
+from pneuforce.support.tls_files import TlsFiles
+
+RELOAD_PERIOD_S = 5.0  #: period at which the files are read again if they have changed
+
+log = logging.getLogger("pneuforce")
+
+
+class RenewedContext:
+    """Context for new connections. If renewed files cannot be used, the earlier context stays in use."""
+
+    def __init__(self, files: TlsFiles, service: str) -> None:
+        """Read the files. `service` is the name of the server in the log.
+
+        Raises OSError with a sentence that names the file. An expired certificate is used, so that the server
+        can start. The clients then decide.
+        """
+        self._files, self._service = files, service
+        self.current: ssl.SSLContext = files.load()
+        self._certificate = files.own_certificate()
+
+    def certificate_days(self, now_s: float) -> float | None:
+        """Return the days until the certificate in use expires, None if it cannot be decoded.
+
+        `now_s` is in seconds since 1970-01-01 UTC.
+        """
+        return _days_left(self._certificate, now_s)
+
+    def renew(self, now_s: float) -> set[str]:
+        """Read changed files. Return the names of the files that are used from now on, and log them."""
+        changed = self._files.changed()
+        if not changed:
+            return set()
+        try:
+            context, certificate = self._files.load(), self._files.own_certificate()
+            days = _days_left(certificate, now_s)
+            if certificate != self._certificate and days is not None and days < 0:
+                raise OSError("the new certificate has expired")
+        except OSError as error:
+            log.warning("%s: the changed files are not used: %s", self._service, error)
+            return set()
+        self.current, self._certificate = context, certificate
+        log.warning("%s: read again: %s", self._service, ", ".join(sorted(changed)))
+        return changed
+
+    async def follow(self) -> None:
+        """Read changed files each `RELOAD_PERIOD_S` until the task is cancelled."""
+        while True:
+            await asyncio.sleep(RELOAD_PERIOD_S)
+            self.renew(time.time())
+
+
+def _days_left(certificate: bytes, now_s: float) -> float | None:
+    try:
+        return round(days_left(certificate, now_s), 3)
+    except ValueError:
+        return None

@@ -1,0 +1,92 @@
+"""Tests of the context of a TLS server: renewal of its files, and the days until its certificate expires."""
+
+import logging
+import ssl
+import time
+
+import pytest
+
+from pneuforce.support.certificate_days import renewal_warning
+from pneuforce.support.renewed_context import RenewedContext
+from pneuforce.support.tls_files import TlsFiles
+from tests.registers.modbus_security.serving import Pki
+
+DAY_S = 86_400.0
+
+
+@pytest.fixture
+def pki(tmp_path):
+    return Pki(tmp_path)
+
+
+@pytest.fixture
+def tls(pki):
+    return RenewedContext(TlsFiles(**pki.own), "the web page")
+
+
+def bad_key(pki):
+    (pki.folder / "instrument.key").write_bytes(b"half a file")
+
+
+def only_the_certificate(pki):
+    key = (pki.folder / "instrument.key").read_bytes()
+    pki.renew_instrument()
+    (pki.folder / "instrument.key").write_bytes(key)
+
+
+def expired(pki):
+    pki.renew_instrument(days=1, age_days=2)
+
+
+def missing(pki):
+    (pki.folder / "instrument.pem").unlink()
+
+
+@pytest.mark.parametrize("change", [bad_key, only_the_certificate, expired, missing])
+def test_files_that_cannot_be_used_are_logged_once_and_the_earlier_ones_stay(tls, pki, caplog, change):
+    now_s, context = time.time(), tls.current
+    days = tls.certificate_days(now_s)
+    change(pki)
+    assert [tls.renew(now_s), tls.renew(now_s)] == [set(), set()]
+    assert tls.current is context
+    assert tls.certificate_days(now_s) == days
+    assert len(caplog.messages) == 1
+    assert "not used" in caplog.messages[0]
+    pki.renew_instrument()
+    assert tls.renew(now_s) == {"certificate", "key"}
+    assert tls.current is not context
+
+
+def test_an_expired_certificate_is_no_reason_not_to_start(pki):
+    pki.renew_instrument(days=1, age_days=2)
+    assert RenewedContext(TlsFiles(**pki.own), "the web page").certificate_days(time.time()) < 0
+
+
+def test_the_days_are_those_of_the_certificate_in_use(tls, pki, caplog):
+    caplog.set_level(logging.ERROR)
+    now_s = time.time()
+    assert tls.certificate_days(now_s) == pytest.approx(365, abs=0.01)
+    pki.renew_instrument(days=20)
+    assert tls.certificate_days(now_s) == pytest.approx(365, abs=0.01)
+    tls.renew(now_s)
+    assert tls.certificate_days(now_s + DAY_S) == pytest.approx(19, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("days", "words"), [(None, ""), (30.0, ""), (29.9, "30 days"), (0.2, "0 days"), (-0.1, "has expired")]
+)
+def test_a_certificate_must_be_renewed_thirty_days_before_its_end(days, words):
+    warning = renewal_warning(days)
+    assert words in warning
+    assert bool(warning) == bool(words)
+
+
+def test_only_authorities_make_client_certificates_necessary(tls, pki):
+    assert tls.current.verify_mode is ssl.CERT_NONE
+    assert pki.files().load().verify_mode is ssl.CERT_REQUIRED
+    assert tls.current.minimum_version is ssl.TLSVersion.TLSv1_2
+
+
+def test_an_empty_name_of_the_authorities_is_an_error(pki):
+    with pytest.raises(OSError, match="No such file"):
+        TlsFiles(**pki.own, ca="").load()
