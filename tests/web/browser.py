@@ -22,7 +22,10 @@ NEEDS_PLAYWRIGHT = pytest.mark.skipif(
 
 
 class Browser:
-    """One browser with one page."""
+    """One browser with one page. The arguments are environment variables of the browser."""
+
+    def __init__(self, **environment):
+        self._environment = environment
 
     def __enter__(self):
         self._process = subprocess.Popen(
@@ -31,7 +34,7 @@ class Browser:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env=os.environ | {"NODE_PATH": str(MODULES)},
+            env=os.environ | {"NODE_PATH": str(MODULES)} | self._environment,
         )
         return self
 

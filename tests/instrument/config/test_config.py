@@ -124,6 +124,18 @@ def test_loopback_does_not_require_allow(host):
     assert parse({"modbus": {"host": host}}, "x").modbus.allow == []
 
 
+PAGE = {"host": "0.0.0.0", "allow": ["10.0.0.0/8"]}
+
+
+def test_a_page_on_the_network_requires_a_certificate_or_an_explicit_exception():
+    message = error_message({"web": PAGE})
+    assert message.startswith("my.toml: web.allow_plain_http = False: host 0.0.0.0 ")
+    assert "certificate" in message
+    assert parse({"web": PAGE | {"allow_plain_http": True}}, "x").web.allow_plain_http
+    assert parse({"web": PAGE | {"certificate": "a.pem", "key": "a.key"}}, "x").web.certificate == "a.pem"
+    assert parse({"web": {"enabled": True}}, "x").web.host == "127.0.0.1"
+
+
 @pytest.mark.parametrize("entry", ["192.168.1.5/24", "192.168.1", "plc.example", "", "fd00::/129"])
 def test_an_invalid_network_is_rejected_with_its_index(entry):
     message = error_message({"modbus": {"host": "0.0.0.0", "allow": ["10.0.0.0/8", entry]}})

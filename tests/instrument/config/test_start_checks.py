@@ -8,12 +8,15 @@ import pytest
 
 from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
 from pneuforce.instrument.audit.store import EventLogFile
+from pneuforce.instrument.cli.config_check import check_config
+from pneuforce.instrument.commissioning.certificates import key_pem
 from pneuforce.instrument.config import load
 from pneuforce.instrument.service.file_checks import SERVICE_FOLDERS, check_files
 from pneuforce.instrument.service.start_checks import load_checked
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
+from tests.registers.modbus_security.serving import Pki
 from tests.source_tree import ROOT
 
 ALLOW = 'allow = ["10.0.0.1"]\n'
@@ -50,6 +53,9 @@ COLLISIONS = [
         '[web]\nenabled = true\nport = 29536\n[can]\nenabled = true\ninterface = "socketcand"\n',
     ),
     ("rig.port modbus.port", '[rig]\nport = "socket://127.0.0.1:5020"\n'),
+    ("web.key", '[web]\nenabled = true\ncertificate = "page.pem"\n'),
+    ("web.certificate", '[web]\nenabled = true\nkey = "page.key"\n'),
+    ("page.pem", '[web]\nenabled = true\ncertificate = "page.pem"\nkey = "page.key"\n'),
     ("events.file local.socket", '[local]\nsocket = "./events.sqlite"\n'),
     ("file events.file", '[events]\nfile = "instrument.toml"\n'),
     ("file can.parameter_file", '[can]\nenabled = true\nparameter_file = "instrument.toml"\n'),
@@ -180,3 +186,19 @@ NO_HOSTS = ["", ".", "a..b", ".a", "-a", "a-", "a b", "x" * 64, "a." * 127, "☃
 def test_a_text_that_is_no_host_name_is_recognised(name):
     assert not is_host(name)
     assert not is_socket_url(f"socket://{name}:1") or name == "[::1]"
+
+
+def test_a_certificate_that_has_expired_is_a_warning_and_one_without_its_key_is_an_error(tmp_path, capsys):
+    pki = Pki(tmp_path / "pki")
+    file = tmp_path / "instrument.toml"
+    names = 'certificate = "pki/instrument.pem"\nkey = "pki/instrument.key"\n'
+    file.write_text(f'[web]\nenabled = true\nhost = "0.0.0.0"\n{ALLOW}{names}')
+    for days, age_days, words in ((365, 0, ""), (10, 0, "expires in 10 days"), (1, 2, "has expired")):
+        pki.renew_instrument(days=days, age_days=age_days)
+        check_config([file], as_json=False)
+        warning = capsys.readouterr().out
+        assert warning.startswith(f"{file}: good")
+        assert ("web: the certificate" in warning, words in warning) == (bool(words), True)
+    (pki.folder / "instrument.key").write_bytes(key_pem(pki.authority.key))
+    with pytest.raises(ConfigurationFileError, match="are not a certificate and its key"):
+        check_config([file], as_json=False)
