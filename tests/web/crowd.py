@@ -6,7 +6,10 @@ have started.
 """
 
 import asyncio
+import contextlib
+import functools
 import itertools
+import ssl
 import sys
 
 DRIP_PERIOD_S = 0.2
@@ -80,6 +83,28 @@ async def follow_the_stream(reader, writer):
         pass
 
 
+async def begin_a_handshake(reader, writer):
+    """Send the first bytes of a TLS handshake."""
+    writer.write(client_hello()[:20])
+    await reader.read(1)
+
+
+async def demand_a_handshake(reader, writer):
+    """Make the server compute its part of a TLS handshake, then begin again."""
+    writer.write(client_hello())
+    await reader.read(1)
+
+
+@functools.cache
+def client_hello():
+    """Return the first message of a TLS handshake."""
+    outgoing = ssl.MemoryBIO()
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    with contextlib.suppress(ssl.SSLWantReadError):
+        context.wrap_bio(ssl.MemoryBIO(), outgoing, server_hostname="localhost").do_handshake()
+    return outgoing.read()
+
+
 BEHAVIOURS = {
     behaviour.__name__: behaviour
     for behaviour in (
@@ -93,6 +118,8 @@ BEHAVIOURS = {
         vent_in_a_loop,
         read_no_answer,
         follow_the_stream,
+        begin_a_handshake,
+        demand_a_handshake,
     )
 }
 
