@@ -67,7 +67,9 @@ class BalloonSection(Section):
     radius_quadratic_mm_per_kpa2: float = Field(
         _BALLOON.radius_quadratic_mm_per_kpa2, ge=0, le=0.1, description="quadratic term of the radius"
     )
-    id: int = Field(0, ge=0, le=0xFFFF_FFFF, description="number of the fitted balloon")
+    id: int = Field(
+        0, ge=0, le=0xFFFF_FFFF, description="number of the fitted balloon; new-balloon accepts 0 to 65535"
+    )
 
 
 class CircuitSection(Section):
