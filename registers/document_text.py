@@ -50,7 +50,7 @@ INPUT_REGISTERS, HOLDING_REGISTERS = 30_000, 40_000
 #: Addresses of the measured values. All values in one answer belong to the same instant.
 MEASURED_BLOCK = range(BY_NAME["baseline_age"].end)
 #: Addresses of the identity, the faults and the head of the event log.
-DIAGNOSTIC_BLOCK = range(BY_NAME["map_version"].address, BY_NAME["event_log_digest_2"].end)
+DIAGNOSTIC_BLOCK = range(BY_NAME["map_version"].address, BY_NAME["firmware_image"].end)
 #: Addresses of the test pattern, which shows the word order.
 TEST_BLOCK = range(BY_NAME["test_float"].address, BY_NAME["test_int"].end)
 

@@ -1,4 +1,4 @@
-"""Optional function block of the Structured Text library that reads the identity and the first-out fault."""
+"""Optional function block of the Structured Text library that reads identity, faults and firmware."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _DIAGNOSTIC = tuple(register for register in REGISTERS if register.address in DI
 _TEXT = """\
 TYPE PF_DIAGNOSTIC_WORDS : ARRAY[0..{last_word}] OF WORD; END_TYPE
 
-(* Identity, faults and event log of the instrument. *)
+(* Identity, faults, event log and firmware of the instrument. *)
 TYPE PF_DIAGNOSTIC_VALUES :
 STRUCT
 {values}END_STRUCT;

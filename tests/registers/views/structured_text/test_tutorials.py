@@ -37,6 +37,18 @@ def test_the_read_requests_agree_with_the_map(tutorial):
 
 
 @each_tutorial
+def test_the_address_of_the_instrument_is_a_declaration_and_no_literal_in_a_call(tutorial):
+    _, _, body = tutorial.sources()[0].rpartition("END_VAR")
+    assert not re.search(r"5020|\b502\b|192", body)
+
+
+def test_the_diagnostic_values_contain_all_faults_and_the_firmware():
+    names = {name for name, _ in members("TYPE", "PF_DIAGNOSTIC_VALUES")}
+    assert {"LatchedFaults1", "LatchedFaults2"} <= names
+    assert {"FirmwareVersion", "FirmwareOrigin", "FirmwareImage"} <= names
+
+
+@each_tutorial
 def test_the_program_uses_existing_names_of_the_blocks(tutorial):
     master, program, *_ = tutorial.sources()
     blocks = {"Order": "PF_WordOrder", "Reading": "PF_Reading", "Pressure": "PF_Pressure"}

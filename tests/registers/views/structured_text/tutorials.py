@@ -16,7 +16,7 @@ FOLDER = Path(__file__).parents[4] / "docs/tutorials"
 ALIASES = {
     "PF_MEASURED_WORDS": "ARRAY[0..35] OF WORD",
     "PF_TEST_WORDS": "ARRAY[0..4] OF WORD",
-    "PF_DIAGNOSTIC_WORDS": "ARRAY[0..21] OF WORD",
+    "PF_DIAGNOSTIC_WORDS": "ARRAY[0..29] OF WORD",
 }
 #: Variables of each model: the waiting request, and the reply that the test writes.
 REQUEST = """
@@ -236,7 +236,7 @@ TUTORIALS = [
             "    Client : MB_CLIENT;\n": "    Client : MB_CLIENT;\n    Words : PF_MEASURED_WORDS;\n",
             "ARRAY[0..35] OF WORD": "PF_MEASURED_WORDS",
             "ARRAY[0..4] OF WORD": "PF_TEST_WORDS",
-            "ARRAY[0..21] OF WORD": "PF_DIAGNOSTIC_WORDS",
+            "ARRAY[0..29] OF WORD": "PF_DIAGNOSTIC_WORDS",
             "MB_DATA_PTR := PF_Data.Words,": "FirstWord := Words[0],",
             "        CONNECT := PF_Data.Connection,\n": "",
             "PF_Data.": "",
