@@ -408,7 +408,8 @@ def test_events_of_the_board_are_logged_and_not_accumulated(cable, caplog):
             caplog.set_level(logging.INFO)
             for _ in range(20):
                 board._send(Event(0, BoardState.TRIPPED, BoardState.HOLDING, 5))
-            await until(lambda: sum("holding to tripped (burst)" in r.message for r in caplog.records) == 20)
+            line = "holding to tripped: burst (fault 5)"
+            await until(lambda: sum(line in r.message for r in caplog.records) == 20)
             assert host.link.events == []
 
     asyncio.run(run())
@@ -420,7 +421,7 @@ def test_an_event_with_an_unknown_fault_is_logged_with_its_number(cable, caplog)
         async with running(cable) as host:
             caplog.set_level(logging.INFO)
             board._send(Event(0, BoardState.SETTLING, BoardState.HOLDING, 99))
-            await until(lambda: any("settling (fault 99)" in r.message for r in caplog.records))
+            await until(lambda: any("settling: fault 99" in r.message for r in caplog.records))
             before = snapshot_of(host).sample_counter
             await until(lambda: snapshot_of(host).sample_counter > before + 10)
 
