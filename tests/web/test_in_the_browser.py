@@ -183,7 +183,7 @@ def test_a_new_balloon_has_a_number_and_no_inflations(page, live):
     page("fill", on="#balloon-input", text="12")
     page("press", key="Enter")
     page("click", on="#confirm-yes")
-    page.wait_for_text("#balloon-in-use", "now 12, 0 inflations")
+    page.wait_for_text("#balloon-in-use", "now 12 (0 inflations)")
     registers = live.rig.read()
     assert (registers["balloon_id"], registers["inflation_count"]) == (12, 0)
 

@@ -213,3 +213,9 @@ def test_the_health_cards_use_counters_that_exist(page, live):
     assert health is not None
     for section, names in counters.items():
         assert health[section] is None or set(names) <= set(health[section]), section
+
+
+def test_a_size_is_shown_in_a_unit_that_suits_it(page):
+    script = """import("/static/format.js").then(({ formatBytes }) =>
+      [40_000, 1_234_567, 98_700_000, 2_345_000_000].map(formatBytes))"""
+    assert page.evaluate(script) == ["40.0 kB", "1.23 MB", "98.7 MB", "2.35 GB"]

@@ -298,6 +298,40 @@ def test_the_compact_view_shows_the_force_and_vents_without_a_token(shown, brows
         assert (name, missing) == (name, [])
 
 
+#: Position of the last digit of the force and of its uncertainty.
+DIGITS_PX = """(() => {
+  const edge = (selector, side) => document.querySelector(selector).getBoundingClientRect()[side];
+  const range = document.createRange();
+  range.selectNodeContents(document.querySelector("#force .number"));
+  return [range.getBoundingClientRect().right, edge("#force .unit", "left")].map(Math.round);
+})()"""
+
+
+def test_the_digits_of_the_compact_view_do_not_move(shown, browser):
+    shown.open("?view=compact")
+    for size in SIZES.values():
+        browser("resize", **size)
+        positions = set()
+        for force_n, text in ((0.5, "0.50"), (-0.5, "−0.50"), (12.34, "12.34")):
+            shown.set(force_n=force_n, force_std_n=0.05, status=["holding", "in_contact"])
+            browser.wait(f"document.querySelector('#force .number').textContent === '{text}'")
+            positions.add(tuple(browser.evaluate(DIGITS_PX)))
+        assert len(positions) == 1
+
+
+LANDSCAPE = {"width": 844, "height": 330}  #: a phone of 844 x 390 pixels, without the bar of its browser
+
+
+@pytest.mark.parametrize("view", ["", "?view=compact"])
+def test_a_phone_in_landscape_shows_state_force_and_vent_without_scrolling(shown, browser, view):
+    shown.set(force_n=1.5, force_std_n=0.05, status=["holding", "in_contact", "simulated"])
+    shown.open(view)
+    browser("resize", **LANDSCAPE)
+    browser.wait_for_text("#force", "1.50")
+    visible = ["#vent-button", "#bar-state", "#force .number", "#force .unit"]
+    assert browser.evaluate(NOT_IN_VIEW_NOW % json.dumps(visible)) == []
+
+
 LOAD_TOKEN = """import("/static/token.js").then(({ OperatorToken }) => {
   location.hash = "operator=%s";
   return new OperatorToken(() => {}).load().then(() => location.search + location.hash);

@@ -64,7 +64,7 @@ export class Controls {
 
   #showState({ state, info }) {
     this.#showRangeWarning();
-    setText(byId("balloon-in-use"), state ? `now ${state.balloon_id}, ${inflationText(state)}` : "");
+    setText(byId("balloon-in-use"), state ? `now ${state.balloon_id} (${inflationText(state)})` : "");
     setText(byId("setpoint-span"), spanText(writableSpan(info, "setpoint_requested"), "kPa"));
     setText(byId("limit-span"), spanText(writableSpan(info, "force_limit"), "N"));
     const requested = state && formatNumber(state.setpoint_requested_kpa, 2);

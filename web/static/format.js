@@ -23,6 +23,13 @@ export function formatDuration(seconds) {
   return `${formatNumber(seconds / 3600, 1)} h`;
 }
 
+/** Format a size in kB, MB or GB (powers of 1000) with three significant digits or more. */
+export function formatBytes(bytes) {
+  const [divisor, unit] = bytes < 1e6 ? [1e3, "kB"] : bytes < 1e9 ? [1e6, "MB"] : [1e9, "GB"];
+  const size = bytes / divisor;
+  return `${formatNumber(size, size < 10 ? 2 : size < 100 ? 1 : 0)} ${unit}`;
+}
+
 /** Format the local time of day of a Date as hh:mm:ss. */
 export const formatTime = (date) => date.toLocaleTimeString("en-GB");
 

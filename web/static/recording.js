@@ -1,7 +1,7 @@
 // Panel of the recordings: start, stop, state and download. The recording runs in a process of the instrument.
 
 import { byId, create, setText, showText } from "./elements.js";
-import { formatDuration, formatNumber } from "./format.js";
+import { formatBytes, formatDuration } from "./format.js";
 import { post } from "./requests.js";
 
 const START_TIMEOUT_MS = 20000;
@@ -116,20 +116,19 @@ export class RecordingPanel {
   }
 }
 
-const megabytes = (bytes) => `${formatNumber(bytes / 1e6, 1)} MB`;
-
 const activeText = (active) =>
   active.seconds === null
     ? "Starting. Wait until the recording begins."
     : `● Recording: ${extentText(active)}\n${active.file}`;
 
 const extentText = ({ seconds, bytes }) =>
-  seconds === null ? "no data" : `${formatDuration(seconds)}, ${megabytes(bytes)}`;
+  seconds === null ? "no data" : `${formatDuration(seconds)}, ${formatBytes(bytes)}`;
 
 function listItem({ file, bytes }) {
   const button = create("button", "", "Save");
   button.type = "button";
   button.dataset.file = file;
   button.setAttribute("aria-label", `Save ${file}`);
-  return create("li", "", create("span", "", `${file.replace(/\.recording$/, "")}, ${megabytes(bytes)}`), button);
+  const name = create("span", "", file.replace(/\.recording$/, ""));
+  return create("li", "", name, create("span", "size", formatBytes(bytes)), button);
 }
