@@ -13,6 +13,7 @@ from tests.bench.counting import bench_counting
 from tests.bench.endurance import bench_endurance
 from tests.bench.force_control import bench_force_control
 from tests.bench.instruments_on_one_host import bench_instruments_on_one_host
+from tests.bench.https import bench_https
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
@@ -39,6 +40,7 @@ BENCHMARKS = {
     "modbus": bench_modbus,
     "modbus_security": bench_modbus_security,
     "instruments": bench_instruments_on_one_host,
+    "https": bench_https,
     "force_control": bench_force_control,
     "quota": bench_quota,
     "endurance": bench_endurance,

@@ -30,10 +30,15 @@ REQUESTS, BRIEF_REQUESTS = 2000, 50
 FORCE = "0001 0000 0006 01 04 0000 0002"
 
 
-def attack(port, folder, seconds):
-    """Attempt RATE_HZ handshakes per second with a certificate of another authority. Print the number."""
+def client_context(folder):
+    """Return the context of a client with a certificate of another authority."""
     context = ssl.create_default_context(cafile=folder / "ca.pem")
     context.load_cert_chain(folder / "foreign.pem", folder / "foreign.key")
+    return context
+
+
+def attack(port, context, seconds):
+    """Attempt RATE_HZ handshakes per second that fail. Print the number."""
     begun_s, attempts = time.monotonic(), 0
     while (elapsed_s := time.monotonic() - begun_s) < seconds:
         if attempts > elapsed_s * RATE_HZ:
@@ -66,16 +71,22 @@ def bench_modbus_security(brief=False):
         file.write_text(toml(tables))
         stack.enter_context(ChildProcess("host", ["pneuforce", "run", "--config", str(file)])).ready()
         _print_times(pki, plain_port, secure_port, count)
-        quiet = _phase(lambda: time.sleep(seconds))
+        quiet = measured(lambda: time.sleep(seconds))
         words = [sys.executable, "-m", "tests.bench.modbus_security", str(secure_port), name, str(seconds)]
-        attacked = _phase(lambda: int(subprocess.run(words, check=True, capture_output=True).stdout))
-        heard_s = json.loads(relay.communicate("end\n")[0])["heard_s"]
-    _print_gaps("without handshakes", quiet, heard_s)
-    _print_gaps(f"with {attacked['result'] / seconds:.0f} bad handshakes per s", attacked, heard_s)
+        attacked = measured(lambda: int(subprocess.run(words, check=True, capture_output=True).stdout))
+        heard_s = commands_heard_s(relay)
+    print_gaps("without handshakes", quiet, heard_s)
+    print_gaps(f"with {attacked['result'] / seconds:.0f} bad handshakes per s", attacked, heard_s)
     print(f"load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
 
 
-def _phase(work):
+def commands_heard_s(relay):
+    """End a relay. Return the times at which commands passed."""
+    return json.loads(relay.communicate("end\n")[0])["heard_s"]
+
+
+def measured(work):
+    """Return the result of a function, and the times of its begin and its end."""
     begun_s = time.monotonic()
     return {"result": work(), "begun_s": begun_s, "ended_s": time.monotonic()}
 
@@ -101,7 +112,8 @@ def _times_ms(client, count):
     return sorted(times_ms)
 
 
-def _print_gaps(name, phase, heard_s):
+def print_gaps(name, phase, heard_s):
+    """Print the gaps between the commands that were heard during a phase."""
     gaps_ms = gaps_between([t for t in heard_s if phase["begun_s"] <= t <= phase["ended_s"]]) or [0.0]
     print(
         f"{name}: gaps between {len(gaps_ms)} commands: median {percentile(gaps_ms, 0.5):.1f} ms, "
@@ -110,4 +122,4 @@ def _print_gaps(name, phase, heard_s):
 
 
 if __name__ == "__main__":
-    attack(int(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))
+    attack(int(sys.argv[1]), client_context(Path(sys.argv[2])), float(sys.argv[3]))
