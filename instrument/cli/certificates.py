@@ -50,7 +50,8 @@ def make_instrument(folder: Path, name: str, hosts: list[str], days: int) -> str
     _write(folder, name, pair)
     return (
         f"{folder}/{name}.pem and {folder}/{name}.key are made, for {', '.join(hosts)}, valid until "
-        f"{_end(pair)}. Copy both and {folder}/ca.pem to the instrument and name them in [modbus_security]."
+        f"{_end(pair)}. Copy both and {folder}/ca.pem to the instrument and name them in "
+        "[modbus_security] or [web]."
     )
 
 

@@ -1,5 +1,6 @@
 """Tests of the overview of several instruments: what the page and its data show. Time is an argument."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,8 @@ def test_a_valid_force_is_shown_with_its_uncertainty_and_a_link():
     assert "<title>1 instrument</title>" in html
     assert "1.23 ± 0.02 N" in html
     assert '<a href="http://host.local:8081/">left</a>' in html
+    secured = replace(watched(), web_scheme="https")
+    assert '<a href="https://host.local:8081/">left</a>' in page([row(secured, 10.5)], "host.local")
 
 
 @pytest.mark.parametrize("changes", [{"status": ["holding"]}, {"force_n": None, "status": []}])
