@@ -11,8 +11,8 @@ from pneuforce.instrument.cli.options import Json
 
 commands = typer.Typer(
     no_args_is_help=True,
-    help="Make certificates for Modbus/TCP Security and the web page: authority, instruments, clients with roles, "
-    "revocation.",
+    help="Make certificates for Modbus/TCP Security and the web page: authority, instruments, clients with "
+    "roles, revocation.",
 )
 
 Folder = Annotated[
