@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import gc
 import json
 import logging
@@ -12,11 +11,9 @@ import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pneuforce.errors import ServerError
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
@@ -34,10 +31,11 @@ from pneuforce.instrument.service.health import (
 )
 from pneuforce.instrument.service.host import Host
 from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
-from pneuforce.instrument.service.interface_lines import can_line, disabled_line, modbus_tcp_line
+from pneuforce.instrument.service.interface_lines import can_line, disabled_line
 from pneuforce.instrument.service.local_server import WEB, LocalServer
 from pneuforce.instrument.service.modbus_security_server import health as modbus_security_health
 from pneuforce.instrument.service.modbus_security_server import modbus_security_of
+from pneuforce.instrument.service.modbus_server import identity, modbus_server_of, open_modbus
 from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
 from pneuforce.instrument.service.recorder_process import RecorderProcess
 from pneuforce.instrument.service.rtu_server import RtuServer
@@ -46,9 +44,6 @@ from pneuforce.instrument.service.systemd_notify import systemd_notifier
 from pneuforce.instrument.service.tls_process import CertificateMonitor
 from pneuforce.instrument.service.web_process import WebProcess, web_process_of
 from pneuforce.registers.map_hash import MAP_HASH
-from pneuforce.registers.modbus.device_identification import IdentityObject
-from pneuforce.registers.modbus.tcp import ModbusTcpOptions, ModbusTcpServer
-from pneuforce.registers.source import Source
 from pneuforce.support.background import cancel_on
 
 log = logging.getLogger("pneuforce")
@@ -113,7 +108,7 @@ class Servers:
         self.configuration = configuration
         self.host = host
         self.source = source
-        self.modbus = modbus_server(configuration, source)
+        self.modbus = modbus_server_of(configuration, source)
         self.security = modbus_security_of(
             configuration, source, identity(configuration), files.socket, files.tls
         )
@@ -227,7 +222,7 @@ async def _run(
         if not stop.is_set():
             await servers.rtu.open()
             await _open_rdt(servers)
-            await (joining if modbus is None else _listen(modbus, servers.configuration))
+            await (joining if modbus is None else open_modbus(modbus, servers.configuration))
             ports = {"modbus": modbus.port if modbus else None}
             if servers.security is not None:
                 ports["modbus_security"] = await cancel_on(stop, servers.security.gateway.first_port())
@@ -249,53 +244,3 @@ async def _run(
             modbus.close()
         stop.set()
         await running
-
-
-def modbus_server(configuration: Configuration, source: Source) -> ModbusTcpServer | None:
-    """Return the Modbus TCP server of a configuration, or None if it is disabled."""
-    settings = configuration.modbus
-    if not settings.enabled:
-        return None
-    options = ModbusTcpOptions(
-        host=settings.host,
-        port=settings.port,
-        allow=tuple(settings.allow),
-        unit=settings.unit,
-        word_swap=settings.word_order == "CDAB",
-        read_only=settings.read_only,
-        max_connections=settings.max_connections,
-        idle_timeout_s=settings.idle_timeout_s,
-        frame_timeout_s=settings.frame_timeout_s,
-    )
-    return ModbusTcpServer(source, options, identity(configuration))
-
-
-async def _listen(modbus: ModbusTcpServer, configuration: Configuration) -> None:
-    settings = configuration.modbus
-    try:
-        await modbus.start()
-    except OSError as error:
-        in_use = error.errno == errno.EADDRINUSE
-        why = "it is in use; end the other instrument, or change [modbus] port"
-        if not in_use:
-            why = f"{error.strerror or error}; correct [modbus] host, or set [modbus] enabled = false"
-        raise ServerError(f"Modbus cannot listen on {settings.host}:{settings.port}: {why}") from None
-    log.info("%s", modbus_tcp_line(configuration, modbus.port))
-
-
-def identity(configuration: Configuration) -> dict[int, str]:
-    """Return the objects of Modbus function 43/14 (device identification)."""
-    settings = configuration.identity
-    calibrated = configuration.calibration_date
-    date = f"{calibrated:08d}"
-    return {
-        IdentityObject.VENDOR: "pneuforce",
-        IdentityObject.PRODUCT_CODE: "PF-1",
-        IdentityObject.REVISION: version("pneuforce"),
-        IdentityObject.URL: settings.url,
-        IdentityObject.PRODUCT_NAME: "Pneumatic force sensor",
-        IdentityObject.MODEL: "PF-1 field instrument",
-        IdentityObject.USER_APPLICATION: settings.application,
-        IdentityObject.SERIAL_NUMBER: str(settings.serial_number),
-        IdentityObject.CALIBRATION_DATE: f"{date[:4]}-{date[4:6]}-{date[6:]}" if calibrated else "",
-    }

@@ -12,8 +12,8 @@ from tests.bench.command import bench_estimate
 from tests.bench.counting import bench_counting
 from tests.bench.endurance import bench_endurance
 from tests.bench.force_control import bench_force_control
-from tests.bench.instruments_on_one_host import bench_instruments_on_one_host
 from tests.bench.https import bench_https
+from tests.bench.instruments_on_one_host import bench_instruments_on_one_host
 from tests.bench.keep_alive import bench_keep_alive
 from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus

@@ -13,9 +13,9 @@ from pneuforce.instrument.service.interface_lines import (
     modbus_rtu_line,
     modbus_tcp_line,
 )
+from pneuforce.instrument.service.modbus_server import modbus_server_of, open_modbus
 from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
 from pneuforce.instrument.service.rtu_server import RtuServer
-from pneuforce.instrument.service.serve import _listen, modbus_server
 from tests.registers.can.fake_source import FakeSource
 
 FOREIGN = "192.0.2.1"  # RFC 5737: no computer has this address
@@ -53,7 +53,7 @@ def test_the_disabled_interfaces_are_named_with_their_section():
 
 
 async def open_modbus_tcp(configuration):
-    await _listen(modbus_server(configuration, FakeSource()), configuration)
+    await open_modbus(modbus_server_of(configuration, FakeSource()), configuration)
 
 
 async def open_modbus_rtu(configuration):
