@@ -200,8 +200,7 @@ class Chain:
                 quality=Quality.NO_BASELINE,
             )
         curve, onset_n = self._curve_at(baseline_kpa - self.reference_kpa, FREE_CURVE_TOLERANCE_KPA)
-        before_kpa = self.tracker.unexplained.before_kpa
-        hidden_n = self._hidden_press.std_n(curve, before_kpa, self.settings.model_uncertainty)
+        hidden_n = self._hidden_press.std_n(curve, self.tracker.hidden_kpa, self.settings.model_uncertainty)
         limit_n = max(onset_n, hidden_n) if math.isfinite(onset_n + hidden_n) else math.nan
         in_range = VALID_LOW_KPA <= curve.baseline_kpa <= VALID_HIGH_KPA and math.isfinite(limit_n)
         return Measurement(
@@ -272,7 +271,9 @@ class Chain:
             settings.input_uncertainties,
             settings.model_uncertainty,
         )
-        return math.hypot(std_n, unexplained_std_n(curve, rise_kpa, tracker.unexplained))
+        return math.hypot(
+            std_n, unexplained_std_n(curve, rise_kpa, tracker.hidden_kpa, tracker.unexplained.during_kpa)
+        )
 
     def _curve_at(self, baseline_kpa: float, tolerance_kpa: float) -> tuple[ContactCurve, float]:
         """Return the force curve at one ΔP_i, and its force at the onset of a contact.

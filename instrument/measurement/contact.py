@@ -7,6 +7,10 @@ A contact ends when the pressure is back at the baseline. The next contact can a
 pressure turns upwards after a trough (`contact_extremes.py`). The new contact keeps ΔP_i, because the
 remaining rise in the trough is force: the gas is locked, and the compensated pressure has no lag. (The paper
 uses the trough as the new ΔP_i, but its pressure has a lag.)
+
+After a release, the gas is cold for about a second (`cold_gas.py`), and its pressure recovers to ΔP_i from
+below. The baseline does not follow a dip that the cooling explains: otherwise, the recovery would look like
+a contact.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from pneuforce.instrument.measurement.cold_gas import ColdGas
 from pneuforce.instrument.measurement.contact_extremes import RELEASE_RATIO, ContactExtremes
 from pneuforce.instrument.measurement.unexplained_rise import UnexplainedRise
 
@@ -26,8 +31,7 @@ CONFIRMED_KPA = 0.02
 END_KPA = 0.015
 #: Highest rate of drift without contact. A faster rise of the pressure is a contact.
 MAX_TRACKING_KPA_PER_S = 0.03
-#: Time constant of a falling baseline. A contact heats the gas, and the pressure then dips for 0.3 s. The
-#: baseline follows such a short dip only in part.
+#: Time constant of a falling baseline.
 FALL_TIME_CONSTANT_S = 0.3
 #: Highest leak rate by which ΔP_i is lowered during a contact. The leak is measured before the contact.
 MAX_LEAK_KPA_PER_S = 0.05
@@ -42,7 +46,8 @@ DRIFT_TIME_CONSTANTS_S = 1.0, 4.0
 #: The drift during a contact is that of at least this time before the contact was detected. It therefore does
 #: not contain the beginning of the contact.
 DRIFT_DELAY_S = 1.0
-#: Time after a lock or a contact until the gas has settled. The drift is not measured in this time.
+#: Time after a lock or a contact until the gas has settled. The drift is not measured in this time, and not
+#: until the gas is warm again.
 SETTLING_S = 0.5
 #: Largest change of the pressure by the two pulses of a proof test, apart from drift.
 MAX_TEST_CHANGE_KPA = 0.03
@@ -62,6 +67,7 @@ class ContactTracker:
     baseline_lost: bool = False
     #: Slow rises that are drift or a press. A new lock keeps them, because it does not end a hidden contact.
     unexplained: UnexplainedRise = field(default_factory=UnexplainedRise)
+    cold_gas: ColdGas = field(default_factory=ColdGas)
     _mean_drift_kpa_per_s: float = 0.0  # average of the drift; a negative value is a leak
     _rest_kpa: float = math.nan  # baseline at the last time when the pressure was at rest
     _rest_s: float = 0.0  # time since then
@@ -77,6 +83,7 @@ class ContactTracker:
 
         If the balloon is not locked or a pressure is not finite, the contact ends and the baseline is reset.
         """
+        self.cold_gas.step(smoothed_kpa, dt_s)
         if not locked or not math.isfinite(smoothed_kpa + now_kpa):
             self._reset(smoothed_kpa, dt_s)
             return
@@ -107,6 +114,14 @@ class ContactTracker:
         return self.baseline_lost or self.unexplained.exceeded
 
     @property
+    def hidden_kpa(self) -> float:
+        """Return the largest rise [kPa] that a force can have in addition to the measured rise.
+
+        A slow press can have raised the baseline, and cold gas can have lowered the pressure.
+        """
+        return self.unexplained.before_kpa + self.cold_gas.dip_kpa
+
+    @property
     def drifted_kpa(self) -> float:
         """Return the possible drift of the baseline since its last measurement [kPa]."""
         return abs(self.drift_kpa_per_s) * self.baseline_age_s
@@ -130,8 +145,8 @@ class ContactTracker:
         if not self.baseline_lost and above_kpa > CONFIRMED_KPA and now_kpa - self.baseline_kpa > ONSET_KPA:
             self._start_first_contact(now_kpa, smoothed_kpa)
             return
-        fall_kpa = above_kpa * min(dt_s / FALL_TIME_CONSTANT_S, 1.0)
-        change_kpa = min(fall_kpa if above_kpa < 0 else above_kpa, MAX_TRACKING_KPA_PER_S * dt_s)
+        fall_kpa = min(above_kpa + self.cold_gas.dip_kpa, 0.0) * min(dt_s / FALL_TIME_CONSTANT_S, 1.0)
+        change_kpa = fall_kpa if above_kpa < 0 else min(above_kpa, MAX_TRACKING_KPA_PER_S * dt_s)
         self.baseline_kpa += change_kpa
         self._rest_s += dt_s
         if above_kpa < AT_REST_KPA:
@@ -151,7 +166,8 @@ class ContactTracker:
 
     def _measure_drift(self, smoothed_kpa: float, dt_s: float) -> None:
         if self._past_drift_s < 0:
-            self._past_drift_s += dt_s
+            is_cold = self.cold_gas.dip_kpa > AT_REST_KPA
+            self._past_drift_s = min(self._past_drift_s + dt_s, -dt_s if is_cold else 0.0)
             self._set_averages(smoothed_kpa)
             return
         fast_s, slow_s = DRIFT_TIME_CONSTANTS_S
@@ -204,8 +220,12 @@ class ContactTracker:
         if above_kpa - END_KPA < min(released_kpa, self._warming_kpa):
             # If ΔP_i was lowered by a leak that has ended, a contact can continue below the present pressure.
             leaked_kpa = -self.leak_kpa_per_s * self.baseline_age_s
-            self._end_contact(above_kpa + (leaked_kpa if leaked_kpa > released_kpa else 0.0))
-            self.baseline_kpa = self._rest_kpa = smoothed_kpa
+            # The amount of gas has not changed. Until it is warm, ΔP_i is known better than the pressure.
+            dip_kpa = self.cold_gas.dip_kpa
+            kept_kpa = min(max(above_kpa, -dip_kpa), dip_kpa) if above_kpa <= END_KPA else 0.0
+            change_kpa = above_kpa - kept_kpa
+            self._end_contact(change_kpa + (leaked_kpa if leaked_kpa > released_kpa else 0.0))
+            self.baseline_kpa = self._rest_kpa = self.baseline_kpa + change_kpa
             self._restart_drift(smoothed_kpa, self.drift_kpa_per_s, self._mean_drift_kpa_per_s)
             return
         if self._extremes.step(now_kpa, smoothed_kpa, self.baseline_kpa):

@@ -1,4 +1,8 @@
-"""Uncertainty of the force due to the unexplained rise of the pressure (`unexplained_rise.py`)."""
+"""Uncertainty of the force due to rises of the pressure that are not explained, and to cold gas.
+
+`unexplained_rise.py` adds up the rises that are either drift or a slow press. `cold_gas.py` computes how far
+cold gas can have lowered the pressure.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 from pneuforce.instrument.measurement.contact import CONFIRMED_KPA, ONSET_KPA
-from pneuforce.instrument.measurement.unexplained_rise import UnexplainedRise
 from pneuforce.instrument.model.curve import ContactCurve
 from pneuforce.instrument.model.uncertainty import ModelUncertainty, force_std_n
 
@@ -43,14 +46,16 @@ def _compute_n(curve: ContactCurve, hidden_kpa: float, model: ModelUncertainty) 
     return math.hypot(curve.force_n(hidden_kpa + ONSET_KPA) / 2, share * law_std_n)
 
 
-def unexplained_std_n(curve: ContactCurve, rise_kpa: float, unexplained: UnexplainedRise) -> float:
-    """Return the standard uncertainty [N] of the force of a contact due to the unexplained rise.
+def unexplained_std_n(curve: ContactCurve, rise_kpa: float, hidden_kpa: float, during_kpa: float) -> float:
+    """Return the standard uncertainty [N] of the force of a contact due to rises that are not explained.
 
-    The true force lies between the forces at the smallest and at the largest possible rise. Both of them are
-    within twice the returned value. A remaining rise below the detection limit counts as no force.
+    The true rise is higher by at most `hidden_kpa` (`ContactTracker`), or lower by `during_kpa`
+    (`UnexplainedRise`). The true force lies between the forces at the smallest and at the largest possible
+    rise. Both of them are within twice the returned value. A remaining rise below the detection limit counts
+    as no force.
     """
     force_n = curve.force_n(rise_kpa)
-    drifted_kpa = unexplained.during_kpa + min(unexplained.during_kpa, ONSET_KPA)
+    drifted_kpa = during_kpa + min(during_kpa, ONSET_KPA)
     least_n = curve.force_n(rise_kpa - drifted_kpa) if drifted_kpa else force_n
-    most_n = curve.force_n(rise_kpa + unexplained.before_kpa) if unexplained.before_kpa else force_n
+    most_n = curve.force_n(rise_kpa + hidden_kpa) if hidden_kpa else force_n
     return max(force_n - least_n, most_n - force_n) / 2
