@@ -28,6 +28,8 @@ class PairingInput(NamedTuple):
 
     recording: Path
     reference: ReferenceInput
+    from_s: float = -math.inf  #: contacts that begin earlier are not paired
+    to_s: float = math.inf  #: contacts that end later are not paired
 
 
 class Pairing(NamedTuple):
@@ -48,6 +50,7 @@ def pair(given: PairingInput) -> Pairing:
     """
     with open_recording(given.recording) as recording:
         course, aligned = read_aligned(recording, given.reference)
+        course.select(given.from_s, given.to_s)
         remark, damaged = recording.remark(), bool(recording.damage)
     if not course.contacts:
         raise ConfigurationError(f"no contact was found: {remark or f'{given.recording} contains none'}")
@@ -58,8 +61,8 @@ def pair(given: PairingInput) -> Pairing:
 def write_pairing(given: PairingInput, out: Path | None, overwrite: bool, as_json: bool) -> int:
     """Pair the contacts, write or print the table, and report the contacts without a pair.
 
-    Without any pair, no file is written. Return the exit code, 1 if no contact is paired, or if the recording
-    is damaged. Raises ConfigurationError.
+    Without any pair, no file is written. Return the exit code, 1 if no contact is paired, if the recording is
+    damaged, or if the clock offset or the unit of the reference is probably wrong. Raises ConfigurationError.
     """
     _check_out(out, overwrite)
     found = pair(given)
@@ -72,7 +75,7 @@ def write_pairing(given: PairingInput, out: Path | None, overwrite: bool, as_jso
         if out is None and found.paired:
             print_text("\n".join(lines))
         print_text("\n".join(_summary(found)), sys.stderr if out is None else sys.stdout)
-    return 0 if found.paired and not found.damaged else 1
+    return 0 if found.paired and not found.damaged and not found.aligned.is_doubtful else 1
 
 
 def write_simulated(lines: Iterable[str], out: Path | None, overwrite: bool) -> None:

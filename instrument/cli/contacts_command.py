@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from pneuforce.instrument.cli.option_groups import expand_options, given_options, reject_options
-from pneuforce.instrument.cli.options import Json, Out, Overwrite
+from pneuforce.instrument.cli.options import FromS, Json, Out, Overwrite, ToS, span
 from pneuforce.instrument.cli.plant_options import Contact, PlantName, PlantOptions, Rubber
 from pneuforce.instrument.cli.reference_options import ReferenceOptions
 
@@ -31,6 +31,8 @@ Seed = Annotated[
 @expand_options
 def contacts(
     recording: RecordingFile = None,
+    from_s: FromS = None,
+    to_s: ToS = None,
     *,
     reference: ReferenceOptions,
     plant: Plant = None,
@@ -56,7 +58,9 @@ def contacts(
 
     simulation = {"plant": plant, "count": count, "seed": seed, "rubber": rubber, "contact": contact}
     if recording is None:
-        reject_options([*given_options(reference), *(["--json"] if as_json else [])], "with --from")
+        times = [name for name, value in (("--from-s", from_s), ("--to-s", to_s)) if value is not None]
+        flags = ["--json"] if as_json else []
+        reject_options([*given_options(reference), *times, *flags], "with --from")
         write_simulated(_simulated_lines(simulation), out, overwrite)
         return
     reject_options([f"--{name}" for name, value in simulation.items() if value is not None], "without --from")
@@ -65,7 +69,9 @@ def contacts(
         raise ConfigurationError(
             "--from needs the force of the reference sensor: name its CSV file with --reference"
         )
-    raise typer.Exit(write_pairing(PairingInput(recording, given), out, overwrite, as_json))
+    raise typer.Exit(
+        write_pairing(PairingInput(recording, given, *span(from_s, to_s)), out, overwrite, as_json)
+    )
 
 
 def _simulated_lines(options: Mapping[str, Any]) -> Iterator[str]:

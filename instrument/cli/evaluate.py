@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.calibration.file import load as load_calibration
 from pneuforce.instrument.cli.export import FORMATS, write_table
 from pneuforce.instrument.cli.output import json_line, print_text, progress
-from pneuforce.instrument.config import Configuration, load
+from pneuforce.instrument.cli.reference_comparison import ReferenceComparison
+from pneuforce.instrument.config import Configuration, load, parse, read
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import (
     CONTACT_TYPES,
@@ -33,12 +35,25 @@ from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.reader import Recording, short_text
 from pneuforce.instrument.recording.table_export import Row, check_parquet
 from pneuforce.instrument.service.replay_verification import initial_session
+from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from pneuforce.support.atomic_file import check_new
 from pneuforce.support.counted import counted
 
 PROGRESS_SAMPLES = 1000  #: number of samples between two progress reports
 MAX_LINES = 40  #: number of contacts that are shown on the terminal
+#: Sections of a recorded configuration that determine the force.
+EVALUATED_SECTIONS = ("balloon", "circuit", "measurement")
 RECORDED_TYPES = {"recorded_force_n": float, "recorded_force_std_n": float}
+
+
+class EvaluationInput(NamedTuple):
+    """Recording, and what it is evaluated with."""
+
+    recording: Path
+    config: Path | None = None  #: instrument.toml; None: the configuration in the recording
+    calibration: Path | None = None  #: calibration file, instead of that of the configuration
+    reference: ReferenceInput | None = None
+    reference_gain_std: float = 0.0  #: relative standard uncertainty of the gain of the reference
 
 
 class EvaluationFiles(NamedTuple):
@@ -73,18 +88,23 @@ class Evaluation:
         return pair_contacts(recorded, evaluated)
 
 
-def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) -> int:
+def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> int:
     """Evaluate the recording, write the files, and print the comparison.
 
-    Return the exit code, 1 if the recording is damaged. Raises PneuforceError.
+    Return the exit code, 1 if the recording is damaged or the reference is probably wrong. Raises
+    PneuforceError.
     """
     _check_files(files)
-    configuration = load(config)
+    path = given.recording
+    configuration = None if given.config is None else _configured(given.config, given.calibration)
     with open_recording(path) as recording:
+        configuration = configuration or recorded_configuration(recording, given.calibration)
         chain = configuration.chain
+        comparison = ReferenceComparison.of(recording, given.reference, given.reference_gain_std)
         result = Evaluation(tube_time_constant_of(recording.metadata), chain.tube_time_constant_s)
         with progress("evaluating") as report:
-            samples = _counted(evaluated_samples(recording, configuration), result, recording, report)
+            evaluated = comparison.follow(evaluated_samples(recording, configuration), recording.begin_s)
+            samples = _counted(evaluated, result, recording, report)
             if files.samples is None:
                 for _ in samples:
                     pass
@@ -103,11 +123,36 @@ def evaluate(path: Path, config: Path, files: EvaluationFiles, as_json: bool) ->
             contact_rows = map(_contact_row, contacts)
             write_table(files.contacts, _form(files.contacts), contact_rows, types, recording.metadata)
         remark = "; ".join(filter(None, (remark, version_remark(recording))))
-    facts = {"file": str(path), "config": str(config), **_facts(result, contacts), "remark": remark}
+    names = {"config": given.config, "calibration": given.calibration}
+    facts = {
+        "file": str(path),
+        **{name: None if file is None else str(file) for name, file in names.items()},
+        **_facts(result, contacts),
+        **comparison.facts(),
+        "remark": remark,
+    }
     if remark and not as_json:
         print_text(f"pneuforce: {remark}", sys.stderr)
-    print_text(json_line(facts) if as_json else _format_result(result, contacts))
-    return 1 if damaged else 0
+    lines = [_format_result(result, contacts), *comparison.summary()]
+    print_text(json_line(facts) if as_json else "\n".join(lines))
+    return 1 if damaged or comparison.is_doubtful else 0
+
+
+def _configured(config: Path, calibration: Path | None) -> Configuration:
+    if calibration is None:
+        return load(config)
+    return read(config).with_calibration(load_calibration(calibration))
+
+
+def recorded_configuration(recording: Recording, calibration: Path | None) -> Configuration:
+    """Return the configuration in the recording, with a calibration file. Raises ConfigurationError."""
+    if calibration is None:
+        raise ConfigurationError("nothing to evaluate with: give --config, --calibration or both")
+    tables = recording.metadata.get("configuration")
+    if not isinstance(tables, dict):
+        raise ConfigurationError(f"{recording.path} contains no configuration: give --config")
+    used = {name: tables[name] for name in EVALUATED_SECTIONS if name in tables}
+    return parse(used, str(recording.path)).with_calibration(load_calibration(calibration))
 
 
 def _check_files(files: EvaluationFiles) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,6 +16,12 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
 Seconds = Annotated[
     float | None,
     typer.Option("--seconds", min=0.0, help="End after this time, in s; by default, end at Ctrl-C."),
+]
+FromS = Annotated[
+    float | None, typer.Option("--from-s", help="Start at this time after the start of the recording, in s.")
+]
+ToS = Annotated[
+    float | None, typer.Option("--to-s", help="End at this time after the start of the recording, in s.")
 ]
 Switch = Annotated[
     law.Switch | None,
@@ -40,3 +47,8 @@ Out = Annotated[
     Path | None, typer.Option("--out", "-o", help="Write the result to this file, instead of the terminal.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an output file that exists.")]
+
+
+def span(from_s: float | None, to_s: float | None) -> tuple[float, float]:
+    """Return a time range [s]. A missing start is minus infinity, a missing end is infinity."""
+    return -math.inf if from_s is None else from_s, math.inf if to_s is None else to_s

@@ -10,18 +10,12 @@ from typing import Annotated
 import typer
 
 from pneuforce.instrument.cli.option_groups import expand_options
-from pneuforce.instrument.cli.options import Json, Overwrite, Seconds
+from pneuforce.instrument.cli.options import FromS, Json, Overwrite, Seconds, ToS, span
 from pneuforce.instrument.cli.reference_options import ReferenceOptions
 
 commands = typer.Typer()
 
 RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="The recording.")]
-FromS = Annotated[
-    float | None, typer.Option("--from-s", help="Start at this time after the start of the recording, in s.")
-]
-ToS = Annotated[
-    float | None, typer.Option("--to-s", help="End at this time after the start of the recording, in s.")
-]
 
 
 class ExportFormat(Enum):
@@ -113,34 +107,61 @@ def export(
     from pneuforce.instrument.cli.export import ExportOptions, export
 
     name = form.value if form else None
-    options = ExportOptions(out, name, *_span(from_s, to_s), reference.input(), contacts, overwrite)
+    options = ExportOptions(out, name, *span(from_s, to_s), reference.input(), contacts, overwrite)
     raise typer.Exit(export(file, options, as_json))
 
 
 @commands.command()
+@expand_options
 def evaluate(
     file: RecordingFile,
     config: Annotated[
-        Path, typer.Option("--config", help="The instrument.toml with the calibration to evaluate with.")
-    ],
+        Path | None,
+        typer.Option("--config", help="The instrument.toml with the calibration to evaluate with."),
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            "--calibration", help="Calibration file to evaluate with, instead of that of the configuration."
+        ),
+    ] = None,
     contacts: Annotated[
         Path | None, typer.Option("--contacts", help="Write one row per contact to this .csv or .parquet.")
     ] = None,
     samples: Annotated[
         Path | None, typer.Option("--samples", help="Write one row per sample to this .csv or .parquet.")
     ] = None,
+    reference_gain_percent: Annotated[
+        float | None,
+        typer.Option(
+            help="With --reference: standard uncertainty of the gain of the reference sensor, in %.",
+            min=0.0,
+            max=10.0,
+        ),
+    ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
+    *,
+    reference: ReferenceOptions,
 ) -> None:
     """Compute the forces of a recording again, with another calibration, and compare them.
 
-    The instrument computes all forces from the recorded inputs. The recording is not changed.
+    The instrument computes all forces from the recorded inputs. The recording is not changed. Without
+    --config, the configuration in the recording is used. With --reference, the command also shows the share
+    of contacts whose reference force is within ±2u.
 
     Example: pneuforce evaluate press.recording --config instrument.toml --contacts evaluated-contacts.csv
-    """
-    from pneuforce.instrument.cli.evaluate import EvaluationFiles, evaluate
 
-    raise typer.Exit(evaluate(file, config, EvaluationFiles(contacts, samples, overwrite), as_json))
+    Example: pneuforce evaluate press.recording --calibration calibration.toml --reference cell.csv
+    """
+    from pneuforce.errors import ConfigurationError
+    from pneuforce.instrument.cli.evaluate import EvaluationFiles, EvaluationInput, evaluate
+
+    given = reference.input()
+    if given is None and reference_gain_percent is not None:
+        raise ConfigurationError("--reference-gain-percent can be used only with --reference")
+    inputs = EvaluationInput(file, config, calibration, given, (reference_gain_percent or 0.0) / 100)
+    raise typer.Exit(evaluate(inputs, EvaluationFiles(contacts, samples, overwrite), as_json))
 
 
 @commands.command()
@@ -177,14 +198,8 @@ def plot(
     from pneuforce.instrument.cli.plot import plot
     from pneuforce.instrument.validation.recording_plot import PlotOptions
 
-    span = _span(from_s, to_s)
-    options = PlotOptions(file, out, *span, by_pressure, reference.input(), title, overwrite)
+    options = PlotOptions(file, out, *span(from_s, to_s), by_pressure, reference.input(), title, overwrite)
     raise typer.Exit(plot(options, config))
-
-
-def _span(from_s: float | None, to_s: float | None) -> tuple[float, float]:
-    """Return a time range [s]. A missing start is minus infinity, a missing end is infinity."""
-    return -math.inf if from_s is None else from_s, math.inf if to_s is None else to_s
 
 
 @commands.command()

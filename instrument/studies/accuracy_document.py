@@ -9,6 +9,7 @@ from typing import NamedTuple
 from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
 from pneuforce.instrument.studies.balloon_population import WEIGHT_G
 from pneuforce.instrument.studies.population_study import PopulationScores
+from pneuforce.instrument.studies.timed_membrane import CONTACT, POLYTROPIC, RigScore
 from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores
 
 CONTACTS_PER_CALIBRATION = 24
@@ -77,6 +78,24 @@ TITLES = {
     "published": "The published balloon, which follows the energetic law",
     "membrane": "The rubber balloon, which is not fitted to the law",
 }
+TIMED = """\
+## The method `membrane` on the rig in time
+
+The population above has no time: its contacts begin at the true ΔP_i. Here, the simulated rig plays the
+contacts in time, and its gas heats and cools in each contact (gas exponent {polytropic:g}, 0.3 s). The
+next contact begins 1.5 s after the release of the contact before. The rubber balloon slides in part
+(`contact = {contact:g}`). Each of the {rigs} rigs has other errors of the gain (±1 %) and of P_0 (1 kPa). The
+radius is measured without an error, and one weight of {weight_g:.0f} g calibrates the grip. The contacts of
+the table were not used for the calibration.
+
+| estimator | {contacts} contacts | samples within ±2u | force without contact |
+| --- | --- | --- | --- |
+| membrane, radius, one weight | {cell} | {samples:.1f} % | {false:.2f} % of the time |
+
+*Samples within ±2u* is the share of all samples with a valid force, also while the force changes and
+without contact. *Force without contact* is the share of the time without a true force in which a force
+above 0 N was shown. This is a short time after each release.
+"""
 CLOSING = """\
 ## Interpretation
 
@@ -107,7 +126,10 @@ class BalloonAccuracy(NamedTuple):
 
 
 def document(
-    campaign: AccuracyCampaign, population: PopulationScores, results: Mapping[str, BalloonAccuracy]
+    campaign: AccuracyCampaign,
+    population: PopulationScores,
+    results: Mapping[str, BalloonAccuracy],
+    timed: RigScore,
 ) -> Iterator[str]:
     """Yield the lines of the document. The keys of `results` are the kinds of simulated balloon."""
     yield introduction(campaign, population)
@@ -118,7 +140,22 @@ def document(
         yield ""
         yield rejected_calibrations(result.rejected, campaign.calibrations)
         yield ""
+    yield timed_section(timed)
     yield CLOSING
+
+
+def timed_section(timed: RigScore) -> str:
+    """Return the section about the method "membrane" on rigs in time."""
+    return TIMED.format(
+        rigs=timed.rigs,
+        contacts=timed.contacts,
+        polytropic=POLYTROPIC,
+        contact=CONTACT,
+        weight_g=WEIGHT_G,
+        cell=_cell(timed.score),
+        samples=timed.samples_percent,
+        false=timed.false_contact_percent,
+    )
 
 
 def introduction(campaign: AccuracyCampaign, population: PopulationScores) -> str:

@@ -25,6 +25,7 @@ from pneuforce.instrument.studies.accuracy_document import (
 )
 from pneuforce.instrument.studies.population_study import PopulationScores
 from pneuforce.instrument.studies.reference_contacts import as_csv
+from pneuforce.instrument.studies.timed_membrane import RigScore
 from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores, score_estimators
 from pneuforce.sim.scenario import PlantTable
 from pneuforce.support.columns import Points
@@ -115,6 +116,11 @@ def population_to_json(scores: PopulationScores) -> dict[str, object]:
         "rejected_calibrations": scores.rejected,
         "estimators": {estimator.name: _scores_to_json(estimator) for estimator in scores.estimators},
     }
+
+
+def rig_score_to_json(score: RigScore) -> dict[str, object]:
+    """Return the results on rigs in time as a JSON object."""
+    return {**score._asdict(), "score": _nan_to_none(score.score)}
 
 
 def _scores_to_json(estimator: EstimatorScores) -> dict[str, object]:

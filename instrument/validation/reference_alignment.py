@@ -42,6 +42,7 @@ class AlignedReference(NamedTuple):
     free_force_n: float  #: reading of the reference sensor without contact; NaN if it is not known
     tare: bool  #: True if `free_force_n` was subtracted
     warnings: tuple[str, ...]  #: signs of a wrong offset, unit or zero
+    is_doubtful: bool = False  #: True if the offset or the unit is probably wrong
 
     @property
     def zero_n(self) -> float:
@@ -84,14 +85,12 @@ def align_reference(reference: Points, given: ReferenceInput, course: PressureCo
     free_n = course.free_force_n(at_recording)
     zero_n = free_n if given.tare and math.isfinite(free_n) else 0.0
     wrong_offset = offset_warning(offset, course, signal) if given.offset_s is not None else ""
-    warnings = (
-        wrong_offset,
-        "" if wrong_offset else unit_warning(course.contacts, at_recording, given.columns.unit),
-        "" if given.tare else zero_warning(free_n),
-    )
+    wrong_unit = "" if wrong_offset else unit_warning(course.contacts, at_recording, given.columns.unit)
+    warnings = (wrong_offset, wrong_unit, "" if given.tare else zero_warning(free_n))
     force = shifted(reference, offset.offset_s, zero_n)
     known = tuple(filter(None, warnings))
-    return AlignedReference(force, offset, given.offset_s is not None, free_n, given.tare, known)
+    is_doubtful = bool(wrong_offset or wrong_unit)
+    return AlignedReference(force, offset, given.offset_s is not None, free_n, given.tare, known, is_doubtful)
 
 
 def _clock_offset(signal: Signal, given_s: float | None, course: PressureCourse) -> ClockOffset:

@@ -74,6 +74,12 @@ class PressureCourse:
         self.t_s, self.baseline_kpa, self.rise_kpa, self.quality = map(np.array, self._columns)
         self.contacts = self._collector.contacts()
 
+    def select(self, from_s: float, to_s: float) -> None:
+        """Keep only the contacts between two times since the beginning of the recording [s]."""
+        self.contacts = [
+            contact for contact in self.contacts if from_s <= contact.begin_s and contact.end_s <= to_s
+        ]
+
     @property
     def signal(self) -> Signal:
         """Return the pressure rise over time, 0 without contact."""

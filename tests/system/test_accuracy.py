@@ -48,3 +48,11 @@ def test_the_law_is_accurate_on_the_published_balloon_away_from_the_step(results
 def test_a_calibration_that_is_no_better_than_the_law_is_counted_as_rejected(results):
     assert results["published"]["rejected_calibrations"]["energetic, calibrated"] == 1
     assert set(results["membrane"]["rejected_calibrations"].values()) == {0}
+
+
+def test_the_method_membrane_shows_no_force_of_cold_gas_on_the_rig_in_time(results):
+    timed = results["membrane_in_time"]
+    assert timed["contacts"] > 10
+    assert timed["score"]["coverage_percent"] > 85
+    assert timed["samples_percent"] > 95
+    assert timed["false_contact_percent"] < 0.5

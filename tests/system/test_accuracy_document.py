@@ -13,12 +13,14 @@ from pneuforce.instrument.studies.accuracy_document import (
 )
 from pneuforce.instrument.studies.accuracy_study import CALIBRATED, UNCALIBRATED
 from pneuforce.instrument.studies.population_study import ESTIMATORS, PopulationScores
+from pneuforce.instrument.studies.timed_membrane import RigScore
 from pneuforce.instrument.validation.accuracy import AccuracyScore, EstimatorScores
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/accuracy.md").read_text(encoding="utf-8")
 COMMAND = re.compile(r"--contacts (\d+) --calibrations (\d+) --seed (\d+) --balloons (\d+)")
 OTHER_FIGURES = re.compile(
-    r"(?m)all \d+ contacts|^\| \d+ %|\d+\.\d\s%\sof\sthe\scontacts|calibrations:[^.]*\."
+    r"(?m)(all )?\d+ contacts|^\| \d+ %|\| \d+\.\d %|\d\.\d\d % of the time|"
+    r"\d+\.\d\s%\sof\sthe\scontacts|calibrations:[^.]*\."
 )
 FIGURES = re.compile(r"\d+(\.\d+)? % · \d\.\d{3} N · \d+ %")
 
@@ -35,7 +37,8 @@ def test_the_document_is_the_output_for_the_campaign_that_it_names():
         dict.fromkeys(ESTIMATORS, 0),
         dict.fromkeys(ESTIMATORS, 0),
     )
-    generated = "\n".join(document(campaign, population, dict.fromkeys(TITLES, result))) + "\n"
+    timed = RigScore(campaign.calibrations, 1, score, 98.0, 0.1)
+    generated = "\n".join(document(campaign, population, dict.fromkeys(TITLES, result), timed)) + "\n"
     assert DOCUMENT.endswith(CLOSING + "\n")
 
     def without_figures(text):

@@ -146,6 +146,24 @@ def test_export_and_plot_align_the_reference_in_the_same_way(folder, tmp_path):
     assert plotted.stdout.splitlines()[1:] == output.splitlines()[1:]
 
 
+def test_only_the_contacts_of_a_part_of_the_recording_are_paired(folder):
+    words = ("--reference", folder / "logger.csv", *LOGGER)
+    rows = paired(folder, *words)["paired"]
+    first_s, last_s = rows[2]["begin_s"] - 1.0, rows[4]["begin_s"] + 2.0
+    part = paired(folder, *words, "--from-s", str(first_s), "--to-s", str(last_s))["paired"]
+    assert [row["contact"] for row in part] == [row["contact"] for row in rows[2:5]]
+    assert pneuforce("calibrate", "contacts", "--from-s", "1").returncode == 2
+
+
+def test_a_probably_wrong_unit_or_offset_has_an_exit_code(folder, tmp_path):
+    words = ("--from", folder / "a.recording", "--reference", folder / "cell.csv")
+    for number, wrong in enumerate((("--unit", "gf"), ("--offset", "0.4"))):
+        out = tmp_path / f"{number}.csv"
+        done = pneuforce("calibrate", "contacts", *words, *wrong, "--out", out, "--json")
+        assert done.returncode == 1
+        assert json.loads(done.stdout)["warnings"]
+
+
 def test_an_option_of_the_reference_needs_a_reference(folder, tmp_path):
     for words in (("export", folder / "a.recording", tmp_path / "a.csv"), ("plot", folder / "a.recording")):
         rejected = pneuforce(*words, "--tare", "--unit", "mN")

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import shutil
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -9,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from pneuforce.instrument.calibration.file import empty as empty_calibration
+from pneuforce.instrument.calibration.file import to_toml
 from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.config import Configuration, load
 from pneuforce.instrument.core.controller import Instrument
@@ -129,6 +132,8 @@ def test_a_file_is_replaced_only_on_request_and_an_invalid_file_is_rejected(reco
     assert out.read_text() == "old"
     assert pneuforce("evaluate", recording, "--config", Path("/nowhere.toml")).returncode == 78
     assert pneuforce("evaluate", GOLDEN, "--config", config).returncode == 2
+    assert pneuforce("evaluate", recording).returncode == 2
+    assert pneuforce("evaluate", recording, "--reference-gain-percent", "1").returncode == 2
 
 
 def test_a_recording_of_another_version_is_evaluated_with_a_remark(entries, config, tmp_path):
@@ -170,3 +175,32 @@ def test_a_plot_with_a_configuration_shows_the_evaluated_forces(recording, confi
     assert mean not in drawn(recording, out, by_pressure=True)[0]
     assert drawn(recording, out, config)[1] == len(contacts)
     assert drawn(recording, out, config, to_s=contacts[-1]["begin_s"] - 0.1)[1] == len(contacts) - 1
+
+
+def with_reference(recording, reference, *words):
+    """Evaluate the recording with its own configuration, an empty calibration and a reference."""
+    empty = recording.with_name("empty.toml")
+    empty.write_text(to_toml(empty_calibration(0)))
+    options = ("--calibration", empty, "--reference", reference, "--offset", "0", *words)
+    done = pneuforce("evaluate", recording, *options, "--json")
+    assert done.returncode in (0, 1), done.stderr
+    return done.returncode, json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(("factor", "within"), [(1.0, True), (2.9, False)])
+def test_the_share_of_contacts_within_2u_of_a_reference_is_shown(recording, tmp_path, factor, within):
+    with open_recording(recording) as source:
+        rows = [
+            f"{m.t_s - source.begin_s:.6f},{factor * m.force_n:.5f}\n"
+            for m in source.samples()
+            if math.isfinite(m.force_n)
+        ]
+    reference = tmp_path / "cell.csv"
+    reference.write_text("".join(["t_s,force_n\n", *dict.fromkeys(rows)]))
+    returncode, facts = with_reference(recording, reference, "--reference-gain-percent", "0.5")
+    rows = facts["reference"]["contacts"]
+    assert returncode == 0
+    assert rows
+    assert facts["reference"]["within_2u"] == (len(rows) if within else 0)
+    assert all(row["reference_n"] == pytest.approx(factor * row["force_n"], rel=0.01) for row in rows)
+    assert all(row["reference_std_n"] >= 0.005 * row["reference_n"] for row in rows)

@@ -1,0 +1,61 @@
+"""Forces of the instrument in the plateaus of a reference force: their error, and the coverage of ±2u."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pneuforce.instrument.validation.reference_pairs import PLATEAU_S, PairedContact
+
+
+class PlateauForce(NamedTuple):
+    """Mean forces in one plateau. The force of the instrument is NaN if a sample of it has no force."""
+
+    contact: int  #: number of the contact in the recording
+    begin_s: float  #: time of the start of the plateau
+    force_n: float
+    force_std_n: float
+    reference_n: float
+    reference_std_n: float  #: scatter of the readings, and gain of the reference sensor
+
+    @property
+    def is_within(self) -> bool:
+        """Return True if the reference is within ±2u. u contains the uncertainty of both forces."""
+        return abs(self.force_n - self.reference_n) <= 2 * math.hypot(self.force_std_n, self.reference_std_n)
+
+
+class PlateauForces:
+    """Means of the force of the instrument over the plateaus of a reference."""
+
+    def __init__(self, plateaus: Sequence[PairedContact], reference_gain_std: float = 0.0) -> None:
+        """Store the plateaus. `reference_gain_std` is the relative standard uncertainty of the gain."""
+        self._plateaus = sorted(plateaus, key=lambda plateau: plateau.begin_s)
+        self._gain_std = reference_gain_std
+        self._sums = [(0, 0.0, 0.0)] * len(self._plateaus)  # number of samples, sum of forces, sum of u
+        self._present = 0
+
+    def add(self, t_s: float, force_n: float, std_n: float) -> None:
+        """Add one sample of the instrument, in order of time since the beginning of the recording [s]."""
+        while (
+            self._present < len(self._plateaus) and t_s >= self._plateaus[self._present].begin_s + PLATEAU_S
+        ):
+            self._present += 1
+        if self._present < len(self._plateaus) and t_s >= self._plateaus[self._present].begin_s:
+            count, forces_n, stds_n = self._sums[self._present]
+            self._sums[self._present] = count + 1, forces_n + force_n, stds_n + std_n
+
+    def results(self) -> list[PlateauForce]:
+        """Return the mean force in each plateau that has samples."""
+        return [
+            PlateauForce(
+                plateau.contact,
+                plateau.begin_s,
+                forces_n / count,
+                stds_n / count,
+                plateau.force_n,
+                math.hypot(plateau.force_std_n, self._gain_std * plateau.force_n),
+            )
+            for plateau, (count, forces_n, stds_n) in zip(self._plateaus, self._sums, strict=True)
+            if count
+        ]
