@@ -38,6 +38,7 @@ class Stack:
     modbus_port: int
     can_port: int
     control_port: int
+    local_socket: Path  #: local socket of the instrument, for recorders
     line: SerialProxy | None  #: disturbable serial line between rig and instrument
     can_node: int = DEFAULT_NODE_ID
     ports: Mapping[str, int | None] = field(default_factory=dict)  #: in the JSON line of the instrument
@@ -92,7 +93,18 @@ def start(
     )
     ports = host.ready(stop)  # before the instrument is ready, another program could answer on its port
     node_id = can.get("node_id", DEFAULT_NODE_ID)
-    return Stack(sim, hub, host, modbus["port"], can["port"], control_port, line, node_id, ports)
+    return Stack(
+        sim,
+        hub,
+        host,
+        modbus["port"],
+        can["port"],
+        control_port,
+        Path(str(local["socket"])),
+        line,
+        node_id,
+        ports,
+    )
 
 
 def toml(tables: Tables) -> str:

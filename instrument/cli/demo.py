@@ -85,6 +85,7 @@ def _display(
     if not sys.stdout.isatty():
         print(ports.url, flush=True)
         print(f"control port of the simulator: {processes.control_port}", flush=True)
+        print(f"local socket for pneuforce record: {processes.local_socket}", flush=True)
         shown = ""
 
         def print_lines(elapsed_s: float) -> None:

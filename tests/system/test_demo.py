@@ -100,6 +100,7 @@ def test_the_demo_inflates_again_after_the_computer_was_suspended_and_reports_wh
     demo.process.terminate()
     stdout, _ = demo.process.communicate(timeout=5)
     assert re.search(r"\(fault \d+\)", stdout), stdout
+    assert re.search(r"^local socket .*/pneuforce\.sock$", stdout, re.MULTILINE), stdout
 
 
 def test_the_demo_does_not_clear_a_fault_of_the_rig(demo):
