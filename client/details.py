@@ -45,6 +45,10 @@ class Details:
     map_version: int | None = None  #: version of the register map
     map_hash: int | None = None  #: hash of all declarations of all buses
     configuration_hash: int | None = None  #: hash of the configuration and the calibration
+    configuration_signature: str | None = (
+        None  #: signature at the start: "signed" by a trusted key, "altered"
+    )
+    calibration_signature: str | None = None  #: the same for the calibration; "no_file" without one
 
 
 def fault_of(code: int) -> LatchedFault | None:
@@ -94,6 +98,8 @@ def details_of(registers: Mapping[str, Any]) -> Details:
                 "map_version",
                 "map_hash",
                 "configuration_hash",
+                "configuration_signature",
+                "calibration_signature",
             )
         },
     )

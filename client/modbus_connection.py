@@ -28,7 +28,7 @@ _MEASURED = range(26)
 _MAP_VERSION = range(768, 769)
 _FIRST_OUT_FAULT = range(778, 779)
 _REQUESTED = range(512, 547)
-_IDENTITY = range(768, 798)
+_IDENTITY = range(768, 800)
 
 
 class ModbusSensorConnection:

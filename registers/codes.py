@@ -129,6 +129,7 @@ COMMANDS = Enumeration(
 )
 ANSWERS = Enumeration({0: "idle", 1: "busy", 2: "done", 3: "failed"})
 FIRMWARE_ORIGINS = Enumeration({0: "not_reported", 1: "current", 2: "other_version", 3: "unknown"})
+SIGNATURES = Enumeration({0: "unsigned", 1: "signed", 2: "altered", 3: "unknown_key", 4: "no_file"})
 AMBIENT_SOURCES = Enumeration({0: "configured", 1: "measured"})
 METHODS = Enumeration(
     {

@@ -105,6 +105,8 @@ _INSTRUMENT = (
             "map_version": "header.map_version",
             "map_hash": "header.map_hash",
             "configuration_hash": "header.configuration_hash",
+            "configuration_signature": "snapshot.configuration_signature",
+            "calibration_signature": "snapshot.calibration_signature",
             "serial_number": "header.serial_number",
             "board": "health.rig.board",
             "firmware": "health.rig.firmware",

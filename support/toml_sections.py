@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import tomllib
-from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.support.atomic_file import read_file
 from pneuforce.support.validation_errors import format_errors, format_key
 
 
@@ -22,25 +20,12 @@ class Section(BaseModel):
 AnySection = TypeVar("AnySection", bound=Section)
 
 
-def read_tables(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the tables of a TOML file.
-
-    Raises ConfigurationError if the file cannot be read or is not TOML. `remedy` is the part of the message
-    that says how to get such a file.
-    """
-    return parse_tables(read_text(path, remedy), str(path))
-
-
-def read_text(path: Path, remedy: str) -> str:
-    """Return the text of a file.
-
-    Raises ConfigurationError if the file cannot be read or is not UTF-8. `remedy` is the part of the message
-    that says how to get such a file.
-    """
+def decode_text(content: bytes, name: str) -> str:
+    """Return the text in the content of the file `name`. Raises ConfigurationError if it is not UTF-8."""
     try:
-        return read_file(path, remedy).decode("utf-8")
+        return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
+        raise ConfigurationError(f"{name}: cannot be read: {error}") from None
 
 
 def parse_tables(text: str, name: str) -> dict[str, Any]:

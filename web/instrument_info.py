@@ -18,7 +18,7 @@ from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTI
 
 #: State of the board during a proof test. The state register shows "holding".
 PROOF_TEST_STATE = 7
-_IDENTITY = ("version", "configuration_hash", "serial_number", "simulated")
+_IDENTITY = ("version", "configuration_hash", "signatures", "serial_number", "simulated")
 
 
 def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]:

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 61FAFA66h (registers 768 and 770).
+ * Map version 1, hash 54631BA1h (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x61FAFA66)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x54631BA1)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -102,6 +102,8 @@
 #define PNEUFORCE_ADDRESS_FIRMWARE_VERSION 794
 #define PNEUFORCE_ADDRESS_FIRMWARE_ORIGIN 795
 #define PNEUFORCE_ADDRESS_FIRMWARE_IMAGE 796
+#define PNEUFORCE_ADDRESS_CONFIGURATION_SIGNATURE 798
+#define PNEUFORCE_ADDRESS_CALIBRATION_SIGNATURE 799
 #define PNEUFORCE_ADDRESS_TEST_FLOAT 3840
 #define PNEUFORCE_ADDRESS_TEST_LONG 3842
 #define PNEUFORCE_ADDRESS_TEST_INT 3844
@@ -839,6 +841,20 @@ static inline bool pneuforce_firmware_origin(const uint16_t *from_768, uint16_t 
 static inline bool pneuforce_firmware_image(const uint16_t *from_768, bool low_word_first, uint32_t *value)
 {
     *value = pneuforce_bits(from_768 + 28, low_word_first);
+    return true;
+}
+
+/* 798: Signature of the configuration file at the start. 1: a trusted key has signed it. */
+static inline bool pneuforce_configuration_signature(const uint16_t *from_768, uint16_t *value)
+{
+    memcpy(value, from_768 + 30, sizeof *value);
+    return true;
+}
+
+/* 799: Signature of the calibration file at the start. 4: no calibration file is used. */
+static inline bool pneuforce_calibration_signature(const uint16_t *from_768, uint16_t *value)
+{
+    memcpy(value, from_768 + 31, sizeof *value);
     return true;
 }
 

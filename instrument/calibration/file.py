@@ -18,12 +18,13 @@ from pneuforce.instrument.calibration.sections import (
     VolumePart,
 )
 from pneuforce.support import atomic_file
+from pneuforce.support.atomic_file import read_file
 from pneuforce.support.toml_sections import (
     AnySection,
     Section,
+    decode_text,
     format_section,
     parse_tables,
-    read_text,
     validate_tables,
 )
 
@@ -73,10 +74,20 @@ def load(path: Path) -> Calibration:
 
     Raises ConfigurationError, which names the file, and for an invalid value also the key and its range.
     """
-    text = read_text(path, f"pneuforce calibrate force reference-contacts.csv --out {path} creates it")
+    return parse(read_file(path, remedy(path)), str(path))
+
+
+def remedy(path: Path) -> str:
+    """Return how to get a calibration file, for the message about a missing file."""
+    return f"pneuforce calibrate force reference-contacts.csv --out {path} creates it"
+
+
+def parse(content: bytes, name: str) -> Calibration:
+    """Return the calibration in the content of the file `name`. Raises ConfigurationError as `load`."""
+    text = decode_text(content, name)
     if not _END_MARKER.search(text):
-        raise ConfigurationError(f"{path}: cut short: its last lines, [end] and whole = true, are missing")
-    return validated(Calibration, parse_tables(text, str(path)), str(path))
+        raise ConfigurationError(f"{name}: cut short: its last lines, [end] and whole = true, are missing")
+    return validated(Calibration, parse_tables(text, name), name)
 
 
 def validated(section: type[AnySection], values: dict[str, Any], name: str) -> AnySection:

@@ -19,10 +19,11 @@ from pneuforce.instrument.cli import (
     overview,
     recording_commands,
     rig_commands,
+    sign_commands,
     sim_commands,
     watch_command,
 )
-from pneuforce.instrument.cli.options import Json, Seconds
+from pneuforce.instrument.cli.options import Json, RequireSignedBy, Seconds
 from pneuforce.instrument.cli.sim_commands import BoardName, BoardOption, ScenarioName, Seed
 
 app = typer.Typer(
@@ -43,6 +44,7 @@ app.add_typer(recording_commands.commands)
 app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(log_commands.commands, name="log")
 app.add_typer(certificate_commands.commands, name="certificates")
+app.add_typer(sign_commands.commands, name="sign")
 app.add_typer(sim_commands.commands, name="sim")
 app.add_typer(files.commands)
 app.add_typer(overview.commands)
@@ -140,6 +142,7 @@ def run(
     record: Annotated[
         Path | None, typer.Option(help="Record everything from the start into this new file.")
     ] = None,
+    require_signed_by: RequireSignedBy = None,
 ) -> None:
     """Run the instrument with a real rig and real buses until Ctrl-C or SIGTERM, then vent and exit.
 
@@ -152,7 +155,7 @@ def run(
     from pneuforce.instrument.service.start_checks import load_checked
     from pneuforce.instrument.service.web_process import web_files
 
-    configuration = load_checked(config)
+    configuration = load_checked(config, require_signed_by)
     if record and not configuration.local.socket:
         raise ConfigurationError(
             "--record needs the local socket, and local.socket is empty: set it in the configuration"
@@ -196,6 +199,7 @@ def config(
         list[Path] | None,
         typer.Option("--check", help="Check this file; repeat it for all instruments of a computer."),
     ] = None,
+    require_signed_by: RequireSignedBy = None,
     as_json: Json = False,
 ) -> None:
     """Print an example configuration, or check an instrument.toml.
@@ -208,7 +212,9 @@ def config(
 
     if as_json and not check:
         raise ConfigurationError("--json is valid only with --check: the example is printed as TOML")
+    if require_signed_by and not check:
+        raise ConfigurationError("--require-signed-by is valid only with --check")
     if example or not check:
         typer.echo(example_text(), nl=False)
     if check:
-        check_config(check, as_json)
+        check_config(check, as_json, require_signed_by)

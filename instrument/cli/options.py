@@ -23,6 +23,13 @@ FromS = Annotated[
 ToS = Annotated[
     float | None, typer.Option("--to-s", help="End at this time after the start of the recording, in s.")
 ]
+RequireSignedBy = Annotated[
+    Path | None,
+    typer.Option(
+        help="Refuse a configuration or a calibration that no key in this file of trusted keys has signed.",
+        metavar="TRUSTED-KEYS",
+    ),
+]
 Switch = Annotated[
     law.Switch | None,
     typer.Option(

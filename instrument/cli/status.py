@@ -152,6 +152,8 @@ def _versions(details: Details) -> dict[str, Any]:
         "map_version": details.map_version,
         "map_hash": _hexadecimal(details.map_hash),
         "configuration_hash": _hexadecimal(details.configuration_hash),
+        "configuration_signature": details.configuration_signature,
+        "calibration_signature": details.calibration_signature,
         "serial_number": details.serial_number,
         "method": details.method,
         "calibration_date": details.calibration_date,

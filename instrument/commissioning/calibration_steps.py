@@ -42,6 +42,8 @@ from pneuforce.instrument.calibration.volume import VolumeFit
 from pneuforce.instrument.config import Configuration, read
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.force_tables import ProgressCallback, force_table
+from pneuforce.instrument.signing.signed_file import SignatureState, read_signed
+from pneuforce.instrument.signing.trusted_keys import NO_TRUSTED_KEYS
 from pneuforce.support.atomic_file import check_writable, read_file
 from pneuforce.support.columns import Points, parse_points
 
@@ -222,7 +224,15 @@ def _save(name: str, part: CalibrationPart, instrument: _Instrument, target: Cal
     file.save(calibration, target.out)
     old = getattr(instrument.calibration, name)
     replaced = f"; it replaces the {name} calibration of {old.date}" if old else ""
-    return [*notes, f"written to {target.out}{replaced}"]
+    return [*notes, *_signature_note(target.out), f"written to {target.out}{replaced}"]
+
+
+def _signature_note(file: Path) -> list[str]:
+    if read_signed(file, NO_TRUSTED_KEYS).signature.state is not SignatureState.ALTERED:
+        return []
+    return [
+        f"the signature of {file} is no longer valid: sign the file again with pneuforce sign file {file}"
+    ]
 
 
 def _applied(

@@ -14,7 +14,8 @@ from pydantic import BaseModel
 from pneuforce.errors import ConfigurationError, ConfigurationFileError
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.file import Calibration
-from pneuforce.instrument.calibration.file import load as load_calibration
+from pneuforce.instrument.calibration.file import parse as parse_calibration
+from pneuforce.instrument.calibration.file import remedy as calibration_remedy
 from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.config.network_sections import (
     CanSection,
@@ -38,7 +39,16 @@ from pneuforce.instrument.core.settings import Identity, Settings
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, ForceLaw
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
-from pneuforce.support.toml_sections import Section, format_value, read_tables, validate_tables
+from pneuforce.instrument.signing.signed_file import FileSignatures, read_signed
+from pneuforce.instrument.signing.trusted_keys import NO_TRUSTED_KEYS, TrustedKeys
+from pneuforce.support.atomic_file import read_file
+from pneuforce.support.toml_sections import (
+    Section,
+    decode_text,
+    format_value,
+    parse_tables,
+    validate_tables,
+)
 from pneuforce.support.validation_errors import allowed_values
 
 __all__ = [
@@ -77,7 +87,8 @@ class Configuration(Section):
     web: WebSection = WebSection()
     identity: IdentitySection = IdentitySection()
     _calibration: Calibration | None = None
-    _calibration_warnings: tuple[str, ...] = ()
+    _file_warnings: tuple[str, ...] = ()
+    _signatures: FileSignatures = FileSignatures()
 
     @property
     def hash(self) -> int:
@@ -94,6 +105,11 @@ class Configuration(Section):
         return self._calibration.model_dump(mode="json") if self._calibration else None
 
     @property
+    def signatures(self) -> FileSignatures:
+        """Return the signatures of the configuration file and of the calibration file."""
+        return self._signatures
+
+    @property
     def warning(self) -> str:
         """Return a warning about valid settings that are probably a mistake; empty if there is none."""
         buses = (self.modbus, self.modbus_security, self.modbus_rtu, self.can, self.rdt)
@@ -108,7 +124,7 @@ class Configuration(Section):
             "the nodes by this number"
         )
         remarks = ((not served, unserved), (canopen and not self.identity.serial_number, unnumbered))
-        return "; ".join([*(text for applies, text in remarks if applies), *self._calibration_warnings])
+        return "; ".join([*(text for applies, text in remarks if applies), *self._file_warnings])
 
     @property
     def calibration_date(self) -> int:
@@ -168,6 +184,8 @@ class Configuration(Section):
                 configuration_hash=self.hash,
                 map_hash=map_hash,
                 balloon_id=self.balloon.id,
+                configuration_signature=self._signatures.configuration.state,
+                calibration_signature=self._signatures.calibration.state,
             ),
             **self.measurement.model_dump(
                 include={"reference_timeout_s", "ambient_timeout_s", "ambient_required"}
@@ -193,25 +211,32 @@ def absolute_paths(configuration_file: Path, section: Section, keys: Iterable[st
     return {key: str(path.absolute()) if path else "" for key, path in paths.items()}
 
 
-def load(path: Path) -> Configuration:
+def load(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> Configuration:
     """Return the configuration of a TOML file, with the calibration that the file names.
 
-    Raises ConfigurationFileError with file, key and allowed values.
+    The signatures of both files are checked with the trusted keys, before a file is parsed. Each file is read
+    once. Raises ConfigurationFileError with file, key and allowed values.
     """
-    configuration = read(path)
-    file = resolve_path(path, configuration.measurement.calibration)
-    if file is None:
-        return configuration
     try:
-        calibration = load_calibration(file)
+        content, signature = read_signed(path, trusted, _remedy(path))
     except ConfigurationError as error:
-        raise ConfigurationFileError(f"{path}: measurement.calibration: {error}") from None
-    try:
-        configuration = configuration.with_calibration(calibration)
-    except ConfigurationError as error:
-        raise ConfigurationFileError(f"{path}: measurement.calibration: {file}: {error}") from None
-    warnings = warnings_about(calibration, configuration.chain, date.today())
-    configuration._calibration_warnings = tuple(warnings)
+        raise ConfigurationFileError(str(error)) from None
+    configuration = _parse(content, path)
+    signatures, warnings = FileSignatures(signature), []
+    if file := resolve_path(path, configuration.measurement.calibration):
+        try:
+            content, signature = read_signed(file, trusted, calibration_remedy(file))
+            calibration = parse_calibration(content, str(file))
+        except ConfigurationError as error:
+            raise ConfigurationFileError(f"{path}: measurement.calibration: {error}") from None
+        try:
+            configuration = configuration.with_calibration(calibration)
+        except ConfigurationError as error:
+            raise ConfigurationFileError(f"{path}: measurement.calibration: {file}: {error}") from None
+        signatures = signatures._replace(calibration=signature)
+        warnings = warnings_about(calibration, configuration.chain, date.today())
+    configuration._signatures = signatures
+    configuration._file_warnings = (*warnings, *signatures.warnings(trusted))
     return configuration
 
 
@@ -220,11 +245,23 @@ def read(path: Path) -> Configuration:
 
     Raises ConfigurationFileError.
     """
-    remedy = f"pneuforce config --example > {path} writes an example"
     try:
-        tables = read_tables(path, remedy)
+        content = read_file(path, _remedy(path))
+    except ConfigurationError as error:
+        raise ConfigurationFileError(str(error)) from None
+    return _parse(content, path)
+
+
+def _remedy(path: Path) -> str:
+    return f"pneuforce config --example > {path} writes an example"
+
+
+def _parse(content: bytes, path: Path) -> Configuration:
+    """Return the configuration in the content of a file. Raises ConfigurationFileError."""
+    try:
+        tables = parse_tables(decode_text(content, str(path)), str(path))
         if not tables:
-            raise ConfigurationError(f"{path}: the file contains no table; {remedy}")
+            raise ConfigurationError(f"{path}: the file contains no table; {_remedy(path)}")
         return parse(tables, str(path))
     except ConfigurationError as error:
         raise ConfigurationFileError(str(error)) from None

@@ -16,6 +16,9 @@ class Identity:
     configuration_hash: int = 0
     map_hash: int = 0
     balloon_id: int = 0
+    #: Names of the states of the signatures, for example "signed".
+    configuration_signature: str = "unsigned"
+    calibration_signature: str = "no_file"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

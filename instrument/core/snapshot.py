@@ -100,6 +100,8 @@ class Snapshot(NamedTuple):
     event_log_records: int
     event_log_digest_1: int
     event_log_digest_2: int
+    configuration_signature: str
+    calibration_signature: str
 
 
 def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
@@ -252,6 +254,8 @@ def _identity_values(state: InstrumentState) -> dict[str, Any]:
         "event_log_records": head.records,
         "event_log_digest_1": head.digest_word(0),
         "event_log_digest_2": head.digest_word(1),
+        "configuration_signature": identity.configuration_signature,
+        "calibration_signature": identity.calibration_signature,
     }
 
 

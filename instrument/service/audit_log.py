@@ -68,7 +68,12 @@ def audited(
     writer = _opened(file) if file else None
     sink = PublishingAuditSink(writer or NullAuditSink(), broadcaster)
     audit_logger = AuditLogger(session, sink)
-    identity = {"map_hash": f"{MAP_HASH:08x}", "configuration_hash": f"{configuration.hash:08x}"}
+    identity = {
+        "map_hash": f"{MAP_HASH:08x}",
+        "configuration_hash": f"{configuration.hash:08x}",
+        "configuration_signature": str(configuration.signatures.configuration),
+        "calibration_signature": str(configuration.signatures.calibration),
+    }
     audit_logger.log_start(
         {"version": version("pneuforce"), **identity, "serial_number": configuration.identity.serial_number},
         time.monotonic(),

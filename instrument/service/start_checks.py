@@ -13,16 +13,22 @@ from pneuforce.instrument.service.collisions import check_collisions
 from pneuforce.instrument.service.modbus_security_server import gateway_socket, required
 from pneuforce.instrument.service.rtu_server import check_ports
 from pneuforce.instrument.service.web_process import web_process_of
+from pneuforce.instrument.signing.trusted_keys import trusted_keys_of
 
 MAX_SOCKET_PATH_BYTES = 107  #: longest path of a Unix socket (sun_path in sys/un.h, without the final zero)
 
 
-def load_checked(path: Path) -> Configuration:
+def load_checked(path: Path, require_signed_by: Path | None = None) -> Configuration:
     """Return the configuration of a TOML file after all checks that need no port.
 
+    If `require_signed_by` is a file of trusted keys, only files that are signed with these keys are accepted.
     Raises ConfigurationFileError with file, key and remedy.
     """
-    configuration = load(path)
+    try:
+        trusted = trusted_keys_of(path, require_signed_by)
+    except ConfigurationError as error:
+        raise ConfigurationFileError(str(error)) from None
+    configuration = load(path, trusted)
     try:
         if configuration.can.enabled:
             options_of(configuration.can)

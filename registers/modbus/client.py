@@ -31,7 +31,7 @@ __all__ = ["ModbusClient", "ModbusClientError", "NoAnswerError", "SerialPortErro
 #: Ranges of the registers that change.
 _CHANGING_RANGES = (range(51), range(64, 74), range(512, 558))
 #: Ranges of the registers that change seldom or never.
-_CONSTANT_RANGES = (range(768, 798), range(3840, 3845))
+_CONSTANT_RANGES = (range(768, 800), range(3840, 3845))
 #: Registers with the answer to a command.
 _ANSWER = range(524, 527)
 _COMMAND_POLL_S = 0.02

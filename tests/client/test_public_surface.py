@@ -79,6 +79,8 @@ ATTRIBUTES = {
         "balloon_id",
         "calibration_date",
         "configuration_hash",
+        "configuration_signature",
+        "calibration_signature",
         "firmware_image",
         "firmware_origin",
         "firmware_version",

@@ -72,6 +72,13 @@ function showLink({ up, reason, started_s, utc_offset_s }) {
   refresh();
 }
 
+/** Return who has signed the configuration and the calibration, or why a signature is not accepted. */
+function signatures(info) {
+  return Object.entries(info.signatures ?? {})
+    .map(([file, signature]) => `; signature of the ${file}: ${signature}`)
+    .join("");
+}
+
 /** Load the facts about the instrument, and retry until the request succeeds. Codes have no texts until then. */
 async function loadInfo() {
   try {
@@ -86,7 +93,7 @@ async function loadInfo() {
   const map = `register map ${info.map_version} (${info.map_hash})`;
   setText(
     byId("identity"),
-    `Version ${info.version}, ${map}, configuration ${info.configuration_hash ?? NOT_AVAILABLE}`,
+    `Version ${info.version}, ${map}, configuration ${info.configuration_hash ?? NOT_AVAILABLE}${signatures(info)}`,
   );
   refresh();
 }

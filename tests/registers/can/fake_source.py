@@ -11,6 +11,8 @@ _TEXT = {
     "mode": "hold",
     "ambient_source": "configured",
     "firmware_origin": "current",
+    "configuration_signature": "signed",
+    "calibration_signature": "no_file",
     "lease_holder": "none",
     "proof_test": "allowed",
     "reject_reason": "none",

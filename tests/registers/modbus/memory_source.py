@@ -36,6 +36,8 @@ AT_REST: dict[str, Any] = {
     "lease_holder": "none",
     "ambient_source": "configured",
     "firmware_origin": "current",
+    "configuration_signature": "signed",
+    "calibration_signature": "no_file",
     "proof_test": "allowed",
     "reject_reason": "none",
     "command_key": 0,

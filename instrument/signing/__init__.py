@@ -1,0 +1,1 @@
+"""Signatures of the configuration and the calibration, and the keys that an administrator trusts."""
