@@ -66,6 +66,7 @@ VIRTUAL_TIME = [
     "tests/system/test_links.py",
     "tests/system/test_model_document.py",
     "tests/system/test_plot.py",
+    "tests/system/test_security_page.py",
     "tests/system/test_shell_blocks.py",
     "tests/system/test_validate.py",
     "tests/system/test_validated_recording.py",
