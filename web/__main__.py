@@ -11,7 +11,6 @@ from __future__ import annotations
 import asyncio
 import errno
 import logging
-import os
 import socket
 import sys
 import time
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.priority import reduce_priority
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.tls_files import TlsFiles
 from pneuforce.web.app import WebServices, create_app
@@ -138,7 +138,7 @@ async def _send_heartbeats(services: WebServices) -> None:
 
 def main() -> int:
     """Run the web process. Return the exit code."""
-    os.nice(NICENESS)
+    reduce_priority(NICENESS)
     logging.basicConfig(format="%(message)s")
     options = WebProcessOptions(**read_options())
     try:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import errno
 import logging
-import os
 import socket
 import sys
 import time
@@ -21,6 +20,7 @@ from typing import Any, NamedTuple
 
 from pneuforce.registers.modbus_security.gateway import Gateway
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.priority import reduce_priority
 from pneuforce.support.tls_files import TlsFiles
 
 HEARTBEAT_PERIOD_S = 1.0
@@ -82,7 +82,7 @@ def open_listener(host: str, port: int) -> socket.socket:
 
 def main() -> int:
     """Run the gateway. Return the exit code."""
-    os.nice(NICENESS)
+    reduce_priority(NICENESS)
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     options = GatewayOptions(**read_options())
     files = TlsFiles(ca=options.ca, certificate=options.certificate, key=options.key, crl=options.crl)
