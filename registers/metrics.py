@@ -211,10 +211,10 @@ _PROTECTION = (
     ),
     _count(
         "failed_logins",
-        "Failed logins on the web page.",
+        "Failed logins on the web page, and requests that the login does not permit.",
         "health.counts.failed_logins",
         "reason",
-        _names(dict(enumerate(("wrong_token", "too_many_attempts")))),
+        _names(dict(enumerate(("wrong_password", "too_many_attempts", "not_logged_in", "not_permitted")))),
     ),
 )
 

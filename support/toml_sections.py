@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -14,6 +15,9 @@ from pneuforce.support.validation_errors import format_errors, format_key
 class Section(BaseModel):
     """Table of a TOML file. Unknown keys, wrong types and NaN are rejected; no value is converted."""
 
+    removed_keys: ClassVar[
+        Mapping[str, str]
+    ] = {}  #: keys of earlier versions, with what replaces each of them
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 

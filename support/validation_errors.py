@@ -7,7 +7,7 @@ from collections.abc import Callable
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, SecretStr, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from pneuforce.support.printable import printable
 
@@ -48,42 +48,21 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
     place = format_location(location, value) or "the table"
     if error["type"] == "extra_forbidden":
         table = model_at(table_type, location[:-1])
+        if removed := getattr(table, "removed_keys", {}).get(location[-1]):
+            return f"{place}: {removed}"
         return f"{place}: unknown key; known here: {', '.join(table.model_fields) if table else 'none'}"
     if error["type"] == "missing":
         return f"{place}: is missing"
-    secret = _is_secret(table_type, location)
     if error["type"] == "model_type":
-        return f"{place} = {'…' if secret else format_input(value)}: must be a table{_header(location)}"
+        return f"{place} = {format_input(value)}: must be a table{_header(location)}"
     if error["type"].startswith("union_tag"):
         return _unknown_tag(place, error)
     shown = "" if error["type"] == "value_error" and isinstance(value, dict) else f" = {format_input(value)}"
-    if secret:
-        shown = " = …"
     allowed = _allowed_values_at(table_type, location)
     message = error["msg"].removeprefix("Value error, ")
     return f"{place}{shown}: {message[:1].lower()}{message[1:]}" + (
         f"; allowed: {allowed}" if allowed else ""
     )
-
-
-def _is_secret(table_type: Any, location: Location) -> bool:
-    """Return True if the value at a location is secret, is a part of a secret value, or can contain one.
-
-    An error message must not contain such a value. The value may have a wrong type: a number, list or table.
-    """
-    for end in range(1, len(location) + 1):
-        table = model_at(table_type, location[: end - 1])
-        field = table.model_fields.get(str(location[end - 1])) if table else None
-        if field is not None and field.annotation is SecretStr:
-            return True
-    return _contains_secret(model_at(table_type, location))
-
-
-def _contains_secret(table: type[BaseModel] | None) -> bool:
-    """Return True if a table or one of its inner tables has a secret key."""
-    fields = table.model_fields.values() if table else ()
-    kinds = [_unwrapped(field.annotation) for field in fields]
-    return any(kind is SecretStr or (_is_model(kind) and _contains_secret(kind)) for kind in kinds)
 
 
 def _header(location: Location) -> str:

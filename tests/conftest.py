@@ -79,9 +79,10 @@ VIRTUAL_TIME = [
     "tests/web/test_http_requests.py",
     "tests/web/test_metrics.py",
     "tests/web/test_operator_texts.py",
-    "tests/web/test_operator_token.py",
+    "tests/web/test_login_limiter.py",
     "tests/web/test_request_pacer.py",
     "tests/web/test_request_guard.py",
+    "tests/web/test_sessions.py",
     "tests/web/test_vendored_files.py",
 ]
 #: Files with a long run time. They run first, so that no process runs such a file alone at the end.

@@ -20,6 +20,7 @@ LIBRARY_USERS = {
         "web/app.py",
         "web/http_json.py",
         "web/login.py",
+        "web/login_routes.py",
         "web/overview/server.py",
         "web/plain_http.py",
         "web/plain_page.py",

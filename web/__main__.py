@@ -26,11 +26,13 @@ from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
 from pneuforce.web.connection_limiter import ConnectionLimiter
 from pneuforce.web.event_stream import KEEP_ALIVE, EventBroadcaster
-from pneuforce.web.failed_logins import REPORT_PERIOD_S
 from pneuforce.web.instrument_client import InstrumentClient
 from pneuforce.web.listener import open_listener
 from pneuforce.web.login import Logins
+from pneuforce.web.login_events import REPORT_PERIOD_S
 from pneuforce.web.page_recorder import PageRecorder, RecordingFolder
+from pneuforce.web.sessions import WebSessions
+from pneuforce.web.user_directory import UserDirectory
 from pneuforce.web.web_server import WebServer, web_server
 
 BROADCAST_PERIOD_S = 0.05
@@ -46,9 +48,11 @@ class WebProcessOptions(NamedTuple):
     host: str
     port: int
     allow: list[str]
-    token: str
     certificate: str = ""  #: path of the certificate (PEM); empty: plain HTTP
     key: str = ""
+    users_file: str = ""  #: empty: no user can log in
+    session_idle_timeout_s: float = 3600.0
+    session_timeout_s: float = 43_200.0
     recordings: str = ""  #: folder of the recordings; empty: the page cannot record
     recording_max_mb: float = 4000.0
     recording_min_free_mb: float = 1000.0
@@ -69,7 +73,10 @@ def create_services(options: WebProcessOptions) -> WebServices:
         instrument=InstrumentClient(Path(options.socket), feed),
         broadcaster=EventBroadcaster(),
         limiter=ConnectionLimiter(options.allow),
-        logins=Logins(options.token),
+        logins=Logins(
+            UserDirectory(Path(options.users_file) if options.users_file else None),
+            WebSessions(options.session_idle_timeout_s, options.session_timeout_s),
+        ),
         recorder=PageRecorder(folder, Path(options.socket)),
         tls=RenewedContext(files, "the web page") if options.certificate else None,
     )
@@ -87,7 +94,8 @@ async def serve(services: WebServices, server: WebServer, listener: socket.socke
             services.instrument.run(),
             services.recorder.run(),
             _broadcast(services),
-            _report_failed_logins(services),
+            services.logins.directory.run(),
+            _report_logins(services),
             *([services.tls.follow()] if services.tls else []),
         ]
         tasks = [group.create_task(each) for each in endless]
@@ -111,10 +119,11 @@ async def _broadcast(services: WebServices) -> None:
         await asyncio.sleep(BROADCAST_PERIOD_S)
 
 
-async def _report_failed_logins(services: WebServices) -> None:
-    """Report failed logins to the instrument once per second."""
+async def _report_logins(services: WebServices) -> None:
+    """End old sessions, and report login events to the instrument, once per second."""
     while True:
-        services.instrument.report(services.logins.failed)
+        services.logins.remove_old_sessions()
+        services.instrument.report(services.logins.events)
         await asyncio.sleep(REPORT_PERIOD_S)
 
 

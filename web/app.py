@@ -19,6 +19,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pneuforce.registers.rdt.sensor_pages import SENSOR_PAGES
+from pneuforce.registers.write_request import parse_write_request
 from pneuforce.support.printable import printable
 from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.renewed_context import RenewedContext
@@ -28,6 +29,7 @@ from pneuforce.web.client_network import client_network
 from pneuforce.web.connection_limiter import ClientAddress, ConnectionLimiter
 from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
 from pneuforce.web.http_json import (
+    VENT,
     VENT_PATH,
     HttpRequestError,
     error_response,
@@ -39,7 +41,8 @@ from pneuforce.web.http_json import (
 from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
-from pneuforce.web.login import Logins, address_of
+from pneuforce.web.login import Logins
+from pneuforce.web.login_routes import LoginRoutes
 from pneuforce.web.metrics import metrics_text, reading_of
 from pneuforce.web.operator_texts import REJECT_TEXTS
 from pneuforce.web.page_recorder import PageRecorder
@@ -117,6 +120,7 @@ def create_app(services: WebServices) -> ASGIApp:
             Route(path, _bound(services, handler), methods=["POST"])
             for path, handler in _POST_HANDLERS.items()
         ),
+        *LoginRoutes(services.logins, services.instrument).routes(),
         *RecordingRoutes(services.recorder, services.logins, services.feed).routes(),
     ]
     exception_handlers: dict[Any, Any] = {
@@ -145,7 +149,7 @@ async def _index(_request: Request) -> Response:
 
 
 async def _about(services: WebServices, _request: Request) -> Response:
-    return json_response(instrument_info(services.feed.header, services.logins.is_configured))
+    return json_response(instrument_info(services.feed.header))
 
 
 async def _live(services: WebServices, request: Request) -> Response:
@@ -180,7 +184,7 @@ async def _frames(services: WebServices, _request: Request) -> Response:
 
 
 async def _metrics(services: WebServices, request: Request) -> Response:
-    """Return the metrics for Prometheus. They need no token, as all values that the page shows."""
+    """Return the metrics for Prometheus. They need no login, as all values that the page shows."""
     metrics = metrics_text(reading_of(services.feed), request.headers.get("accept", ""))
     return Response(metrics.text, headers={"Content-Type": metrics.media_type, "Cache-Control": "no-store"})
 
@@ -201,9 +205,9 @@ async def _sensor_page(services: WebServices, request: Request) -> Response:
 
 
 async def _vent(services: WebServices, request: Request) -> Response:
-    """Vent. The handler ignores the body and needs no token, so that nothing can prevent a vent."""
+    """Vent. The handler ignores the body and needs no login, so that nothing can prevent a vent."""
     try:
-        answer = await services.instrument.vent(address_of(request))
+        answer = await services.instrument.vent(services.logins.peer_name(request))
     except InstrumentUnavailable as error:
         return error_answer(VENT_PATH, request.headers, 503, f"{error} {VENT_UNCONFIRMED}")
     if not wants_page(request.headers):
@@ -220,25 +224,32 @@ async def _vent_state(services: WebServices, _request: Request) -> Response:
 
 async def _write(services: WebServices, request: Request) -> Response:
     body = await read_json_object(request)
-    services.logins.check(body, request)
-    address = address_of(request)
+    if body.get("values") != VENT:
+        services.logins.require_session(request)
+    peer = services.logins.peer_name(request)
     try:
         values, seen_s = parse_values(body), parse_seen_s(body)
     except HttpRequestError as error:
-        _log.warning(
-            time.monotonic(), "%s", describe_write(("web", address), "an invalid request", str(error))
-        )
+        _log.warning(time.monotonic(), "%s", describe_write(("web", peer), "an invalid request", str(error)))
         raise
     try:
-        answer = await services.instrument.write(values, address, seen_s)
+        if values != VENT:
+            await _authorize(services, request, values)
+        answer = await services.instrument.write(values, peer, seen_s)
     except InstrumentUnavailable as error:
         return error_response(503, f"{error} {WRITE_UNCONFIRMED}")
-    return services.logins.remember_browser(request, _answer_response(answer))
+    return _answer_response(answer)
 
 
-async def _token(services: WebServices, request: Request) -> Response:
-    services.logins.check(await read_json_object(request), request)
-    return services.logins.remember_browser(request, json_response({}))
+async def _authorize(services: WebServices, request: Request, values: Mapping[str, Any]) -> None:
+    """Raise HttpRequestError if the user may not write these values. Execute a vent among them."""
+    quantities = parse_write_request(values)
+    try:
+        services.logins.authorize(request, quantities)
+    except HttpRequestError:
+        if quantities.get("mode") == "vent":
+            await services.instrument.vent(services.logins.peer_name(request))
+        raise
 
 
 def _answer_response(answer: Mapping[str, Any]) -> Response:
@@ -265,7 +276,7 @@ _GET_HANDLERS: Mapping[str, Handler] = {
     VENT_STATE_PATH: _vent_state,
     "/metrics": _metrics,
 }
-_POST_HANDLERS: Mapping[str, Handler] = {VENT_PATH: _vent, "/api/write": _write, "/api/token": _token}
+_POST_HANDLERS: Mapping[str, Handler] = {VENT_PATH: _vent, "/api/write": _write}
 
 # ---- errors
 

@@ -35,7 +35,7 @@ class StreamOwner(NamedTuple):
     """Client that opens an event stream."""
 
     network: str  #: address of the client, or its network, as in `client_network.py`
-    is_known: bool  #: the browser has logged in with the operator's token
+    is_known: bool  #: a user has logged in with this browser
 
 
 class EventStream:

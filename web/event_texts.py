@@ -83,8 +83,12 @@ def _register_words() -> Iterator[tuple[str, str]]:
         yield register.name, stem.replace("_", " ")
 
 
-_OTHERS = ("force_alarm", "held_back", "file_changed", "head_before", "wrong_token", "too_many_attempts")
-_CODES = chain(*(codes.names.values() for codes in (COMMANDS, HOLDERS, REJECT_REASONS)), _OTHERS)
+_OTHERS = ("force_alarm", "held_back", "file_changed", "head_before")
+_LOGINS = (
+    *("wrong_password", "too_many_attempts", "not_logged_in", "not_permitted"),
+    *("new_login", "user_changed", "too_many_sessions"),
+)
+_CODES = chain(*(codes.names.values() for codes in (COMMANDS, HOLDERS, REJECT_REASONS)), _OTHERS, _LOGINS)
 _WORDS: Mapping[str, str] = {
     **{name: name.replace("_", " ") for name in _CODES},
     **dict(_register_words()),

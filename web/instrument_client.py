@@ -22,8 +22,8 @@ from pneuforce.instrument.stream.entry import (
 )
 from pneuforce.support.backoff import Backoff
 from pneuforce.web.browser_feed import BrowserFeed
-from pneuforce.web.failed_logins import FailedLogins
 from pneuforce.web.http_json import VENT
+from pneuforce.web.login_events import LoginEvents
 
 RECONNECT_FIRST_S = 0.1
 RECONNECT_MAX_S = 3.0
@@ -100,19 +100,20 @@ class InstrumentClient:
             if not pending.done():
                 pending.set_exception(InstrumentUnavailable(reason))
 
-    def report(self, failed_logins: FailedLogins) -> None:
-        """Report failed logins to the instrument. If the instrument is not connected, report them later."""
+    def report(self, events: LoginEvents) -> None:
+        """Report login events to the instrument. If the instrument is not connected, report them later."""
         writer = self._writer
         if writer is None or writer.transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
             return
-        for failed_login in failed_logins.take():
-            writer.write(encode(json_entry(EntryKind.FAILED_LOGIN, time.monotonic(), failed_login)))
+        for event in events.take():
+            writer.write(encode(json_entry(EntryKind.LOGIN, time.monotonic(), event)))
 
     async def vent(self, address: str) -> Mapping[str, Any]:
-        """Send a vent from a client at `address` and return the answer of the instrument.
+        """Send a vent from a client and return the answer of the instrument.
 
-        Vents from one address that have not been sent yet are sent as one request. A flood of vents therefore
-        cannot exceed the rate at which the instrument answers. Each vent is sent after its arrival.
+        `address` is the address of the client, after `name@` if a user is logged in. Vents from one address
+        that have not been sent yet are sent as one request. A flood of vents therefore cannot exceed the rate
+        at which the instrument answers. Each vent is sent after its arrival.
 
         Raises InstrumentUnavailable, as `write` does.
         """
@@ -130,11 +131,11 @@ class InstrumentClient:
     async def write(
         self, values: Mapping[str, Any], address: str, seen_s: float | None = None
     ) -> Mapping[str, Any]:
-        """Send a write request from a client at `address` and return the answer of the instrument.
+        """Send a write request from a client and return the answer of the instrument.
 
-        `values` maps register names to new values. `seen_s` is the time [s] of the state on which the
-        operator based the request; None for a vent. The instrument rejects a request whose `seen_s` is too
-        old.
+        `address` is as for `vent`. `values` maps register names to new values. `seen_s` is the time [s] of
+        the state on which the operator based the request; None for a vent. The instrument rejects a request
+        whose `seen_s` is too old.
 
         Raises InstrumentUnavailable if the instrument is not connected, does not read requests, or does not
         answer within `ANSWER_TIMEOUT_S`.

@@ -21,11 +21,11 @@ PROOF_TEST_STATE = 7
 _IDENTITY = ("version", "configuration_hash", "signatures", "serial_number", "simulated")
 
 
-def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]:
+def instrument_info(header: Mapping[str, Any]) -> dict[str, Any]:
     """Return the facts that a browser requests once per connection, as JSON values.
 
     `header` is the stream header of the instrument. Before the instrument is reached, the header is empty and
-    the identity is null. `writable` is True if an operator's token is configured.
+    the identity is null.
     """
     return {
         **{name: header.get(name) for name in _IDENTITY},
@@ -33,7 +33,6 @@ def instrument_info(header: Mapping[str, Any], writable: bool) -> dict[str, Any]
         "force_range_kpa": header.get("force_range_kpa"),
         "map_version": MAP_VERSION,
         "map_hash": f"{MAP_HASH:08x}",
-        "writable": writable,
         "registers": [_register(register) for register in REGISTERS],
         "faults": {code: _fault(code) for code in FAULT_TITLES},
         "status": {bit.name: _status_bit(bit.number, bit.name) for bit in STATUS.bits},

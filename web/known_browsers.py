@@ -1,8 +1,8 @@
-"""Known browsers: browsers that have presented the operator's token since the start of the web process.
+"""Known browsers: browsers in which a user has logged in since the start of the web process.
 
-A known browser has a random key in a cookie. The cookie permits no write: each request that needs the token
-still needs it. The cookie only distinguishes the browser from other clients at the same address. Their wrong
-tokens and floods of requests therefore do not delay the operator.
+A known browser has a random key in a cookie, also after the logout. The cookie permits nothing. It only
+distinguishes the browser from other clients at the same address. Their wrong passwords and floods of requests
+therefore do not delay the user.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class KnownBrowsers:
         return now_s <= self._until_s.get(key, float("-inf"))
 
     def remember(self, key: str, now_s: float) -> str:
-        """Remember a browser that has presented the right token. Return its key, or a new key if unknown."""
+        """Remember a browser in which a user has logged in. Return its key, or a new key if unknown."""
         if not self.contains(key, now_s):
             key = secrets.token_urlsafe(KEY_BYTES)
         self._until_s[key] = now_s + LIFE_S
@@ -34,12 +34,3 @@ class KnownBrowsers:
         if len(self._until_s) > MAX_BROWSERS:
             self._until_s.popitem(last=False)
         return key
-
-
-def cookie_name(host: str) -> str:
-    """Return the name of the cookie for the Host header of a request.
-
-    The name contains the port of the page, because browsers send each cookie to all ports of a host.
-    """
-    port = host.rpartition(":")[2]
-    return f"pneuforce-browser-{port if port.isdecimal() else 80}"

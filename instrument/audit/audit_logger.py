@@ -168,11 +168,20 @@ class AuditLogger:
         event = AuditEvent(fields, subject=rejected.request, key=rejected.reason, grade="rejected")
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
 
-    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
-        """Log that `peer` has failed to log in on the web page. `times` is the number of failed logins."""
+    def log_login(self, peer: Peer, kind: str, result: str, now_s: float) -> None:
+        """Log a login or a logout of a user on the web page. The address of `peer` contains the name."""
+        fields = {"kind": kind, "who": _name_of(peer), "result": result}
+        event = AuditEvent(fields, subject=kind, key=result, grade="accepted", changed=True)
+        self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
+
+    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float, user: str = "") -> None:
+        """Log that `peer` has failed to log in. `times` is the number of failed logins.
+
+        `user` is the name that was sent; empty if it is unknown or not a name.
+        """
         self.counts.count_failed_logins(reason, times)
-        fields = {"kind": "login", "who": _name_of(peer), "result": reason}
-        event = AuditEvent(fields, subject=("login", reason), key=reason, grade="rejected", times=times)
+        fields = {"kind": "login", "who": _name_of(peer), "result": reason} | ({"user": user} if user else {})
+        event = AuditEvent(fields, subject=("login", reason, user), key=reason, grade="rejected", times=times)
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))
 
     # ---- as a server of the host process

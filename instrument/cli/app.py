@@ -21,6 +21,7 @@ from pneuforce.instrument.cli import (
     rig_commands,
     sign_commands,
     sim_commands,
+    user_commands,
     watch_command,
 )
 from pneuforce.instrument.cli.options import Json, RequireSignedBy, Seconds
@@ -45,6 +46,7 @@ app.add_typer(calibrate_commands.commands, name="calibrate")
 app.add_typer(log_commands.commands, name="log")
 app.add_typer(certificate_commands.commands, name="certificates")
 app.add_typer(sign_commands.commands, name="sign")
+app.add_typer(user_commands.commands, name="users")
 app.add_typer(sim_commands.commands, name="sim")
 app.add_typer(files.commands)
 app.add_typer(overview.commands)

@@ -15,8 +15,10 @@ from typing import Any
 
 from rich.live import Live
 
-from pneuforce.instrument.cli.panel import MAX_EVENTS, DemoPorts, format_line, panel
+from pneuforce.instrument.cli.panel import DEMO_USER, MAX_EVENTS, DemoPorts, format_line, panel
 from pneuforce.instrument.cli.stop_signals import at_stop_signal
+from pneuforce.instrument.users.file import User, write_users
+from pneuforce.instrument.users.password import hash_password
 from pneuforce.registers.can.bus import CanAddress
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.teststand.child_process import StartCancelled
@@ -39,13 +41,15 @@ def run_demo(seconds: float | None, ports: DemoPorts, simulator_options: Sequenc
     at_stop_signal(stop.set)
     with ExitStack() as stack, suppress(StartCancelled):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="pneuforce-")))
+        users = folder / "users.toml"
+        write_users(users, {DEMO_USER: User(DEMO_USER, "operator", hash_password(ports.password))})
         tables: dict[str, dict[str, Any]] = {
             "modbus": {"port": ports.modbus},
             "can": {"port": ports.can},
             "web": {
                 "enabled": True,
                 "port": ports.web,
-                "token": ports.token,
+                "users_file": str(users),
                 "recordings": str(Path.cwd() / "recordings"),
             },
         }

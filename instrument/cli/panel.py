@@ -21,6 +21,7 @@ BLOCKS = " ▁▂▃▄▅▆▇█"
 SPARKLINE_WIDTH = 56
 COLUMN_WIDTHS = (15, 22, 8, 25)  #: widths [characters]: columns and gaps fill 80 characters
 FORCE_LABEL = "force ± u"
+DEMO_USER = "demo"
 MAX_EVENTS = 3  #: number of events in the panel
 
 
@@ -31,12 +32,12 @@ class DemoPorts:
     modbus: int = 5020
     can: int = 29536
     web: int = 8080
-    token: str = ""  #: operator token of the web page
+    password: str = ""  #: password of the user `DEMO_USER` of the web page
 
     @property
     def url(self) -> str:
-        """Return the address of the web page with the operator token."""
-        return f"http://127.0.0.1:{self.web}/#operator={self.token}"
+        """Return the address of the web page that logs the operator of the demo in."""
+        return f"http://127.0.0.1:{self.web}/#user={DEMO_USER}&password={self.password}"
 
 
 def format_number(value: float, form: str, unit: str) -> str:

@@ -5,9 +5,10 @@ Each key has its default, its meaning and its limits.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, SecretStr
+from pydantic import AfterValidator, Field
 
 from pneuforce.instrument.config.text_checks import (
     Text,
@@ -17,7 +18,6 @@ from pneuforce.instrument.config.text_checks import (
     check_network,
     check_plain_http,
     check_roles,
-    check_token,
 )
 from pneuforce.registers.rights import DEFAULT_ROLES, RIGHTS
 from pneuforce.support.toml_sections import Section
@@ -174,11 +174,24 @@ class RdtSection(ListenerSection):
 class WebSection(ListenerSection):
     """Web page to monitor and operate the instrument in a browser."""
 
+    removed_keys: ClassVar[Mapping[str, str]] = {
+        "token": "users with passwords replace the token: remove this key, and create a user with "
+        "pneuforce users add NAME --role operator --config FILE"
+    }
+
     enabled: bool = Field(False, description="serve the web page")
     port: Port = Field(8080, description="TCP port")
-    token: Annotated[SecretStr, AfterValidator(check_token)] = Field(
-        SecretStr(""),
-        description="password of the operator, at least 12 characters; empty: the page can only vent",
+    users_file: Text = Field(
+        "users.toml",
+        max_length=500,
+        description="file of the users who may log in (pneuforce users), relative to this file; empty or "
+        "missing: the page can only vent",
+    )
+    session_idle_timeout_s: float = Field(
+        3600.0, ge=60, le=86_400, description="time without input on the page after which a login ends [s]"
+    )
+    session_timeout_s: float = Field(
+        43_200.0, ge=60, le=604_800, description="time after which every login ends [s]"
     )
     certificate: Text = Field(
         "",

@@ -6,13 +6,12 @@ import re
 from ipaddress import ip_address, ip_network
 from typing import Annotated
 
-from pydantic import AfterValidator, SecretStr, ValidationInfo
+from pydantic import AfterValidator, ValidationInfo
 
 from pneuforce.registers.rights import RIGHTS
 from pneuforce.support.network_name import is_host
 from pneuforce.support.serial_port import is_port_name
 
-MIN_TOKEN_LENGTH = 12
 _CHANNEL = re.compile(r"[^\s/<>]+")
 
 
@@ -52,16 +51,6 @@ def check_network(text: str) -> str:
     """Return `text`. Raises ValueError if it is not an IP address or network."""
     ip_network(check_text(text))
     return text
-
-
-def check_token(token: SecretStr) -> SecretStr:
-    """Return `token`. Raises ValueError if it is too short, or contains an invisible character."""
-    check_text(token.get_secret_value())
-    if 0 < len(token.get_secret_value()) < MIN_TOKEN_LENGTH:
-        raise ValueError(
-            f"a token needs at least {MIN_TOKEN_LENGTH} characters: a shorter token is easy to guess"
-        )
-    return token
 
 
 def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:

@@ -74,7 +74,17 @@ class ReplaySource:
     def end(self, why: str, now_s: float) -> None:
         """Do nothing: a replay has no event log."""
 
-    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:  # noqa: ARG002
+    def log_login(self, peer: Peer, kind: str, result: str, now_s: float) -> None:
+        """Do nothing: a replay has no event log."""
+
+    def log_failed_logins(
+        self,
+        peer: Peer,  # noqa: ARG002
+        reason: str,
+        times: int,
+        now_s: float,  # noqa: ARG002
+        user: str = "",  # noqa: ARG002
+    ) -> None:
         """Count the failed logins: a replay has no event log."""
         self.counts.count_failed_logins(reason, times)
 

@@ -45,8 +45,8 @@ class SessionHost(Protocol):
         """Execute a request of the web page. Raises StreamError if it is malformed."""
         ...
 
-    def log_failed_login(self, entry: StreamEntry) -> None:
-        """Log failed logins on the web page. Raises StreamError if the entry is malformed."""
+    def log_login(self, entry: StreamEntry) -> None:
+        """Log logins, logouts and failed logins on the web page. Raises StreamError for a malformed entry."""
         ...
 
     def remove(self, client: ClientSession) -> None:
@@ -91,8 +91,8 @@ class ClientSession(asyncio.Protocol):
             self.subscriber = self._host.subscribe(entry.json_body["want"])
         elif entry.kind is EntryKind.REQUEST and self.subscription == "web":
             self._queue(entry)
-        elif entry.kind is EntryKind.FAILED_LOGIN and self.subscription == "web":
-            self._host.log_failed_login(entry)
+        elif entry.kind is EntryKind.LOGIN and self.subscription == "web":
+            self._host.log_login(entry)
         elif entry.kind is EntryKind.FAILURE and self.subscription == "record":
             self._host.recording_failed(" ".join(entry.body.decode(errors="replace").split()))
         else:

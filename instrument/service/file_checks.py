@@ -13,6 +13,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
 from pneuforce.instrument.config import Configuration, resolve_path
 from pneuforce.instrument.service.parameter_file import storage_of
+from pneuforce.instrument.users.file import load_users
 
 #: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit.
 SERVICE_FOLDERS = (Path("/var/lib/pneuforce"), Path("/run/pneuforce"))
@@ -53,6 +54,7 @@ def _checked_files(configuration: Configuration) -> Iterator[tuple[str, str, Cal
     if can.enabled and can.mode == "canopen":
         yield "can.parameter_file", can.parameter_file, _parameter_problem
     if web.enabled:
+        yield "web.users_file", web.users_file, _users_problem
         yield "web.recordings", web.recordings, _recordings_problem
 
 
@@ -88,6 +90,17 @@ def _socket_problem(file: Path) -> str:
 def _parameter_problem(file: Path) -> str:
     problem = storage_of(file, configured_node_id=1).problem
     return f"{file}: {problem}: move the file away" if problem else _folder_problem(file.parent)
+
+
+def _users_problem(file: Path) -> str:
+    """Return why a file of users cannot be used, or that other users of the computer can read its hashes."""
+    try:
+        load_users(file)
+    except ConfigurationError as error:
+        return str(error)
+    if file.exists() and file.stat().st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+        return f"{file} contains hashes of passwords, and other users can read it: chmod 600 {file}"
+    return ""
 
 
 def _recordings_problem(folder: Path) -> str:

@@ -58,13 +58,20 @@ class HostLoop(Protocol):
 
 
 class ServedSource(Source, Protocol):
-    """Source that is notified of failed logins, the state of the CAN bus and the end of the instrument."""
+    """Source that is notified of logins, the state of the CAN bus and the end of the instrument."""
 
     can_down: bool
     counts: EventCounts
 
-    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float) -> None:
-        """Log that `peer` has failed to log in on the web page. `times` is the number of failed logins."""
+    def log_login(self, peer: Peer, kind: str, result: str, now_s: float) -> None:
+        """Log a login or a logout of a user. The address of `peer` begins with the name of the user."""
+        ...
+
+    def log_failed_logins(self, peer: Peer, reason: str, times: int, now_s: float, user: str = "") -> None:
+        """Log that `peer` has failed to log in. `times` is the number of failed logins.
+
+        `user` is the name that was sent; empty if it is unknown or not a name.
+        """
         ...
 
     def end(self, why: str, now_s: float) -> None:

@@ -19,7 +19,7 @@ from pneuforce.instrument.service.client_session import ClientSession
 from pneuforce.instrument.service.host_loop import ServedSource
 from pneuforce.instrument.service.local_socket import LocalSocket
 from pneuforce.instrument.service.stream_header import stream_header
-from pneuforce.instrument.service.web_peer import parse_failed_login, web_peer
+from pneuforce.instrument.service.web_peer import parse_login, web_peer
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError, encode, json_entry
 from pneuforce.registers.source import Peer
 from pneuforce.registers.write_request import MalformedWriteRequest, parse_write_request
@@ -57,7 +57,7 @@ class LocalServer:
         self.clients: set[ClientSession] = set()
         self.recording_error = ""  #: reason why the last recording stopped by itself, or empty
         self.replay = ""  #: name of the replayed recording; empty if there is a rig
-        self._web_peer = WEB  # browser that wrote last; the page shows the reject reason of this peer
+        self._web_peer = WEB  # user or browser that wrote last; the page shows the reject reason of this peer
         self._configuration = configuration
         self._health = health
         self._socket: LocalSocket | None = None
@@ -192,15 +192,19 @@ class LocalServer:
         else:
             self.failed(subscriber.subscription, why)
 
-    def log_failed_login(self, entry: StreamEntry) -> None:
-        """Log failed logins that the web process reports. Raises StreamError if the entry is invalid."""
-        peer, reason, times = parse_failed_login(entry)
-        now_s = time.monotonic()
-        self.source.log_failed_logins(peer, reason, times, now_s)
+    def log_login(self, entry: StreamEntry) -> None:
+        """Log a login, a logout or failed logins of users. Raises StreamError if the entry is invalid."""
+        report, now_s = parse_login(entry), time.monotonic()
+        if not report.has_failed:
+            self.source.log_login(report.peer, report.kind, report.result, now_s)
+            return
+        self.source.log_failed_logins(report.peer, report.result, report.times, now_s, report.user)
         message = (
-            "web: login from %s failed %d times: %s; if no operator did this, find out who uses this address"
+            "web: login from %s failed %d times: %s; if no user did this, find out who uses this address"
         )
-        self._warn_of_login(now_s, message, peer.address, times, reason.replace("_", " "))
+        self._warn_of_login(
+            now_s, message, report.peer.address, report.times, report.result.replace("_", " ")
+        )
 
     def answer(self, request: StreamEntry) -> StreamEntry:
         """Execute a request of the web page like a write from a bus.

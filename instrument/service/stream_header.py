@@ -14,7 +14,7 @@ from pneuforce.registers.map_hash import MAP_HASH
 
 
 def stream_header(configuration: Configuration, simulated: bool, faults: Iterable[int]) -> dict[str, Any]:
-    """Return the identity and the configuration of the instrument. The operator's token is masked."""
+    """Return the identity and the configuration of the instrument."""
     return {
         "version": version("pneuforce"),
         "map_version": MAP_VERSION,

@@ -1,4 +1,4 @@
-"""Addresses of browsers in the entries of the web process."""
+"""Addresses of browsers and events of users in the entries of the web process."""
 
 from __future__ import annotations
 
@@ -7,30 +7,44 @@ from typing import Any, NamedTuple
 from pneuforce.instrument.stream.entry import StreamEntry, StreamError
 from pneuforce.registers.source import Peer
 
-MAX_TEXT = 64  #: longest address or reason
+MAX_TEXT = 80  #: longest `name@address`, address or reason
 MAX_TIMES = 10**9
 
 
-class FailedLoginReport(NamedTuple):
-    """Number of failed logins of one peer with the same reason."""
+class LoginReport(NamedTuple):
+    """Login, logout, or number of failed logins with the same reason, of one peer."""
 
+    kind: str
     peer: Peer
-    reason: str
+    result: str
+    user: str
     times: int
+
+    @property
+    def has_failed(self) -> bool:
+        """Return True for failed logins."""
+        return self.kind == "login" and self.result != "accepted"
 
 
 def web_peer(facts: dict[str, Any]) -> Peer:
-    """Return the peer of an entry of the web process. Raises StreamError if the address is invalid."""
+    """Return the peer of an entry of the web process: `address`, or `name@address` of a user.
+
+    Raises StreamError if the address is invalid.
+    """
     return Peer("web", _text(facts.get("address", "")))
 
 
-def parse_failed_login(entry: StreamEntry) -> FailedLoginReport:
-    """Return the report in an entry of the kind FAILED_LOGIN. Raises StreamError if the entry is invalid."""
+def parse_login(entry: StreamEntry) -> LoginReport:
+    """Return the report in an entry of the kind LOGIN. Raises StreamError if the entry is invalid."""
     facts = entry.json_body
     times = facts.get("times") if isinstance(facts, dict) else None
     if not isinstance(times, int) or not 1 <= times <= MAX_TIMES:
-        raise StreamError("the number of failed logins is missing or invalid")
-    return FailedLoginReport(web_peer(facts), _text(facts.get("reason")), times)
+        raise StreamError("the number of logins is missing or invalid")
+    if facts.get("kind") not in ("login", "logout"):
+        raise StreamError("an event of a user is neither a login nor a logout")
+    return LoginReport(
+        facts["kind"], web_peer(facts), _text(facts.get("result")), _text(facts.get("user")), times
+    )
 
 
 def _text(value: object) -> str:

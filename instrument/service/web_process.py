@@ -23,9 +23,9 @@ def web_tls_files(settings: WebSection, configuration_file: Path) -> dict[str, s
 
 
 def web_files(settings: WebSection, configuration_file: Path) -> dict[str, str]:
-    """Return the absolute paths of certificate, key and folder of recordings; "" if one is not used."""
-    recordings = absolute_paths(configuration_file, settings, ("recordings",))
-    return web_tls_files(settings, configuration_file) | recordings
+    """Return the absolute paths of certificate, key, users and folder of recordings; "" if not used."""
+    others = absolute_paths(configuration_file, settings, ("recordings", "users_file"))
+    return web_tls_files(settings, configuration_file) | others
 
 
 class WebProcess(TlsProcess):
@@ -44,9 +44,10 @@ class WebProcess(TlsProcess):
             "host": settings.host,
             "port": settings.port,
             "allow": settings.allow,
-            "token": settings.token.get_secret_value(),
             "certificate": settings.certificate,
             "key": settings.key,
+            "session_idle_timeout_s": settings.session_idle_timeout_s,
+            "session_timeout_s": settings.session_timeout_s,
             "recording_max_mb": settings.recording_max_mb,
             "recording_min_free_mb": settings.recording_min_free_mb,
             **files,

@@ -51,7 +51,8 @@ class EntryKind(IntEnum):
     REQUEST = 65  #: JSON {"id": number, "address": text, "seen_s": time, "values": {register: value}}
     ANSWER = 66  #: JSON {"id": number, "reject_reason": name, "why": sentence}
     FAILURE = 67  #: text: the reason why a recording stopped
-    FAILED_LOGIN = 68  #: JSON {"address": text, "reason": name, "times": number}: of the web page
+    #: JSON {"kind": "login" or "logout", "address": text, "user": text, "result": name, "times": number}
+    LOGIN = 68
 
 
 INPUTS = frozenset(range(EntryKind.ATTACHED, EntryKind.SHUTDOWN + 1))

@@ -79,8 +79,7 @@ async def prepare(path: Path) -> None:
     socket_path, web = resolve_path(path, configuration.local.socket), configuration.web
     files = ServiceFiles(socket=socket_path)
     Servers(configuration, Host(session, configuration.rig.port), source, broadcaster, files)
-    token = web.token.get_secret_value()
-    create_services(WebProcessOptions(str(socket_path), web.host, web.port, web.allow, token))
+    create_services(WebProcessOptions(str(socket_path), web.host, web.port, web.allow))
     link_problem(configuration.can.channel)
     for name in (configuration.events.file, configuration.local.socket):
         file = resolve_path(path, name)

@@ -20,7 +20,7 @@ VENT_PERIOD_S = 0.1
 TIMEOUT_S = 3.0
 HEAD = b"Host: 127.0.0.1\r\n"
 VENT = b"POST /api/vent HTTP/1.1\r\n" + HEAD + b"Content-Length: 0\r\nConnection: close\r\n\r\n"
-UNFINISHED = b"POST /api/token HTTP/1.1\r\n" + HEAD + b"Content-Length: 9\r\n\r\n{"
+UNFINISHED = b"POST /api/login HTTP/1.1\r\n" + HEAD + b"Content-Length: 9\r\n\r\n{"
 REQUESTS = (
     UNFINISHED,
     UNFINISHED,
@@ -30,8 +30,11 @@ REQUESTS = (
     b"POST /api/write HTTP/1.1\r\n" + HEAD + b"Transfer-Encoding: chunked\r\n\r\nffffffff\r\n",
     b"POST /api/write HTTP/1.1\r\n"
     + HEAD
-    + b'Content-Length: 40\r\n\r\n{"values":{"mode":"hold"},"token":"wrong"',
-    b"POST /api/token HTTP/1.1\r\n" + HEAD + b'Content-Length: 17\r\n\r\n{"token":"wrong"}',
+    + b'Content-Length: 40\r\n\r\n{"values":{"mode":"hold"},"seen_s":1',
+    b"POST /api/login HTTP/1.1\r\n" + HEAD + b'Content-Length: 30\r\n\r\n{"name":"anna","password":"x"}',
+    b"POST /api/session HTTP/1.1\r\n"
+    + HEAD
+    + b"Cookie: pneuforce-session-80=x\r\nContent-Length: 2\r\n\r\n{}",
     b"GET /static/../../../etc/passwd HTTP/1.1\r\n" + HEAD + b"\r\n",
     b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
     b"",
@@ -41,7 +44,7 @@ REQUESTS = (
 def attack_page(result: AttackResult, rng: random.Random, amount: int) -> None:
     """Send requests from several addresses and keep them open. Each vent must be answered with 200."""
     port = free_port()
-    tables = {"web": {"enabled": True, "port": port, "token": "right-token-of-32-characters-0001"}}
+    tables = {"web": {"enabled": True, "port": port}}
     with attacked(result, tables):
         _wait_until_served(port)
         with _Operator(port, result):

@@ -1,6 +1,5 @@
 """Tests of the local socket of a running instrument: entries, requests of the web page, bad clients."""
 
-import json
 import os
 import signal
 import socket
@@ -136,15 +135,6 @@ def test_the_web_page_receives_snapshots_and_health(stack, path):
         "Heartbeat",
     }
     assert health["modbus_rtu"] is None
-
-
-def test_the_header_masks_the_operators_token(tmp_path):
-    from pneuforce.instrument.config import parse
-    from pneuforce.instrument.service.stream_header import stream_header
-
-    secret = "correct-horse-battery"
-    configuration = parse({"web": {"token": secret}}, "test")
-    assert secret not in json.dumps(stream_header(configuration, simulated=False, faults=()))
 
 
 def test_a_request_follows_the_rules_of_every_bus(stack, path):

@@ -309,7 +309,7 @@ def test_the_buses_and_the_browser_show_a_simulated_rig_and_a_recorder_is_reject
     with ChildProcess("CAN hub", ["pneuforce.registers.can.hub", "--port", "0"]) as hub:
         port = hub.ready()["port"]
         can_table = {"enabled": True, "interface": "socketcand", "port": port}
-        web_table = {"enabled": True, "port": free_port(), "token": "correct-horse-battery"}
+        web_table = {"enabled": True, "port": free_port()}
         with (
             can.Bus("can0", "socketcand", host="127.0.0.1", port=port, tcp_tune=True) as bus,
             replay_server(

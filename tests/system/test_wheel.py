@@ -129,7 +129,7 @@ def test_the_files_to_install_are_printed_by_the_program(installed, elsewhere, n
 
 
 def test_the_web_page_of_the_wheel_is_served_with_its_plots(installed, elsewhere):
-    options = {"socket": "nobody.sock", "host": "127.0.0.1", "port": 0, "allow": [], "token": ""}
+    options = {"socket": "nobody.sock", "host": "127.0.0.1", "port": 0, "allow": []}
     page = subprocess.Popen(
         (installed / "bin/python", "-P", "-m", "pneuforce.web"),
         stdin=subprocess.PIPE,

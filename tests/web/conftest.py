@@ -14,8 +14,8 @@ from tests.system.waiting import wait_for
 from tests.web.browser import Browser
 from tests.web.entries import header
 from tests.web.serving import FakeInstrument, Site
+from tests.web.users import OPERATOR, PASSWORD, users_file
 
-OPERATOR_TOKEN = "open-sesame-1"
 DESKTOP = {"width": 1280, "height": 800}
 
 
@@ -31,8 +31,8 @@ class LiveInstrument:
 
     @property
     def operator_url(self):
-        """Return the address of the page with the operator's token, which logs an operator in."""
-        return f"{self.url}#operator={OPERATOR_TOKEN}"
+        """Return the address of the page that logs an operator in, as the demo prints it."""
+        return f"{self.url}#user={OPERATOR}&password={PASSWORD}"
 
     def recover(self):
         """End a contact, vent, and clear faults that the previous test or a busy machine caused."""
@@ -73,7 +73,7 @@ def live(tmp_path_factory, browser):
         "web": {
             "enabled": True,
             "port": free_port(),
-            "token": OPERATOR_TOKEN,
+            "users_file": users_file(folder),
             "recordings": str(folder / "recordings"),
         },
     }
@@ -82,6 +82,7 @@ def live(tmp_path_factory, browser):
         url = f"http://127.0.0.1:{tables['web']['port']}/"
         live = LiveInstrument(LiveRig(stack), url, stack, tables, children)
         browser("open", url=live.operator_url)
+        browser.wait_for_visible("#logged-in")
         yield live
 
 

@@ -42,7 +42,7 @@ async def drip_a_head(reader, writer):
 
 async def send_half_a_body(reader, writer):
     """Send a request for which a part of the body is missing."""
-    writer.write(b"POST /api/token HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n{")
+    writer.write(b"POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n{")
     while await reader.read(1000):
         pass
 

@@ -15,9 +15,9 @@ from PIL import Image
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import free_port, start
 from tests.web.browser import Browser
+from tests.web.users import OPERATOR, PASSWORD, users_file
 
 HOLD_S = 42.0  #: the plots show the last 30 s; the inflation and the first press must not be shown
-TOKEN = "only-for-the-figure"
 
 
 def make(file, width=1280, height=1100, scheme="light"):
@@ -35,13 +35,13 @@ def make(file, width=1280, height=1100, scheme="light"):
             "web": {
                 "enabled": True,
                 "port": port,
-                "token": TOKEN,
+                "users_file": users_file(folder),
                 "recordings": str(folder / "recordings"),
             },
         }
         browser = children.enter_context(Browser())
         rig = LiveRig(start(children, folder / "rig", ["--seed", "1"], tables))
-        browser("open", url=f"http://127.0.0.1:{port}/#operator={TOKEN}")
+        browser("open", url=f"http://127.0.0.1:{port}/#user={OPERATOR}&password={PASSWORD}")
         browser("resize", width=width, height=height, scheme=scheme)
         browser.wait_for_state("vented")
         rig.inflate(8.0)

@@ -6,7 +6,8 @@ import json
 import subprocess
 import sys
 
-from tests.web.serving import TOKEN, read_events
+from tests.web.serving import cookies_of, read_events
+from tests.web.users import OPERATOR, PASSWORD
 
 
 @contextlib.contextmanager
@@ -19,7 +20,7 @@ def web_process(**options):
         stderr=subprocess.PIPE,
         text=True,
     )
-    options = {"socket": "/nowhere", "host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
+    options = {"socket": "/nowhere", "host": "127.0.0.1", "port": 0, "allow": [], **options}
     process.stdin.write(json.dumps(options) + "\n")
     process.stdin.flush()
     try:
@@ -51,9 +52,18 @@ def event_stream(port):
         yield read_events(connection.getresponse())
 
 
-def request(port, method, path, body=None):
+def cookies(port, name=OPERATOR, password=PASSWORD):
+    """Log in. Return the headers with the cookies of the browser."""
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+        connection.request("POST", "/api/login", json.dumps({"name": name, "password": password}))
+        response = connection.getresponse()
+        assert response.status == 200
+        return cookies_of(response.headers)
+
+
+def request(port, method, path, body=None, headers=()):
     """Send a request. Return the HTTP status and the JSON body."""
     with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
-        connection.request(method, path, None if body is None else json.dumps(body))
+        connection.request(method, path, None if body is None else json.dumps(body), dict(headers))
         response = connection.getresponse()
         return response.status, json.loads(response.read())

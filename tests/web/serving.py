@@ -7,14 +7,15 @@ import json
 import socket
 import threading
 import time
+from http.cookies import SimpleCookie
+from pathlib import Path
 
 from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, encode, json_entry
 from pneuforce.web.__main__ import WebProcessOptions, create_server, create_services, serve
 from pneuforce.web.listener import open_listener
 from tests.system.waiting import wait_for
 from tests.web.entries import snapshot
-
-TOKEN = "correct-horse-battery"
+from tests.web.users import OPERATOR, PASSWORD, users_file
 
 
 class FakeInstrument:
@@ -22,7 +23,7 @@ class FakeInstrument:
 
     def __init__(self, path):
         self.path, self.requests, self.seen_s = path, [], []
-        self.addresses, self.failed_logins = [], []
+        self.addresses, self.logins = [], []
         self.reject_reason, self.answers, self.delay_s = "none", True, 0.0
         self.clients, self.subscriptions = [], []
         self.open()
@@ -50,8 +51,8 @@ class FakeInstrument:
     def _process(self, client, entry):
         if entry.kind is EntryKind.SUBSCRIBE:
             self.subscriptions.append(entry.json_body)
-        elif entry.kind is EntryKind.FAILED_LOGIN:
-            self.failed_logins.append(entry.json_body)
+        elif entry.kind is EntryKind.LOGIN:
+            self.logins.append(entry.json_body)
         elif self.answers:
             self.addresses.append(entry.json_body["address"])
             self.requests.append(entry.json_body["values"])
@@ -73,10 +74,13 @@ class FakeInstrument:
 
 
 class Site:
-    """Web server in a thread, with methods that send requests."""
+    """Web server in a thread, with methods that send requests. The test users may log in."""
 
     def __init__(self, socket_path, **options):
-        options = {"host": "127.0.0.1", "port": 0, "allow": [], "token": TOKEN, **options}
+        options = {"host": "127.0.0.1", "port": 0, "allow": [], **options}
+        if "users_file" not in options:
+            options["users_file"] = users_file(Path(socket_path).parent)
+        self._cookies = {}
         self.services = create_services(WebProcessOptions(socket=str(socket_path), **options))
         listener = open_listener(options["host"], options["port"])
         self.port = listener.getsockname()[1]
@@ -114,8 +118,23 @@ class Site:
         body = body if isinstance(body, str | bytes) else json.dumps(body)
         return self.request("POST", path, body, **headers)
 
-    def write(self, values, token=TOKEN, seen_s=1.0, **headers):
-        return self.post("/api/write", {"token": token, "values": values, "seen_s": seen_s}, **headers)
+    def log_in(self, name=OPERATOR, password=PASSWORD, **headers):
+        """Log in. Return the HTTP status, and the headers with the cookies of the browser."""
+        body = {"name": name, "password": password}
+        status, received, _ = self.post("/api/login", body, **headers)
+        return status, cookies_of(received)
+
+    def cookies(self, name=OPERATOR):
+        """Return the headers with the cookies of a browser in which a user has logged in."""
+        if name not in self._cookies:
+            status, self._cookies[name] = self.log_in(name)
+            assert status == 200
+        return self._cookies[name]
+
+    def write(self, values, user=OPERATOR, seen_s=1.0, **headers):
+        """Send a write request of a user, or without a login if the user is None."""
+        headers = (self.cookies(user) if user else {}) | headers
+        return self.post("/api/write", {"values": values, "seen_s": seen_s}, **headers)
 
     @contextlib.contextmanager
     def event_stream(self, address="127.0.0.1", **headers):
@@ -126,6 +145,14 @@ class Site:
             assert response.status == 200
             assert response.headers["content-type"].startswith("text/event-stream")
             yield read_events(response)
+
+
+def cookies_of(headers):
+    """Return the header with all cookies that a response sets."""
+    jar = SimpleCookie()
+    for line in headers.get_all("set-cookie") or ():
+        jar.load(line)
+    return {"Cookie": "; ".join(f"{name}={morsel.value}" for name, morsel in jar.items())}
 
 
 def read_events(lines):

@@ -23,7 +23,6 @@ def test_about_describes_the_instrument_and_its_codes(site):
     status, _, info = site.get("/api/about")
     assert status == 200
     assert (info["version"], info["replay"]) == ("1.2", "")
-    assert info["writable"] is True
     assert {r["name"] for r in info["registers"]} == {r.name for r in REGISTERS}
     assert info["faults"]["5"]["name"] == "burst"
     assert all(fault.keys() == {"name", "title", "meaning", "action"} for fault in info["faults"].values())
@@ -35,7 +34,7 @@ def test_about_names_the_file_of_a_replay(site, instrument):
     wait_for(lambda: site.get("/api/about")[2]["replay"], lambda name: name == "tuesday.recording")
 
 
-def test_prometheus_gets_the_metrics_without_a_token_in_the_format_that_it_requests(site, instrument):
+def test_prometheus_gets_the_metrics_without_a_login_in_the_format_that_it_requests(site, instrument):
     send_until_received(instrument, site, {"state": "holding"})
     instrument.send(health(time.monotonic(), started_utc_s=1.8e9))
 

@@ -32,7 +32,15 @@ RECORDS = [
     ),
     ({"kind": "zero_kpa", "was": None, "is": 0.25}, "none → 0.25"),
     ({"kind": "file_changed", "why": f"{LOG} was removed"}, f"why {LOG} was removed"),
-    ({"kind": "login", "who": "web 1.2.3.4", "result": "wrong_token"}, "web page 1.2.3.4: wrong token"),
+    ({"kind": "login", "who": "web 1.2.3.4", "result": "wrong_password"}, "web page 1.2.3.4: wrong password"),
+    (
+        {"kind": "login", "who": "web 1.2.3.4", "user": "eve", "result": "wrong_password"},
+        "web page 1.2.3.4: user eve: wrong password",
+    ),
+    (
+        {"kind": "logout", "who": "web anna@1.2.3.4", "result": "user_changed"},
+        "web page anna@1.2.3.4: user changed",
+    ),
     ({"kind": "start", "map_hash": "ab"}, "map hash ab"),
     (
         {"kind": "request", "who": "modbus_tcp 1.2.3.4", "written": "force_limit_mn 25000 mN", "allowed": ""},

@@ -5,10 +5,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from pneuforce.web.operator_token import MAX_ATTEMPTS
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
-from tests.web.conftest import OPERATOR_TOKEN
-from tests.web.process import request
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
 
@@ -230,35 +227,6 @@ def test_the_time_axis_moves_on_while_the_board_is_silent(page, live):
     finally:
         live.stack.sim.send(signal.SIGCONT)
     page.wait(latest_pixels)
-
-
-def test_with_an_expired_token_only_vent_is_possible(page, live):
-    page.wait("sessionStorage.getItem('operator')")
-    page.evaluate("sessionStorage.setItem('operator', 'of yesterday')")
-    page("reload")
-    page.wait_for_text("#read-only", "READ-ONLY")
-    live.rig.inflate(5.0)
-    page.wait_for_state("holding")
-    assert page.data("#setpoint-reason", "code") == "token_expired"
-    page("click", on="#vent-button")
-    page.wait_for_visible(VENT_VERIFIED)
-    assert "vented" in live.rig.read()["status"]
-    page("fill", on="#token", text=OPERATOR_TOKEN)
-    page("press", key="Enter")
-    page.wait_for_hidden("#read-only")
-
-
-def test_a_login_is_repeated_until_the_token_is_compared(live, browser):
-    browser("open", url=live.url)  # a new browser without a cookie
-    port = urlsplit(live.url).port
-    wrong = {request(port, "POST", "/api/token", {"token": "wrong"})[0] for _ in range(MAX_ATTEMPTS)}
-    assert wrong == {401}
-    browser("fill", on="#token", text=OPERATOR_TOKEN)
-    browser("press", key="Enter")
-    browser.wait_for_text("#token-message", "again")
-    assert not browser.evaluate("sessionStorage.getItem('operator')")
-    browser.wait("sessionStorage.getItem('operator')")
-    browser("open", url=live.operator_url)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import contextlib
 import signal
 from pathlib import Path
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 import pytest
 
@@ -12,9 +12,9 @@ from pneuforce.instrument.recording.schema import EndReason
 from tests.instrument.recording.recording_files import read_contents
 from tests.system.waiting import wait_for
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
-from tests.web.conftest import OPERATOR_TOKEN
-from tests.web.process import request, web_process
-from tests.web.serving import TOKEN, Site
+from tests.web.process import cookies, request, web_process
+from tests.web.serving import Site
+from tests.web.users import OPERATOR, VIEWER, users_file
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
 
@@ -22,7 +22,8 @@ pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
 @contextlib.contextmanager
 def site_of(live, folder, **options):
     """Serve a web page of its own for the running instrument, in this process."""
-    site = Site(live.tables["local"]["socket"], recordings=str(folder), **options)
+    file = live.tables["web"]["users_file"]
+    site = Site(live.tables["local"]["socket"], recordings=str(folder), users_file=file, **options)
     try:
         wait_for(lambda: site.services.feed.header, bool)
         yield site
@@ -35,9 +36,13 @@ def state(site):
     return site.services.recorder.message().data
 
 
-def act(site, action, **body):
-    status, _, answer = site.post(f"/api/recording/{action}", {"token": TOKEN, **body})
+def act(site, action):
+    status, _, answer = site.post(f"/api/recording/{action}", {}, **site.cookies())
     return status, answer
+
+
+def download(site, name, user=OPERATOR):
+    return site.get(f"/api/recordings/{quote(name, safe='')}", **(site.cookies(user) if user else {}))
 
 
 def samples_in(file):
@@ -54,14 +59,14 @@ def recording_in(folder):
     return file
 
 
-@pytest.mark.parametrize("action", ["start", "stop", "link"])
-def test_without_the_token_nothing_is_recorded_or_sent(tmp_path, action):
+@pytest.mark.parametrize("action", ["start", "stop"])
+def test_only_an_operator_records_and_gets_recordings(tmp_path, action):
     site = Site(tmp_path / "no.sock", recordings=str(tmp_path / "made"))
     path = f"/api/recording/{action}"
-    assert site.post(path, {"token": "wrong", "file": "a"})[0] == 401
-    assert site.post(path, {"file": "a"})[0] == 401
-    assert site.post(path, {"token": TOKEN, "file": "a"}, Origin="http://evil.example")[0] == 403
-    assert site.get("/api/recordings/a")[0] == 404
+    assert site.post(path, {})[0] == 401
+    assert site.post(path, {}, **site.cookies(VIEWER))[0] == 403
+    assert site.post(path, {}, Origin="http://evil.example", **site.cookies())[0] == 403
+    assert [download(site, "a", user)[0] for user in (None, VIEWER, OPERATOR)] == [401, 403, 404]
     site.stop()
     assert not (tmp_path / "made").exists()
 
@@ -73,15 +78,15 @@ def test_a_recording_is_complete_after_its_stop_and_can_be_downloaded(live, tmp_
         file = recording_in(tmp_path / "made")
         wait_for(lambda: state(site)["active"]["bytes"], bool)
         assert state(site)["active"]["file"] == file.name
-        assert act(site, "link", file=file.name)[0] == 404
+        assert download(site, file.name)[0] == 404
         assert act(site, "stop") == (200, {})
         assert act(site, "stop")[0] == 409
         assert state(site)["active"] is None
         assert state(site)["last"]["complete"] is True
         assert state(site)["finished"] == [{"file": file.name, "bytes": file.stat().st_size}]
         assert read_contents(file).ending.how == EndReason.STOPPED
-        assert [act(site, "link", file=name)[0] for name in ("../a", "/etc/passwd", "", None, 1)] == [404] * 5
-        status, headers, content = site.get(act(site, "link", file=file.name)[1]["link"])
+        assert [download(site, name)[0] for name in ("../a", "/etc/passwd", "..", "a")] == [404] * 4
+        status, headers, content = download(site, file.name)
         assert (status, content) == (200, file.read_bytes())
         assert file.name in headers["content-disposition"]
 
@@ -104,9 +109,11 @@ def test_a_recording_that_cannot_start_or_continue_says_why(live, tmp_path):
 
 
 def test_a_recording_ends_completely_when_the_web_process_is_killed(live, tmp_path):
-    options = {"socket": live.tables["local"]["socket"], "recordings": str(tmp_path)}
+    web = {"recordings": str(tmp_path), "users_file": users_file(tmp_path)}
+    options = {"socket": live.tables["local"]["socket"], **web}
     with web_process(**options) as (process, ready):
-        assert request(ready["port"], "POST", "/api/recording/start", {"token": TOKEN})[0] == 200
+        login = cookies(ready["port"])
+        assert request(ready["port"], "POST", "/api/recording/start", {}, login)[0] == 200
         file = recording_in(tmp_path)
         process.kill()
         wait_for(lambda: read_contents(file).ending, bool)
@@ -129,7 +136,7 @@ def test_an_operator_records_with_the_page(page, live):
 
 def test_a_recording_ends_completely_with_the_instrument(live):
     port = urlsplit(live.url).port
-    assert request(port, "POST", "/api/recording/start", {"token": OPERATOR_TOKEN})[0] == 200
+    assert request(port, "POST", "/api/recording/start", {}, cookies(port))[0] == 200
     file = recording_in(live.tables["web"]["recordings"])
     live.stack.host.send(signal.SIGTERM)
     wait_for(lambda: live.stack.host.running, lambda running: not running)

@@ -19,9 +19,10 @@ def test_the_reason_why_a_hold_is_blocked(page):
         ({}, None),
         ({"link": {"up": False}}, "disconnected"),
         ({"info": {}}, "loading"),
-        ({"info": {"writable": False}}, "no_token_configured"),
-        ({"token": {"value": ""}}, "logged_out"),
-        ({"token": {"value": "", "isExpired": True}}, "token_expired"),
+        ({"session": {"user": None, "hasUsers": False}}, "no_users"),
+        ({"session": {"user": None, "hasUsers": True}}, "logged_out"),
+        ({"session": {"user": None, "hasUsers": True, "isEnded": True}}, "login_ended"),
+        ({"session": {"user": {"name": "bob", "role": "viewer", "may_write": False}}}, "no_right"),
         ({"lease_holder": "can"}, "lease"),
         ({"lease_holder": "web"}, None),
         ({"status": ["vented", "write_protect"]}, "write_protect"),
@@ -35,7 +36,8 @@ def test_the_reason_why_a_hold_is_blocked(page):
     script = """import("/static/permissions.js").then(({ blockedBy }) => {
       const state = { lease_holder: "none", status: ["vented"], faults: [], mode: "vent", state: "vented",
                       setpoint_requested_kpa: 8 };
-      const model = { link: { up: true }, info: { writable: true }, token: { value: "t" },
+      const model = { link: { up: true }, info: { map_version: 1 },
+                      session: { user: { name: "anna", role: "operator", may_write: true } },
                       arming: { isVentDue: false } };
       return %s.map((change) =>
         blockedBy("hold", { ...model, ...change, state: { ...state, ...change } }));

@@ -12,7 +12,8 @@ from pneuforce.web.operator_texts import FAULT_TITLES
 from tests.system.waiting import wait_for
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
 from tests.web.entries import header, real_snapshot, snapshot
-from tests.web.serving import TOKEN, FakeInstrument, Site
+from tests.web.serving import FakeInstrument, Site
+from tests.web.users import OPERATOR, PASSWORD
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
 
@@ -264,18 +265,19 @@ def test_status_bits_that_ask_nothing_are_in_the_details(shown, browser):
     browser.wait_for_text("#force-touch", "1.23 N")
 
 
-def test_a_wrong_token_is_reported_beside_its_field(shown, browser):
+def test_a_wrong_password_is_reported_beside_its_field(shown, browser):
     browser("resize", **SIZES["phone"])
-    browser("fill", on="#token", text="wrong")
+    browser("fill", on="#user-name", text=OPERATOR)
+    browser("fill", on="#password", text="wrong")
     browser("press", key="Enter")
-    browser.wait_for_visible("#token-error")
-    assert browser.evaluate(FIELD_ERROR % "token") == ["true", "#token-error"]
-    assert browser.evaluate(NOT_IN_VIEW_NOW % '["#token-error", "#vent-button"]') == []
-    browser("fill", on="#token", text=TOKEN)
-    assert browser.evaluate(FIELD_ERROR % "token") == ["false"]
+    browser.wait_for_visible("#login-error")
+    assert browser.evaluate(FIELD_ERROR % "password") == ["true", "#login-error"]
+    assert browser.evaluate(NOT_IN_VIEW_NOW % '["#login-error", "#vent-button"]') == []
+    browser("fill", on="#password", text=PASSWORD)
+    assert browser.evaluate(FIELD_ERROR % "password") == ["false"]
 
 
-def test_the_compact_view_shows_the_force_and_vents_without_a_token(shown, browser):
+def test_the_compact_view_shows_the_force_and_vents_without_a_login(shown, browser):
     """A phone is too small for digits that can be read from 3 m."""
     shown.set(force_n=-12.34, force_std_n=0.05, status=["holding", "in_contact", "simulated"])
     shown.open("?view=compact")
@@ -332,12 +334,12 @@ def test_a_phone_in_landscape_shows_state_force_and_vent_without_scrolling(shown
     assert browser.evaluate(NOT_IN_VIEW_NOW % json.dumps(visible)) == []
 
 
-LOAD_TOKEN = """import("/static/token.js").then(({ OperatorToken }) => {
-  location.hash = "operator=%s";
-  return new OperatorToken(() => {}).load().then(() => location.search + location.hash);
+LOG_IN_BY_LINK = """import("/static/session.js").then(({ Session }) => {
+  location.hash = "user=%s&password=%s";
+  const session = new Session(() => {});
+  return session.start().then(() => [location.search + location.hash, session.user.name]);
 })"""
 
 
-def test_the_address_of_the_compact_view_may_contain_the_token(shown, browser):
-    assert browser.evaluate(LOAD_TOKEN % TOKEN) == "?view=compact"
-    assert browser.evaluate("sessionStorage.getItem('operator')") == TOKEN
+def test_the_address_of_the_compact_view_may_contain_a_login(shown, browser):
+    assert browser.evaluate(LOG_IN_BY_LINK % (OPERATOR, PASSWORD)) == ["?view=compact", OPERATOR]

@@ -17,8 +17,9 @@ from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.teststand.stack import free_port, start
 from tests.system.waiting import inflate, wait_for
 from tests.web.entries import header, snapshot
-from tests.web.process import event_stream, request, web_process
-from tests.web.serving import TOKEN, FakeInstrument, until
+from tests.web.process import cookies, event_stream, request, web_process
+from tests.web.serving import FakeInstrument, until
+from tests.web.users import OPERATOR, users_file
 
 END = [
     pytest.param(lambda process: process.stdin.close(), id="stdin is closed"),
@@ -95,7 +96,7 @@ class RigWithWeb:
 
     def __init__(self, children, folder):
         self.port = free_port()
-        web = {"enabled": True, "port": self.port, "token": TOKEN}
+        web = {"enabled": True, "port": self.port, "users_file": users_file(folder)}
         self.stack = start(children, folder / "rig", ["--no-hand"], {"web": web})
 
     def plc(self):
@@ -140,17 +141,19 @@ def test_the_web_page_shows_what_a_plc_reads_and_can_vent(rig):
 
 def test_a_failed_login_is_in_the_event_log_and_in_the_log_of_the_host(rig):
     with event_stream(rig.port) as stream:
-        assert request(rig.port, "POST", "/api/token", {"token": "wrong"})[0] == 401
+        wrong = {"name": OPERATOR, "password": "wrong"}
+        assert request(rig.port, "POST", "/api/login", wrong)[0] == 401
         event = until(stream, "event", lambda event: event["kind"] == "login")
     assert "web page 127.0.0.1" in event["text"]
-    assert "wrong token" in event["text"]
+    assert "wrong password" in event["text"]
     wait_for(lambda: [line for line in rig.stack.host.stderr_lines if "login from 127.0.0.1" in line], bool)
 
 
 def test_an_operator_is_subject_to_the_rules_of_a_plc(rig):
     def write(**values):
-        return request(rig.port, "POST", "/api/write", write_body(values))
+        return request(rig.port, "POST", "/api/write", write_body(values), operator)
 
+    operator = cookies(rig.port)
     with rig.plc() as plc:
         wait_for(plc.read, lambda v: "not_zeroed" not in v["status"] and "vented" in v["status"])
         plc.write("lease", 5.0)
@@ -165,17 +168,18 @@ def test_an_operator_is_subject_to_the_rules_of_a_plc(rig):
 
 def write_body(values):
     """Return a write request that is based on the current state. Test and host have the same clock."""
-    return {"token": TOKEN, "values": values, "seen_s": time.monotonic()}
+    return {"values": values, "seen_s": time.monotonic()}
 
 
 def test_an_old_write_request_is_rejected_after_a_stop_of_the_web_process(rig):
+    login = cookies(rig.port)
     hold = write_body({"setpoint_requested": 6.0, "mode": "hold"})
     with rig.plc() as plc, contextlib.closing(rig.connect()) as operator:
         wait_for(plc.read, lambda v: "vented" in v["status"])
         pid = rig.web_pid()
         os.kill(pid, signal.SIGSTOP)
         try:
-            operator.request("POST", "/api/write", json.dumps(hold))
+            operator.request("POST", "/api/write", json.dumps(hold), login)
             time.sleep(2.0)  # longer than a write request is valid
             plc.write("mode", "vent")
         finally:

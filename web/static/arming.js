@@ -4,10 +4,13 @@
 /** Estimate of the arming state. A vent is due at the start, and after the connection was lost. */
 export class Arming {
   isVentDue = true;
+  #user = "";
 
-  /** Update from the current state: a trip or a lost connection makes a vent due. */
+  /** Update from the current state: a trip, a lost connection or another user makes a vent due. */
   update(model) {
-    this.isVentDue ||= isLocked(model);
+    const user = model.session.user?.name ?? "";
+    this.isVentDue ||= isLocked(model) || user !== this.#user;
+    this.#user = user;
   }
 
   /** Record an accepted vent. A vent during a trip does not arm. */

@@ -14,7 +14,7 @@ const COMMAND_TIMEOUT_MS = 10000;
 const STATE_DELAY_S = 1; // time until the state shows the effect of an accepted request
 const ACTIONS = ["setpoint", "limit", "hold", "clear", "zero", "balloon"];
 
-/** Panel of controls. `getModel()` returns the current link, info, token and state. */
+/** Panel of controls. `getModel()` returns the current link, info, session and state. */
 export class Controls {
   #getModel;
   #arming = new Arming();
@@ -187,11 +187,10 @@ export class Controls {
 
   /** Send a write request. Return true if the instrument accepts the request, else show the reject reason. */
   async #write(values) {
-    const { info, token, state } = this.#getModel();
+    const { info, session, state } = this.#getModel();
     const seen_s = state?.t_s; // the instrument rejects a request that arrives long after this state
-    const { status, answer } = await post("/api/write", { token: token.value, values, seen_s });
-    if (status === 401) token.expire();
-    if (status === 429) token.check();
+    const { status, answer } = await post("/api/write", { values, seen_s });
+    if (status === 401) session.expire();
     const isAccepted = status === 200 && answer.reject_reason === "none";
     if (!isAccepted)
       this.#showError("rejected", `Rejected. ${rejectSentence(info, answer)}`);

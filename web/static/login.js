@@ -1,34 +1,34 @@
-// Login form for the operator's token, and the read-only banner.
+// Login form, the name of the user who is logged in, and the read-only banner.
 
 import { byId, setText, showFieldError, showText } from "./elements.js";
 
-const WAITING = "Too many wrong tokens from your address. The page sends yours again …";
+const WAITING = "Too many wrong passwords from your address. The page sends yours again …";
 
-/** Connect the login form with the token. */
-export function startLogin(token) {
+/** Connect the login form and the logout button with the session. */
+export function startLogin(session) {
+  const showError = (text) => showFieldError("login", text, "password");
   byId("log-in").addEventListener("submit", async (event) => {
     event.preventDefault();
-    if (token.value) return token.logOut();
-    const field = byId("token");
-    showFieldError("token", "");
-    const error = await token.logIn(field.value, () => setText(byId("token-message"), WAITING));
-    setText(byId("token-message"), "");
-    showFieldError("token", error);
-    if (token.value) field.value = "";
+    const [name, password] = [byId("user-name"), byId("password")];
+    showError("");
+    const error = await session.logIn(name.value, password.value, () => setText(byId("login-message"), WAITING));
+    setText(byId("login-message"), "");
+    showError(error);
+    if (!session.user) return;
+    password.value = "";
+    byId("log-out-button").focus();
   });
-  byId("token").addEventListener("input", () => showFieldError("token", ""));
+  byId("log-out-button").addEventListener("click", async () => {
+    setText(byId("login-message"), await session.logOut());
+    if (!session.user) byId("user-name").focus();
+  });
+  for (const id of ["user-name", "password"]) byId(id).addEventListener("input", () => showError(""));
 }
 
-/** Show whether the operator is logged in. */
-export function showLogin(token, info, isConnected) {
-  byId("log-in").hidden = isConnected && info.writable === false;
-  const field = byId("token");
-  field.disabled = token.value !== "";
-  field.placeholder = token.value ? "logged in" : "";
-  setText(byId("log-in-button"), token.value ? "Log out" : "Log in");
-  if (token.value) setText(byId("token-message"), "");
-  showText(
-    byId("read-only"),
-    token.isExpired ? "READ-ONLY: the operator’s token is no longer valid. VENT works." : "",
-  );
+/** Show the user who is logged in, or the login form. */
+export function showLogin({ user, hasUsers, isEnded }) {
+  byId("log-in").hidden = user !== null || !hasUsers;
+  byId("logged-in").hidden = user === null;
+  if (user) setText(byId("logged-in-user"), `${user.name}, ${user.role}`);
+  showText(byId("read-only"), isEnded ? "READ-ONLY: your login has ended. VENT works." : "");
 }

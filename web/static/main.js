@@ -17,8 +17,8 @@ import { showLimits, startPlotPanel } from "./plot-panel.js";
 import { showReadings } from "./readings.js";
 import { RecordingPanel } from "./recording.js";
 import { UNKNOWN_INFO, get } from "./requests.js";
+import { Session } from "./session.js";
 import { showStateBar } from "./state-bar.js";
-import { OperatorToken } from "./token.js";
 
 const RETRY_MS = 1000;
 
@@ -29,8 +29,8 @@ let infoOf = null; // start time of the instrument whose info was loaded
 const plots = await startPlotPanel(() => model.info);
 const announcer = new Announcer(byId("announcements"), byId("alarm-announcements"));
 const offDelay = new AlarmOffDelay();
-const token = new OperatorToken(() => refresh());
-model.token = token;
+const session = new Session(() => refresh());
+model.session = session;
 const controls = new Controls(() => model);
 const recordingPanel = new RecordingPanel(() => model);
 
@@ -41,7 +41,7 @@ function refresh() {
   showLimits(plots, state);
   showFaults(state, info);
   announcer.update(state, info);
-  showLogin(token, info, link.up);
+  showLogin(session);
   showContacts(contacts, state?.t_s ?? NaN);
   showText(byId("simulated"), sourceText(info, state));
   document.body.classList.toggle("stale", state?.status.includes("stale") ?? false);
@@ -61,7 +61,7 @@ function showLink({ up, reason, started_s, utc_offset_s }) {
   if (up && started_s !== infoOf) {
     infoOf = started_s;
     loadInfo();
-    token.check();
+    session.update();
   }
   model.link = { up, reason, since: model.link.up ? new Date() : model.link.since };
   if (!up) {
@@ -124,7 +124,7 @@ const belowTopBar = {
 new IntersectionObserver((entries) => {
   byId("summary").hidden = entries.at(-1).isIntersecting; // shown while the large force is not in view
 }, belowTopBar).observe(byId("force"));
-startLogin(token);
+startLogin(session);
 startInspector();
-token.load();
+session.start();
 followEventStream(handlers, showLink);

@@ -5,25 +5,35 @@ const busName = (code) => ({ modbus_tcp: "Modbus TCP", modbus_rtu: "Modbus RTU",
 
 const isUntripped = ({ state }) => !state.faults.length && state.state !== "tripped";
 
+/** Conditions of all actions that need an operator. */
+const LOGIN = [
+  [
+    "no_users",
+    ({ session }) => session.user || session.hasUsers,
+    () => "No user exists: this page can only vent. Create a user with pneuforce users add.",
+  ],
+  [
+    "login_ended",
+    ({ session }) => session.user || !session.isEnded,
+    () => "Your login has ended. Log in again.",
+  ],
+  ["logged_out", ({ session }) => session.user, () => "Log in to use the controls."],
+  [
+    "no_right",
+    ({ session }) => session.user.may_write,
+    ({ session }) => `${session.user.name} is a ${session.user.role}: this page can only vent.`,
+  ],
+];
+
 /** Conditions of all actions: code, predicate, and the text if the predicate is false. */
 const COMMON = [
   ["disconnected", ({ link, state }) => link.up && state, () => "Not connected."],
   [
     "loading",
-    ({ info }) => info.writable !== undefined,
+    ({ info }) => info.map_version !== undefined,
     () => "Loading the data of the instrument.",
   ],
-  [
-    "no_token_configured",
-    ({ info }) => info.writable,
-    () => "No operator’s token is configured: this page can only vent.",
-  ],
-  [
-    "token_expired",
-    ({ token }) => token.value || !token.isExpired,
-    () => "The token is no longer valid. Log in again.",
-  ],
-  ["logged_out", ({ token }) => token.value, () => "Log in to use the controls."],
+  ...LOGIN,
   [
     "lease",
     ({ state }) => ["none", "web"].includes(state.lease_holder),
@@ -85,9 +95,16 @@ const CONDITIONS = {
 /**
  * Return {code, text} of the first condition that blocks an action; null if the action is possible.
  *
- * `model` has link, info, token, arming and state.
+ * `model` has link, info, session, arming and state.
  */
 export function blockedBy(action, model) {
-  const blocking = [...COMMON, ...CONDITIONS[action]].find(([, holds]) => !holds(model));
+  return firstFalse([...COMMON, ...CONDITIONS[action]], model);
+}
+
+/** Return {code, text} of the reason why the login does not permit a recording; null if it does. */
+export const recordingBlockedBy = (model) => firstFalse(LOGIN, model);
+
+function firstFalse(conditions, model) {
+  const blocking = conditions.find(([, holds]) => !holds(model));
   return blocking ? { code: blocking[0], text: blocking[2](model) } : null;
 }

@@ -2,6 +2,7 @@
 
 import { byId, create, setText, showText } from "./elements.js";
 import { formatBytes, formatDuration } from "./format.js";
+import { recordingBlockedBy } from "./permissions.js";
 import { post } from "./requests.js";
 
 const START_TIMEOUT_MS = 20000;
@@ -15,15 +16,9 @@ const CONDITIONS = [
     "Recordings are disabled. Set recordings in [web] in the configuration.",
   ],
   ["replay", ({ info }) => !info.replay, "A replay cannot be recorded."],
-  [
-    "no_token_configured",
-    ({ info }) => info.writable,
-    "No operator’s token is configured, so this page cannot record.",
-  ],
-  ["logged_out", ({ token }) => token.value, "Log in with the operator’s token first."],
 ];
 
-/** Panel of the recordings. `getModel()` returns the current link, info and token. */
+/** Panel of the recordings. `getModel()` returns the current link, info and session. */
 export class RecordingPanel {
   #getModel;
   #recording = null; // the latest message of the web server
@@ -43,7 +38,7 @@ export class RecordingPanel {
     this.update();
   }
 
-  /** Update the panel from the current link and token. */
+  /** Update the panel from the current link and session. */
   update() {
     const active = this.#recording?.active;
     const blocked = this.#blocked();
@@ -51,8 +46,8 @@ export class RecordingPanel {
     setText(button, active ? "Stop recording" : "Start recording");
     button.dataset.active = String(Boolean(active));
     button.setAttribute("aria-disabled", String(Boolean(blocked) || this.#isRequested));
-    showText(byId("record-reason"), blocked?.[2] ?? "");
-    byId("record-reason").dataset.code = blocked?.[0] ?? "";
+    showText(byId("record-reason"), blocked?.text ?? "");
+    byId("record-reason").dataset.code = blocked?.code ?? "";
     showText(byId("record-active"), active ? activeText(active) : "");
     this.#showLast();
     this.#showFinished();
@@ -60,7 +55,8 @@ export class RecordingPanel {
 
   #blocked() {
     const model = { ...this.#getModel(), recording: this.#recording };
-    return CONDITIONS.find(([, holds]) => !holds(model));
+    const blocking = CONDITIONS.find(([, holds]) => !holds(model));
+    return blocking ? { code: blocking[0], text: blocking[2] } : recordingBlockedBy(model);
   }
 
   #showLast() {
@@ -86,29 +82,20 @@ export class RecordingPanel {
     this.#isRequested = true;
     this.#showError("");
     this.update();
-    await this.#request(`/api/recording/${action}`, {});
+    const { status, answer } = await post(`/api/recording/${action}`, {}, START_TIMEOUT_MS);
+    if (status === 401) this.#getModel().session.expire();
+    this.#showError(status === 200 ? "" : answer.text);
     this.#isRequested = false;
     this.update();
   }
 
-  async #download(file) {
+  #download(file) {
     const blocked = this.#blocked();
-    if (blocked) return this.#showError(blocked[2]);
-    const answer = await this.#request("/api/recording/link", { file });
-    if (!answer) return;
+    if (blocked) return this.#showError(blocked.text);
     const link = create("a");
-    link.href = answer.link;
+    link.href = `/api/recordings/${encodeURIComponent(file)}`;
     link.download = file;
     link.click();
-  }
-
-  /** Send a request with the token. Return the answer, or show the error and return null. */
-  async #request(path, body) {
-    const { token } = this.#getModel();
-    const { status, answer } = await post(path, { token: token.value, ...body }, START_TIMEOUT_MS);
-    if (status === 401) token.expire();
-    this.#showError(status === 200 ? "" : answer.text);
-    return status === 200 ? answer : null;
   }
 
   #showError(text) {

@@ -55,9 +55,9 @@ def test_rejected_writes_are_counted_by_reason_even_if_the_event_log_only_counts
 
 def test_failed_logins_are_counted_by_reason():
     logged = LoggedInstrument(InstrumentHarness.zeroed())
-    logged.logger.log_failed_logins(Peer("web", "10.0.0.9"), "wrong_token", 4, 0.0)
-    logged.logger.log_failed_logins(Peer("web", "10.0.0.8"), "wrong_token", 1, DT_S)
-    assert counts_of(logged)["failed_logins"] == {"wrong_token": 5}
+    logged.logger.log_failed_logins(Peer("web", "10.0.0.9"), "wrong_password", 4, 0.0)
+    logged.logger.log_failed_logins(Peer("web", "10.0.0.8"), "wrong_password", 1, DT_S)
+    assert counts_of(logged)["failed_logins"] == {"wrong_password": 5}
 
 
 def test_the_number_of_reasons_is_limited():

@@ -76,31 +76,63 @@ def test_the_page_shows_the_reject_reason_of_the_last_write(tmp_path):
     run_with_web_process(tmp_path, use)
 
 
-def report(address, reason="wrong_token", times=1):
-    """Return an entry about failed logins."""
-    return json_entry(EntryKind.FAILED_LOGIN, 0.0, {"address": address, "reason": reason, "times": times})
+def report(address, result="wrong_password", times=1, kind="login", user=""):
+    """Return an entry about logins."""
+    facts = {"kind": kind, "address": address, "result": result, "times": times, "user": user}
+    return json_entry(EntryKind.LOGIN, 0.0, facts)
+
+
+def test_each_login_logout_and_write_is_logged_with_user_and_address(tmp_path):
+    async def use(_, web):
+        for _ in range(2):
+            web.send(report(f"anna@{LAPTOP}", "accepted"))
+            await write(web, f"anna@{LAPTOP}", force_limit=3.0)
+            web.send(report(f"anna@{LAPTOP}", "requested", kind="logout"))
+        web.send(report(LAPTOP, user="eve"))
+        await write(web, LAPTOP, mode="vent")  # the answer follows all entries
+
+    sink = run_with_web_process(tmp_path, use)
+    who = f"web anna@{LAPTOP}"
+    assert sink.of_kind("logout") == [{"kind": "logout", "who": who, "result": "requested"}] * 2
+    accepted = {"kind": "login", "who": who, "result": "accepted"}
+    failed = {"kind": "login", "who": f"web {LAPTOP}", "result": "wrong_password", "user": "eve"}
+    assert sink.of_kind("login") == [accepted, accepted, failed]
+    assert [record["who"] for record in sink.of_kind("write")] == [who, f"web {LAPTOP}"]
+    assert {record["who"] for record in sink.of_kind("repeated")} == {who}
+
+
+def test_a_flood_of_logins_of_a_user_is_limited_and_counted(tmp_path):
+    async def use(_, web):
+        for _ in range(500):
+            web.send(report(f"anna@{LAPTOP}", "accepted"))
+        await write(web, LAPTOP, mode="vent")
+
+    sink = run_with_web_process(tmp_path, use)
+    logged = len(sink.of_kind("login"))
+    assert 200 <= logged < 300
+    assert [record["times"] for record in sink.of_kind("held_back")] == [500 - logged]
 
 
 def test_a_flood_of_failed_logins_is_one_record_for_each_reason_and_counts(tmp_path, caplog):
     async def use(_, web):
         for _ in range(50):
-            web.send(report(LAPTOP, "wrong_token", 1))
+            web.send(report(LAPTOP, "wrong_password", 1))
             web.send(report(LAPTOP, "too_many_attempts", 20))
-        web.send(report(TABLET, "wrong_token", 3))
+        web.send(report(TABLET, "wrong_password", 3))
         await write(web, LAPTOP, mode="vent")  # the answer follows all entries
 
     with caplog.at_level(logging.WARNING, "pneuforce"):
         sink = run_with_web_process(tmp_path, use)
     assert sink.of_kind("login") == [
-        {"kind": "login", "who": f"web {LAPTOP}", "result": "wrong_token"},
+        {"kind": "login", "who": f"web {LAPTOP}", "result": "wrong_password"},
         {"kind": "login", "who": f"web {LAPTOP}", "result": "too_many_attempts"},
-        {"kind": "login", "who": f"web {TABLET}", "result": "wrong_token"},
+        {"kind": "login", "who": f"web {TABLET}", "result": "wrong_password"},
     ]
     counted = {(r["who"], r["of"]["result"]): r["times"] for r in sink.of_kind("repeated")}
     assert counted == {
-        (f"web {LAPTOP}", "wrong_token"): 49,
+        (f"web {LAPTOP}", "wrong_password"): 49,
         (f"web {LAPTOP}", "too_many_attempts"): 999,
-        (f"web {TABLET}", "wrong_token"): 2,
+        (f"web {TABLET}", "wrong_password"): 2,
     }
     lines = [line for line in caplog.messages if LAPTOP in line]
     assert 1 <= len(lines) <= MAX_LINES
@@ -109,14 +141,17 @@ def test_a_flood_of_failed_logins_is_one_record_for_each_reason_and_counts(tmp_p
 @pytest.mark.parametrize(
     "entry",
     [
-        report("x" * 65),
+        report("x" * 81),
         report("a\nb"),
         report(None),
-        report(LAPTOP, "x" * 65),
+        report(LAPTOP, "x" * 81),
+        report(LAPTOP, user="x" * 81),
+        report(LAPTOP, user="a\nb"),
+        report(LAPTOP, kind="write"),
         report(LAPTOP, times=0),
         report(LAPTOP, times=10**10),
         report(LAPTOP, times="1"),
-        StreamEntry(EntryKind.FAILED_LOGIN, 0.0, b"[]"),
+        StreamEntry(EntryKind.LOGIN, 0.0, b"[]"),
         json_entry(EntryKind.REQUEST, 0.0, {"id": 1, "address": 7, "values": {"mode": "vent"}}),
     ],
 )

@@ -62,7 +62,7 @@ CASES = {
         "0+0.7x80",
     ),
     "FailedLogins": (
-        {'pneuforce_failed_logins_total{reason="wrong_token"}': "0x60 6x20"},
+        {'pneuforce_failed_logins_total{reason="wrong_password"}': "0x60 6x20"},
         {},
         "0x60 4x20",
     ),

@@ -1,0 +1,1 @@
+"""Users of the web page: their file, and the salted hashes of their passwords."""
