@@ -93,12 +93,13 @@ class Logins:
                 HttpRequestError(503, UNUSABLE) if self.directory.problem else HttpRequestError(401, NO_USERS)
             )
         browser = _cookie(request, "browser")
-        client = f"browser {browser}" if self.knows(request) else client_network(address)
+        is_known = self.knows(request)
+        client = f"browser {browser}" if is_known else client_network(address)
         if not self._limiter.take_turn(client, name, password, time.monotonic()):
             self._fail(429, LIMITED, TOO_MANY_ATTEMPTS, address)
         user = users.get(name)
         try:
-            is_right = await self._passwords.matches(password, user.password if user else None)
+            is_right = await self._passwords.matches(password, user.password if user else None, is_known)
         except TooManyChecks:
             self._limiter.take_back(client)
             raise HttpRequestError(503, BUSY) from None

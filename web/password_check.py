@@ -15,6 +15,7 @@ from pneuforce.support.background import run_in_background
 from pneuforce.support.priority import reduce_priority
 
 MAX_WAITING = 16  #: the last of them waits for about 2 s
+RESERVED = 8  #: further places for browsers in which a user has logged in before
 NICENESS = 15
 
 
@@ -29,12 +30,14 @@ class PasswordCheck:
         self._turn = asyncio.Lock()
         self._count = 0
 
-    async def matches(self, password: str, expected: PasswordHash | None) -> bool:
+    async def matches(self, password: str, expected: PasswordHash | None, is_known: bool) -> bool:
         """Return True if the password belongs to a hash. None belongs to no password, and takes as long.
+
+        `is_known` states that the browser is known: a flood from many addresses does not use its places.
 
         Raises TooManyChecks.
         """
-        if self._count >= MAX_WAITING:
+        if self._count >= MAX_WAITING + RESERVED * is_known:
             raise TooManyChecks
         self._count += 1
         try:
