@@ -127,7 +127,7 @@ def test_without_a_terminal_the_demo_prints_one_plain_line_per_second_and_ends_i
     assert stderr == ""
     assert time.monotonic() - started_s < 18
     url, control, *lines = stdout.splitlines()
-    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/#operator=[\w-]{16}", url)
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/#user=demo&password=[\w-]{16}", url)
     assert 0 < int(control.rpartition(" ")[2]) < 65536
     assert 8 <= len(lines) <= 11
     assert all("\x1b" not in line for line in lines)
