@@ -11,7 +11,7 @@ from pneuforce.support.rejected_write import RejectedWrite
 class Peer(NamedTuple):
     """Sender of a request: the channel, and the address on that channel. A lease belongs to a peer."""
 
-    channel: str  #: a name as in the register lease_holder; rdt only reads
+    channel: str  #: a name as in the register lease_holder; rdt only reads, and mqtt only vents
     address: str = ""
 
 

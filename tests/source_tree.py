@@ -8,7 +8,18 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 #: Folders of the repository that are installed below `pneuforce`. Links in pneuforce/ point to them.
-PARTS = ("client", "firmware", "instrument", "protocol", "registers", "sim", "support", "teststand", "web")
+PARTS = (
+    "client",
+    "firmware",
+    "instrument",
+    "mqtt",
+    "protocol",
+    "registers",
+    "sim",
+    "support",
+    "teststand",
+    "web",
+)
 
 
 def python_files(*folders):

@@ -16,6 +16,8 @@ LIBRARY_USERS = {
     "pymodbus": {"registers/modbus/client.py"},
     "can": {"registers/can/bus.py", "registers/can/log_writer.py", "registers/can/socketcand_bus.py"},
     "prometheus_client": {"web/metrics.py"},
+    "aiomqtt": {"mqtt/publisher.py"},
+    "google": {"mqtt/payload.py", "mqtt/schema.py"},
     "starlette": {
         "web/app.py",
         "web/http_json.py",

@@ -18,6 +18,7 @@ _CHANNELS = {
     "modbus_rtu": "Modbus RTU",
     "can": "CAN",
     "web": "web page",
+    "mqtt": "MQTT",
     "modbus_tls": "Modbus security",
 }
 #: Values of a command that an operator reads. Only the command for a new balloon has an argument.

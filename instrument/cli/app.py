@@ -153,6 +153,7 @@ def run(
     from pneuforce.errors import ConfigurationError
     from pneuforce.instrument.config import resolve_path
     from pneuforce.instrument.service.modbus_security_server import tls_files
+    from pneuforce.instrument.service.mqtt_process import mqtt_files
     from pneuforce.instrument.service.serve import ServiceFiles, serve
     from pneuforce.instrument.service.start_checks import load_checked
     from pneuforce.instrument.service.web_process import web_files
@@ -171,6 +172,7 @@ def run(
             can_parameters=resolve_path(config, configuration.can.parameter_file),
             tls=tls_files(configuration.modbus_security, config),
             web=web_files(configuration.web, config),
+            mqtt=mqtt_files(configuration.mqtt, config),
         ),
     )
 

@@ -17,6 +17,7 @@ from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.file import parse as parse_calibration
 from pneuforce.instrument.calibration.file import remedy as calibration_remedy
 from pneuforce.instrument.calibration.plausibility import warnings_about
+from pneuforce.instrument.config.mqtt_section import MqttSection
 from pneuforce.instrument.config.network_sections import (
     CanSection,
     ModbusRtuSection,
@@ -57,6 +58,7 @@ __all__ = [
     "MeasurementSection",
     "ModbusSection",
     "ModbusSecuritySection",
+    "MqttSection",
     "RdtSection",
     "SafetySection",
     "WebSection",
@@ -85,6 +87,7 @@ class Configuration(Section):
     events: EventsSection = EventsSection()
     local: LocalSection = LocalSection()
     web: WebSection = WebSection()
+    mqtt: MqttSection = MqttSection()
     identity: IdentitySection = IdentitySection()
     _calibration: Calibration | None = None
     _file_warnings: tuple[str, ...] = ()
@@ -123,7 +126,11 @@ class Configuration(Section):
             "identity.serial_number is 0: give each CANopen node its own number, because LSS distinguishes "
             "the nodes by this number"
         )
-        remarks = ((not served, unserved), (canopen and not self.identity.serial_number, unnumbered))
+        remarks = (
+            (not served, unserved),
+            (canopen and not self.identity.serial_number, unnumbered),
+            (self.mqtt.sends_password_openly, "mqtt: the password is sent without encryption: use mqtts://"),
+        )
         return "; ".join([*(text for applies, text in remarks if applies), *self._file_warnings])
 
     @property

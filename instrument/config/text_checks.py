@@ -9,6 +9,7 @@ from typing import Annotated
 from pydantic import AfterValidator, ValidationInfo
 
 from pneuforce.registers.rights import RIGHTS
+from pneuforce.support.broker_url import broker_address
 from pneuforce.support.network_name import is_host
 from pneuforce.support.serial_port import is_port_name
 
@@ -53,10 +54,23 @@ def check_network(text: str) -> str:
     return text
 
 
+def check_broker(text: str) -> str:
+    """Return `text`. Raises ValueError if it is not the URL of an MQTT broker."""
+    broker_address(check_text(text))
+    return text
+
+
+def check_topic_part(text: str) -> str:
+    """Return `text`. Raises ValueError if it contains a character with a meaning in topics of MQTT."""
+    if found := sorted(set(check_text(text)) & set("/+#")):
+        raise ValueError(f"the name contains {' '.join(found)}, which has a meaning in topics: remove it")
+    return text
+
+
 def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
     """Return `allow`. Raises ValueError if the list is empty and `host` can be reached from the network."""
     host = section.data.get("host", "localhost")  # an invalid host has its own error message
-    if not allow and not _is_loopback(host):
+    if not allow and not is_loopback(host):
         raise ValueError(
             f"host {host} can be reached from the network: list the clients that may connect, "
             'allow = ["192.168.1.0/24"] (all: ["0.0.0.0/0", "::/0"])'
@@ -67,7 +81,7 @@ def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
 def check_plain_http(allowed: bool, section: ValidationInfo) -> bool:
     """Return `allowed`. Raises ValueError if it is False and the page has no encryption on a network."""
     host = section.data.get("host", "localhost")
-    if not (allowed or section.data.get("certificate", "invalid") or _is_loopback(host)):
+    if not (allowed or section.data.get("certificate", "invalid") or is_loopback(host)):
         raise ValueError(
             f"host {host} can be reached from the network, and the page has no certificate: set certificate "
             "and key (pneuforce certificates instrument makes them), or allow_plain_http = true"
@@ -84,7 +98,8 @@ def check_roles(roles: dict[str, list[str]]) -> dict[str, list[str]]:
     return roles
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Return True if a host name or an address is that of this machine."""
     try:
         return ip_address(host).is_loopback
     except ValueError:

@@ -20,6 +20,7 @@ _RESULTS = frozenset((EntryKind.HEADER, EntryKind.SAMPLE, EntryKind.EVENT, Entry
 SUBSCRIPTIONS: Mapping[str, frozenset[int]] = {
     "record": _RESULTS | INPUTS | {EntryKind.CHECKPOINT},
     "web": _RESULTS | {EntryKind.SNAPSHOT, EntryKind.HEALTH},
+    "mqtt": frozenset((EntryKind.HEADER, EntryKind.SNAPSHOT, EntryKind.END)),
     "overview": frozenset((EntryKind.HEADER, EntryKind.SNAPSHOT, EntryKind.END)),
 }
 #: Attributes of the instrument that are the bits of the byte in a TICK entry, from bit 0 upwards.

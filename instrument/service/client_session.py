@@ -13,6 +13,7 @@ REQUESTS_PER_TICK = 4  #: limited because each request takes about 0.4 ms of the
 MAX_WAITING_REQUESTS = 32
 MAX_REQUEST_BYTES = 16_384
 SUBSCRIBE_TIMEOUT_S = 2.0
+WRITERS = frozenset({"web", "mqtt"})  #: subscriptions whose clients may send requests
 
 
 class SessionHost(Protocol):
@@ -41,8 +42,8 @@ class SessionHost(Protocol):
         """Handle a client that was disconnected because it read too slowly."""
         ...
 
-    def answer(self, request: StreamEntry) -> StreamEntry:
-        """Execute a request of the web page. Raises StreamError if it is malformed."""
+    def answer(self, request: StreamEntry, channel: str) -> StreamEntry:
+        """Execute a request of the web page or of MQTT. Raises StreamError if it is malformed."""
         ...
 
     def log_login(self, entry: StreamEntry) -> None:
@@ -89,7 +90,7 @@ class ClientSession(asyncio.Protocol):
     def _handle(self, entry: StreamEntry) -> None:
         if entry.kind is EntryKind.SUBSCRIBE and self.subscriber is None:
             self.subscriber = self._host.subscribe(entry.json_body["want"])
-        elif entry.kind is EntryKind.REQUEST and self.subscription == "web":
+        elif entry.kind is EntryKind.REQUEST and self.subscription in WRITERS:
             self._queue(entry)
         elif entry.kind is EntryKind.LOGIN and self.subscription == "web":
             self._host.log_login(entry)
@@ -107,7 +108,7 @@ class ClientSession(asyncio.Protocol):
     def _answer_some(self) -> None:
         while self._requests and self._requests_left:
             self._requests_left -= 1
-            self._transport.write(encode(self._host.answer(self._requests.popleft())))
+            self._transport.write(encode(self._host.answer(self._requests.popleft(), self.subscription)))
 
     def tick(self, now_s: float) -> None:
         """Send waiting entries. Disconnect a client that reads too slowly or does not subscribe in time."""

@@ -97,6 +97,7 @@ def files_of(configuration: Configuration, path: Path) -> Iterator[tuple[str, Pa
         "events.file": configuration.events.file,
         "local.socket": configuration.local.socket,
         "can.parameter_file": configuration.can.parameter_file if configuration.can.enabled else "",
+        "mqtt.store": configuration.mqtt.store if configuration.mqtt.enabled else "",
     }
     yield "the configuration file", path
     for key, name in names.items():

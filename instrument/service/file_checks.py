@@ -53,6 +53,8 @@ def _checked_files(configuration: Configuration) -> Iterator[tuple[str, str, Cal
     can, web = configuration.can, configuration.web
     if can.enabled and can.mode == "canopen":
         yield "can.parameter_file", can.parameter_file, _parameter_problem
+    if configuration.mqtt.enabled:
+        yield "mqtt.store", configuration.mqtt.store, lambda file: _folder_problem(file.parent)
     if web.enabled:
         yield "web.users_file", web.users_file, _users_problem
         yield "web.recordings", web.recordings, _recordings_problem

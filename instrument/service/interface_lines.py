@@ -43,6 +43,7 @@ def disabled_line(configuration: Configuration) -> str:
         "CAN [can]": configuration.can.enabled,
         "RDT [rdt]": configuration.rdt.enabled,
         "web page [web]": configuration.web.enabled,
+        "MQTT [mqtt]": configuration.mqtt.enabled,
     }
     disabled = [name for name, enabled in sections.items() if not enabled]
     return f"disabled in the configuration: {', '.join(disabled)}" if disabled else ""

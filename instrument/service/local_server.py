@@ -19,7 +19,7 @@ from pneuforce.instrument.service.client_session import ClientSession
 from pneuforce.instrument.service.host_loop import ServedSource
 from pneuforce.instrument.service.local_socket import LocalSocket
 from pneuforce.instrument.service.stream_header import stream_header
-from pneuforce.instrument.service.web_peer import parse_login, web_peer
+from pneuforce.instrument.service.web_peer import parse_login, peer_of
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError, encode, json_entry
 from pneuforce.registers.source import Peer
 from pneuforce.registers.write_request import MalformedWriteRequest, parse_write_request
@@ -206,25 +206,29 @@ class LocalServer:
             now_s, message, report.peer.address, report.times, report.result.replace("_", " ")
         )
 
-    def answer(self, request: StreamEntry) -> StreamEntry:
-        """Execute a request of the web page like a write from a bus.
+    def answer(self, request: StreamEntry, channel: str) -> StreamEntry:
+        """Execute a request of the channel "web" or "mqtt" like a write from a bus. MQTT can only vent.
 
         Raises StreamError if the request has no values or an invalid address.
         """
         facts, now_s = request.json_body, time.monotonic()
         if not isinstance(facts, dict) or not isinstance(facts.get("values"), dict):
             raise StreamError("a request contains no values")
-        self._web_peer = web_peer(facts)
+        peer = peer_of(facts, channel)
+        if channel == WEB.channel:
+            self._web_peer = peer
         try:
             values = parse_write_request(facts["values"])
             if values != {"mode": "vent"}:
+                if channel != WEB.channel:
+                    raise MalformedWriteRequest("a write by MQTT", "MQTT can only vent")
                 _check_age(facts.get("seen_s"), now_s)
-            reject_reason, why = self.source.write(self._web_peer, values, now_s), ""
+            reject_reason, why = self.source.write(peer, values, now_s), ""
         except MalformedWriteRequest as error:
             reject_reason, why = "malformed", str(error)
             body = json.dumps(facts["values"]).encode()[:MAX_LOGGED_BYTES]
             rejected = RejectedWrite(body, reject_reason, error.written[:MAX_LOGGED_BYTES], error.allowed)
-            self.source.log_rejected_write(self._web_peer, rejected, now_s)
+            self.source.log_rejected_write(peer, rejected, now_s)
         answer = {"id": facts.get("id"), "reject_reason": str(reject_reason), "why": why}
         return json_entry(EntryKind.ANSWER, now_s, answer)
 

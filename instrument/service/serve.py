@@ -36,6 +36,7 @@ from pneuforce.instrument.service.local_server import WEB, LocalServer
 from pneuforce.instrument.service.modbus_security_server import health as modbus_security_health
 from pneuforce.instrument.service.modbus_security_server import modbus_security_of
 from pneuforce.instrument.service.modbus_server import identity, modbus_server_of, open_modbus
+from pneuforce.instrument.service.mqtt_process import mqtt_process_of
 from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
 from pneuforce.instrument.service.recorder_process import RecorderProcess
 from pneuforce.instrument.service.rtu_server import RtuServer
@@ -61,6 +62,7 @@ class ServiceFiles:
     can_parameters: Path | None = None  #: file in which a CANopen master stores parameters
     tls: Mapping[str, str] = field(default_factory=dict)  #: certificates and key of Modbus/TCP Security
     web: Mapping[str, str] = field(default_factory=dict)  #: files of the web page; see `web_files`
+    mqtt: Mapping[str, str] = field(default_factory=dict)  #: files of MQTT; empty: MQTT is disabled
 
 
 def serve(configuration: Configuration, files: ServiceFiles) -> None:
@@ -146,6 +148,8 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
     stop = asyncio.Event()
     _stop_on_signals(stop, servers)
     web = servers.web
+    mqtt = mqtt_process_of(servers.configuration, files.socket, files.mqtt)
+    processes = [process for process in (web, mqtt) if process is not None]
     await servers.local.open(files.socket)
     recorder = (
         RecorderProcess(servers.local, files.socket, files.recording)
@@ -155,8 +159,8 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
     joining = asyncio.create_task(_join_can(servers, stop))
     why = STOP_REQUESTED
     try:
-        if web is not None:
-            web.begin()
+        for process in processes:
+            process.begin()
         if servers.security is not None:
             await servers.security.open()
         if recorder is not None:
@@ -175,8 +179,7 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
             joining, return_exceptions=True
         )  # _run has already raised the exception of this task
         await servers.local.close(why)
-        if web is not None:
-            await web.close()
+        await asyncio.gather(*(process.close() for process in processes))
         if servers.security is not None:
             await servers.security.close()
         if recorder is not None:

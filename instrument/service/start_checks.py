@@ -11,6 +11,7 @@ from pneuforce.instrument.service.can_server import options_of
 from pneuforce.instrument.service.certificate_checks import check_certificates
 from pneuforce.instrument.service.collisions import check_collisions
 from pneuforce.instrument.service.modbus_security_server import gateway_socket, required
+from pneuforce.instrument.service.mqtt_process import check_mqtt
 from pneuforce.instrument.service.rtu_server import check_ports
 from pneuforce.instrument.service.web_process import web_process_of
 from pneuforce.instrument.signing.trusted_keys import trusted_keys_of
@@ -40,6 +41,7 @@ def load_checked(path: Path, require_signed_by: Path | None = None) -> Configura
         if configuration.modbus_security.enabled:
             check_socket_path(gateway_socket(required(socket)))
         check_certificates(configuration, path)
+        check_mqtt(configuration, path, socket)
     except PneuforceError as error:
         raise ConfigurationFileError(f"{path}: {error}") from None
     return configuration

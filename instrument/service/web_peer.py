@@ -1,4 +1,4 @@
-"""Addresses of browsers and events of users in the entries of the web process."""
+"""Addresses of browsers, events of users and addresses of MQTT brokers in the entries of child processes."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class LoginReport(NamedTuple):
         return self.kind == "login" and self.result != "accepted"
 
 
-def web_peer(facts: dict[str, Any]) -> Peer:
-    """Return the peer of an entry of the web process: `address`, or `name@address` of a user.
+def peer_of(facts: dict[str, Any], channel: str = "web") -> Peer:
+    """Return the peer of an entry of a child process: `address`, or `name@address` of a user of the web page.
 
     Raises StreamError if the address is invalid.
     """
-    return Peer("web", _text(facts.get("address", "")))
+    return Peer(channel, _text(facts.get("address", "")))
 
 
 def parse_login(entry: StreamEntry) -> LoginReport:
@@ -43,7 +43,7 @@ def parse_login(entry: StreamEntry) -> LoginReport:
     if facts.get("kind") not in ("login", "logout"):
         raise StreamError("an event of a user is neither a login nor a logout")
     return LoginReport(
-        facts["kind"], web_peer(facts), _text(facts.get("result")), _text(facts.get("user")), times
+        facts["kind"], peer_of(facts), _text(facts.get("result")), _text(facts.get("user")), times
     )
 
 

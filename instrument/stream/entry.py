@@ -47,7 +47,7 @@ class EntryKind(IntEnum):
     HEALTH = 35  #: JSON: state of the link, the buses, the event log and the recording
     END = 40  #: JSON {"why": sentence}: the instrument ended
     # Messages between the host process and its clients.
-    SUBSCRIBE = 64  #: JSON {"want": "record", "web" or "overview"}: the first entry that a client sends
+    SUBSCRIBE = 64  #: JSON {"want": name of a subscription}: the first entry that a client sends
     REQUEST = 65  #: JSON {"id": number, "address": text, "seen_s": time, "values": {register: value}}
     ANSWER = 66  #: JSON {"id": number, "reject_reason": name, "why": sentence}
     FAILURE = 67  #: text: the reason why a recording stopped

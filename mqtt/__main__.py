@@ -1,0 +1,72 @@
+"""MQTT process: `python -P -m pneuforce.mqtt` publishes the values of an instrument until stdin is closed.
+
+stdin: one line of JSON with the path of the local socket and the settings of the publisher.
+stdout: one line {"port": port of the broker} at the start. Then {"heartbeat": n, "connected": bool, "stored":
+number of records} each second. A missing heartbeat means that the process hangs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import sys
+from itertools import count
+from pathlib import Path
+
+from pneuforce.mqtt.instrument_link import InstrumentLink
+from pneuforce.mqtt.publisher import Publisher, PublisherSettings
+from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+
+HEARTBEAT_PERIOD_S = 1.0
+NICENESS = 5  #: reduces the priority, so that the host process runs first on a busy machine
+
+
+async def publish(publisher: Publisher, socket: Path, address: str) -> None:
+    """Publish the values of the instrument at a local socket until cancelled."""
+    link = InstrumentLink(socket, address, publisher)
+    async with asyncio.TaskGroup() as group:
+        for work in (link.run(), publisher.run(), _execute_vents(publisher, link)):
+            group.create_task(work)
+
+
+async def _execute_vents(publisher: Publisher, link: InstrumentLink) -> None:
+    """Execute the requested vents. Vents that arrive during a vent cause one more vent."""
+    while True:
+        await publisher.vent_requested.wait()
+        publisher.vent_requested.clear()
+        publisher.on_vent_result(await link.vent())
+
+
+async def _send_heartbeats(publisher: Publisher) -> None:
+    for number in count(1):
+        await asyncio.sleep(HEARTBEAT_PERIOD_S)
+        stored = publisher.outbox.store.count
+        send_heartbeat({"heartbeat": number, "connected": publisher.connected, "stored": stored})
+
+
+async def _run(settings: PublisherSettings, socket: Path) -> None:
+    publisher = Publisher(settings)
+    publishing = asyncio.create_task(publish(publisher, socket, settings.host))
+    heartbeats = asyncio.create_task(_send_heartbeats(publisher))
+    call_at_end_of_stdin(publishing.cancel)
+    send({"port": settings.port})
+    await asyncio.wait([publishing])
+    heartbeats.cancel()
+    publisher.close()
+    if not publishing.cancelled():
+        publishing.result()
+
+
+def main() -> int:
+    """Run the MQTT process. Return the exit code."""
+    os.nice(NICENESS)
+    logging.basicConfig(format="%(message)s")
+    options = read_options()
+    socket = Path(options.pop("socket"))
+    asyncio.run(_run(PublisherSettings(**options), socket))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
