@@ -100,9 +100,12 @@ def decode_command(data: bytes) -> list[CommandMetric]:
     payload = PayloadMessage()
     try:
         payload.ParseFromString(data)
-        return [CommandMetric(metric.name, _value_of(metric)) for metric in payload.metrics]
-    except (DecodeError, ValueError):  # ValueError: a text is not UTF-8
-        raise InvalidPayload(f"{len(data)} bytes are no payload of Sparkplug B") from None
+        is_text = all(isinstance(metric.name, str) for metric in payload.metrics)  # bytes if it is not UTF-8
+    except (DecodeError, ValueError):
+        is_text = False
+    if not is_text:
+        raise InvalidPayload(f"{len(data)} bytes are no payload of Sparkplug B")
+    return [CommandMetric(metric.name, _value_of(metric)) for metric in payload.metrics]
 
 
 def _value_of(metric: Any) -> Value:

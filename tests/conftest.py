@@ -27,6 +27,7 @@ REAL_TIME = [
     "tests/instrument/config/test_instruments_on_one_host.py",
     "tests/instrument/config/test_start_checks.py",
     "tests/instrument/service",
+    "tests/mqtt/test_broker.py",
     "tests/node_red",
     "tests/peers",
     "tests/registers/can/test_bus.py",

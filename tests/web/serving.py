@@ -56,7 +56,7 @@ class FakeInstrument:
         elif self.answers:
             self.addresses.append(entry.json_body["address"])
             self.requests.append(entry.json_body["values"])
-            self.seen_s.append(entry.json_body["seen_s"])
+            self.seen_s.append(entry.json_body.get("seen_s"))
             time.sleep(self.delay_s)
             answer = {"id": entry.json_body["id"], "reject_reason": self.reject_reason, "why": ""}
             client.sendall(encode(json_entry(EntryKind.ANSWER, time.monotonic(), answer)))
