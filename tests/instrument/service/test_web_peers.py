@@ -14,13 +14,13 @@ from tests.instrument.service.test_local_server import TIMEOUT_S, Client, servin
 LAPTOP, TABLET = "10.0.0.5", "10.0.0.6"
 
 
-def run_with_web_process(folder, use):
-    """Run a local server and `await use(server, web_process)`. Return the records of the event log."""
+def run_with_web_process(folder, use, subscription="web"):
+    """Run a local server and `await use(server, client)`. Return the records of the event log."""
     sink = MemorySink()
 
     async def run():
         async with serving(folder, sink) as (server, _):
-            web = await Client.connect(folder, "web")
+            web = await Client.connect(folder, subscription)
             await until(lambda: server.broadcaster.subscribers)
             ticking = asyncio.create_task(tick(server))
             await use(server, web)
@@ -165,3 +165,16 @@ def test_an_invalid_address_or_count_disconnects_the_client(tmp_path, entry):
                 await until(lambda: not server.clients)
 
     asyncio.run(run())
+
+
+def test_a_client_for_mqtt_can_only_vent(tmp_path):
+    async def use(server, mqtt):
+        assert await write(mqtt, "broker", force_limit=3.0) == "malformed"
+        assert await write(mqtt, "broker", mode="hold") == "malformed"
+        assert await write(mqtt, "broker", mode="vent", force_limit=3.0) == "malformed"
+        assert await write(mqtt, "broker", mode="vent") == "none"
+        assert server.source.snapshot(("mqtt", ""), time.monotonic()).force_limit_n != 3.0
+
+    records = run_with_web_process(tmp_path, use, "mqtt").of_kind("write")
+    assert {record["who"] for record in records} == {"mqtt broker"}
+    assert [record["result"] for record in records][-1] == "accepted"
