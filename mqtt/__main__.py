@@ -13,6 +13,7 @@ import os
 import sys
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from pneuforce.mqtt.instrument_link import InstrumentLink
 from pneuforce.mqtt.publisher import Publisher, PublisherSettings
@@ -45,7 +46,14 @@ async def _send_heartbeats(publisher: Publisher) -> None:
         send_heartbeat({"heartbeat": number, "connected": publisher.connected, "stored": stored})
 
 
+def ignore_closed_sockets(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Ignore an error of a socket that aiomqtt has closed: the publisher connects again."""
+    if not isinstance(context.get("exception"), OSError):
+        loop.default_exception_handler(context)
+
+
 async def _run(settings: PublisherSettings, socket: Path) -> None:
+    asyncio.get_running_loop().set_exception_handler(ignore_closed_sockets)
     publisher = Publisher(settings)
     publishing = asyncio.create_task(publish(publisher, socket, settings.host))
     heartbeats = asyncio.create_task(_send_heartbeats(publisher))

@@ -15,7 +15,7 @@ from pneuforce.mqtt.session import EdgeSession, SparkplugMessage, metrics_of
 from pneuforce.mqtt.store import DeliveryStore
 from pneuforce.registers.sparkplug import Value, unavailable_values
 
-BATCH_RECORDS = 400  #: stored records that one message contains
+BATCH_RECORDS = 200  #: stored records that one message contains
 
 
 class Outbox:

@@ -23,15 +23,17 @@ from pneuforce.support.client_tls import client_context
 from pneuforce.support.throttle import RateLimitedLogger
 
 log = logging.getLogger("pneuforce.mqtt")
+client_log = logging.getLogger("pneuforce.mqtt.client")
+client_log.setLevel(logging.CRITICAL)  # the publisher logs each lost connection in one sentence
 
 RECONNECT_FIRST_S, RECONNECT_MAX_S, STABLE_S = 0.5, 30.0, 10.0
 KEEP_ALIVE_S = 10  #: the broker publishes the will after 1.5 times this silence
-TIMEOUT_S = 5.0  #: for each answer of the broker
+TIMEOUT_S = 10.0  #: for each answer of the broker
 DEATH_TIMEOUT_S = 0.5
 RADIUS_DEADBAND_MM = 0.02
 SEND_PERIOD_S = 0.05
 CONFIRM_PERIOD_S = 2.0  #: period at which the broker has to confirm the published values
-STORED_PERIOD_S = 0.1  #: period of the messages with stored records, so that they do not delay current values
+STORED_PERIOD_S = 0.2  #: period of the messages with stored records, so that they do not delay current values
 REBIRTH_PERIOD_S = 1.0  #: a flood of rebirth commands causes one birth in this time
 LOG_PERIOD_S = 60.0
 MAX_WAITING_COMMANDS = 64
@@ -152,6 +154,7 @@ class Publisher:
             keepalive=KEEP_ALIVE_S,
             timeout=TIMEOUT_S,
             tls_context=context,
+            logger=client_log,
             max_queued_incoming_messages=MAX_WAITING_COMMANDS,
         )
 
@@ -188,8 +191,8 @@ class Publisher:
     def _connected(self, session: EdgeSession) -> None:
         self.outbox.session = session
         stored = self.outbox.store.count
-        if self._reason or stored:
-            log.warning("MQTT: connected to %s; %d stored records are sent", self._settings.address, stored)
+        if self._reason:
+            log.warning("MQTT: connected to %s; stored records to send: %d", self._settings.address, stored)
         self._reason = ""
         if session.host_online:
             self.outbox.birth(_utc_ms())

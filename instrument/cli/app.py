@@ -90,6 +90,7 @@ class MapFormat(Enum):
     METRICS = "metrics"
     PROMETHEUS_RULES = "prometheus-rules"
     GRAFANA = "grafana"
+    MQTT = "mqtt"
 
 
 @app.command()

@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeVar
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.collisions import collision, files_of, listening_ports
+from pneuforce.instrument.service.mqtt_process import edge_node_of
 from pneuforce.support.network_name import is_socket_url
 
 First = TypeVar("First")
@@ -60,6 +61,11 @@ def _resources(path: Path, configuration: Configuration) -> Iterator[Resource]:
         yield Resource("modbus_rtu.port", *_serial_port(rtu.port))
     if rdt.enabled:
         yield Resource("rdt", ("udp", rdt.host, rdt.port), f"the UDP port {rdt.port} of {rdt.host}")
+    mqtt = configuration.mqtt
+    if mqtt.enabled:
+        edge_node = edge_node_of(configuration)
+        identity = ("mqtt", mqtt.broker, mqtt.group, edge_node)
+        yield Resource("mqtt.edge_node", identity, f"the edge node {mqtt.group}/{edge_node}")
     yield from _can_node(configuration)
     serial_number = configuration.identity.serial_number
     if serial_number:

@@ -19,6 +19,7 @@ from tests.bench.latency import bench_latency
 from tests.bench.modbus import bench_modbus
 from tests.bench.modbus_security import bench_modbus_security
 from tests.bench.model import bench_arrays, bench_chain
+from tests.bench.mqtt import bench_mqtt
 from tests.bench.peaks import bench_peaks
 from tests.bench.quota import bench_quota
 from tests.bench.rdt import bench_rdt
@@ -41,6 +42,7 @@ BENCHMARKS = {
     "modbus_security": bench_modbus_security,
     "instruments": bench_instruments_on_one_host,
     "https": bench_https,
+    "mqtt": bench_mqtt,
     "force_control": bench_force_control,
     "quota": bench_quota,
     "endurance": bench_endurance,

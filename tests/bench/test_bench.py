@@ -10,6 +10,7 @@ from tests.tools import needs
 
 NEEDS = {
     "board": needs("gcc-avr", "/usr/bin/avr-gcc"),
+    "mqtt": needs("mosquitto", "/usr/sbin/mosquitto"),
     "modbus": needs("libmodbus-dev", "/usr/include/modbus/modbus.h"),
 }
 

@@ -47,6 +47,10 @@ class Broker:
         self._process = subprocess.Popen([program, "-c", str(self._file)], stderr=subprocess.DEVNULL)
         eventually(lambda: socket.socket().connect_ex(("127.0.0.1", self.port)) == 0)
 
+    @property
+    def pid(self):
+        return self._process.pid
+
     def kill(self):
         self._process.kill()
         self._process.wait()

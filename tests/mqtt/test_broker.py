@@ -148,7 +148,7 @@ def test_no_value_is_lost_when_the_broker_is_killed(instrument, tmp_path):
         last = instrument.number
         host.next("DDATA", condition=lambda m: values_in(m).get("contact_counter", 0) > last + 5)
         broker.kill()
-        edge.logged("stored records are sent")
+        edge.logged("stored records to send")
         found = contacts(host.messages, "killed")
     stored = [(value, utc_ms) for value, utc_ms, historical in found if historical]
     assert stored == sorted(stored)  # in order
