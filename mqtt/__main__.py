@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import resource
 import sys
 from itertools import count
 from pathlib import Path
@@ -20,6 +21,9 @@ from pneuforce.mqtt.publisher import Publisher, PublisherSettings
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
 
 HEARTBEAT_PERIOD_S = 1.0
+#: Limit of the memory. A message that is too long ends the connection. Without this limit, the message could
+#: use the memory of the systemd unit, to which the host process also belongs.
+MAX_MEMORY_BYTES = 160_000_000
 NICENESS = 5  #: reduces the priority, so that the host process runs first on a busy machine
 
 
@@ -69,6 +73,7 @@ async def _run(settings: PublisherSettings, socket: Path) -> None:
 def main() -> int:
     """Run the MQTT process. Return the exit code."""
     os.nice(NICENESS)
+    resource.setrlimit(resource.RLIMIT_DATA, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
     logging.basicConfig(format="%(message)s")
     options = read_options()
     socket = Path(options.pop("socket"))

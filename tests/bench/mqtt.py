@@ -132,6 +132,7 @@ async def _restart(broker, counts, count, seconds):
     """Kill the broker for `seconds`, and print how long the publishers need to deliver everything."""
     broker.kill()
     counts.born.clear()
+    counts.historical = 0
     await asyncio.sleep(seconds / 2)
     broker.start()
     begun_s = time.monotonic()

@@ -6,14 +6,16 @@ from contextlib import ExitStack, closing
 from itertools import count
 
 import pytest
+from paho.mqtt import publish
 
 from pneuforce.registers.sparkplug import METRICS
-from tests.command_runner import pneuforce
 from tests.mqtt.site import Broker, Edge, FedInstrument, HostApplication, eventually, values_in
 from tests.peers.clients.client import NEEDS_NODE
+from tests.registers.modbus_security.serving import Pki
 from tests.tools import needs
 
 pytestmark = [needs("mosquitto", "/usr/sbin/mosquitto"), NEEDS_NODE]
+HUGE_BYTES = 100_000_000
 TRUE = {"type": "Boolean", "value": True}
 numbers = count()
 
@@ -120,6 +122,15 @@ def test_the_broker_publishes_the_death_of_a_killed_process(start, host):
     assert values_in(host.next("NDEATH", edge.node)) == {"bdSeq": values_in(birth)["bdSeq"]}
 
 
+def test_a_huge_message_ends_only_the_connection(start, broker, host):
+    edge = start()
+    host.next("DBIRTH", edge.node)
+    publish.single(edge.topic.format("NCMD"), bytes(HUGE_BYTES), port=broker.port)
+    edge.logged("no connection")
+    host.next("DBIRTH", edge.node)
+    assert edge.process.poll() is None
+
+
 def contacts(messages, node):
     """Return the number of contacts in each metric of the data messages, and its time."""
     data = [
@@ -178,31 +189,29 @@ def test_values_are_stored_while_the_primary_host_is_offline(start, host, instru
 
 
 def test_tls_needs_the_right_certificates(instrument, tmp_path):
-    for words in (
-        ("authority", "pki"),
-        ("instrument", "pki", "--host", "127.0.0.1", "--name", "broker"),
-        ("client", "pki", "edge"),
-        ("authority", "other"),
-    ):
-        done = pneuforce("certificates", words[0], tmp_path / words[1], *words[2:])
-        assert done.returncode == 0, done.stderr
-    pki = tmp_path / "pki"
+    pki, other = Pki(tmp_path / "pki"), Pki(tmp_path / "other")
+    pki.client("edge", "viewer")
     (tmp_path / "password").write_text("secret-12345\n")
+    own = {"certificate": str(pki.folder / "edge.pem"), "key": str(pki.folder / "edge.key")}
+    own |= {"user": "edge", "password_file": str(tmp_path / "password"), "tls": True}
     broker = Broker(
         tmp_path,
-        *(f"{key} {pki / name}" for key, name in (("cafile", "ca.pem"), ("certfile", "broker.pem"))),
-        f"keyfile {pki / 'broker.key'}",
+        f"cafile {pki.folder / 'ca.pem'}",
+        f"certfile {pki.folder / 'instrument.pem'}",
+        f"keyfile {pki.folder / 'instrument.key'}",
         "require_certificate true",
         "allow_anonymous true",
     )
-    files = {"certificate": str(pki / "edge.pem"), "key": str(pki / "edge.key")}
-    files |= {"user": "edge", "password_file": str(tmp_path / "password")}
-    with closing(Edge(instrument.path, broker.port, "a", tls=True, ca=str(pki / "ca.pem"), **files)) as edge:
-        eventually(lambda: json.loads(edge.process.stdout.readline()).get("connected"))
-    other = str(tmp_path / "other" / "ca.pem")
-    with closing(Edge(instrument.path, broker.port, "b", tls=True, ca=other, **files)) as edge:
-        edge.logged("certificate verify failed")
-        assert "secret" not in "".join(edge.log)
-    with closing(Edge(instrument.path, broker.port, "c", tls=True, ca=str(pki / "ca.pem"))) as edge:
-        edge.logged("no connection to 127.0.0.1")
-    broker.kill()
+    with ExitStack() as processes:
+        processes.callback(broker.kill)
+
+        def start(node, authority, **options):
+            edge = Edge(instrument.path, broker.port, node, ca=str(authority.folder / "ca.pem"), **options)
+            return processes.enter_context(closing(edge))
+
+        trusted, distrustful = start("a", pki, **own), start("b", other, **own)
+        unknown = start("c", pki, tls=True)
+        eventually(lambda: json.loads(trusted.process.stdout.readline()).get("connected"))
+        distrustful.logged("certificate verify failed")
+        unknown.logged("no connection to 127.0.0.1")
+        assert "secret" not in "".join(distrustful.log)
