@@ -26,8 +26,10 @@ log = logging.getLogger("pneuforce.mqtt")
 client_log = logging.getLogger("pneuforce.mqtt.client")
 client_log.setLevel(logging.CRITICAL)  # the publisher logs each lost connection in one sentence
 
+TIMED_OUT = "Operation timed out"  #: text of aiomqtt's error
 RECONNECT_FIRST_S, RECONNECT_MAX_S, STABLE_S = 0.5, 30.0, 10.0
 KEEP_ALIVE_S = 10  #: the broker publishes the will after 1.5 times this silence
+CONNECT_TIMEOUT_S = 3.0  #: for the answer to the connection request, after the TLS handshake
 TIMEOUT_S = 10.0  #: for each answer of the broker
 DEATH_TIMEOUT_S = 0.5
 RADIUS_DEADBAND_MM = 0.02
@@ -120,6 +122,7 @@ class Publisher:
             session = self._new_session()
             try:
                 async with self._client(session) as client:
+                    client.timeout = TIMEOUT_S
                     backoff.opened(loop.time())
                     await self._serve(client, session)
             except (MqttError, OSError, ValueError) as error:
@@ -152,7 +155,7 @@ class Publisher:
             will=Will(will.topic, will.payload, will.qos),
             clean_session=True,
             keepalive=KEEP_ALIVE_S,
-            timeout=TIMEOUT_S,
+            timeout=CONNECT_TIMEOUT_S,
             tls_context=context,
             logger=client_log,
             max_queued_incoming_messages=MAX_WAITING_COMMANDS,
@@ -198,6 +201,8 @@ class Publisher:
             self.outbox.birth(_utc_ms())
 
     def _disconnected(self, why: str) -> None:
+        if why == TIMED_OUT:
+            why = "the broker does not answer, or rejects the client certificate"
         if why != self._reason:
             address = self._settings.address
             log.warning("MQTT: no connection to %s: %s; values are stored until it works", address, why)
