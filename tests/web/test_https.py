@@ -19,7 +19,8 @@ from pneuforce.web.connection_limiter import MAX_CONNECTIONS_PER_ADDRESS
 from tests.registers.modbus_security.serving import Pki
 from tests.system.waiting import wait_for
 from tests.web.entries import header
-from tests.web.serving import TOKEN, FakeInstrument, Site, read_events
+from tests.web.serving import FakeInstrument, Site, read_events
+from tests.web.users import OPERATOR, PASSWORD
 
 VENT = b"POST /api/vent HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
@@ -95,8 +96,11 @@ def test_the_event_stream_and_a_vent_use_one_certificate(site, pki, instrument):
 
 
 def test_the_cookie_of_a_login_is_sent_over_https_only(site, pki):
-    _, headers, _ = request(site, pki, "POST", "/api/token", {"token": TOKEN})
-    assert "secure" in headers["Set-Cookie"].lower().split("; ")
+    user = {"name": OPERATOR, "password": PASSWORD}
+    _, headers, _ = request(site, pki, "POST", "/api/login", user)
+    cookies = headers.get_all("Set-Cookie")
+    assert len(cookies) == 2
+    assert all("secure" in cookie.lower().split("; ") for cookie in cookies)
 
 
 def test_a_page_that_was_sent_without_encryption_cannot_write(site, pki):

@@ -14,10 +14,10 @@ from tests.command_runner import pneuforce
 from tests.system.waiting import wait_for
 from tests.tools import needs
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT, Browser
+from tests.web.users import OPERATOR, PASSWORD, users_file
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT, needs("libnss3-tools", "/usr/bin/certutil")]
 
-TOKEN = "open-sesame-1"
 INFLATED_KPA = 8.0
 
 
@@ -90,12 +90,12 @@ def days_of_certificate(folder, port):
 
 def test_an_operator_vents_before_and_after_the_renewal_of_the_certificate(folder, browser, children):
     port = free_port()
-    web = {"enabled": True, "port": port, "token": TOKEN, "recordings": ""}
+    web = {"enabled": True, "port": port, "users_file": users_file(folder), "recordings": ""}
     web |= {"certificate": str(folder / "page.pem"), "key": str(folder / "page.key")}
     rig = LiveRig(start(children, folder / "rig", ["--no-hand", "--seed", "1"], {"web": web}))
     rig.wait_for(lambda registers: "maintenance_required" in registers["status"])
 
-    browser("open", url=f"http://localhost:{port}/#operator={TOKEN}")
+    browser("open", url=f"http://localhost:{port}/#user={OPERATOR}&password={PASSWORD}")
     browser.wait_for_state("vented")
     assert browser.evaluate("location.href").startswith(f"https://localhost:{port}/")
     rig.inflate(INFLATED_KPA)
