@@ -2,6 +2,7 @@
 
 import os
 import signal
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -105,10 +106,13 @@ monitor = StarvationMonitor()
 starved_files = set()
 
 
+@cache
 def is_in_real_time(path):
+    """Return True for a file in real time. Thousands of tests ask this question about a few files."""
     return path not in virtual_time_paths and any(path.is_relative_to(p) for p in real_time_paths)
 
 
+@cache
 def name_of(path):
     """Return the path of a file within this repository."""
     return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else ""
