@@ -21,6 +21,7 @@ from pneuforce.protocol.frames import (
 )
 from pneuforce.protocol.limits import PRESSURISED
 from tests.instrument.instrument_harness import DT_S, HOLD_8, PLC, VENT, adc_sum_of
+from tests.instrument.prepared import prepared_once
 
 FILLING_S, SETTLING_S = 0.4, 0.4
 TICK_STEPS = 5
@@ -51,6 +52,7 @@ class ForgedBoard:
         self.decoder = FrameDecoder.for_host_frames()
 
     @classmethod
+    @prepared_once
     def holding(cls, **changes):
         """Return a board that has held 8 kPa for some time."""
         board = cls(**changes)

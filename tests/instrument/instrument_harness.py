@@ -10,6 +10,7 @@ from pneuforce.instrument.rig.firmware import CURRENT_VERSION, Firmware
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import BoardKind, BoardState, Hello, Mode, Sample, Valve
+from tests.instrument.prepared import prepared_once
 
 DT_S = 0.002
 PLC, ROBOT, WEB = ("modbus_tcp", "10.0.0.1"), ("can", ""), ("web", "")
@@ -81,11 +82,13 @@ class InstrumentHarness:
         return harness
 
     @classmethod
+    @prepared_once
     def zeroed(cls, **settings):
         """Return a vented harness that has completed the zero adjustment."""
         return cls.new(**settings).run(1.2)
 
     @classmethod
+    @prepared_once
     def ready(cls, **settings):
         """Return a zeroed harness that has received a vent command, so that it accepts a hold command."""
         harness = cls.zeroed(**settings)
@@ -93,6 +96,7 @@ class InstrumentHarness:
         return harness
 
     @classmethod
+    @prepared_once
     def holding(cls, peer=PLC, request=None, **settings):
         """Return a harness that holds 8 kPa by command of `peer`."""
         harness = cls.ready(**settings)

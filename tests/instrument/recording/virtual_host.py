@@ -44,7 +44,7 @@ class VirtualHost:
     to_board: bytes = b""
     command_sequence: int = 0
     damaged_bytes: int = 0
-    snapshots: dict = field(default_factory=dict)  #: snapshots for the web page as text, by time [s]
+    snapshots: dict = field(default_factory=dict)  #: snapshots of the recording as text, by time [s]
     forces: list = field(default_factory=list)
     entries: list = field(default_factory=list)
     subscriber: Subscriber | None = None
@@ -77,7 +77,8 @@ class VirtualHost:
                 self.forces.append((self.now_s, self.instrument.measurement.force_n))
         if self.steps % STEPS_PER_TICK == 0:
             self.session.tick(self.now_s)
-            self.snapshots[self.now_s] = repr(self.instrument.snapshot(PAGE, self.now_s))
+            if self.subscriber:
+                self.snapshots[self.now_s] = repr(self.instrument.snapshot(PAGE, self.now_s))
             if self.open:
                 self.to_board = self.session.outgoing(self.now_s)
 

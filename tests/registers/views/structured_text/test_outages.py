@@ -71,8 +71,9 @@ def ready(tutorial, **options):
 
 
 @each_tutorial
-@pytest.mark.parametrize("stage", INFLATION)
-@pytest.mark.parametrize("seconds", [1.0, 5.0, 20.0])
+@pytest.mark.parametrize(
+    ("stage", "seconds"), [*((stage, 1.0) for stage in INFLATION), ("REARM", 20.0), ("INFLATE", 5.0)]
+)
 def test_an_outage_before_the_inflation_ends_the_request(tutorial, stage, seconds):
     plc = ready(tutorial).run(0.01, Inflate=1).cut_in_a_read(stage).outage(seconds)
     assert plc.program["Pressure.Ended"] == 1
@@ -101,8 +102,9 @@ def test_after_an_outage_a_new_request_inflates(tutorial):
 
 
 @each_tutorial
-@pytest.mark.parametrize("stage", COMMAND)
-@pytest.mark.parametrize("seconds", [0.2, 5.0])
+@pytest.mark.parametrize(
+    ("stage", "seconds"), [*((stage, 0.2) for stage in COMMAND), ("SEND_KEY", 5.0), ("SEND_SEQUENCE", 5.0)]
+)
 def test_a_command_that_is_withdrawn_in_an_outage_does_not_run(tutorial, stage, seconds):
     plc = ready(tutorial).run(0.01, ClearFaults=1).cut_in_a_read(stage)
     plc.run(0.1, ClearFaults=0).outage(seconds).run(1.0)
