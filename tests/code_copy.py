@@ -6,11 +6,13 @@ from pathlib import Path
 from tests.source_tree import PARTS, ROOT
 
 
-def copy_code(folder: Path) -> None:
-    """Copy the product and its tests into a folder, with the links in `pneuforce/`. Both run there."""
+def copy_code(folder: Path, *parts: str) -> None:
+    """Copy parts of the code into a folder. Links stand for the rest of the product and the tests."""
     ignored = shutil.ignore_patterns("__pycache__")
-    for name in (*PARTS, "pneuforce", "tests"):
+    for name in ("pneuforce", *parts):
         shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=ignored)
+    for name in {*PARTS, "tests"}.difference(parts):
+        (folder / name).symlink_to(ROOT / name)
     shutil.copy(ROOT / "pyproject.toml", folder)
 
 

@@ -128,7 +128,7 @@ class Tree:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        copy_code(folder)
+        copy_code(folder, "firmware", "tests")
         for header in (folder / HEADERS).glob("*.h"):  # the pragma prevents warnings about unused code
             header.write_text("#pragma GCC system_header\n" + header.read_text(encoding="utf-8"))
 

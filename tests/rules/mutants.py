@@ -267,7 +267,7 @@ def finding_of(planted: PlantedError) -> str:
     """
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
-        copy_code(copy)
+        copy_code(copy, "instrument")
         replace_once(copy / CORE / planted.file, planted.old, planted.new)
         done = subprocess.run(
             (sys.executable, "-B", "-m", "tests.rules", planted.search, "--rule", planted.rule),
