@@ -137,9 +137,7 @@ def test_the_peak_of_a_fast_contact_is_shown_within_20_ms(setpoint_kpa):
 
 @each_pressure
 @each_kind
-@pytest.mark.parametrize(
-    ("assumed_tube_s", "polytropic"), [(0.042, 1.0), (0.078, 1.0), (0.06, 1.2), (0.06, 1.4)]
-)
+@pytest.mark.parametrize(("assumed_tube_s", "polytropic"), [(0.042, 1.0), (0.078, 1.0), (0.06, 1.4)])
 def test_with_a_wrong_time_constant_or_gas_exponent_the_rmse_is_at_most_0_225_n(
     kind, setpoint_kpa, assumed_tube_s, polytropic
 ):
@@ -150,11 +148,11 @@ def test_with_a_wrong_time_constant_or_gas_exponent_the_rmse_is_at_most_0_225_n(
 @each_pressure
 def test_a_contact_is_detected_before_the_force_exceeds_0_6_n(setpoint_kpa, n_per_s):
     ramp = {"kind": "ramp", "force_n": 3.0, "rate_n_per_s": n_per_s, "pause_s": 1.0}
-    scenario = Scenario(doc="onset", phase=[{"setpoint_kpa": [setpoint_kpa], "repeat": 4, "contact": [ramp]}])
+    scenario = Scenario(doc="onset", phase=[{"setpoint_kpa": [setpoint_kpa], "repeat": 2, "contact": [ramp]}])
     seen_n, before = [], False
     for m, truth in measure_playback(Playback(scenario), ChainSettings()):
         if m.in_contact and not before:
             seen_n.append(truth.force_n)
         before = m.in_contact
-    assert len(seen_n) == 4
+    assert len(seen_n) == 2
     assert max(seen_n) <= 0.6
