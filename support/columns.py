@@ -9,15 +9,16 @@ import math
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.support.counted import counted
 
-Numbers = NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Numbers: TypeAlias = "NDArray[np.float64]"
 MAX_ROWS = 4_000_000
 #: Largest accepted magnitude of a number. Measured values are much smaller. The square does not overflow.
 MAX_MAGNITUDE = 1e15
@@ -146,6 +147,8 @@ def parse_points(
         lines.append(row.line)
         for column, numbers in columns.items():
             numbers.append(row.number(column))
+    import numpy as np  # takes 80 ms, and most commands read no table
+
     arrays = {column: np.array(numbers) for column, numbers in columns.items()}
     return Points(name, hashlib.sha256(content).hexdigest(), arrays, lines)
 

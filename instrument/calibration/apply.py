@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.file import Calibration
-from pneuforce.instrument.calibration.plausibility import check_force
 from pneuforce.instrument.calibration.sections import (
     ForceConditions,
     ForcePart,
@@ -69,6 +68,8 @@ def apply_calibration(settings: ChainSettings, calibration: Calibration) -> Chai
     Raises ConfigurationError if the configured values contradict the calibration, or if the calibrated force
     is implausible.
     """
+    from pneuforce.instrument.calibration.plausibility import check_force  # imports numpy
+
     for apply_part in (_apply_radius, _apply_volume, _apply_lag, _apply_grip, _apply_force):
         settings = apply_part(settings, calibration)
     check_force(settings)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from ipaddress import ip_address
 from pathlib import Path
@@ -38,6 +37,8 @@ def overview(
 
     Example: pneuforce overview /etc/pneuforce/left.toml /etc/pneuforce/right.toml
     """
+    import asyncio
+
     from pneuforce.errors import ConfigurationError, ServerError
     from pneuforce.web.listener import open_listener
     from pneuforce.web.overview.server import serve_overview

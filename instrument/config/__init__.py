@@ -16,7 +16,6 @@ from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.calibration.file import parse as parse_calibration
 from pneuforce.instrument.calibration.file import remedy as calibration_remedy
-from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.config.mqtt_section import MqttSection
 from pneuforce.instrument.config.network_sections import (
     CanSection,
@@ -231,6 +230,8 @@ def load(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> Configuration:
     configuration = _parse(content, path)
     signatures, warnings = FileSignatures(signature), []
     if file := resolve_path(path, configuration.measurement.calibration):
+        from pneuforce.instrument.calibration.plausibility import warnings_about  # imports numpy
+
         try:
             content, signature = read_signed(file, trusted, calibration_remedy(file))
             calibration = parse_calibration(content, str(file))
