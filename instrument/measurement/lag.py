@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 #: Standard deviation of the noise of one sample [kPa]. A sample is the mean of 16 conversions, each with a
 #: noise of (0.7² + 1/12)^½ counts.
@@ -123,6 +124,7 @@ class LagCompensator:
         return max(peak_s - REFERENCE_PRESS_S / 2, 0.0) + SAMPLE_S
 
 
+@lru_cache(maxsize=16)
 def stationary_gains(response: float, rate_response_s: float) -> tuple[list[list[float]], float]:
     """Return the stationary Kalman gains and the output noise of the filter.
 
