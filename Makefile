@@ -112,7 +112,7 @@ sbom: deb $(TOOLS)/installed
 
 lock: $(TOOLS)/installed
 	@$(TOOLS)/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate \
-		--custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
+		--custom-compile-command "make lock" --extra mqtt --output-file requirements.lock pyproject.toml
 
 audit: $(VENV)/installed
 	@if $(BIN)/python -m release.vulnerability_service; then \

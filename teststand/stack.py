@@ -93,18 +93,8 @@ def start(
     )
     ports = host.ready(stop)  # before the instrument is ready, another program could answer on its port
     node_id = can.get("node_id", DEFAULT_NODE_ID)
-    return Stack(
-        sim,
-        hub,
-        host,
-        modbus["port"],
-        can["port"],
-        control_port,
-        Path(str(local["socket"])),
-        line,
-        node_id,
-        ports,
-    )
+    served = modbus["port"], can["port"], control_port, Path(str(local["socket"]))
+    return Stack(sim, hub, host, *served, line, node_id, ports)
 
 
 def toml(tables: Tables) -> str:

@@ -34,7 +34,7 @@ def test_all_declarations_of_the_library_are_found():
     assert len(LIBRARY.constants) == CONSTANTS.count(" : ") - CONSTANTS[
         : CONSTANTS.index("VAR_GLOBAL")
     ].count(" : ")
-    assert [array.last for array in LIBRARY.arrays] == [35, 4, 21]
+    assert [array.last for array in LIBRARY.arrays] == [35, 4, 29]
     assert [structure.name for structure in LIBRARY.structures] == STRUCTURES
 
 
