@@ -288,7 +288,8 @@ def test_the_check_of_a_configuration_can_be_printed_as_json(tmp_path):
     assert "modbus.port = 70000" in result["message"]
     file.write_text("[modbus]\nport = 5021\n")
     result = json.loads(pneuforce("config", "--check", file, "--json").stdout)
-    assert result == {"ok": True, "file": str(file), "warning": None}
+    signatures = {"configuration": "unsigned", "calibration": "no file"}
+    assert result == {"ok": True, "file": str(file), "warning": None, "signatures": signatures}
 
 
 def test_a_configuration_without_a_bus_gives_a_warning(tmp_path):

@@ -205,7 +205,7 @@ def test_the_instrument_does_not_start_with_another_file_as_event_log(tmp_path):
     config = tmp_path / "instrument.toml"
     config.write_text(f'[rig]\nport = "{tmp_path}/no"\n[events]\nfile = "notes"\n')
     rejected = pneuforce("run", "--config", config)
-    assert rejected.returncode == 2
+    assert rejected.returncode == 78
     assert "not an event log" in rejected.stderr.splitlines()[-1]
 
 

@@ -7,7 +7,6 @@ import pytest
 from pneuforce.web.event_stream import MAX_STREAMS
 from tests.system.waiting import wait_for
 from tests.web.serving import Site
-from tests.web.test_login import cookie_of
 
 OTHER_ADDRESS = "127.0.0.2"
 
@@ -39,7 +38,7 @@ def test_a_browser_that_has_logged_in_gets_a_stream_at_the_same_address(site, st
     with contextlib.closing(site.connect(address=OTHER_ADDRESS)) as connection:
         connection.request("GET", "/api/live")
         assert connection.getresponse().status == 503
-    with site.event_stream(OTHER_ADDRESS, **cookie_of(site)) as stream:
+    with site.event_stream(OTHER_ADDRESS, **site.cookies()) as stream:
         assert next(stream)[0] == "link"
         assert len(site.services.broadcaster) == MAX_STREAMS
 

@@ -181,7 +181,7 @@ def test_a_plain_request_is_redirected(site, path):
 
 def test_a_plain_write_is_rejected_and_says_where_to_send_it(site, instrument):
     count = len(instrument.requests)
-    status, _, answer = site.write({"setpoint_requested_kpa": 8.0})
+    status, _, answer = site.write({"setpoint_requested_kpa": 8.0}, user=None)
     assert status == 403
     assert f"https://127.0.0.1:{site.port}/api/write" in answer["text"]
     assert len(instrument.requests) == count

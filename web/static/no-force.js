@@ -7,7 +7,7 @@ const has = (name) => ({ status }) => status.includes(name);
 const REASONS = [
   [has("stale"), "no current samples from the rig"],
   [({ state }) => state === "boot", "the rig has not answered yet"],
-  [({ state, faults }) => state === "tripped" || faults.length > 0, "tripped: no force until the faults are cleared"],
+  [({ state, faults }) => state === "tripped" || faults.length > 0, "tripped: no force until faults are cleared"],
   [({ state }) => state === "vented", "vented: inflate to measure"],
   [({ state }) => state === "venting", "venting"],
   [(state) => !isHeld(state), "not inflated yet: wait"],

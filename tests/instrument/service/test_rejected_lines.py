@@ -77,7 +77,7 @@ class Buses:
     def web(self, values, seen_s=None):
         seen_s = seen_s if seen_s is not None else 0.0
         facts = {"values": values, "seen_s": seen_s, "address": "10.0.0.7"}
-        self.local.answer(json_entry(EntryKind.WRITE, 0.0, facts))
+        self.local.answer(json_entry(EntryKind.WRITE, 0.0, facts), "web")
 
 
 TCP, RANGE_KPA = "modbus_tcp 10.0.0.1", ("2", "12 kPa")
