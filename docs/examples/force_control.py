@@ -11,6 +11,7 @@ docs/how-to/force-control.md describes the program.
 import argparse
 import contextlib
 import json
+import signal
 import socket
 import sys
 import time
@@ -113,6 +114,7 @@ def main():
     parser.add_argument("--control", type=int, required=True, help="control port of the simulator")
     parser.add_argument("--seconds", type=float, default=8.0, help="duration of the control")
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended by SIGTERM"))  # so that `finally` is executed
     with contextlib.ExitStack() as stack:
         sensor = stack.enter_context(pneuforce.connect(options.url))
         holder = stack.enter_context(pneuforce.connect(options.hold)) if options.hold else sensor

@@ -203,7 +203,7 @@ class WebSection(ListenerSection):
     allow_plain_http: Annotated[bool, AfterValidator(check_plain_http)] = Field(
         False,
         validate_default=True,
-        description="serve the page without a certificate at an address that is not loopback; the token is "
+        description="serve the page without a certificate at an address that is not loopback; passwords are "
         "then sent without encryption",
     )
     recordings: Text = Field(

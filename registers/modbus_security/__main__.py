@@ -42,7 +42,7 @@ class GatewayOptions(NamedTuple):
     crl: str = ""
 
 
-def _heartbeat(number: int, gateway: Gateway) -> dict[str, Any]:
+def heartbeat(number: int, gateway: Gateway) -> dict[str, Any]:
     """Return the heartbeat: counters, failures since the last one, and days until the certificate expires."""
     failures = [(*key, times) for key, times in gateway.failures.most_common(MAX_REPORTS)]
     for address, reason, _ in failures:
@@ -51,7 +51,7 @@ def _heartbeat(number: int, gateway: Gateway) -> dict[str, Any]:
     return {
         "heartbeat": number,
         "handshakes": counters.handshakes,
-        "failed": dict(counters.failed),
+        "failed": counters.failed.total(),
         "not_allowed": counters.not_allowed,
         "failures": failures,
         "certificate_days": gateway.tls.certificate_days(time.time()),
@@ -60,7 +60,7 @@ def _heartbeat(number: int, gateway: Gateway) -> dict[str, Any]:
 
 async def _send_heartbeats(gateway: Gateway) -> None:
     for number in count(1):
-        send_heartbeat(_heartbeat(number, gateway))
+        send_heartbeat(heartbeat(number, gateway))
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
 
 

@@ -13,6 +13,7 @@ from pymodbus.client import ModbusTlsClient
 
 from pneuforce.instrument.commissioning.certificates import new_authority, new_client, revocation_list
 from pneuforce.registers.modbus_security import gateway as gateway_module
+from pneuforce.registers.modbus_security.__main__ import heartbeat
 from tests.registers.modbus.memory_source import MemorySource
 from tests.registers.modbus.serving import eventually, read_answer, read_until_closed, send_request
 from tests.registers.modbus_security.serving import Pki, serving
@@ -128,6 +129,7 @@ def test_a_bad_certificate_is_counted_and_the_client_learns_why(server, pki, sou
     assert caught.value.reason
     assert eventually(lambda: server.gateway.counters.failed)
     assert [each for each in server.gateway.counters.failed if re.fullmatch(reason, each)]
+    assert heartbeat(1, server.gateway)["failed"] == 1  # a number, as all metrics
     assert source.write_requests == []
 
 
