@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from numbers import Real
 from types import TracebackType
 
@@ -95,6 +96,7 @@ class Hold:
         self._current = current
         self._settled = False
         self._ended = False
+        self._released = False  #: the lease has ended before the hold, because the balloon is vented
         self._cancelled = threading.Event()
         self._sending = threading.Lock()  #: held while the hold is requested or ended
         self._failure: ClientError | None = None
@@ -138,7 +140,8 @@ class Hold:
                 return
             self._ended = True
             try:
-                self._connection.end_hold()
+                if not self._released:
+                    self._connection.end_hold()
             finally:
                 self._current.forget(self)
 
@@ -151,7 +154,7 @@ class Hold:
         if not self._settled or self._ended:
             return
         try:
-            if self._failure is not None:
+            if self._failure is not None and measurement.state is not State.TRIPPED:
                 raise self._failure
             self._check_state(measurement)
         except ClientError:
@@ -269,7 +272,16 @@ class Hold:
                     return
             except ClientError as failure:
                 self._failure = failure
+                if isinstance(failure, HoldEnded | Tripped):
+                    self._release()
                 return
+
+    def _release(self) -> None:
+        """End the lease of a balloon that is vented. Otherwise the lease would expire and trip the rig."""
+        with self._sending, suppress(ClientError):
+            if not self._ended:
+                self._connection.end_hold()
+                self._released = True
 
 
 def check_setpoint(setpoint_kpa: float) -> None:

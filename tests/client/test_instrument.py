@@ -164,6 +164,20 @@ def test_another_peer_cannot_hold_but_can_vent(instrument, sensors):
         hold_until_it_fails(robot, LOW_KPA, interfere)
 
 
+@pytest.mark.parametrize(("holder", "operator"), [("tcp", "can"), ("can", "tcp")])
+def test_a_program_that_does_not_read_after_the_vent_of_another_client_causes_no_trip(
+    instrument, sensors, holder, operator
+):
+    def vent():
+        sensors[operator].vent()
+        time.sleep(1.0)  # longer than the lease
+        registers = instrument.registers()
+        assert (registers["lease_holder"], registers["active_fault_count"]) == ("none", 0)
+
+    with pytest.raises(pneuforce.HoldEnded):
+        hold_until_it_fails(sensors[holder], LOW_KPA, vent, lease_s=0.5)
+
+
 def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sensors):
     def vent():
         time.sleep(0.6)
