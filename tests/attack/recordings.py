@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pneuforce.errors import ConfigurationError, PneuforceError
-from pneuforce.instrument.cli.evaluate import EvaluationFiles, evaluate
+from pneuforce.instrument.cli.evaluate import EvaluationFiles, EvaluationInput, evaluate
 from pneuforce.instrument.cli.export import ExportOptions, export
 from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.cli.replay import replay
@@ -96,7 +96,9 @@ def commands_of(path: Path) -> dict[str, Callable[[], object]]:
             path, ExportOptions(out("c.csv"), contacts=True, overwrite=True), as_json=False
         ),
         "evaluate": lambda: evaluate(
-            path, out("instrument.toml"), EvaluationFiles(out("e.csv"), out("s.csv"), True), as_json=True
+            EvaluationInput(path, out("instrument.toml")),
+            EvaluationFiles(out("e.csv"), out("s.csv"), True),
+            as_json=True,
         ),
         "plot": lambda: plot(PlotOptions(path, out("a.png"), overwrite=True)),
         "plot --by-pressure": lambda: plot(PlotOptions(path, out("b.svg"), by_pressure=True, overwrite=True)),
