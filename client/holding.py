@@ -6,16 +6,15 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from numbers import Real
 from types import TracebackType
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.details import fault_of
 from pneuforce.client.measurement import Measurement, State, Status
+from pneuforce.client.value_checks import check_lease, check_setpoint, check_timeout
 from pneuforce.errors import (
     AlreadyHeld,
     ClientError,
-    ConfigurationError,
     ConnectionFailed,
     ConnectionLost,
     HoldEnded,
@@ -23,8 +22,6 @@ from pneuforce.errors import (
     Tripped,
 )
 from pneuforce.registers.advice import REJECT_REASON_ADVICE
-from pneuforce.registers.field import Field
-from pneuforce.registers.map import BY_NAME
 
 POLL_S = 0.02
 VENT_TIMEOUT_S = 10.0
@@ -87,9 +84,8 @@ class Hold:
         timeout_s: float,
     ) -> None:
         check_setpoint(request.setpoint_kpa)
-        _check_range(BY_NAME["lease"], "lease_s", "s", request.lease_s, 1e-3)
-        if not (_is_number(timeout_s) and timeout_s > 0):
-            raise ConfigurationError(f"timeout_s = {timeout_s!r} is invalid: it must be above 0 s")
+        check_lease(request.lease_s)
+        check_timeout(timeout_s)
         self._request = request
         self._timeout_s = timeout_s
         self._connection = connection
@@ -282,24 +278,3 @@ class Hold:
             if not self._ended:
                 self._connection.end_hold()
                 self._released = True
-
-
-def check_setpoint(setpoint_kpa: float) -> None:
-    """Raise ConfigurationError if the instrument would reject a setpoint."""
-    _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", setpoint_kpa, 1.0)
-
-
-def _check_range(register: Field, name: str, unit: str, value: float, unit_per_wire: float) -> None:
-    """Raise ConfigurationError if the instrument would reject a value."""
-    assert register.low is not None
-    assert register.high is not None
-    low, high = register.low * unit_per_wire, register.high * unit_per_wire
-    if not (_is_number(value) and low <= value <= high):
-        raise ConfigurationError(
-            f"{name} = {value!r} is invalid: it must be {low:g} to {high:g} {unit}; nothing was sent"
-        )
-
-
-def _is_number(value: object) -> bool:
-    """Return True for an integer or a float, also of numpy. Python does not check the types of a caller."""
-    return isinstance(value, Real)

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.details import VENT_FAULTS, Details, fault_of
-from pneuforce.client.holding import CurrentHold, Hold, check_setpoint
+from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.value_checks import check_setpoint
 from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentFailed, VentNotConfirmed
 from pneuforce.registers.advice import STATUS_ADVICE
 

@@ -15,6 +15,7 @@ from pneuforce.instrument.calibration import file
 from pneuforce.instrument.cli.app import app
 from pneuforce.instrument.config import load
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model import LIVE_LAW, Balloon, Circuit, estimate
 from pneuforce.instrument.studies.measured_playback import measure_playback
 from pneuforce.sim.headless import Playback
 from pneuforce.sim.scenario import Scenario
@@ -153,8 +154,12 @@ def test_a_calibration_belongs_to_the_balloon_of_its_configuration(calibration_p
 
 
 def test_a_correction_that_is_no_better_than_the_law_is_not_written(tmp_path):
+    """The references are the forces of the uncalibrated law, so that no correction can be better."""
     data, out = tmp_path / "contacts.csv", tmp_path / "calibration.toml"
-    data.write_text(calibrate("contacts", "--plant", "published", "--count", 6, "--seed", 1))
+    contacts = [(baseline, baseline + rise) for baseline in (5.5, 8.0, 10.5) for rise in (0.6, 1.8, 3.5)]
+    forces = [estimate(*contact, Balloon(), Circuit(), LIVE_LAW).force_n for contact in contacts]
+    rows = [f"{low},{high},{force}" for (low, high), force in zip(contacts, forces, strict=True)]
+    data.write_text("\n".join(["baseline_kpa,final_kpa,force_n", *rows]))
     with pytest.raises(ConfigurationError, match=r"no calibration: .*; nothing was written"):
         calibrate("force", data, "--out", out)
     assert not out.exists()

@@ -42,7 +42,7 @@ def test_a_normal_measurement_asks_nothing_of_the_operator():
 
 
 def test_the_page_names_buttons_instead_of_registers_and_commands():
-    info = instrument_info({}, True)
+    info = instrument_info({})
     texts = [
         *(text for fault in info["faults"].values() for text in (fault["meaning"], fault["action"])),
         *(text for bit in info["status"].values() for text in (bit["meaning"], bit["action"])),
