@@ -5,14 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from pneuforce.client.can_receiver import CanReceiver
 from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.details import Details, fault_of
 from pneuforce.client.latest_sample import LatestSample
-from pneuforce.client.measurement import Measurement, State
+from pneuforce.client.measurement import Measurement
 from pneuforce.client.rejection import COMMAND_PREFIX, rejected
 from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded, UsageError
 from pneuforce.registers.can.bus import CanAddress
@@ -29,15 +29,14 @@ MIN_ATTEMPTS = 3  #: attempts over a bus without any frame of the instrument
 ATTEMPTS = 10  #: a busy computer can delay an Answer
 COMMAND_ATTEMPTS = 40  #: a command, for example a zero adjustment, can take some seconds
 _REJECTED = "rejected_"
-_INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
+_AT_ONCE = ("vent", "lease")
 
 
 class CanSensorConnection:
     """Connection over CAN.
 
-    The lease is renewed by a repetition of the last Command. A repeated "hold" could inflate a balloon again
-    that was vented meanwhile. Therefore the Command is repeated only while the frames of the instrument show
-    that the balloon is inflated and that no other node has sent a Command to vent.
+    All nodes of the bus are one holder of the lease. Therefore the lease is no longer renewed as soon as
+    another node has sent a Command to vent.
     """
 
     transmits_status = True
@@ -52,8 +51,7 @@ class CanSensorConnection:
         self._sending = threading.Lock()
         self._exchange = threading.Lock()
         self._sequence = time.time_ns() & 0xFF
-        self._repeated: bytes | None = None  #: Command whose repetition renews the lease
-        self._inflated = False
+        self._vents = 0  #: number of Commands vent that this program has sent
         try:
             self._bus.open()
         except OSError as error:
@@ -110,15 +108,18 @@ class CanSensorConnection:
         self._run({"mode": "vent"}, attempts=ATTEMPTS)
 
     def prepare_hold(self, lease_s: float) -> None:
-        """Vent, and take a lease."""
-        self._inflated = False
-        self._run({"mode": "vent", "lease": lease_s}, attempts=ATTEMPTS, renews=True)
+        """Take a lease, then vent.
+
+        The lease is taken first: if a client of another bus has the lease, its balloon is not vented.
+        """
+        self._run({"mode": "lease", "lease": lease_s}, attempts=ATTEMPTS)
+        self._run({"mode": "vent", "lease": lease_s}, attempts=ATTEMPTS)
 
     def begin_hold(self, request: HoldRequest) -> None:
         """Request an inflation. The instrument executes a repeated Command only once."""
         proof_test = "allowed" if request.proof_tests else "forbidden"
         values = {"setpoint": request.setpoint_kpa, "lease": request.lease_s, "proof_test": proof_test}
-        self._run({"mode": "hold", **values}, attempts=ATTEMPTS, renews=True)
+        self._run({"mode": "hold", **values}, attempts=ATTEMPTS)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:  # noqa: ARG002
         """Raise UsageError: a Command hold with a new setpoint could inflate after a vent of another node."""
@@ -127,19 +128,13 @@ class CanSensorConnection:
             "hold: end the hold and begin another, or connect to a tcp:// or rtu:// address"
         )
 
-    def renew_lease(self, lease_s: float) -> None:  # noqa: ARG002
-        """Repeat the last Command of the hold, if the balloon was not vented meanwhile."""
+    def renew_lease(self, lease_s: float) -> None:
+        """Send the Command lease, if no other node has vented. Raises ConnectionLost, HoldEnded, Rejected."""
         if self._receiver.silent_s() > self.silence_s:
             raise ConnectionLost(f"{self._url}: no frame has arrived for {self.silence_s:g} s")
-        state = self._receiver.measurement().state
-        self._inflated = self._inflated or state in _INFLATED
-        if self._receiver.vented_by_another_node or (self._inflated and state not in _INFLATED):
-            self._repeated = None
-        with self._sending:
-            data = self._repeated
-            if data is None:
-                raise HoldEnded("the balloon was vented, so its lease is not renewed")
-            self._bus.send(CanFrame(self._command_id, data))
+        if self._receiver.vented_by_another_node:
+            raise HoldEnded("the balloon was vented, so its lease is not renewed")
+        self._run({"mode": "lease", "lease": lease_s}, attempts=ATTEMPTS)
 
     def end_hold(self) -> None:
         """Vent, and end the lease."""
@@ -170,40 +165,34 @@ class CanSensorConnection:
             serial_number=identity["serial_number"],
         )
 
-    def _run(self, values: dict[str, Any], *, attempts: int, renews: bool = False) -> None:
+    def _run(self, values: dict[str, Any], *, attempts: int) -> None:
         """Send a Command until its Answer arrives. Raises Rejected, ConnectionLost.
 
-        A vent does not wait for another Command to finish.
+        A vent and a lease do not wait for another Command to finish.
         """
-        if values["mode"] == "vent":
-            self._repeated = None
-            self._exchange_command(values, attempts, renews)
-            return
-        with self._exchange:
-            self._exchange_command(values, attempts, renews)
-
-    def _exchange_command(self, values: dict[str, Any], attempts: int, renews: bool) -> None:
-        for _ in range(3):  # another program can have used the same sequence number for another Command
-            result = self._send_until_answered(values, attempts, renews)
-            if result != "sequence_reused":
-                break
+        with nullcontext() if values["mode"] in _AT_ONCE else self._exchange:
+            for _ in range(3):  # another program can have used the same sequence number for another Command
+                result = self._send_until_answered(values, attempts)
+                if result != "sequence_reused":
+                    break
         if result not in ("accepted", "renewed"):
             raise rejected(f"{COMMAND_PREFIX}{values['mode']}", _reason(result))
 
-    def _send_until_answered(self, values: dict[str, Any], attempts: int, renews: bool) -> str:
+    def _send_until_answered(self, values: dict[str, Any], attempts: int) -> str:
         """Return the result in the Answer."""
+        is_vent = values["mode"] == "vent"
         with self._sending:
             self._sequence = sequence = (self._sequence + 1) & 0xFF
+            self._vents += is_vent
+            vents = self._vents
             fields = {"setpoint": 0.0, "lease": 0.0, "proof_test": "allowed", **values}
             data = encode(COMMAND, None, sequence=sequence, **fields)
-            self._receiver.expect(sequence, values["mode"] == "vent")
-            if renews:
-                self._repeated = data
+            self._receiver.expect(sequence, is_vent)
         for attempt in range(attempts):
             if attempt >= MIN_ATTEMPTS and self._receiver.silent_s() > SILENCE_LOST_S:
                 break
             with self._sending:
-                self._check_not_vented(sequence, values["mode"])
+                self._check_not_vented(vents, values["mode"])
                 self._bus.send(CanFrame(self._command_id, data))
             result = self._receiver.wait_for_answer(sequence, ANSWER_TIMEOUT_S)
             if result is not None:
@@ -212,9 +201,9 @@ class CanSensorConnection:
             f"{self._url}: the instrument does not answer a Command; check the instrument and the CAN bus"
         )
 
-    def _check_not_vented(self, sequence: int, mode: str) -> None:
+    def _check_not_vented(self, vents: int, mode: str) -> None:
         """Raise HoldEnded if a vent was requested after a Command that is not a vent."""
-        vented = self._sequence != sequence or (mode == "hold" and self._receiver.vented_by_another_node)
+        vented = self._vents != vents or (mode == "hold" and self._receiver.vented_by_another_node)
         if vented and mode != "vent":
             raise HoldEnded(f"the Command {mode} was cancelled by a vent")
 

@@ -50,7 +50,7 @@ class SensorConnection(Protocol):
         ...
 
     def prepare_hold(self, lease_s: float) -> None:
-        """Vent, and take a lease. Raises Rejected only if nothing was changed."""
+        """Take a lease, then vent. Raises Rejected, and changes nothing, if another client has the lease."""
         ...
 
     def begin_hold(self, request: HoldRequest) -> None:
@@ -58,7 +58,7 @@ class SensorConnection(Protocol):
         ...
 
     def renew_lease(self, lease_s: float) -> None:
-        """Renew the lease. A renewal must never inflate a balloon that was vented meanwhile."""
+        """Renew the lease, or end it with 0 s. This never inflates a balloon that was vented meanwhile."""
         ...
 
     def end_hold(self) -> None:

@@ -262,6 +262,8 @@ class Hold:
                     return
                 self._connection.renew_lease(self._request.lease_s)
                 renewed_s = time.monotonic()
+                if self._cancelled.is_set():  # the vent can have been sent before this renewal
+                    self._connection.renew_lease(0.0)
             except ConnectionLost as failure:  # the next renewal can still be in time
                 if time.monotonic() - renewed_s > self._request.lease_s:
                     self._failure = failure

@@ -115,7 +115,7 @@ class ModbusSensorConnection:
         self._once(lambda client: client.write("mode", "hold"))
 
     def renew_lease(self, lease_s: float) -> None:
-        """Write the lease time. This write never inflates a balloon."""
+        """Write the lease time; 0 ends the lease. This write never inflates a balloon."""
         self._repeatable(lambda client: client.write("lease", lease_s))
 
     def end_hold(self) -> None:

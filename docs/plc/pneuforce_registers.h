@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 54631BA1h (registers 768 and 770).
+ * Map version 1, hash 051F724Ch (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x54631BA1)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x051F724C)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5

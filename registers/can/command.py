@@ -50,7 +50,8 @@ class CommandResult(NamedTuple):
 class CommandHandler:
     """Handler that checks length, range and sequence of a Command, in this order, and carries it out.
 
-    A vent of full length is carried out even if the range or the sequence is invalid.
+    A vent of full length is carried out even if the range or the sequence is invalid. A lease is written each
+    time, whatever its sequence number, because its repetition does nothing else.
 
     All nodes of the bus are one peer, because a Command does not name its sender. If one node repeats its
     hold to renew a lease, and another node vents, the next repetition would be a new hold. Therefore a hold
@@ -78,6 +79,9 @@ class CommandHandler:
             return CommandResult(sequence, self._vent(data, values, now_s))
         if not _in_range(data):
             return CommandResult(sequence, self._reject(data, "out_of_range", now_s))
+        if values["mode"] == "lease":  # not stored as the last Command, which can still be repeated
+            written = {"lease_s": values["lease"]}
+            return CommandResult(sequence, _result(self._source.write(CAN_PEER, written, now_s)))
         if data == self._ended_holds.get(sequence):
             return CommandResult(sequence, self._reject(data, "sequence_reused", now_s, OLD_HOLD))
         if self._last and sequence == self._last[_SEQUENCE_OFFSET]:

@@ -21,7 +21,7 @@ I16, U16, U8 = WireType.I16, WireType.U16, WireType.U8
 
 DEFAULT_NODE_ID = 5
 
-COMMAND_MODES = Enumeration({0: "vent", 1: "hold", 2: "clear_faults", 3: "zero_pressure"})
+COMMAND_MODES = Enumeration({0: "vent", 1: "hold", 2: "clear_faults", 3: "zero_pressure", 4: "lease"})
 REJECTED = 16  #: result of a rejected Command: 16 plus the code of the reject reason
 RESULTS = Enumeration(
     {0: "accepted", 1: "invalid_length", 2: "out_of_range", 4: "renewed", 5: "sequence_reused"}
@@ -186,7 +186,10 @@ COMMAND = FrameDefinition(
             doc="Requested setpoint; 0 if the mode is not hold.",
         ),
         _node_field(
-            "mode", "Mode: vent, hold (inflate, then close both valves), or a command.", COMMAND_MODES
+            "mode",
+            "Mode: vent, hold (inflate, then close both valves), a command, or lease (write only the lease "
+            "time).",
+            COMMAND_MODES,
         ),
         _node_field(
             "sequence",

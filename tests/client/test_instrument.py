@@ -10,8 +10,9 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
+from itertools import permutations
 from urllib.parse import parse_qsl, urlsplit
 
 import can
@@ -196,14 +197,31 @@ def test_on_can_the_renewal_never_undoes_a_vent_of_another_node(instrument, sens
     assert instrument.registers()["active_fault_count"] == 0
 
 
-def test_on_can_the_renewal_never_undoes_the_own_vent(instrument, sensors):
-    connection = sensors["can"]._connection
-    with sensors["can"].hold(LOW_KPA):
-        connection.vent()
-        with pytest.raises(pneuforce.HoldEnded):
-            connection.renew_lease(2.0)
-        assert instrument.registers()["mode"] == "vent"
-        sensors["can"].vent()
+@pytest.mark.parametrize("face", ["tcp", "can"])
+def test_the_renewal_never_undoes_the_own_vent_and_ends_its_lease(instrument, sensors, face):
+    with sensors[face].hold(LOW_KPA, lease_s=0.5), suppress(pneuforce.HoldEnded):
+        sensors[face]._connection.vent()
+        time.sleep(0.8)
+        registers = instrument.registers()
+        assert (registers["mode"], registers["lease_holder"]) == ("vent", "none")
+        assert registers["active_fault_count"] == 0
+        sensors[face].read()
+
+
+@pytest.mark.parametrize(("holder", "second"), list(permutations(["tcp", "rtu", "can"], 2)))
+def test_a_hold_that_is_rejected_changes_nothing(instrument, sensors, holder, second):
+    def interfere():
+        before = instrument.registers()
+        with pytest.raises(pneuforce.Rejected) as caught:
+            sensors[second].hold(LOW_KPA + 1).__enter__()
+        assert caught.value.reason == "lease"
+        time.sleep(0.1)
+        after = instrument.registers()
+        unchanged = ("state", "mode", "lease_holder", "setpoint_requested", "inflation_count")
+        assert [after[name] for name in unchanged] == [before[name] for name in unchanged]
+
+    with sensors[holder].hold(LOW_KPA):
+        interfere()
 
 
 def test_a_connection_that_the_instrument_has_closed_is_opened_again(sensors):

@@ -126,6 +126,7 @@ def test_an_unplugged_cable_removes_the_symlink_and_the_host_finds_the_port_unde
 def test_another_device_on_the_port_is_reported_as_another_device(rig, control, monkeypatch):
     monkeypatch.setattr("pneuforce.instrument.service.host.HANDSHAKE_S", 1.0)
     control.send({"fault": {"name": "other_device"}})
+    assert active_faults(control) == [{"name": "other_device"}]
     host = InstrumentHost(Session(Instrument(Settings())), rig["link"])
     with pytest.raises(RigNotResponding, match="is another device connected to that port"):
         asyncio.run(host.connect(asyncio.Event()))

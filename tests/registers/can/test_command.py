@@ -47,6 +47,28 @@ def test_hold_writes_setpoint_mode_and_lease_at_once(node, source):
     assert source.written == [HELD | {"lease_s": 1.5}]
 
 
+def test_a_lease_writes_only_the_lease_each_time_and_whatever_its_sequence_number(node, source):
+    lease = raw("0000 04 02 e803 0000")
+    assert answers(node, lease, lease) == [(2, "accepted")]
+    assert source.written == [{"lease_s": 1.0}] * 2
+
+
+def test_a_lease_between_a_command_and_its_repetition_does_not_repeat_the_command(node, source):
+    hold, lease = command(lease=1.0), raw("0000 04 09 e803 0000")
+    source.set(lease_holder="can", lease_s=1.0)
+    node.receive(hold, 0.0)
+    node.receive(lease, 0.0)
+    assert answers(node, hold) == [(1, "renewed")]
+    assert [written.get("mode") for written in source.written] == ["hold", None, None]
+
+
+def test_a_lease_is_rejected_while_another_bus_has_the_lease(leased_hold):
+    harness, node = leased_hold
+    node.receive(raw("0000 00 03 0000 0000"), harness.now_s)  # vent, and end the lease
+    assert harness.instrument.write(PLC, {"lease_s": 1.0}, harness.now_s) == "none"
+    assert answers(node, raw("0000 04 04 e803 0000"), now_s=harness.now_s) == [(4, "rejected_lease")]
+
+
 def test_the_answer_carries_the_setpoint_in_effect(node):
     (reply,) = node.receive(command(), 0.0)
     assert decode(ANSWER, reply.data)["setpoint"] == pytest.approx(8.0)
@@ -62,7 +84,7 @@ INVALID_COMMANDS = [
     ("setpoint not available", [raw("ffff 01 02 0000 0000")], [(2, "out_of_range")]),
     ("lease short", [raw("401f 01 02 c700 0000")], [(2, "out_of_range")]),
     ("lease long", [raw("401f 01 02 61ea 0000")], [(2, "out_of_range")]),
-    ("unknown mode", [raw("401f 04 02 0000 0000")], [(2, "out_of_range")]),
+    ("unknown mode", [raw("401f 05 02 0000 0000")], [(2, "out_of_range")]),
     ("unknown proof test", [raw("401f 01 02 0000 0200")], [(2, "out_of_range")]),
     ("clear with a setpoint out of range", [raw("0100 02 02 0000 0000")], [(2, "out_of_range")]),
     ("hold without a setpoint", [raw("0000 01 02 0000 0000")], [(2, "out_of_range")]),
