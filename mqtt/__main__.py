@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import os
 import resource
 import sys
 from itertools import count
@@ -19,6 +18,7 @@ from typing import Any
 from pneuforce.mqtt.instrument_link import InstrumentLink
 from pneuforce.mqtt.publisher import Publisher, PublisherSettings
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.priority import reduce_priority
 
 HEARTBEAT_PERIOD_S = 1.0
 #: Limit of the memory. A message that is too long ends the connection. Without this limit, the message could
@@ -72,7 +72,7 @@ async def _run(settings: PublisherSettings, socket: Path) -> None:
 
 def main() -> int:
     """Run the MQTT process. Return the exit code."""
-    os.nice(NICENESS)
+    reduce_priority(NICENESS)
     resource.setrlimit(resource.RLIMIT_DATA, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
     logging.basicConfig(format="%(message)s")
     options = read_options()

@@ -15,6 +15,26 @@ pytestmark = pytest.mark.slow
 CONFIGURATION = "/etc/pneuforce/instrument.toml"
 RIG = "/run/rig/port"
 INSTALL = ("apt-get", "install", "--yes", "--quiet", "-o", "Dpkg::Options::=--force-confold")
+#: Services that the unit protects most: the page with a user, and a publisher whose broker does not answer.
+WEB_AND_MQTT = """
+[mqtt]
+enabled = true
+broker = "mqtt://127.0.0.1:1"
+store = "/var/lib/pneuforce/mqtt.sqlite"
+"""
+ADD_USER = (
+    "echo 'correct horse battery' | "
+    f"/usr/bin/pneuforce users add anna --role operator --config {CONFIGURATION}"
+)
+LOG_IN = """\
+import json
+from urllib.request import Request, urlopen
+login = json.dumps({"name": "anna", "password": "correct horse battery"}).encode()
+print(urlopen(Request("http://127.0.0.1:8080/api/login", login, {"Content-Type": "application/json"})).status)
+"""
+READ_METRICS = (
+    "from urllib.request import urlopen\nprint(urlopen('http://127.0.0.1:8080/metrics').read().decode())"
+)
 READ_FORCE = "import pneuforce\nwith pneuforce.connect('tcp://127.0.0.1:5020') as force: print(force.read())"
 
 
@@ -85,18 +105,22 @@ def test_only_the_service_can_read_the_configuration_and_the_state(machine):
 def test_the_service_is_not_enabled_by_the_installation(machine):
     assert machine.call("systemctl", "is-enabled", "pneuforce").stdout.strip() == "disabled"
     assert property_of(machine, "ActiveState") == "inactive"
-    done = machine.call("systemd-analyze", "verify", "pneuforce.service")
-    assert (done.returncode, done.stdout) == (0, "")
+    for unit in ("pneuforce.service", "pneuforce@one.service", "pneuforce-overview.service"):
+        done = machine.call("systemd-analyze", "verify", unit)
+        assert (done.returncode, done.stdout) == (0, "")
 
 
 def test_the_service_starts_and_an_upgrade_restarts_it_with_its_configuration(machine, package, tmp_path):
     file = machine.path(CONFIGURATION)
-    configured = file.read_text().replace("/dev/pneuforce", RIG)
+    configured = file.read_text().replace("/dev/pneuforce", RIG).replace("[web] ", "[web]\nenabled = true")
+    configured += WEB_AND_MQTT
     file.write_text(configured)
+    machine.run("sh", "-c", ADD_USER)
     started_simulator(machine)
     machine.run("systemctl", "enable", "--now", "pneuforce")
     assert property_of(machine, "ActiveState") == "active"
-    assert "vented" in property_of(machine, "StatusText")
+    wait_for(lambda: property_of(machine, "StatusText"), lambda text: "vented" in text)
+    check_page_and_publisher(machine)
     assert "Measurement" in machine.run("/opt/pneuforce/bin/python", "-c", READ_FORCE)
     old_process = property_of(machine, "MainPID")
 
@@ -111,6 +135,20 @@ def test_the_service_starts_and_an_upgrade_restarts_it_with_its_configuration(ma
     assert property_of(machine, "MainPID") not in ("0", old_process)
     assert property_of(machine, "NeedDaemonReload") == "no"
     assert machine.path("/var/lib/pneuforce/events.sqlite").is_file()
+
+
+def check_page_and_publisher(machine):
+    """Check inside the limits of the unit that a user can log in and that values wait for the broker."""
+
+    def python(program):
+        done = machine.call("/opt/pneuforce/bin/python", "-c", program)
+        return done.stdout if done.returncode == 0 else ""
+
+    wait_for(lambda: python(READ_METRICS), lambda text: "pneuforce_instrument_up 1.0" in text)
+    assert python(LOG_IN).strip() == "200"
+    store = ("test", "-s", "/var/lib/pneuforce/mqtt.sqlite")
+    wait_for(lambda: machine.call(*store).returncode, lambda code: code == 0)
+    assert "mqtt" in machine.run("journalctl", "--unit=pneuforce", "--output=cat").lower()
 
 
 def test_remove_keeps_and_purge_deletes_configuration_and_state(machine):

@@ -25,15 +25,15 @@ from pneuforce.teststand.stack import free_port, start, toml
 from tests.command_runner import pneuforce
 from tests.instrument.audit.event_log_files import make_log, verify_log
 from tests.prometheus_tools import NEEDS_PROMETHEUS, PROMETHEUS, PROMTOOL
+from tests.registers.modbus.serial_lines import Cable
 from tests.system.waiting import wait_for
 
 pytestmark = NEEDS_PROMETHEUS
 BURST = 5
 OLD_INSTANCE = "old:8080"
 WEEK_S = 7 * 86_400
-#: Metrics without a sample in this test: Modbus RTU and TLS are disabled, and the calibration has no date.
+#: Metrics without a sample in this test: TLS is disabled, and the calibration has no date.
 ABSENT = {
-    "pneuforce_modbus_rtu_up",
     "pneuforce_modbus_tls_certificate_left_seconds",
     "pneuforce_web_certificate_left_seconds",
     "pneuforce_modbus_tls_failed_handshakes_total",
@@ -140,11 +140,13 @@ class Monitored:
 
     def __init__(self, folder, children):
         self._folder, self._children = folder, children
+        line = Cable()
+        children.callback(line.unplug)
         self.log, self.old_log = folder / "events.sqlite", write_history(folder)
         self._tables = {
             "rig": {"port": str(folder / "rig")},
             "modbus": {"port": free_port()},
-            "can": {"enabled": False},
+            "modbus_rtu": {"enabled": True, "port": line.ports[0]},
             "rdt": {"enabled": True, "port": free_port()},
             "events": {"file": str(self.log)},
             "local": {"socket": str(folder / "pneuforce.sock")},
@@ -152,6 +154,7 @@ class Monitored:
         }
         self.port = self._tables["web"]["port"]
         self.stack = start(children, folder / "rig", ["--no-hand", "--seed", "1"], self._tables)
+        self._can = {"enabled": True, "interface": "socketcand", "port": self.stack.can_port}
         port = children.enter_context(prometheus(folder, self.port))
         self.server = Server(port, f"127.0.0.1:{self.port}")
         self.rig = LiveRig(self.stack)
@@ -161,7 +164,7 @@ class Monitored:
         wait_for(lambda: self.stack.host.running, lambda running: not running)
         host = ChildProcess("instrument", ["pneuforce", "run", "--config", "/dev/stdin"])
         self._children.enter_context(host)
-        host.write_stdin(toml(self._tables))
+        host.write_stdin(toml(self._tables | {"can": self._can}))
         host.ready()
         self.stack = replace(self.stack, host=host)
         self.rig = LiveRig(self.stack)
@@ -185,6 +188,7 @@ def test_prometheus_follows_a_trip_and_a_restart_and_is_a_witness_of_both(monito
     monitored.rig.inflate(8.0)
     server.wait_for('pneuforce_state{state="holding"}', labels=("holding",))
     check_metrics(monitored)
+    check_buses(server)
     with monitored.rig.inject_fault("burst"):
         server.wait_for("pneuforce_trips_total")
     assert server.values("pneuforce_faults_total > 0") == {(str(BURST), FAULTS.names[BURST]): 1.0}
@@ -207,18 +211,24 @@ def check_metrics(monitored):
     present = set(re.findall(r"^(pneuforce_\w+)[ {]", text, re.MULTILINE))
     names = {metric.full_name for metric in METRICS}
     missing = {name for name in names if not any(found.startswith(name) for found in present)}
-    assert missing == ABSENT | {name for name in names if name.startswith("pneuforce_can_")}
+    assert missing == ABSENT
+
+
+def check_buses(server):
+    """Check that the metrics of CAN and of Modbus RTU follow the running buses."""
+    server.wait_for("pneuforce_can_up")
+    server.wait_for("pneuforce_modbus_rtu_up")
+    server.wait_for(
+        'increase(pneuforce_can_frames_total{direction="sent"}[10s]) > bool 100', labels=("sent",)
+    )
+    assert server.values("pneuforce_can_error_frames_total") == {(): 0.0}
 
 
 def check_queries(server):
     """Check that Prometheus answers each query of the dashboard, and most with a value."""
     panels = json.loads(grafana_dashboard.render())["panels"]
     queries = [target["expr"] for panel in panels for target in panel["targets"]]
-    texts = [
-        q.replace("$instance", server.instance).replace("$__rate_interval", "1m")
-        for q in queries
-        if "pneuforce_can_" not in q
-    ]
+    texts = [q.replace("$instance", server.instance).replace("$__rate_interval", "1m") for q in queries]
     answered = [text for text in texts if server.get("query", query=text)["result"]]
     # A tripped instrument has no force and no setpoint, and has rejected no write.
     unanswered = {re.search(r"pneuforce_\w+", text)[0] for text in texts if text not in answered}
