@@ -65,7 +65,9 @@ def booted(folder):
 
 
 def children_of(pid):
-    """Return the numbers of the child processes of a process that runs as unshare."""
+    """Return the numbers of the child processes of unshare; none while the process is still the shell."""
+    if Path(f"/proc/{pid}/comm").read_text().strip() != "unshare":
+        return []
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
