@@ -50,7 +50,7 @@ class SensorConnection(Protocol):
         ...
 
     def prepare_hold(self, lease_s: float) -> None:
-        """Take a lease, then vent. Raises Rejected, and changes nothing, if another client has the lease."""
+        """Take a lease, then vent. Raises Rejected, and changes nothing, if another peer has the lease."""
         ...
 
     def begin_hold(self, request: HoldRequest) -> None:

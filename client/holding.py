@@ -160,7 +160,7 @@ class Hold:
     # ---- steps
 
     def _prepare(self) -> None:
-        """Vent and take a lease. Raises Rejected, and changes nothing, if another client has the lease."""
+        """Take a lease and vent. Raises Rejected, and changes nothing, if another peer has the lease."""
         try:
             self._connection.prepare_hold(self._request.lease_s)
         except Rejected:

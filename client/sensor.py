@@ -128,10 +128,14 @@ class ForceSensor:
     ) -> Hold:
         """Return a context in which the balloon is held at `setpoint_kpa` (2 to 12 kPa).
 
-        The begin of the context vents, waits for the zero adjustment, takes a lease of `lease_s` (0.2
-        to 60 s), inflates the balloon, and returns when the setpoint is reached. If the setpoint is not
+        The begin of the context takes a lease of `lease_s` (0.2 to 60 s), vents, waits for the zero
+        adjustment, inflates the balloon, and returns when the setpoint is reached. If the setpoint is not
         reached within `timeout_s`, the hold fails. The end of the context vents and ends the lease, also
         after an exception.
+
+        If another peer has the lease, the hold is rejected, and nothing is changed: the balloon of that peer
+        stays inflated. A program of the same peer is not protected in this way, because it has the same
+        lease. All nodes of one CAN bus together are one peer.
 
         A background thread renews the lease. If the process dies, the lease expires, and the instrument
         vents. If the program hangs, the thread still renews the lease, so the balloon stays inflated.
@@ -140,8 +144,9 @@ class ForceSensor:
         forbids the proof tests during the hold, for example during a movement of a robot.
 
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
-        raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost, and then vents. A
-        trip inside the context is raised by the next `read` or by the stream.
+        raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost. If it has
+        already taken the lease, it then vents. A trip inside the context is raised by the next `read` or by
+        the stream.
         """
         self._check_open()
         request = HoldRequest(setpoint_kpa, lease_s, proof_tests)

@@ -15,8 +15,9 @@ namespace pneuforce {
 
 constexpr std::uint32_t NODE_ID = 5, FORCE = 0x180 + NODE_ID, COMMAND = 0x200 + NODE_ID, STATE = 0x280 + NODE_ID,
                         STATUS = 0x380 + NODE_ID, ANSWER = 0x480 + NODE_ID;
-enum Mode : std::uint8_t { VENT = 0, HOLD = 1, CLEAR_FAULTS = 2, ZERO_PRESSURE = 3 };
-enum Result : std::uint8_t { ACCEPTED = 0, RENEWED = 4 };
+enum Mode : std::uint8_t { VENT = 0, HOLD = 1, CLEAR_FAULTS = 2, ZERO_PRESSURE = 3, LEASE = 4 };
+enum ProofTests : std::uint8_t { ALLOWED = 0, FORBIDDEN = 1 };
+enum Result : std::uint8_t { ACCEPTED = 0, RENEWED = 4, REJECTED_LEASE = 19 };
 enum RigState : std::uint8_t { INFLATING = 2, SETTLING = 3, HOLDING = 4, TRIPPED = 6 };
 // Bits of the condensed status in a Force frame. An interpolated force is valid, but approximate.
 constexpr std::uint8_t INTERPOLATED = 1 << 2, FORCE_HIGH_ALARM = 1 << 4, SIMULATED = 1 << 6, FORCE_VALID = 1 << 7;
@@ -115,13 +116,14 @@ inline std::uint16_t setpoint_code(double setpoint_kpa)
     return in_range ? static_cast<std::uint16_t>(std::lround(setpoint_kpa * 1000)) : INVALID_SETPOINT;
 }
 
-// Return a Command. The setpoint is used only by the mode hold.
-inline Frame command(Mode mode, double setpoint_kpa, std::uint16_t lease_ms, std::uint8_t sequence)
+// Return a Command. The setpoint is used only by the mode hold. `proof_tests` is stored by the modes hold and vent.
+inline Frame command(Mode mode, double setpoint_kpa, std::uint16_t lease_ms, std::uint8_t sequence,
+                     ProofTests proof_tests = ALLOWED)
 {
     std::uint16_t setpoint_pa = mode == HOLD ? setpoint_code(setpoint_kpa) : 0;
     auto low = [](std::uint16_t code) { return static_cast<std::uint8_t>(code & 0xFF); };
     auto high = [](std::uint16_t code) { return static_cast<std::uint8_t>(code >> 8); };
-    return {COMMAND, 8, {low(setpoint_pa), high(setpoint_pa), mode, sequence, low(lease_ms), high(lease_ms)}};
+    return {COMMAND, 8, {low(setpoint_pa), high(setpoint_pa), mode, sequence, low(lease_ms), high(lease_ms), proof_tests}};
 }
 
 // ---- latest force for a control loop, and the checks of its validity
@@ -161,8 +163,9 @@ class ForceInput {
     unsigned lost_ = 0;
 };
 
-// ---- Commands that inflate the balloon and renew the lease. The Command vent is repeated until its Answer arrives,
-// then the Command hold until its Answer arrives. After that, the Command hold is repeated to renew the lease, until
+// ---- Commands that inflate the balloon and renew the lease. The Commands lease, vent and hold are sent in this order.
+// Each is repeated until its Answer arrives. The lease is the first, so that a rejected lease changes nothing: a vent
+// would also vent the balloon of a client on another bus. After the hold, the Command lease renews the lease, until
 // the balloon is vented: the lease of a vented balloon prevents that another client clears the faults.
 
 constexpr std::uint16_t LEASE_MS = 1000;
@@ -172,7 +175,10 @@ class Inflation {
   public:
     // Begin with another sequence number at each start of your program: the instrument rejects a hold that it already
     // had before the last vent.
-    Inflation(double setpoint_kpa, std::uint8_t first_sequence) : setpoint_kpa_(setpoint_kpa), sequence_(first_sequence) {}
+    Inflation(double setpoint_kpa, std::uint8_t first_sequence, ProofTests proof_tests = ALLOWED)
+        : setpoint_kpa_(setpoint_kpa), sequence_(first_sequence), proof_tests_(proof_tests)
+    {
+    }
 
     // Return the Command to send now, or nothing.
     std::optional<Frame> due(double now_s)
@@ -180,21 +186,24 @@ class Inflation {
         if (step_ == Step::rejected || step_ == Step::ended || now_s < next_s_)
             return {};
         next_s_ = now_s + (step_ == Step::held ? RENEW_S : RETRY_S);
-        return command(step_ == Step::venting ? VENT : HOLD, setpoint_kpa_, LEASE_MS, sequence_);
+        Mode mode = step_ == Step::venting ? VENT : step_ == Step::inflating ? HOLD : LEASE;
+        return command(mode, setpoint_kpa_, LEASE_MS, sequence_, proof_tests_);
     }
 
     // Handle an Answer frame.
     void take(const Answer &answer)
     {
-        if (answer.sequence != sequence_)
+        if (answer.sequence != sequence_ || step_ == Step::rejected || step_ == Step::ended)
             return;
         result_ = answer.result;
         if (result_ != ACCEPTED && result_ != RENEWED)
             step_ = Step::rejected; // do not retry: a person must first remove the cause
+        else if (step_ == Step::leasing)
+            leased_ = true, begin(Step::venting);
         else if (step_ == Step::venting)
-            step_ = Step::inflating, sequence_++, next_s_ = 0;
+            begin(Step::inflating);
         else if (step_ == Step::inflating)
-            step_ = Step::held;
+            begin(Step::held);
     }
 
     // Handle a Status frame.
@@ -211,15 +220,31 @@ class Inflation {
     // Return true if the balloon was vented after the Command hold was accepted. end_state() is the state in Status.
     bool ended() const { return step_ == Step::ended; }
     int end_state() const { return end_state_; }
-    // Return the Command that vents and releases the lease. A lease that expires trips the rig.
-    Frame vent_and_release() const { return command(VENT, 0, 0, static_cast<std::uint8_t>(sequence_ + 1)); }
+    // Return the last Command, which vents and ends the lease, or nothing if another bus has the lease: a vent would
+    // vent the balloon of the client there. Before the Answer to the Command lease, only the lease is ended. A lease
+    // that expires trips the rig.
+    std::optional<Frame> vent_and_release() const
+    {
+        if (step_ == Step::rejected && (!leased_ || result_ == REJECTED_LEASE))
+            return {};
+        return command(leased_ ? VENT : LEASE, 0, 0, static_cast<std::uint8_t>(sequence_ + 1));
+    }
 
   private:
-    enum class Step { venting, inflating, held, rejected, ended };
+    enum class Step { leasing, venting, inflating, held, rejected, ended };
+
+    void begin(Step step)
+    {
+        step_ = step;
+        sequence_++;
+        next_s_ = 0;
+    }
+
     double setpoint_kpa_, next_s_ = 0;
     std::uint8_t sequence_, result_ = ACCEPTED, end_state_ = 0;
-    bool inflated_ = false;
-    Step step_ = Step::venting;
+    ProofTests proof_tests_;
+    bool leased_ = false, inflated_ = false;
+    Step step_ = Step::leasing;
 };
 
 } // namespace pneuforce

@@ -3,12 +3,14 @@
 //
 //   g++ -std=c++17 -O2 -o robot_listener robot_listener.cpp
 //   ./robot_listener can0          listens
-//   ./robot_listener can0 8.0      vents, inflates to 8 kPa, and renews the lease; Ctrl-C vents
+//   ./robot_listener can0 8.0      takes the lease, vents, inflates to 8 kPa, and renews the lease; Ctrl-C vents
+//   ./robot_listener can0 8.0 no-proof-tests   the same, and forbids proof tests during the hold
 //   ./robot_listener - 8.0         the same without CAN in the kernel: reads frames as candump lines from stdin,
 //                                  and writes frames as candump lines to stdout
 //   ./robot_listener - < file      evaluates each line of a recorded file at the time in the line
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -271,7 +273,8 @@ void run(Link &link, Loop &loop)
     }
     set_speed(link.now_s(), BACK_OFF_MM_PER_S); // the robot must not keep its last speed
     if (loop.inflation)
-        link.send(loop.inflation->vent_and_release());
+        if (auto command = loop.inflation->vent_and_release())
+            link.send(*command);
 }
 
 // Print why the hold has ended. Return the exit code of the program.
@@ -297,11 +300,27 @@ std::uint8_t first_sequence(const char *interface)
     return std::strcmp(interface, "-") == 0 ? 1 : static_cast<std::uint8_t>(now);
 }
 
+// Return the setpoint, or NaN if the text is not completely a number from 2 to 12.
+double parse_setpoint_kpa(const char *text)
+{
+    char *end = nullptr;
+    double setpoint_kpa = std::strtod(text, &end);
+    bool is_number = end != text && *end == '\0';
+    bool in_range = setpoint_kpa >= pneuforce::MIN_SETPOINT_KPA && setpoint_kpa <= pneuforce::MAX_SETPOINT_KPA;
+    return is_number && in_range ? setpoint_kpa : std::numeric_limits<double>::quiet_NaN();
+}
+
 int main(int argc, char **argv)
 {
-    double setpoint_kpa = argc == 3 ? std::atof(argv[2]) : 2.0;
-    if (argc < 2 || argc > 3 || !(setpoint_kpa >= 2.0 && setpoint_kpa <= 12.0)) {
-        std::fprintf(stderr, "usage: %s can0|- [setpoint from 2 to 12 kPa]\n", argv[0]);
+    bool no_proof_tests = argc == 4 && std::strcmp(argv[3], "no-proof-tests") == 0;
+    if (argc < 2 || argc > 4 || (argc == 4 && !no_proof_tests)) {
+        std::fprintf(stderr, "usage: %s can0|- [setpoint [no-proof-tests]]\n", argv[0]);
+        return 2;
+    }
+    double setpoint_kpa = argc > 2 ? parse_setpoint_kpa(argv[2]) : pneuforce::MIN_SETPOINT_KPA;
+    if (std::isnan(setpoint_kpa)) {
+        std::fprintf(stderr, "The setpoint \"%s\" is not a number from 2 to 12 kPa. Write it with a point, like 8.5\n",
+                     argv[2]);
         return 2;
     }
     std::unique_ptr<Link> link;
@@ -314,8 +333,9 @@ int main(int argc, char **argv)
     for (int number : {SIGINT, SIGTERM})
         std::signal(number, [](int) { stopped = 1; });
     Loop loop;
-    if (argc == 3)
-        loop.inflation.emplace(setpoint_kpa, first_sequence(argv[1]));
+    if (argc > 2)
+        loop.inflation.emplace(setpoint_kpa, first_sequence(argv[1]),
+                               no_proof_tests ? pneuforce::FORBIDDEN : pneuforce::ALLOWED);
     run(*link, loop);
     std::fflush(stdout);
     return report(loop.inflation);

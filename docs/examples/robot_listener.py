@@ -92,25 +92,27 @@ def speed_mm_per_s(force_input, now_s):
 class Inflation:
     """Sequence of Commands that inflates the balloon and renews the lease.
 
-    The Command vent is repeated until its Answer arrives, then the Command hold until its Answer arrives.
-    After that, the Command hold is repeated to renew the lease, until the balloon is vented.
+    The Commands lease, vent and hold are sent in this order. Each is repeated until its Answer arrives. The
+    lease is the first, so that a rejected lease changes nothing: a vent would also vent the balloon of a
+    client on another bus. After the hold, the Command lease renews the lease, until the balloon is vented.
     """
 
-    def __init__(self, setpoint_kpa):
+    def __init__(self, setpoint_kpa, proof_test="allowed"):
         self.failure = ""  #: why the hold has ended. The program must end, too
-        self._setpoint_kpa = setpoint_kpa
-        self._held = self._inflated = False
+        self._setpoint_kpa, self._proof_test = setpoint_kpa, proof_test
+        self._leased = self._held = self._inflated = self._other_holder = False
+        self._modes = ["lease", "vent", "hold", "lease"]  # the first is the present Command
         # A number that differs after a restart of the program: the instrument rejects a hold that it already
         # had before the last vent.
-        self._mode, self._sequence, self._wait_s = "vent", time.time_ns() // 1_000_000 % 256, RETRY_S
+        self._sequence = time.time_ns() // 1_000_000 % 256
         self._next_s = -math.inf
 
     def due(self, now_s):
         """Return the Command to send now, or None."""
         if now_s < self._next_s:
             return None
-        self._next_s = now_s + self._wait_s
-        return self._command(self._mode, self._setpoint_kpa, LEASE_S)
+        self._next_s = now_s + (LEASE_S / 3 if self._held else RETRY_S)
+        return self._command(self._modes[0], LEASE_S, self._proof_test)
 
     def take(self, answer):
         """Handle an Answer frame."""
@@ -121,11 +123,11 @@ class Inflation:
             self.failure = (
                 f"The Command was rejected with {answer['result']}. See the results in docs/robot.md"
             )
-        elif self._mode == "vent":
-            self._mode, self._next_s = "hold", -math.inf
-            self._sequence = (self._sequence + 1) % 256
-        else:
-            self._wait_s, self._held = LEASE_S / 3, True
+            self._other_holder = not self._leased or answer["result"] == "rejected_lease"
+        elif not self._held:
+            self._leased = True
+            self._held = self._modes.pop(0) == "hold"
+            self._next_s, self._sequence = -math.inf, (self._sequence + 1) % 256
 
     def take_state(self, state):
         """Handle the state in a Status frame.
@@ -138,17 +140,21 @@ class Inflation:
             self.failure = f"The hold has ended: the state is {state}: {cause}"
 
     def vent_and_release(self):
-        """Return the Command that vents and releases the lease. A lease that expires trips the rig."""
-        self._sequence = (self._sequence + 1) % 256
-        return self._command("vent", 0.0, 0.0)
+        """Return the last Command, which vents and ends the lease. A lease that expires trips the rig.
 
-    def _command(self, mode, setpoint_kpa, lease_s):
-        values = {"mode": mode, "setpoint": setpoint_kpa, "lease": lease_s, "sequence": self._sequence}
-        return can.Message(
-            arbitration_id=COMMAND.frame_id,
-            data=COMMAND.encode(values | {"proof_test": "allowed"}),
-            is_extended_id=False,
-        )
+        Before the Answer to the Command lease, only the lease is ended. Returns None if another bus has the
+        lease, because a vent would vent the balloon of the client there.
+        """
+        if self._other_holder:
+            return None
+        self._sequence = (self._sequence + 1) % 256
+        return self._command("vent" if self._leased else "lease", 0.0, "allowed")
+
+    def _command(self, mode, lease_s, proof_test):
+        setpoint_kpa = self._setpoint_kpa if mode == "hold" else 0.0
+        values = {"setpoint": setpoint_kpa, "mode": mode, "sequence": self._sequence}
+        data = COMMAND.encode(values | {"lease": lease_s, "proof_test": proof_test})
+        return can.Message(arbitration_id=COMMAND.frame_id, data=data, is_extended_id=False)
 
 
 def take(frame, force_input, inflation):
@@ -218,19 +224,22 @@ def main():
     parser.add_argument("--host", default="127.0.0.1", help="socketcand only: address of the server")
     parser.add_argument("--port", type=int, default=29536, help="socketcand only: TCP port of the server")
     parser.add_argument("--setpoint", type=setpoint_kpa, help="2 to 12 kPa; by default, nothing is sent")
+    parser.add_argument("--no-proof-tests", action="store_true", help="forbid proof tests during the hold")
     options = parser.parse_args()
     logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs each frame that arrives in pieces
     stopped = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.append(True))
-    inflation = Inflation(options.setpoint) if options.setpoint else None
+    proof_test = "forbidden" if options.no_proof_tests else "allowed"
+    inflation = Inflation(options.setpoint, proof_test) if options.setpoint else None
     try:
         with open_bus(options) as bus:
             try:
                 run(bus, inflation, stopped)
             finally:
-                if inflation:
-                    bus.send(inflation.vent_and_release())
+                command = inflation.vent_and_release() if inflation else None
+                if command is not None:
+                    bus.send(command)
     except (can.CanError, OSError) as error:
         reason = str(error).partition("\n")[0]
         sys.exit(f"The CAN bus failed: {reason}. Check the instrument, and the CAN interface or the CAN hub")

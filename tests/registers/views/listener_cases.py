@@ -20,3 +20,15 @@ UNUSABLE = pytest.mark.parametrize(
 ENDS_OF_A_HOLD = pytest.mark.parametrize(
     "states", [("tripped",), ("vented", "inflating", "holding", "venting"), ("holding", "tripped")]
 )
+
+
+REJECTIONS = pytest.mark.parametrize(
+    ("sequence", "result", "last"),  # sequence number of the rejected Command, and the mode of the last one
+    [
+        (1, "rejected_lease", "lease"),
+        (1, "rejected_write_protect", "lease"),
+        (3, "rejected_fault_latched", "vent"),
+        (4, "rejected_lease", "lease"),
+    ],
+    ids=["other holder", "write protection", "fault", "lost lease"],
+)

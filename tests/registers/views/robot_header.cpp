@@ -10,8 +10,9 @@ using namespace pneuforce;
 void print_hold(const char *setpoint)
 {
     Inflation inflation(std::stod(setpoint), 1);
+    inflation.take(Answer{1, ACCEPTED, {}}); // to the Command lease
     std::uint16_t vent_pa = read_code(*inflation.due(0), 0);
-    inflation.take(Answer{1, ACCEPTED, {}});
+    inflation.take(Answer{2, ACCEPTED, {}});
     std::printf("hold %s vent=%u hold=%u\n", setpoint, vent_pa, read_code(*inflation.due(0.1), 0));
 }
 

@@ -8,9 +8,10 @@ import sys
 import can
 import pytest
 
+from pneuforce.registers.can.frames import COMMAND, decode
 from pneuforce.teststand.stack import free_port
 from tests.registers.views.cpp_listener import EXAMPLES
-from tests.registers.views.listener_cases import ENDS_OF_A_HOLD, UNUSABLE, force_frame
+from tests.registers.views.listener_cases import ENDS_OF_A_HOLD, REJECTIONS, UNUSABLE, force_frame
 
 
 @pytest.fixture(scope="module")
@@ -72,13 +73,53 @@ def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(in_pyth
     assert in_python.speed_mm_per_s(force_input, 10.0) == in_python.BACK_OFF_MM_PER_S
 
 
-ACCEPTED = ({"sequence": 1, "result": "accepted"}, {"sequence": 2, "result": "accepted"})
+ACCEPTED = [{"sequence": sequence, "result": "accepted"} for sequence in (1, 2, 3)]  # lease, vent, hold
+
+
+def inflation_from_1(in_python, *arguments):
+    """Return an Inflation whose first sequence number is 1."""
+    inflation = in_python.Inflation(8.0, *arguments)
+    inflation._sequence = 1
+    return inflation
+
+
+def sent(frame):
+    """Return mode, setpoint, lease, sequence and permission of proof tests of a Command."""
+    command = decode(COMMAND, bytes(frame.data))
+    return tuple(command[name] for name in ("mode", "setpoint", "lease", "sequence", "proof_test"))
+
+
+@pytest.mark.parametrize("proof_test", ["allowed", "forbidden"])
+def test_the_commands_take_the_lease_vent_hold_and_renew_the_lease(in_python, proof_test):
+    inflation = inflation_from_1(in_python, proof_test)
+    expected = [("lease", 0.0), ("vent", 0.0), ("hold", 8.0), ("lease", 0.0)]
+    for sequence, (mode, setpoint_kpa) in enumerate(expected, 1):
+        command = sent(inflation.due(10.0))
+        assert command == (mode, pytest.approx(setpoint_kpa), 1.0, sequence, proof_test)
+        assert inflation.due(10.05) is None
+        inflation.take({"sequence": sequence, "result": "accepted"})
+    assert sent(inflation.due(10.4)) == command
+    assert sent(inflation.vent_and_release()) == ("vent", 0.0, 0.0, 5, "allowed")
+
+
+@REJECTIONS
+def test_a_rejected_command_ends_the_hold_and_vents_only_with_the_lease(in_python, sequence, result, last):
+    inflation = inflation_from_1(in_python)
+    for answer in [*ACCEPTED[: sequence - 1], {"sequence": sequence, "result": result}]:
+        assert not inflation.failure
+        inflation.take(answer)
+    assert result in inflation.failure
+    final = inflation.vent_and_release()
+    assert (sent(final)[0] if final else "lease") == last
+
+
+def test_without_an_answer_to_the_lease_only_the_lease_is_ended(in_python):
+    assert sent(inflation_from_1(in_python).vent_and_release())[:3] == ("lease", 0.0, 0.0)
 
 
 @ENDS_OF_A_HOLD
 def test_the_program_ends_when_the_balloon_is_vented(in_python, states):
-    inflation = in_python.Inflation(8.0)
-    inflation._sequence = 1
+    inflation = inflation_from_1(in_python)
     inflation.take_state("tripped")  # before the hold is accepted, the Answer names the reason
     for answer in ACCEPTED:
         inflation.take(answer)

@@ -7,10 +7,14 @@ from pathlib import Path
 import pytest
 
 from pneuforce.instrument.config.network_sections import CanSection
-from pneuforce.registers.can.frames import COMMAND, FRAMES, REJECTED, RESULTS, decode
+from pneuforce.registers.can.frames import ANSWER, COMMAND, COMMAND_MODES, FRAMES, REJECTED, RESULTS, decode
+from pneuforce.registers.can.node import CanNode
 from pneuforce.registers.can.options import CanOptions, bus_load
-from pneuforce.registers.codes import CONDENSED
+from pneuforce.registers.can.wire import CanFrame
+from pneuforce.registers.codes import CONDENSED, REJECT_REASONS
+from pneuforce.registers.field import WireType
 from pneuforce.registers.map import BY_NAME
+from tests.instrument.instrument_harness import PLC, ROBOT, InstrumentHarness
 from tests.registers.views.cpp_listener import EXAMPLES, STRICT
 from tests.tools import needs
 
@@ -47,14 +51,71 @@ COMMANDS = [bytes.fromhex(data) for data in re.findall(r"205#([0-9A-F]+)", GUIDE
 
 def test_the_example_commands_have_the_described_content():
     listed = [decode(COMMAND, data) for data in COMMANDS]
-    assert [(c["mode"], c["setpoint"], c["lease"], c["sequence"]) for c in listed] == [
-        ("vent", 0.0, 1.0, 1),
-        ("hold", 8.0, 1.0, 2),
-        ("hold", 8.0, 1.0, 2),
-        ("vent", 0.0, 0.0, 3),
-        ("clear_faults", 0.0, 0.0, 4),
-        ("vent", 0.0, 0.0, 1),
+    names = ("mode", "setpoint", "lease", "sequence", "proof_test")
+    assert [tuple(command[name] for name in names) for command in listed] == [
+        ("lease", 0.0, 1.0, 1, "allowed"),
+        ("vent", 0.0, 1.0, 2, "allowed"),
+        ("hold", 8.0, 1.0, 3, "allowed"),
+        ("hold", 8.0, 1.0, 3, "forbidden"),
+        ("lease", 0.0, 1.0, 4, "allowed"),
+        ("vent", 0.0, 0.0, 5, "allowed"),
+        ("clear_faults", 0.0, 0.0, 6, "allowed"),
+        ("vent", 0.0, 0.0, 1, "allowed"),
     ]
+
+
+def test_the_fields_of_the_command_are_listed_with_their_bytes_and_modes():
+    types = {WireType.U16: "uint16", WireType.U8: "uint8"}
+    listed = [row[:3] for row in rows(4) if row[1] in types.values()]
+    assert listed == [
+        [
+            f"{offset}–{offset + 1}" if field.wire is WireType.U16 else str(offset),
+            types[field.wire],
+            field.name,
+        ]
+        for offset, field in COMMAND.field_offsets
+    ]
+    [modes] = re.findall(r"^\| 2 \| uint8 \| mode \| (.*) \|$", GUIDE, re.MULTILINE)
+    assert [int(mode.split()[0]) for mode in modes.split(", ")] == list(COMMAND_MODES.names)
+    assert f"result {REJECTED + REJECT_REASONS.codes['lease']}, a client on another bus" in GUIDE
+
+
+class Robot:
+    """Node on the CAN bus of an instrument with a simulated rig, in virtual time."""
+
+    def __init__(self, harness):
+        self.harness = harness
+        self._node = CanNode(harness.instrument, CanOptions())
+
+    def send(self, data):
+        """Send a Command. Return its result, and the mode, the holder and the permission of proof tests."""
+        [answer] = self._node.receive(CanFrame(0x205, data), self.harness.now_s)
+        self.harness.run(0.3)
+        snapshot = self.harness.snapshot(ROBOT)
+        return (
+            decode(ANSWER, answer.data)["result"],
+            snapshot.mode,
+            snapshot.lease_holder,
+            snapshot.proof_test,
+        )
+
+
+def test_the_example_commands_hold_the_balloon_and_forbid_proof_tests_until_the_vent():
+    robot = Robot(InstrumentHarness.ready())
+    lease, vent, hold, hold_without_tests, renew, end = COMMANDS[:6]
+    assert robot.send(lease) == ("accepted", "vent", "can", "allowed")
+    assert robot.send(vent) == ("accepted", "vent", "can", "allowed")
+    assert robot.send(hold_without_tests) == ("accepted", "hold", "can", "forbidden")
+    assert [robot.send(renew) for _ in range(5)] == 5 * [("accepted", "hold", "can", "forbidden")]
+    assert robot.send(end) == ("accepted", "vent", "none", "allowed")
+    assert robot.send(lease)[0] == "accepted"
+    assert robot.send(hold[:3] + bytes((9,)) + hold[4:]) == ("accepted", "hold", "can", "allowed")
+
+
+def test_while_another_bus_has_the_lease_the_first_step_is_rejected_and_changes_nothing():
+    harness = InstrumentHarness.ready()
+    harness.write_ok({"lease_s": 60.0, "mode": "hold", "setpoint_requested_kpa": 6.0}, PLC)
+    assert Robot(harness).send(COMMANDS[0]) == ("rejected_lease", "hold", PLC[0], "allowed")
 
 
 def test_ranges_and_settings_agree_with_the_map_and_the_configuration():

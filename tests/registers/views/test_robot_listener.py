@@ -8,10 +8,10 @@ import tempfile
 
 import pytest
 
-from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, STATE, STATUS_FRAME, decode
+from pneuforce.registers.can.frames import ANSWER, COMMAND, FORCE, RESULTS, STATE, STATUS_FRAME, decode
 from pneuforce.registers.codes import STATES
 from tests.registers.views.cpp_listener import EXAMPLES, compiled
-from tests.registers.views.listener_cases import ENDS_OF_A_HOLD, UNUSABLE, force_frame
+from tests.registers.views.listener_cases import ENDS_OF_A_HOLD, REJECTIONS, UNUSABLE, force_frame
 from tests.tools import needs
 
 NODE_ID = 5
@@ -142,31 +142,55 @@ def test_the_program_backs_off_without_a_valid_force_and_above_the_limit(program
     assert speeds(program, [(10.0, force_frame(1)), (10.01, frame)]) == [2.0, -5.0]
 
 
-@needs("g++")
-def test_the_commands_of_the_program_are_complete_and_in_range(program):
-    answers = [(10.0, bytes((1, 0, 0, 0))), (10.01, bytes((2, 0, 0, 0)))]
-    frames = [candump(9.99, 0x185, force_frame(1))] + [candump(t_s, 0x485, data) for t_s, data in answers]
-    lines = run_listener(program, frames, "8.0")
+ACCEPTED = [candump(1.0 + n / 100, 0x485, bytes((n, 0, 0, 0))) for n in (1, 2, 3)]  # lease, vent, hold
+
+
+def commands(lines):
+    """Return mode, setpoint, lease, sequence and permission of proof tests of each printed Command."""
     sent = [re.search("can0 205#(.*)", line)[1] for line in lines if line.startswith("(")]
-    commands = [decode(COMMAND, bytes.fromhex(data)) for data in sent]
-    assert [(c["mode"], c["setpoint"], c["lease"], c["sequence"]) for c in commands] == [
-        ("vent", 0.0, 1.0, 1),
-        ("hold", 8.0, 1.0, 2),
-        ("vent", 0.0, 0.0, 3),
+    decoded = (decode(COMMAND, bytes.fromhex(data)) for data in sent)
+    return [
+        tuple(c[name] for name in ("mode", "setpoint", "lease", "sequence", "proof_test")) for c in decoded
     ]
 
 
-def is_vent_command(line):
-    return decode(COMMAND, bytes.fromhex(line.rpartition("#")[2]))["mode"] == "vent"
+@needs("g++")
+@pytest.mark.parametrize("proof_test", ["allowed", "forbidden"])
+def test_the_commands_of_the_program_are_complete_and_in_range(program, proof_test):
+    frames = [candump(0.99, 0x185, force_frame(1)), *ACCEPTED]
+    lines = run_listener(program, frames, "8.0", *["no-proof-tests"] * (proof_test == "forbidden"))
+    assert commands(lines) == [
+        ("lease", 0.0, 1.0, 1, proof_test),
+        ("vent", 0.0, 1.0, 2, proof_test),
+        ("hold", 8.0, 1.0, 3, proof_test),
+        ("lease", 0.0, 1.0, 4, proof_test),
+        ("vent", 0.0, 0.0, 5, "allowed"),
+    ]
 
 
 @needs("g++")
-def test_a_rejected_command_ends_the_program(program):
-    answers = [candump(1.0, 0x485, bytes((1, 18, 0, 0))), candump(1.1, 0x485, bytes((1, 0, 0, 0)))]
-    done = run_with_file(program, answers, "8.0")
-    assert done.stderr == "The Command was rejected with result 18. See the results in docs/robot.md\n"
+@REJECTIONS
+def test_a_rejected_command_ends_the_program_and_vents_only_with_the_lease(program, sequence, result, last):
+    first = [candump(0.99, 0x185, force_frame(1))]
+    answers = (
+        first
+        + ACCEPTED[: sequence - 1]
+        + [candump(2.0, 0x485, bytes((sequence, RESULTS.codes[result], 0, 0)))]
+    )
+    later = [candump(3.0, 0x485, bytes((sequence, 0, 0, 0)))]
+    done = run_with_file(program, answers + later, "8.0")
+    code = RESULTS.codes[result]
+    assert done.stderr == f"The Command was rejected with result {code}. See the results in docs/robot.md\n"
     assert done.returncode == 1
-    assert is_vent_command(done.stdout.splitlines()[-1])
+    mode, _, lease_s, *_ = commands(done.stdout.splitlines())[-1]
+    assert mode == last
+    assert (lease_s == 0.0) == (last == "vent")
+
+
+@needs("g++")
+def test_without_an_answer_to_the_lease_the_program_ends_the_lease_and_does_not_vent(program):
+    lines = run_listener(program, [candump(0.99, 0x185, force_frame(1))], "8.0")
+    assert [command[:3] for command in commands(lines)] == [("lease", 0.0, 1.0), ("lease", 0.0, 0.0)]
 
 
 def status_frame(state):
@@ -176,24 +200,24 @@ def status_frame(state):
 @needs("g++")
 @ENDS_OF_A_HOLD
 def test_the_program_ends_when_the_balloon_is_vented(program, states):
-    accepted = [(1.0, 0x485, bytes((1, 0, 0, 0))), (1.1, 0x485, bytes((2, 0, 0, 0)))]
     seen = [(2.0 + n / 100, 0x385, status_frame(state)) for n, state in enumerate(states)]
     later = [(3.0 + n / 10, 0x385, status_frame(states[-1])) for n in range(20)]
-    done = run_with_file(program, [candump(*line) for line in accepted + seen + later], "8.0")
+    done = run_with_file(program, ACCEPTED + [candump(*line) for line in seen + later], "8.0")
     code = STATES.codes[states[-1]]
     assert f"The hold has ended: the state is {code}: " in done.stderr
     assert ("names the fault" in done.stderr) == (states[-1] == "tripped")
     assert done.returncode == 1
     assert done.stdout.count("Status ") == len(states)
-    assert is_vent_command(done.stdout.splitlines()[-1])
+    assert commands(done.stdout.splitlines())[-1][0] == "vent"
 
 
 @needs("g++")
-@pytest.mark.parametrize("setpoint", ["nan", "1.9", "12.1", "text"])
+@pytest.mark.parametrize("setpoint", ["nan", "1.9", "12.1", "text", "8,5", "8.5 kPa", ""])
 def test_the_program_rejects_a_setpoint_outside_the_range(program, setpoint):
     done = run_with_file(program, [], setpoint)
     assert done.returncode == 2
-    assert "2 to 12 kPa" in done.stderr
+    assert re.fullmatch(f'The setpoint "{setpoint}" is not a number from 2 to 12 kPa\\..*\n', done.stderr)
+    assert not done.stdout
 
 
 @needs("g++")
