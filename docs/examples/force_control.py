@@ -11,6 +11,8 @@ docs/how-to/force-control.md describes the program.
 import argparse
 import contextlib
 import json
+import math
+import os
 import signal
 import socket
 import sys
@@ -40,15 +42,27 @@ def speed_mm_per_s(measurement):
     return max(-MAX_SPEED_MM_PER_S, min(MAX_SPEED_MM_PER_S, speed))
 
 
+class RobotError(Exception):
+    """Error for a robot that cannot be commanded."""
+
+
 class SimulatedRobot:
     """Robot of the simulator. It moves the balloon along its axis.
 
-    It stops if no speed arrives for 0.2 s.
+    It stops if no speed arrives for 0.2 s. All methods raise RobotError if the robot cannot be commanded.
     """
 
     def __init__(self, control_port, **start):
-        """Take the balloon. `start` can contain `distance_mm` and `tissue`."""
-        self._connection = socket.create_connection(("127.0.0.1", control_port))
+        """Take the balloon, and move it to its free position. A real robot must move there at this point.
+
+        `start` can contain `distance_mm`, the distance from the tissue, and `tissue`.
+        """
+        try:
+            self._connection = socket.create_connection(("127.0.0.1", control_port))
+        except (OSError, OverflowError) as error:
+            raise RobotError(
+                f"there is no robot at the control port {control_port}: {error}; `make run` shows the port"
+            ) from None
         self._send(robot=start)
 
     def __enter__(self):
@@ -62,7 +76,10 @@ class SimulatedRobot:
         self._send(speed_mm_per_s=speed_mm_per_s)
 
     def _send(self, **request):
-        self._connection.sendall(json.dumps(request).encode() + b"\n")
+        try:
+            self._connection.sendall(json.dumps(request).encode() + b"\n")
+        except OSError as error:
+            raise RobotError(f"the robot is lost: {error}; check that the simulator runs") from None
 
 
 def check_limit(holder):
@@ -106,30 +123,55 @@ def move_back(robot, seconds=3.0):
         time.sleep(0.05)
 
 
+def duration_s(text):
+    """Return a duration [s]. Raises ArgumentTypeError for NaN, and for an infinite or negative number."""
+    with contextlib.suppress(ValueError):
+        if 0 <= (value := float(text)) < math.inf:
+            return value
+    raise argparse.ArgumentTypeError(f"{text} is not a duration: write a number of seconds, 0 or more")
+
+
+def ignore_signals():
+    """Ignore SIGINT and SIGTERM, so that a second Ctrl-C does not end the movement back and the vent."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("url", help="connection that measures the force")
     parser.add_argument("--hold", help="connection that inflates the balloon; by default, url")
     parser.add_argument("--setpoint", type=float, default=8.0, help="pressure of the balloon [kPa]")
     parser.add_argument("--control", type=int, required=True, help="control port of the simulator")
-    parser.add_argument("--seconds", type=float, default=8.0, help="duration of the control")
+    parser.add_argument("--seconds", type=duration_s, default=8.0, help="duration of the control")
+    parser.add_argument("--no-proof-tests", action="store_true", help="forbid proof tests during the hold")
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended by SIGTERM"))  # so that `finally` is executed
+    for number in (signal.SIGINT, signal.SIGTERM):  # so that `finally` is executed
+        signal.signal(number, lambda number, _: sys.exit(f"ended by {signal.Signals(number).name}"))
     with contextlib.ExitStack() as stack:
         sensor = stack.enter_context(pneuforce.connect(options.url))
         holder = stack.enter_context(pneuforce.connect(options.hold)) if options.hold else sensor
         check_limit(holder)
-        stack.enter_context(holder.hold(options.setpoint, lease_s=1.0))
+        # First the free position: after a kill of this program, the robot can still press, and a contact
+        # during the inflation trips the rig.
         tissue = {"law": "hertz", "modulus_kpa": 20.0}
         robot = stack.enter_context(SimulatedRobot(options.control, distance_mm=5.0, tissue=tissue))
+        proof_tests = not options.no_proof_tests
+        stack.enter_context(holder.hold(options.setpoint, lease_s=1.0, proof_tests=proof_tests))
         try:
-            print(f"highest force {control(sensor, holder, robot, options.seconds):.3f} N")
+            print(f"highest force {control(sensor, holder, robot, options.seconds):.3f} N", flush=True)
         finally:  # the robot must move away also if the hold has ended, or the connection is lost
+            ignore_signals()
             move_back(robot)
 
 
 if __name__ == "__main__":
     try:
         main()
-    except pneuforce.PneuforceError as error:
+    except (pneuforce.PneuforceError, RobotError) as error:
         sys.exit(str(error))
+    except BrokenPipeError:  # the program that reads the output has ended
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # the text is flushed again at the exit
+        sys.exit(1)

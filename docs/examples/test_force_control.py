@@ -3,7 +3,9 @@
 To use these tests in your project, copy force_control.py into the same folder: the tests import this program.
 """
 
+import argparse
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -62,7 +64,16 @@ def test_the_program_holds_the_force_without_overshoot_and_then_vents(pneuforce_
     pneuforce_rig.wait_for(lambda registers: "vented" in registers["status"])
 
 
-RDT_HOST = "127.0.0.83"
+@pytest.mark.parametrize("text", ["nan", "inf", "-1", "8 s"])
+def test_a_duration_that_is_no_number_of_seconds_is_rejected(text):
+    with pytest.raises(argparse.ArgumentTypeError, match="is not a duration"):
+        force_control.duration_s(text)
+
+
+def test_a_wrong_control_port_gives_one_sentence():
+    for port in (1, 99_999_999):
+        with pytest.raises(force_control.RobotError, match="there is no robot"):
+            force_control.SimulatedRobot(port)
 
 
 def wait_until(condition, program, seconds=15.0):
@@ -71,6 +82,44 @@ def wait_until(condition, program, seconds=15.0):
         assert program.poll() is None, program.stderr.read()
         assert time.monotonic() < until_s
         time.sleep(0.02)
+
+
+def leave_pressing_robot(rig):
+    """Leave a robot that presses, as a program that was killed."""
+    with force_control.SimulatedRobot(rig.control_port, distance_mm=0.0) as robot:
+        for _ in range(10):
+            robot.move(5.0)
+            time.sleep(0.05)
+
+
+def start_program(rig, *arguments, stdout=None):
+    command = [sys.executable, PROGRAM, rig.url, "--control", str(rig.control_port), *arguments]
+    return subprocess.Popen(command, stdout=stdout, stderr=subprocess.PIPE, text=True)
+
+
+def test_the_program_moves_a_pressing_robot_away_first_and_ends_quietly_without_a_reader(pneuforce_rig):
+    leave_pressing_robot(pneuforce_rig)
+    with start_program(pneuforce_rig, "--seconds", "0", stdout=subprocess.PIPE) as program:
+        program.stdout.close()
+        assert program.stderr.read() == ""
+        assert program.wait(10.0) == 1
+    assert pneuforce_rig.read()["active_fault_count"] == 0
+
+
+def test_ctrl_c_moves_back_even_if_it_is_pressed_twice(pneuforce_rig):
+    program = start_program(pneuforce_rig, "--seconds", "60", "--no-proof-tests")
+    wait_until(lambda: pneuforce_rig.truth()["force_n"] > 0.5, program)
+    assert pneuforce_rig.read()["proof_test"] == "forbidden"
+    for _ in range(2):
+        program.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+    assert program.communicate(timeout=10.0)[1] == "ended by SIGINT\n"
+    assert program.returncode == 1
+    assert pneuforce_rig.truth()["force_n"] == 0.0
+    pneuforce_rig.wait_for(lambda registers: registers["lease_holder"] == "none")
+
+
+RDT_HOST = "127.0.0.83"
 
 
 @pytest.mark.pneuforce(instrument={"rdt": {"enabled": True, "host": RDT_HOST}})
