@@ -15,8 +15,8 @@ from pneuforce.instrument.config import (
     ModbusSection,
     ModbusSecuritySection,
     WebSection,
-    resolve_path,
 )
+from pneuforce.instrument.service.configured_files import ConfiguredFile, configured_files
 from pneuforce.support.network_name import is_socket_url
 
 _WILDCARDS = frozenset({"0.0.0.0", "::"})
@@ -59,10 +59,15 @@ def _port_collisions(configuration: Configuration) -> Iterator[str]:
 
 
 def _file_collisions(configuration: Configuration, path: Path) -> Iterator[str]:
-    files = [(key, os.path.realpath(file)) for key, file in files_of(configuration, path)]
-    for (first_key, file), (second_key, other) in combinations(files, 2):
-        if file == other:
-            yield collision(first_key, second_key, file)
+    for first, second in combinations(configured_files(configuration, path), 2):
+        if is_same_written_file(first, second):
+            yield collision(first.key, second.key, os.path.realpath(first.path))
+
+
+def is_same_written_file(first: ConfiguredFile, second: ConfiguredFile) -> bool:
+    """Return True if both are one file, and at least one of them is written. Reading can be shared."""
+    same = os.path.realpath(first.path) == os.path.realpath(second.path)
+    return same and (first.is_written or second.is_written)
 
 
 def listening_ports(configuration: Configuration) -> Iterator[TcpPort]:
@@ -88,19 +93,3 @@ def _tcp_ports(configuration: Configuration) -> Iterator[TcpPort]:
         url = urlsplit(rig.port)
         servers.append(TcpPort("rig.port", url.hostname or "", url.port or 0))
     yield from (server for server in servers if server.host in _LOOPBACK)
-
-
-def files_of(configuration: Configuration, path: Path) -> Iterator[tuple[str, Path]]:
-    """Yield the key and the path of each file that the instrument uses, the configuration file first."""
-    names = {
-        "measurement.calibration": configuration.measurement.calibration,
-        "events.file": configuration.events.file,
-        "local.socket": configuration.local.socket,
-        "can.parameter_file": configuration.can.parameter_file if configuration.can.enabled else "",
-        "mqtt.store": configuration.mqtt.store if configuration.mqtt.enabled else "",
-    }
-    yield "the configuration file", path
-    for key, name in names.items():
-        file = resolve_path(path, name)
-        if file is not None:
-            yield key, file

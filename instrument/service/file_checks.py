@@ -1,21 +1,25 @@
-"""Check of the files and folders of a configuration: what the instrument could not create or use later."""
+"""Check of the files and folders of a configuration: what the instrument could not use later."""
 
 from __future__ import annotations
 
 import os
+import pwd
 import stat
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
-from pneuforce.instrument.config import Configuration, resolve_path
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.service.configured_files import ConfiguredFile, configured_files
 from pneuforce.instrument.service.parameter_file import storage_of
+from pneuforce.instrument.service.service_user import SERVICE_USER, service_permissions
 from pneuforce.instrument.users.file import load_users
+from pneuforce.support.atomic_file import STDIN
 
-#: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit.
+#: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
+#: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
 SERVICE_FOLDERS = (Path("/var/lib/pneuforce"), Path("/run/pneuforce"))
 
 
@@ -26,38 +30,46 @@ class FileReport(NamedTuple):
     remarks: list[str]  #: are correct if systemd starts the instrument
 
 
-def check_files(configuration: Configuration, path: Path) -> FileReport:
+def check_files(configuration: Configuration, path: Path, user: str = SERVICE_USER) -> FileReport:
     """Check each file that a configuration names, without creating or changing a file.
 
-    `path` is the configuration file, to which the names of files are relative.
+    `path` is the configuration file, to which the names of files are relative. Root checks the files with the
+    permissions of the user of the service, if this user exists.
     """
     report = FileReport([], [])
-    for key, name, find_problem in _checked_files(configuration):
-        file = resolve_path(path, name)
-        if file is None:
-            continue
-        folder = file.absolute().parent
-        if folder in SERVICE_FOLDERS and not os.path.lexists(folder):
-            report.remarks.append(f"{key}: the folder {folder} is missing until systemd starts the service")
-            continue
-        with suppress(PermissionError):  # the user of the service may have this permission
-            if problem := find_problem(file.absolute()):
-                report.problems.append(f"{key}: {problem}")
+    with service_permissions(user) as is_service_user:
+        for file in configured_files(configuration, path):
+            _check_file(file._replace(path=file.path.absolute()), path, is_service_user, report)
     return report
 
 
-def _checked_files(configuration: Configuration) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
-    """Yield the key, the name and the check of each file that the enabled parts use."""
-    yield "events.file", configuration.events.file, _event_log_problem
-    yield "local.socket", configuration.local.socket, _socket_problem
-    can, web = configuration.can, configuration.web
-    if can.enabled and can.mode == "canopen":
-        yield "can.parameter_file", can.parameter_file, _parameter_problem
-    if configuration.mqtt.enabled:
-        yield "mqtt.store", configuration.mqtt.store, lambda file: _folder_problem(file.parent)
-    if web.enabled:
-        yield "web.users_file", web.users_file, _users_problem
-        yield "web.recordings", web.recordings, _recordings_problem
+def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool, report: FileReport) -> None:
+    folder = file.path.parent
+    own_folders = [*SERVICE_FOLDERS, *(shared / configuration.stem for shared in SERVICE_FOLDERS)]
+    try:
+        if file.is_written and folder in own_folders and not os.path.lexists(folder):
+            report.remarks.append(
+                f"{file.key}: the folder {folder} is missing until systemd starts the service"
+            )
+        elif problem := _CHECKS.get(file.key, _read_problem)(file.path):
+            report.problems.append(f"{file.key}: {problem}")
+        elif file.is_written and is_service_user and not any(map(file.path.is_relative_to, SERVICE_FOLDERS)):
+            report.remarks.append(
+                f"{file.key}: the systemd unit permits no writing to {folder}: choose a folder in "
+                f"{SERVICE_FOLDERS[0]}, or add ReadWritePaths={folder} to the unit"
+            )
+    except PermissionError:
+        if is_service_user:  # otherwise the user of the service may have this permission
+            report.problems.append(
+                f"{file.key}: {_user()} cannot open the folders of {file.path}: chmod o+x them"
+            )
+
+
+def _read_problem(file: Path) -> str:
+    """Return why a file cannot be read, "" if this is possible."""
+    if file == STDIN or _is_permitted(file, os.R_OK):
+        return ""
+    return f"{_user()} cannot read {file}: chgrp {SERVICE_USER} {file} && chmod g+r {file}"
 
 
 def _folder_problem(folder: Path) -> str:
@@ -67,11 +79,21 @@ def _folder_problem(folder: Path) -> str:
             return f"{folder} is a file, not a folder: choose another folder"
     except (FileNotFoundError, NotADirectoryError):
         return f"the folder {folder} is missing: create the folder, or choose another one"
-    return "" if os.access(folder, os.W_OK | os.X_OK) else f"this user cannot write to the folder {folder}"
+    if _is_permitted(folder, os.W_OK | os.X_OK):
+        return ""
+    return f"{_user()} cannot write to the folder {folder}: choose a folder in {SERVICE_FOLDERS[0]}"
+
+
+def _written_file_problem(file: Path) -> str:
+    """Return why a file cannot be created or written, "" if this is possible. Raises PermissionError."""
+    if (problem := _folder_problem(file.parent)) or not file.exists():
+        return problem
+    is_permitted = _is_permitted(file, os.R_OK | os.W_OK)
+    return "" if is_permitted else f"{_user()} cannot write to {file}: chown {SERVICE_USER} {file}"
 
 
 def _event_log_problem(file: Path) -> str:
-    if (problem := _folder_problem(file.parent)) or not file.exists():
+    if (problem := _written_file_problem(file)) or not file.exists():
         return problem
     try:
         with open_event_log(file) as records:
@@ -96,6 +118,8 @@ def _parameter_problem(file: Path) -> str:
 
 def _users_problem(file: Path) -> str:
     """Return why a file of users cannot be used, or that other users of the computer can read its hashes."""
+    if file.exists() and not _is_permitted(file, os.R_OK):
+        return f"{_user()} cannot read {file}: chown {SERVICE_USER} {file}"
     try:
         load_users(file)
     except ConfigurationError as error:
@@ -107,5 +131,30 @@ def _users_problem(file: Path) -> str:
 
 def _recordings_problem(folder: Path) -> str:
     """Return why a folder of recordings cannot be used. The first recording creates a missing folder."""
-    is_free = not folder.exists() or folder.is_dir()
-    return "" if is_free else f"{folder} is a file, not a folder: choose another name"
+    if folder.exists() and not folder.is_dir():
+        return f"{folder} is a file, not a folder: choose another name"
+    return _folder_problem(next(existing for existing in (folder, *folder.parents) if existing.exists()))
+
+
+def _is_permitted(file: Path, access: int) -> bool:
+    return os.access(file, access, effective_ids=True)
+
+
+def _user() -> str:
+    """Return the user whose permissions apply, in words."""
+    number = os.geteuid()
+    try:
+        return f"the user {pwd.getpwuid(number).pw_name}"
+    except KeyError:
+        return f"the user {number}"
+
+
+#: Checks by the key of the file. Every other file is only read.
+_CHECKS: dict[str, Callable[[Path], str]] = {
+    "events.file": _event_log_problem,
+    "local.socket": _socket_problem,
+    "can.parameter_file": _parameter_problem,
+    "mqtt.store": _written_file_problem,
+    "web.users_file": _users_problem,
+    "web.recordings": _recordings_problem,
+}

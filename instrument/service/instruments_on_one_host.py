@@ -10,7 +10,8 @@ from typing import NamedTuple, TypeVar
 
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.config import Configuration
-from pneuforce.instrument.service.collisions import collision, files_of, listening_ports
+from pneuforce.instrument.service.collisions import collision, is_same_written_file, listening_ports
+from pneuforce.instrument.service.configured_files import configured_files
 from pneuforce.instrument.service.mqtt_process import edge_node_of
 from pneuforce.support.network_name import is_socket_url
 
@@ -41,12 +42,16 @@ def _collisions(configurations: Mapping[Path, Configuration]) -> Iterator[str]:
             if port.collides_with(other_port):
                 what = f"the TCP port {port.port}"
                 yield collision(f"{path}: {port.key}", f"{other_path}: {other_port.key}", what)
-        for resource, other_resource in _pairs(
-            _resources(path, configuration), _resources(other_path, other)
-        ):
+        for resource, other_resource in _pairs(_resources(configuration), _resources(other)):
             if resource.identity == other_resource.identity:
                 keys = f"{path}: {resource.key}", f"{other_path}: {other_resource.key}"
                 yield collision(*keys, resource.name)
+        for file, other_file in _pairs(
+            configured_files(configuration, path), configured_files(other, other_path)
+        ):
+            if is_same_written_file(file, other_file):
+                keys = f"{path}: {file.key}", f"{other_path}: {other_file.key}"
+                yield collision(*keys, os.path.realpath(file.path))
 
 
 def _pairs(first: Iterator[First], second: Iterator[Second]) -> Iterator[tuple[First, Second]]:
@@ -54,7 +59,7 @@ def _pairs(first: Iterator[First], second: Iterator[Second]) -> Iterator[tuple[F
     return ((each, other) for each in first for other in others)
 
 
-def _resources(path: Path, configuration: Configuration) -> Iterator[Resource]:
+def _resources(configuration: Configuration) -> Iterator[Resource]:
     rig, rtu, rdt = configuration.rig, configuration.modbus_rtu, configuration.rdt
     yield Resource("rig.port", *_serial_port(rig.port))
     if rtu.enabled:
@@ -70,9 +75,6 @@ def _resources(path: Path, configuration: Configuration) -> Iterator[Resource]:
     serial_number = configuration.identity.serial_number
     if serial_number:
         yield Resource("identity.serial_number", ("serial", serial_number), str(serial_number))
-    for key, file in files_of(configuration, path):
-        if key != "measurement.calibration":  # it is only read
-            yield Resource(key, ("file", os.path.realpath(file)), os.path.realpath(file))
 
 
 def _serial_port(port: str) -> tuple[tuple[object, ...], str]:

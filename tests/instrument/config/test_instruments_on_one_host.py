@@ -61,6 +61,15 @@ SOCKETCAND = {"enabled": True, "interface": "socketcand"}
         ({"can": SOCKETCAND}, "are both node 5 on socketcand can0"),
         ({"events": {"file": "/tmp/e"}}, "events.file and b.toml: events.file are both /tmp/e"),
         ({"local": {"socket": "/tmp/s"}}, "local.socket and b.toml: local.socket are both /tmp/s"),
+        (
+            {"mqtt": {"enabled": True, "edge_node": "e", "store": "/tmp/m"}},
+            "a.toml: mqtt.store and b.toml: mqtt.store are both /tmp/m",
+        ),
+        (
+            {"can": CAN | {"mode": "canopen", "parameter_file": "/tmp/p"}},
+            "can.parameter_file and b.toml: can.parameter_file are both /tmp/p",
+        ),
+        ({"web": {"enabled": True, "recordings": "/tmp/r"}}, "web.recordings are both /tmp/r"),
         ({"identity": {"serial_number": 7}}, "identity.serial_number are both 7"),
         ({"identity": {"serial_number": 0}}, ""),
         ({"measurement": {"calibration": "/tmp/c.toml"}}, ""),
@@ -71,6 +80,14 @@ SOCKETCAND = {"enabled": True, "interface": "socketcand"}
 def test_two_instruments_never_share_a_resource(shared, message):
     found = checked(instrument(1, **shared), instrument(2, **shared))
     assert message in found if message else found == ""
+
+
+def test_a_file_that_is_only_read_can_be_shared_but_not_written_by_another_instrument():
+    web = {"enabled": True, "users_file": "/tmp/u", "recordings": ""}
+    second = instrument(2, web=web | {"port": 8081})
+    assert checked(instrument(1, web=web), second) == ""
+    found = checked(instrument(1, events={"file": "/tmp/u"}), second)
+    assert found == "a.toml: events.file and b.toml: web.users_file are both /tmp/u: change one of them"
 
 
 def test_all_collisions_are_named_at_once():

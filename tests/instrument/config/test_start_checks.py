@@ -1,8 +1,11 @@
 """Tests of `pneuforce config --check`: what would stop the start of the instrument is reported before."""
 
 import contextlib
+import os
 import socket
 import sqlite3
+import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +15,7 @@ from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.commissioning.certificates import key_pem
 from pneuforce.instrument.config import load
 from pneuforce.instrument.service.file_checks import SERVICE_FOLDERS, check_files
+from pneuforce.instrument.service.service_user import service_permissions
 from pneuforce.instrument.service.start_checks import load_checked
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
@@ -20,6 +24,7 @@ from tests.registers.modbus_security.serving import Pki
 from tests.source_tree import ROOT
 
 ALLOW = 'allow = ["10.0.0.1"]\n'
+CANOPEN = '[can]\nenabled = true\nmode = "canopen"\ninterface = "virtual"\nparameter_file = '
 REJECTED = [
     ("measurement.calibration", '[measurement]\ncalibration = "\\u0000"\n'),
     ("modbus_rtu.port", '[modbus_rtu]\nenabled = true\nport = "\\u0000"\n'),
@@ -58,13 +63,16 @@ COLLISIONS = [
     ("page.pem", '[web]\nenabled = true\ncertificate = "page.pem"\nkey = "page.key"\n'),
     ("events.file local.socket", '[local]\nsocket = "./events.sqlite"\n'),
     ("file events.file", '[events]\nfile = "instrument.toml"\n'),
-    ("file can.parameter_file", '[can]\nenabled = true\nparameter_file = "instrument.toml"\n'),
-    ("events.file can.parameter_file", '[can]\nenabled = true\nparameter_file = "events.sqlite"\n'),
+    ("file can.parameter_file", f'{CANOPEN}"instrument.toml"\n'),
+    ("events.file can.parameter_file", f'{CANOPEN}"events.sqlite"\n'),
     ("", "[modbus]\nport = 8080\n"),
     ("", f'[modbus]\nport = 8080\nhost = "10.0.0.1"\n{ALLOW}[web]\nenabled = true\n'),
     ("", f'[rig]\nport = "socket://10.0.0.1:5020"\n[modbus]\nhost = "0.0.0.0"\n{ALLOW}'),
     ("", "[rdt]\nenabled = true\nport = 5020\n"),  # UDP
     ("", "[can]\nenabled = true\nport = 5020\n"),  # no TCP
+    ("", '[can]\nenabled = true\nparameter_file = "events.sqlite"\n'),  # no CANopen, so no such file
+    ("events.file web.recordings", '[web]\nenabled = true\nrecordings = "events.sqlite"\n'),
+    ("events.file web.users_file", '[web]\nenabled = true\nusers_file = "events.sqlite"\n'),
     ("", '[events]\nfile = ""\n[local]\nsocket = ""\n'),
 ]
 
@@ -93,7 +101,6 @@ def test_a_port_or_a_file_that_is_used_twice_is_reported_with_both_keys(tmp_path
     assert all(key in str(caught.value) for key in keys.split())
 
 
-CANOPEN = '[can]\nenabled = true\nmode = "canopen"\ninterface = "virtual"\nparameter_file = '
 #: Files that cannot be used, with the key and a word of the reason. "": the file can be used.
 FILES = [
     ("events.file", "missing", '[events]\nfile = "absent/events.sqlite"\n'),
@@ -202,3 +209,57 @@ def test_a_certificate_that_has_expired_is_a_warning_and_one_without_its_key_is_
     (pki.folder / "instrument.key").write_bytes(key_pem(pki.authority.key))
     with pytest.raises(ConfigurationFileError, match="are not a certificate and its key"):
         check_config([file], as_json=False)
+
+
+@pytest.fixture
+def etc():
+    """Yield a folder that every user may enter, as /etc. The folders of pytest belong to one user."""
+    if os.geteuid() != 0:
+        pytest.skip("only root can check with the permissions of another user")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o755)
+        yield Path(folder)
+
+
+def test_root_checks_with_the_permissions_of_the_service(etc):
+    Pki(etc / "pki")
+    (etc / "pki").chmod(0o755)
+    (etc / "users.toml").touch(0o600)
+    own = etc / "own"
+    own.mkdir()
+    os.chown(own, 65534, 65534)
+    (own / "events.sqlite").touch(0o644)  # belongs to root
+    file = etc / "instrument.toml"
+    file.write_text(
+        '[modbus_security]\nenabled = true\nca = "pki/ca.pem"\ncertificate = "pki/instrument.pem"\n'
+        'key = "pki/instrument.key"\n[events]\nfile = "own/events.sqlite"\n[local]\nsocket = "own/socket"\n'
+        '[web]\nenabled = true\nrecordings = "own/recordings"\n[mqtt]\nenabled = true\n'
+    )
+    file.chmod(0o600)
+    (etc / "pki/instrument.key").chmod(0o600)
+    configuration = load_checked(file)
+    with service_permissions("nobody") as is_service_user:
+        assert (is_service_user, os.geteuid()) == (True, 65534)
+    problems, remarks = check_files(configuration, file, "nobody")
+    assert (os.geteuid(), os.getegid()) == (0, 0)
+    keys = [problem.partition(":")[0] for problem in problems]
+    assert keys == [
+        *("the configuration file", "events.file", "modbus_security.key", "mqtt.store", "web.users_file"),
+    ]
+    assert all("the user nobody cannot" in problem for problem in problems)
+    assert [remark.partition(":")[0] for remark in remarks] == ["local.socket", "web.recordings"]
+    assert all("ReadWritePaths" in remark for remark in remarks)
+    assert check_files(configuration, file, "no-such-user").problems == []
+    (etc / "pki").chmod(0o700)
+    assert any("modbus_security.ca: " in problem for problem in check_files(configuration, file, "nobody")[0])
+
+
+def test_the_folders_of_an_instance_may_be_missing_before_its_first_start(tmp_path):
+    paths = [f'[events]\nfile = "/var/lib/pneuforce/{name}/e"\n' for name in ("left", "right")]
+    file = tmp_path / "left.toml"
+    found = []
+    for text in paths:
+        file.write_text(text)
+        found.append(check_files(load_checked(file), file))
+    assert (len(found[0].problems), len(found[0].remarks)) == (0, 1)
+    assert len(found[1].problems) == 1
