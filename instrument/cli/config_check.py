@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.cli.output import json_text, print_text
@@ -16,27 +17,54 @@ from pneuforce.instrument.service.start_checks import load_checked
 def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | None = None) -> None:
     """Print that the files are valid, with their warnings. With several files, each is one instrument.
 
-    Raises ConfigurationFileError for an invalid file, or for two instruments that use the same port or file.
+    Raises ConfigurationFileError with one line for each invalid file, and one for the instruments that
+    use the same port or file.
     """
-    configurations = {path: load_checked(path, require_signed_by) for path in paths}
-    check_instruments(configurations)
-    warnings = {path: _warning(configuration, path) for path, configuration in configurations.items()}
+    configurations, warnings, problems = {}, {}, []
+    for path in paths:
+        try:
+            configurations[path] = load_checked(path, require_signed_by)
+            warnings[path] = _warning(configurations[path], path)
+        except ConfigurationFileError as error:
+            problems.append(str(error))
+    try:
+        check_instruments(configurations)
+    except ConfigurationFileError as error:
+        problems.append(str(error))
+    if problems:
+        raise ConfigurationFileError("\n".join(problems))
     if as_json:
         files = [
-            {"file": str(path), "warning": warnings[path] or None, "signatures": _signatures(configuration)}
-            for path, configuration in configurations.items()
+            _values(configuration, path, warnings[path]) for path, configuration in configurations.items()
         ]
         print_text(json_text({"ok": True, **(files[0] if len(files) == 1 else {"instruments": files})}))
         return
-    for path, warning in warnings.items():
-        print_text(f"{path}: good" + (f", but {warning}" if warning else ""))
-        for name, signature in configurations[path].signatures._asdict().items():
+    for path, configuration in configurations.items():
+        print_text(f"{path}: good" + (f", but {warnings[path]}" if warnings[path] else ""))
+        for note in _notes(configuration):
+            print_text(note)
+        for name, signature in configuration.signatures._asdict().items():
             if signature.signer:
                 print_text(f"the {name} file is {signature}")
 
 
-def _signatures(configuration: Configuration) -> dict[str, str]:
-    return {name: str(signature) for name, signature in configuration.signatures._asdict().items()}
+def _values(configuration: Configuration, path: Path, warning: str) -> dict[str, Any]:
+    return {
+        "file": str(path),
+        "warning": warning or None,
+        "notes": _notes(configuration),
+        "signatures": {name: str(each) for name, each in configuration.signatures._asdict().items()},
+    }
+
+
+def _notes(configuration: Configuration) -> list[str]:
+    """Return a sentence for each section that is in the file, but disabled because `enabled` is missing."""
+    return [
+        f"[{name}] is off: add enabled = true to use it"
+        for name in sorted(configuration.model_fields_set)
+        if "enabled" not in (section := getattr(configuration, name)).model_fields_set
+        and not getattr(section, "enabled", True)
+    ]
 
 
 def _warning(configuration: Configuration, path: Path) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pneuforce.errors import ConfigurationFileError
+from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.config import parse
 from pneuforce.instrument.service.instruments_on_one_host import check_instruments
 from tests.command_runner import pneuforce
@@ -123,3 +124,20 @@ def test_the_command_checks_all_files_of_a_computer(tmp_path):
     bad = pneuforce("config", *options)
     assert (bad.returncode, bad.stdout) == (78, "")
     assert f"{files[0]}: modbus.port and {files[1]}: modbus.port are both" in bad.stderr
+
+
+def test_each_bad_file_is_reported_even_if_the_first_one_is_bad(tmp_path):
+    texts = {
+        "bad": "[rig]\nx = 1\n",
+        "left": "[events]\nfile = 'absent/e'\n",
+        "right": "[rdt]\nport = 70000\n",
+    }
+    files = [tmp_path / f"{name}.toml" for name in (*texts, "missing")]
+    for file, text in zip(files, texts.values(), strict=False):
+        file.write_text(text)
+    good = tmp_path / "good.toml"
+    good.write_text('[modbus]\nport = 5021\n[rig]\nport = "/dev/b"\n[local]\nsocket = "good.sock"\n')
+    with pytest.raises(ConfigurationFileError) as caught:
+        check_config([good, *files], as_json=False)
+    lines = str(caught.value).splitlines()
+    assert [line.partition(": ")[0] for line in lines] == list(map(str, files))

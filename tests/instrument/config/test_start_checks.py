@@ -1,6 +1,7 @@
 """Tests of `pneuforce config --check`: what would stop the start of the instrument is reported before."""
 
 import contextlib
+import json
 import os
 import socket
 import sqlite3
@@ -209,6 +210,20 @@ def test_a_certificate_that_has_expired_is_a_warning_and_one_without_its_key_is_
     (pki.folder / "instrument.key").write_bytes(key_pem(pki.authority.key))
     with pytest.raises(ConfigurationFileError, match="are not a certificate and its key"):
         check_config([file], as_json=False)
+
+
+def test_a_section_without_enabled_is_reported_as_off(tmp_path, capsys):
+    file = tmp_path / "instrument.toml"
+    file.write_text(
+        "[rdt]\nport = 49152\n[web]\nenabled = false\n[mqtt]\n[modbus]\nport = 5020\n[can]\nenabled = true\n"
+    )
+    check_config([file], as_json=False)
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "[mqtt] is off: add enabled = true to use it",
+        "[rdt] is off: add enabled = true to use it",
+    ]
+    check_config([file], as_json=True)
+    assert len(json.loads(capsys.readouterr().out)["notes"]) == 2
 
 
 @pytest.fixture
