@@ -6,6 +6,8 @@ import os
 import ssl
 from typing import NamedTuple
 
+from pneuforce.support.certificate_purpose import is_server_certificate
+
 #: Cipher suites of TLS 1.2 with forward secrecy and authenticated encryption. TLS 1.3 has no others.
 CIPHERS = "ECDHE+AESGCM:ECDHE+CHACHA20"
 
@@ -67,6 +69,11 @@ class TlsFiles:
             context.load_cert_chain(certificate, key, password=_no_password)
         except (ssl.SSLError, ValueError) as error:
             raise OSError(f"{certificate} and {key} are not a certificate and its key: {error}") from None
+        if not is_server_certificate(self.own_certificate()):
+            raise OSError(
+                f"{certificate} is not for server authentication (extended key usage): use the certificate "
+                "of a server, not that of a client"
+            )
 
     def _load_verification(self, context: ssl.SSLContext, name: str) -> None:
         path = self._paths[name]

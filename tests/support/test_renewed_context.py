@@ -6,7 +6,9 @@ import time
 
 import pytest
 
+from pneuforce.instrument.commissioning.certificates import certificate_pem
 from pneuforce.support.certificate_days import renewal_warning
+from pneuforce.support.certificate_purpose import is_server_certificate
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.tls_files import TlsFiles
 from tests.registers.modbus_security.serving import Pki
@@ -42,7 +44,11 @@ def missing(pki):
     (pki.folder / "instrument.pem").unlink()
 
 
-@pytest.mark.parametrize("change", [bad_key, only_the_certificate, expired, missing])
+def that_of_a_client(pki):
+    pki.write("instrument", pki.client("plc", "operator"))
+
+
+@pytest.mark.parametrize("change", [bad_key, only_the_certificate, expired, missing, that_of_a_client])
 def test_files_that_cannot_be_used_are_logged_once_and_the_earlier_ones_stay(tls, pki, caplog, change):
     now_s, context = time.time(), tls.current
     days = tls.certificate_days(now_s)
@@ -55,6 +61,12 @@ def test_files_that_cannot_be_used_are_logged_once_and_the_earlier_ones_stay(tls
     pki.renew_instrument()
     assert tls.renew(now_s) == {"certificate", "key"}
     assert tls.current is not context
+
+
+def test_a_certificate_without_a_stated_purpose_is_valid_for_a_server(pki):
+    assert is_server_certificate((pki.folder / "ca.pem").read_bytes())
+    assert is_server_certificate(b"not a certificate")
+    assert not is_server_certificate(certificate_pem(pki.client("plc", "operator").certificate))
 
 
 def test_an_expired_certificate_is_no_reason_not_to_start(pki):

@@ -289,7 +289,8 @@ def test_the_check_of_a_configuration_can_be_printed_as_json(tmp_path):
     file.write_text("[modbus]\nport = 5021\n")
     result = json.loads(pneuforce("config", "--check", file, "--json").stdout)
     signatures = {"configuration": "unsigned", "calibration": "no file"}
-    assert result == {"ok": True, "file": str(file), "warning": None, "signatures": signatures}
+    expected = {"ok": True, "file": str(file), "warning": None, "notes": [], "signatures": signatures}
+    assert result == expected
 
 
 def test_a_configuration_without_a_bus_gives_a_warning(tmp_path):

@@ -207,6 +207,9 @@ def test_a_certificate_that_has_expired_is_a_warning_and_one_without_its_key_is_
         warning = capsys.readouterr().out
         assert warning.startswith(f"{file}: good")
         assert ("web: the certificate" in warning, words in warning) == (bool(words), True)
+    pki.write("instrument", pki.client("plc", "operator"))
+    with pytest.raises(ConfigurationFileError, match="not for server authentication"):
+        check_config([file], as_json=False)
     (pki.folder / "instrument.key").write_bytes(key_pem(pki.authority.key))
     with pytest.raises(ConfigurationFileError, match="are not a certificate and its key"):
         check_config([file], as_json=False)
