@@ -12,13 +12,13 @@ from pneuforce.instrument.calibration.residuals import ContactResidual, errors_b
 from pneuforce.instrument.cli.output import json_text, progress
 from pneuforce.instrument.commissioning.calibration_steps import (
     CalibrationStep,
-    CalibrationTarget,
     calibrate_force,
     calibrate_grip,
     calibrate_lag,
     calibrate_radius,
     calibrate_volume,
 )
+from pneuforce.instrument.commissioning.previous_calibration import CalibrationTarget
 from pneuforce.instrument.recording.table_export import csv_lines
 from pneuforce.support.atomic_file import check_new, write_lines
 from pneuforce.support.counted import counted

@@ -40,7 +40,7 @@ def radius(data: Data, out: Out = None, config: Config = None, as_json: Json = F
     Example: pneuforce calibrate radius docs/examples/radius.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
-    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
+    from pneuforce.instrument.commissioning.previous_calibration import CalibrationTarget
 
     typer.echo(calibrate.radius(data, CalibrationTarget(out, config), as_json))
 
@@ -68,7 +68,7 @@ def volume(
     Example: pneuforce calibrate volume docs/examples/volume.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
-    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
+    from pneuforce.instrument.commissioning.previous_calibration import CalibrationTarget
 
     strokes = (displaced_ml or [], before_kpa or [], after_kpa or [])
     target = CalibrationTarget(out, config)
@@ -93,7 +93,7 @@ def lag(
     Example: pneuforce calibrate lag docs/examples/lag.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
-    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
+    from pneuforce.instrument.commissioning.previous_calibration import CalibrationTarget
 
     target = CalibrationTarget(out, config)
     typer.echo(calibrate.lag(data, filter_time_constant_s, target, as_json))
@@ -122,7 +122,7 @@ def grip(
     Example: pneuforce calibrate grip --mass-g 100 --before-kpa 8.0 --after-kpa 8.9 --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
-    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
+    from pneuforce.instrument.commissioning.previous_calibration import CalibrationTarget
 
     weights = (mass_g or [], before_kpa or [], after_kpa or [])
     typer.echo(calibrate.grip(data, weights, CalibrationTarget(out, config), as_json))
@@ -147,7 +147,7 @@ def force(
     Example: pneuforce calibrate force docs/examples/reference-contacts.csv --out calibration.toml
     """
     from pneuforce.instrument.cli import calibrate
-    from pneuforce.instrument.commissioning.calibration_steps import CalibrationTarget
+    from pneuforce.instrument.commissioning.previous_calibration import CalibrationTarget
 
     file = calibrate.ResidualFile(residuals, overwrite)
     typer.echo(calibrate.force(data, CalibrationTarget(out, config), file, as_json))

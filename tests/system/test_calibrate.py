@@ -99,6 +99,31 @@ def test_an_instrument_loads_the_file(calibration_path):
     assert settings.identity.calibration_date == file.load(calibration_path).date_code
 
 
+def test_a_step_without_a_file_to_write_builds_on_the_configured_calibration(calibration_path, tmp_path):
+    copy, config = tmp_path / "calibration.toml", tmp_path / "instrument.toml"
+    shutil.copy(calibration_path, copy)
+    config.write_text('[measurement]\ncalibration = "calibration.toml"\n')
+    words = ("force", EXAMPLES / "reference-contacts.csv", "--config", config, "--json")
+    facts = json.loads(calibrate(*words))
+    assert facts["made_for"]["rest_radius_mm"] == file.load(copy).radius.rest_radius_mm
+    assert any(f"{copy}" in note for note in facts["notes"])
+    config.write_text("[measurement]\n")
+    assert json.loads(calibrate(*words))["made_for"]["rest_radius_mm"] == Balloon().rest_radius_mm
+
+
+def test_a_new_file_contains_the_parts_of_the_configured_calibration(calibration_path, tmp_path):
+    configured, out, config = (tmp_path / name for name in ("old.toml", "new.toml", "instrument.toml"))
+    config.write_text('[measurement]\ncalibration = "old.toml"\n')
+    calibrate("volume", EXAMPLES / "volume.csv", "--config", config, "--out", configured)
+    calibrate("lag", EXAMPLES / "lag.csv", "--config", config, "--out", out)
+    written = file.load(out)
+    assert (len(written.parts), written.volume) == (2, file.load(configured).volume)
+    shutil.copy(calibration_path, configured)
+    output = calibrate("lag", EXAMPLES / "lag.csv", "--config", config, "--out", out)
+    assert f"{configured}" in output
+    assert len(file.load(out).parts) == 2
+
+
 def test_a_new_radius_removes_the_force_calibration_with_a_note(calibration_path, tmp_path):
     copy = tmp_path / "calibration.toml"
     shutil.copy(calibration_path, copy)
@@ -106,7 +131,7 @@ def test_a_new_radius_removes_the_force_calibration_with_a_note(calibration_path
     wider = [f"{kpa},{float(mm) + 0.1}" for kpa, mm in (row.split(",") for row in rows)]
     (tmp_path / "other.csv").write_text("\n".join([comment, header, *wider]))
     output = calibrate("radius", tmp_path / "other.csv", "--out", copy)
-    assert "note: the force calibration in this file" in output
+    assert "note: the old force calibration" in output
     assert file.load(copy).force is None
     assert file.load(copy).lag == file.load(calibration_path).lag
 
