@@ -72,9 +72,43 @@ def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContact
 
     Raises ConfigurationError, which names the line, if a row cannot be a contact.
     """
-    baseline, force = points["baseline_kpa"], points["force_n"]
+    _check(points)
+    law_n = _law_n(points, settings)
+    unsolved = np.isnan(law_n)
+    if unsolved.any():
+        raise points.error("the force law has no solution for these pressures", int(unsolved.argmax()))
+    baseline = points["baseline_kpa"]
+    weight = settings.law.small_strain_weight(baseline, settings.balloon)
     rise = points["final_kpa"] - baseline
-    std = points.columns.get("force_std_n", np.zeros(len(points)))
+    return CalibrationContacts(baseline, rise, points["force_n"], _std_n(points), law_n, weight)
+
+
+def select_solved(points: Points, settings: ChainSettings) -> tuple[Points, list[int]]:
+    """Return the contacts for which the force law has a solution, and the lines of the other contacts.
+
+    Raises ConfigurationError, which names the line, if a row cannot be a contact.
+    """
+    _check(points)
+    solved = np.isfinite(_law_n(points, settings))
+    lines = np.array(points.lines)
+    columns = {name: values[solved] for name, values in points.columns.items()}
+    return replace(points, columns=columns, lines=lines[solved].tolist()), lines[~solved].tolist()
+
+
+def _law_n(points: Points, settings: ChainSettings) -> Numbers:
+    """Return the force of the law at each contact [N], NaN if the law has no solution."""
+    law_n = settings.force_model.estimate(points["baseline_kpa"], points["final_kpa"]).force_n
+    return np.where(np.isfinite(law_n) & (law_n > 0), law_n, np.nan)
+
+
+def _std_n(points: Points) -> Numbers:
+    return points.columns.get("force_std_n", np.zeros(len(points)))
+
+
+def _check(points: Points) -> None:
+    """Raise ConfigurationError, which names the line, if a row cannot be a contact."""
+    baseline, force, std = points["baseline_kpa"], points["force_n"], _std_n(points)
+    rise = points["final_kpa"] - baseline
     zero = points.columns.get(ZERO_COLUMN, np.zeros(len(points)))
     points.require_rows(1)
     _check_units(points)
@@ -95,12 +129,6 @@ def read_contacts(points: Points, settings: ChainSettings) -> CalibrationContact
     ):
         if invalid.any():
             raise points.error(why, int(invalid.argmax()))
-    law_n = settings.force_model.estimate(baseline, points["final_kpa"]).force_n
-    unsolved = ~(np.isfinite(law_n) & (law_n > 0))
-    if unsolved.any():
-        raise points.error("the force law has no solution for these pressures", int(unsolved.argmax()))
-    weight = settings.law.small_strain_weight(baseline, settings.balloon)
-    return CalibrationContacts(baseline, rise, force, std, law_n, weight)
 
 
 def _check_units(points: Points) -> None:

@@ -134,19 +134,30 @@ def calibrate_force(
 
     Raises ConfigurationError if the contacts do not support a calibration, or have no reference force.
     """
-    points = contacts.parse_contacts(read_file(data), str(data))
+    table = contacts.parse_contacts(read_file(data), str(data))
     previous = PreviousCalibration.of(target)
     settings = previous.chain
+    points, unsolved_lines = contacts.select_solved(table, settings)
+    unused = _unsolved_notes(unsolved_lines)
     try:
         found = fit_force(contacts.read_contacts(points, settings), settings)
     except ConfigurationError as error:
-        raise error if str(error).startswith(points.name) else points.error(str(error)) from None
+        reasons = "; ".join([str(error).removeprefix(f"{points.name}: "), *unused])
+        raise points.error(reasons) from None
     by_pressure = errors_by_pressure(found.chosen.held_out_n, found.contacts)
     part = parts.force_part(found, by_pressure, points, settings, date.today())
     warning = apparent_zero_warning(found)
-    notes = ([warning] if warning else []) + _save("force", part, previous, target)
+    notes = [*unused, *([warning] if warning else []), *_save("force", part, previous, target)]
     residuals = contact_residuals(found.chosen.held_out_n, found.contacts, points.lines)
     return CalibrationStep(part, found, len(points), notes), residuals
+
+
+def _unsolved_notes(lines: Sequence[int]) -> list[str]:
+    """Return a note with the lines of the contacts for which the force law has no solution."""
+    if not lines:
+        return []
+    where = ", ".join(map(str, lines))
+    return [f"the force law has no solution for the contacts in these lines, which were not used: {where}"]
 
 
 def _points(data: Path, columns: Sequence[Sequence[str]], optional: Sequence[str] = ()) -> Points:

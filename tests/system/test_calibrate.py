@@ -124,6 +124,21 @@ def test_a_new_file_contains_the_parts_of_the_configured_calibration(calibration
     assert len(file.load(out).parts) == 2
 
 
+def test_a_contact_without_a_solution_is_skipped_and_its_line_is_named(tmp_path):
+    table = (EXAMPLES / "reference-contacts.csv").read_text()
+    some, few = tmp_path / "some.csv", tmp_path / "few.csv"
+    some.write_text(f"{table}8.0,49.0,6.0,0.01\n5.0,45.0,5.0,0.01\n")
+    lines = [len(table.splitlines()) + n for n in (1, 2)]
+    facts, whole = (
+        json.loads(calibrate("force", path, "--json")) for path in (some, EXAMPLES / "reference-contacts.csv")
+    )
+    assert (facts["points"], facts["constant"]) == (whole["points"], whole["constant"])
+    assert any(f"{lines[0]}, {lines[1]}" in note for note in facts["notes"])
+    few.write_text("\n".join([*table.splitlines()[:7], *["8.0,49.0,6.0,0.01"] * 9]))
+    with pytest.raises(ConfigurationError, match=r"5 contacts, and at least 6 .*: 8, 9"):
+        calibrate("force", few)
+
+
 def test_a_new_radius_removes_the_force_calibration_with_a_note(calibration_path, tmp_path):
     copy = tmp_path / "calibration.toml"
     shutil.copy(calibration_path, copy)
