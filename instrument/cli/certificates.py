@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -43,8 +44,9 @@ def make_authority(folder: Path, name: str) -> str:
 
 def make_instrument(folder: Path, name: str, hosts: list[str], days: int) -> str:
     """Make the certificate of an instrument. Return what to do next. Raises PneuforceError or OSError."""
+    authority = _authority(folder)
     try:
-        pair = new_instrument(_authority(folder), hosts, _now(), days)
+        pair = new_instrument(authority, hosts, _now(), days)
     except (ValueError, UnicodeError) as error:
         raise UsageError(f"--host: {error}") from None
     _write(folder, name, pair)
@@ -57,8 +59,9 @@ def make_instrument(folder: Path, name: str, hosts: list[str], days: int) -> str
 
 def make_client(folder: Path, name: str, role: str, days: int) -> str:
     """Make the certificate of a client. Return what to do next. Raises PneuforceError or OSError."""
+    authority = _authority(folder)
     try:
-        pair = new_client(_authority(folder), name, role, _now(), days)
+        pair = new_client(authority, name, role, _now(), days)
     except ValueError as error:
         raise UsageError(str(error)) from None
     _write(folder, name, pair)
@@ -105,7 +108,14 @@ def show(path: Path, as_json: bool) -> str:
 
 
 def _authority(folder: Path) -> KeyPair:
-    return read_authority(folder / f"{CA}.pem", folder / f"{CA}.key")
+    """Return the authority of a folder. Raises ConfigurationError."""
+    certificate, key = folder / f"{CA}.pem", folder / f"{CA}.key"
+    if not certificate.exists():
+        raise ConfigurationError(
+            f"{folder} contains no authority (ca.pem and ca.key), which signs the certificates: make the "
+            f"authority first with pneuforce certificates authority {shlex.quote(str(folder))}"
+        )
+    return read_authority(certificate, key)
 
 
 def _write(folder: Path, name: str, pair: KeyPair) -> None:

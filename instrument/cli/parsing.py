@@ -13,6 +13,8 @@ from pneuforce.errors import ConfigurationError
 
 #: Base class of all errors in the words of a command. typer does not export this class.
 _WORDS_ERROR: Any = typer.BadParameter.__mro__[1]
+#: Unit of a parameter, by the last part of its Python name.
+_UNITS = {"kpa": "kPa", "s": "s", "seconds": "s", "days": "days", "mb": "MB", "percent": "%"}
 
 
 def run(app: typer.Typer) -> int:
@@ -49,7 +51,8 @@ def _range_text(error: Any) -> str:
     if parameter is None or low is None:
         return ""
     allowed = f"at least {low:g}" if high is None else f"{low:g} to {high:g}"
-    return f"{parameter.opts[-1]} = {value} is invalid: it must be {allowed}"
+    unit = _UNITS.get(parameter.name.rpartition("_")[2], "")
+    return f"{parameter.opts[-1]} = {value} is invalid: it must be {allowed} {unit}".rstrip()
 
 
 def _is_ranged_argument(parameter: Any) -> bool:

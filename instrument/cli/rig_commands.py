@@ -16,9 +16,10 @@ _DEVICE = "Serial device of the board, for example /dev/serial/by-id/…"
 @commands.command()
 def doctor(
     port: Annotated[str, typer.Option("--port", help=f"{_DEVICE}; or the link of a simulator.")],
-    inflate: Annotated[
+    inflate_kpa: Annotated[
         float | None,
         typer.Option(
+            "--inflate",
             min=2.0,
             max=12.0,
             help="Also inflate the balloon to this pressure in kPa, to test filling, leak and venting!",
@@ -37,7 +38,7 @@ def doctor(
     """
     from pneuforce.instrument.cli.doctor import run_doctor
 
-    raise typer.Exit(run_doctor(port, inflate, as_json))
+    raise typer.Exit(run_doctor(port, inflate_kpa, as_json))
 
 
 @commands.command()

@@ -95,7 +95,7 @@ def key_pem(key: ec.EllipticCurvePrivateKey) -> bytes:
 
 def read_certificate(path: Path) -> x509.Certificate:
     """Return the first certificate of a PEM file. Raises ConfigurationError."""
-    content = read_file(path, "pneuforce certificates authority FOLDER makes an authority")
+    content = read_file(path)
     try:
         return x509.load_pem_x509_certificate(content)
     except ValueError:

@@ -127,9 +127,19 @@ def test_an_invalid_setpoint_is_named_with_its_limits(words):
 
 
 @pytest.mark.parametrize(
-    ("words", "named"), [("hold 6 --lease 0", "0.2 to 60"), ("set --seconds -1", "--seconds")]
+    ("words", "named"),
+    [
+        ("set 13", "2 to 12 kPa ("),
+        ("hold 6 --lease 0", "0.2 to 60 s ("),
+        ("hold 6 --seconds -1", "at least 0 s ("),
+        ("vent --timeout 61", "0 to 60 s ("),
+        ("doctor --port x --inflate 1", "2 to 12 kPa ("),
+        ("status --port 0", "1 to 65535 ("),
+        ("record x --max-mb -1", "at least 0 MB ("),
+        ("set --seconds -1", "--seconds"),
+    ],
 )
-def test_an_invalid_option_is_named_with_its_limits(words, named):
+def test_an_invalid_number_is_named_with_its_limits_and_unit(words, named):
     assert named in pneuforce(*words.split()).stderr
 
 
