@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 import time
 from collections import deque
 from contextlib import ExitStack
@@ -21,6 +22,7 @@ from pneuforce.registers.rdt.record import (
     RdtCommand,
     encode_request,
 )
+from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.rig import LiveRig
 from pneuforce.teststand.stack import free_port, start
 from tests.registers.rdt.serving import loopback_address
@@ -33,6 +35,11 @@ FORCE_N = 1.5
 TIMEOUT_S = 2.0
 #: Errors that tell a user of pynetft that there is no force.
 NO_FORCE = (pynetft.SensorFaultError, TimeoutError)
+
+
+def blocks(language):
+    """Return the code blocks of the guide in this language."""
+    return re.findall(rf"```{language}\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
 
 
 class Bench:
@@ -145,16 +152,47 @@ def test_pynetft_receives_a_record_for_each_sample(pressed):
     assert RECORDS / elapsed_s == pytest.approx(500, rel=0.1)
 
 
+def run_program(number, host, http_port, capsys):
+    """Run a Python program of the guide. Return the forces that it prints [N]."""
+    program = blocks("python")[number].replace("192.168.1.20", host).replace("=80", f"={http_port}")
+    exec(compile(program, GUIDE.name, "exec"), {})
+    return [float(line.removesuffix(" N")) for line in capsys.readouterr().out.splitlines()]
+
+
+def test_the_commands_of_the_guide_serve_a_simulated_rig_to_pynetft(tmp_path, capsys):
+    """The ports and the link differ from those of the guide, because other tests use the same ones."""
+    host, http_port, modbus_port = loopback_address(), free_port(), free_port()
+    own = {
+        "enabled = true": f'enabled = true\nhost = "{host}"',
+        "/tmp/": f"{tmp_path}/",
+        "rdt.toml": f"{tmp_path}/rdt.toml",
+    }
+
+    def local(text):
+        for theirs, ours in own.items():
+            text = text.replace(theirs, ours)
+        return text
+
+    (tmp_path / "rdt.toml").write_text(
+        local(blocks("toml")[0]) + f"port = {http_port}\n[modbus]\nport = {modbus_port}\n"
+    )
+    lines = [local(line.partition("  #")[0]) for line in blocks("sh")[0].splitlines()]
+    simulator, instrument, hold = ([*shlex.split(line)][1:] for line in lines[:3])
+    with ExitStack() as children:
+        children.enter_context(ChildProcess("simulator", ["pneuforce", *simulator, "--no-hand"])).ready()
+        children.enter_context(ChildProcess("instrument", ["pneuforce", *instrument])).ready()
+        children.enter_context(ChildProcess("hold", ["pneuforce", *hold, "--port", str(modbus_port)]))
+        with ModbusClient.connect(port=modbus_port) as plc:
+            wait_for(
+                plc.read, lambda v: v["state"] == "holding" and "force_valid" in v["condensed_status"], 20.0
+            )
+        assert run_program(0, host, http_port, capsys) == [0.0] * 10
+
+
 @pytest.mark.parametrize("number", [0, 1], ids=["pynetft", "netft"])
 def test_the_programs_of_the_guide_print_the_force(pressed, capsys, number):
-    program = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)[number]
-    program = program.replace("192.168.1.20", pressed.host).replace("=80", f"={pressed.config.http_port}")
-    exec(compile(program, GUIDE.name, "exec"), {})
-    lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == (10, 1)[number]
-    assert [float(line.removesuffix(" N")) for line in lines] == pytest.approx(
-        [FORCE_N] * len(lines), rel=0.1
-    )
+    forces_n = run_program(number, pressed.host, pressed.config.http_port, capsys)
+    assert forces_n == pytest.approx([FORCE_N] * (10, 1)[number], rel=0.1)
 
 
 def test_netft_shows_the_force(pressed):
