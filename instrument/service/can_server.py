@@ -132,7 +132,7 @@ class CanServer:
     def _counts(self) -> dict[str, int]:
         counters = self.bus.counters
         return {
-            "frames not sent": self.bus.dropped,
+            **{f"frames not sent ({cause.value})": number for cause, number in self.bus.drops.items()},
             "error frames": counters.error_frames,
             "ignored frames with our identifiers": self.node.counters.ignored,
             "frames dropped because of a flood": self._received.dropped,

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from pneuforce.registers.can.bus import CanAddress, CanBus, TxBufferFullError
-from pneuforce.registers.can.transmit_queue import TransmitQueue
+from pneuforce.registers.can.transmit_queue import DropCause, TransmitQueue
 from pneuforce.registers.can.tx_stall_detector import TxStallDetector
 from pneuforce.registers.can.wire import CanFrame, FrameKind
 from pneuforce.support.backoff import Backoff
@@ -118,12 +118,17 @@ class CanConnection:
         """Return the number of unsent frames: bus down, queue or controller full, or frame too old."""
         return self._queue.dropped
 
+    @property
+    def drops(self) -> dict[DropCause, int]:
+        """Return the number of unsent frames by cause."""
+        return dict(self._queue.drops)
+
     def send(self, frame: CanFrame) -> None:
         """Put a frame into the transmit queue and return at once. Only one thread may call this method."""
         if self._is_open:
             self._queue.put(frame)
         else:
-            self._queue.count_dropped()
+            self._queue.count_dropped(DropCause.BUS_DOWN)
 
     def close(self) -> None:
         """Send the frames in the queue and close the interface, within 0.3 s."""
@@ -141,7 +146,7 @@ class CanConnection:
         while (frame := self._queue.get()) is not None:
             bus = self._bus
             if bus is None:
-                self._queue.count_dropped()
+                self._queue.count_dropped(DropCause.BUS_DOWN)
             else:
                 self._send_now(bus, frame)
 
@@ -149,7 +154,7 @@ class CanConnection:
         try:
             bus.send(frame)
         except TxBufferFullError:
-            self._queue.count_dropped()
+            self._queue.count_dropped(DropCause.NOT_ACCEPTED)
             now_s = time.monotonic()
             if self._stall_detector.frame_rejected(now_s):
                 self._warning(
@@ -159,7 +164,7 @@ class CanConnection:
                     self.address,
                 )
         except Exception as error:
-            self._queue.count_dropped()
+            self._queue.count_dropped(DropCause.BUS_DOWN)
             bus.failure = error
         else:
             self.counters.sent += 1

@@ -31,7 +31,7 @@ def test_a_failed_bus_does_not_disturb_the_instrument_and_is_reopened(stack_part
             force = next(m for m in robot if m.arbitration_id == 0x185)
             assert "simulated" in decode(FORCE, bytes(force.data))["condensed_status"]
     log = "\n".join(stack_parts.host.stderr_lines)
-    for text in ("CAN is down: socketcand can0", "frames not sent", "CAN is up again"):
+    for text in ("CAN is down: socketcand can0", "frames not sent (CAN is down) ", "CAN is up again"):
         assert text in log
     served = (f"Modbus TCP on 127.0.0.1:{stack_parts.modbus_port}", "205h Command", "[modbus_rtu]", "[rdt]")
     assert all(fact in log for fact in served)

@@ -10,7 +10,7 @@ from itertools import pairwise
 import pytest
 
 from pneuforce.registers.can.bus import CanAddress, TxBufferFullError
-from pneuforce.registers.can.transmit_queue import MAX_FRAMES
+from pneuforce.registers.can.transmit_queue import MAX_FRAMES, DropCause
 from tests.registers.can.bus_helpers import (
     message,
     numbered_frame,
@@ -33,7 +33,7 @@ def test_the_bus_is_reopened_and_its_first_frame_is_new():
             wait_for(lambda: not bus.is_up)
             for number in range(10):
                 bus.send(numbered_frame(number))
-            assert bus.dropped == 10
+            assert bus.dropped == bus.drops[DropCause.BUS_DOWN] == 10
             second.enter_context(hub_process(port))
             with python_can_client(at) as peer:
                 wait_for(lambda: bus.is_up)
@@ -76,15 +76,20 @@ class _FakeBus:
 
 
 @pytest.mark.parametrize(
-    ("outcome", "stays_up"), [(TxBufferFullError("buffer full"), True), (OSError("network is down"), False)]
+    ("outcome", "cause"),
+    [
+        (TxBufferFullError("buffer full"), DropCause.NOT_ACCEPTED),
+        (OSError("network is down"), DropCause.BUS_DOWN),
+    ],
 )
-def test_a_full_buffer_drops_the_frame_and_a_failed_bus_is_reopened(monkeypatch, outcome, stays_up):
+def test_a_full_buffer_drops_the_frame_and_a_failed_bus_is_reopened(monkeypatch, outcome, cause):
     controllers = [_FakeBus(outcome), _FakeBus(None)]
     buses = iter(controllers)
     monkeypatch.setattr("pneuforce.registers.can.connection.CanBus", lambda at: next(buses))
     with opened_connection(CanAddress()) as bus:
         bus.send(numbered_frame(1))
-        wait_for(lambda: bus.dropped == 1)
+        wait_for(lambda: bus.drops[cause] == 1)
+        stays_up = cause is DropCause.NOT_ACCEPTED
         if stays_up:
             assert bus.is_up
         else:

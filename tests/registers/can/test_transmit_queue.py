@@ -2,7 +2,7 @@
 
 import threading
 
-from pneuforce.registers.can.transmit_queue import MAX_FRAMES, TransmitQueue
+from pneuforce.registers.can.transmit_queue import MAX_FRAMES, DropCause, TransmitQueue
 from pneuforce.registers.can.wire import CanFrame
 
 
@@ -16,7 +16,7 @@ def test_a_full_queue_drops_its_oldest_frame():
     for number in range(MAX_FRAMES + 3):
         queue.put(CanFrame(number))
     assert [frame.id for frame in remaining(queue)] == list(range(3, MAX_FRAMES + 3))
-    assert queue.dropped == 3
+    assert queue.dropped == queue.drops[DropCause.OUTDATED] == 3
 
 
 def test_a_frame_that_waited_too_long_is_dropped():
@@ -26,7 +26,7 @@ def test_a_frame_that_waited_too_long_is_dropped():
     now_s = 0.11
     queue.put(CanFrame(2))
     assert [frame.id for frame in remaining(queue)] == [2]
-    assert queue.dropped == 1
+    assert queue.dropped == queue.drops[DropCause.OUTDATED] == 1
 
 
 def test_a_waiting_thread_receives_a_frame_and_ends_when_the_queue_is_closed():
