@@ -18,6 +18,7 @@ from pneuforce.instrument.core.proof_test_schedule import log_proof_test, oldest
 from pneuforce.instrument.core.reject_reason import RejectReason
 from pneuforce.instrument.core.requests import execute, log_write, write_context_of
 from pneuforce.instrument.core.snapshot import Snapshot, snapshot_of
+from pneuforce.instrument.core.stall_monitor import StallReport
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.rig.firmware import Firmware
@@ -36,6 +37,7 @@ class Instrument(InstrumentState):
     """
 
     _interlocks: InterlockMonitor = field(default_factory=InterlockMonitor)
+    _stall_report: StallReport = field(default_factory=StallReport, metadata={"state": False})
     #: Cached snapshots.
     _snapshots: dict[tuple[int, tuple[bool, ...], float, Peer], Snapshot] = field(
         default_factory=dict, metadata={"state": False}
@@ -152,8 +154,8 @@ class Instrument(InstrumentState):
     def check_stall(self, now_s: float) -> None:
         """Detect and log a stall of this process."""
         stall_s = self.stalls.update(now_s)
-        if stall_s and self.sample is not None:
-            log.warning("this process did not run for %.2f s: the computer is overloaded", stall_s)
+        if self.sample is not None and (sentence := self._stall_report.update(stall_s, now_s)):
+            log.warning(sentence)
 
     def _resuming(self, now_s: float) -> bool:
         """Return True shortly after a stall, because bytes from the stall may still be in the buffers.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pneuforce.protocol.limits import HOST_SILENCE_S
 
 MAX_GAP_S = 0.1  #: the loop ticks every 10 ms; a longer gap is a stall
+REPORT_PERIOD_S = 60.0  #: shortest time between two sentences for the log
 
 
 @dataclass(slots=True)
@@ -37,3 +38,23 @@ class StallMonitor:
         The result is the duration of the latest stall until 0.25 s after its end, then 0.
         """
         return self._stall_s if now_s - self._resumed_s <= HOST_SILENCE_S else 0.0
+
+
+@dataclass(slots=True)
+class StallReport:
+    """Sentences for the log about stalls: the first stall at once, further stalls once per minute."""
+
+    _count: int = 0  # stalls since the last sentence
+    _longest_s: float = 0.0
+    _due_s: float = -math.inf
+
+    def update(self, stall_s: float, now_s: float) -> str:
+        """Count a stall [s] that ends now, 0 for none. Return a sentence if one is due, otherwise ""."""
+        self._count += stall_s > 0
+        self._longest_s = max(self._longest_s, stall_s)
+        if not self._count or now_s < self._due_s:
+            return ""
+        times = f", {self._count} times, at most" if self._count > 1 else ""
+        sentence = f"this process did not run{times} for {self._longest_s:.2f} s: the computer is overloaded"
+        self._count, self._longest_s, self._due_s = 0, 0.0, now_s + REPORT_PERIOD_S
+        return sentence

@@ -107,6 +107,7 @@ NOT_IN_KEY = {
     "_interlocks": "each sample of the search meets all interlocks",
     "peaks": "only shown",
     "_snapshots": "a cache",
+    "_stall_report": "only logged",
 }
 
 

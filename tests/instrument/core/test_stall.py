@@ -32,6 +32,20 @@ def test_a_gap_of_more_than_100_ms_is_a_stall(gap_s, stall_s):
     assert monitor.buffered_s(gap_s + 0.3) == 0.0
 
 
+def test_stalls_on_a_busy_computer_are_logged_once_per_minute_with_their_number(caplog):
+    harness = InstrumentHarness.holding()
+    caplog.clear()
+    for number in range(100):
+        stall(harness, 0.5 if number == 50 else 0.3)
+        harness.feed()
+    assert len(caplog.messages) == 1
+    assert "did not run for 0.30 s" in caplog.messages[0]
+    caplog.clear()
+    harness.run(60.0)
+    assert len(caplog.messages) == 1
+    assert "99 times, at most for 0.50 s" in caplog.messages[0]
+
+
 @pytest.mark.parametrize("stall_s", [0.3, 1.0, 1.9])
 def test_a_stall_does_not_trip_if_the_samples_of_that_time_follow(stall_s):
     harness = stall(InstrumentHarness.holding(), stall_s)
