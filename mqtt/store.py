@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeVar
 
 from pneuforce.support.write_error import REMEDY
 
+FILE_MODE = 0o600  #: of a new store; SQLite gives its -wal and -shm files the mode of the store
 PAGE_BYTES = 4096
 TRIM_INTERVAL = 64  #: number of appended records between two checks of size and age
 TRIM_SHARE = 20  #: a full store loses one of this number of its records, the oldest ones
@@ -137,6 +138,9 @@ class DeliveryStore:
 
 
 def _open(path: str) -> sqlite3.Connection:
+    if path:
+        with suppress(OSError):  # SQLite reports this error
+            os.close(os.open(path, os.O_RDWR | os.O_CREAT, FILE_MODE))
     db = sqlite3.connect(path or ":memory:", timeout=1.0)
     try:
         db.execute("PRAGMA synchronous = NORMAL")  # a power failure loses the last seconds, not the file

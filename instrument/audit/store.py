@@ -16,6 +16,7 @@ from pneuforce.instrument.audit.record import GENESIS, chain_digest
 
 APPLICATION = 0x504E4576  #: application id in the header of the file, which identifies an event log
 VERSION = 1
+FILE_MODE = 0o600  #: of a new log; SQLite gives its -wal and -shm files the mode of the log
 LOCK_WAIT_S = 1.0
 CLOSE_WAIT_MS = 200  #: longest time for which `close` waits until other processes have read the file
 
@@ -204,7 +205,7 @@ def check_file_type(db: sqlite3.Connection, path: Path) -> bool:
 def _open_locked(path: Path) -> int:
     """Open the file and lock it. Return the descriptor of the file."""
     try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o644)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, FILE_MODE)
     except IsADirectoryError:
         raise EventLogFileError(f"{path} is a folder: name a file") from None
     try:

@@ -1,7 +1,9 @@
 """Tests of the event log file: records are only appended, by one writer; other files are rejected."""
 
+import os
 import shutil
 import sqlite3
+import stat
 import subprocess
 import sys
 from contextlib import closing
@@ -39,6 +41,18 @@ def test_each_commit_is_synced_to_the_disk(tmp_path):
     assert log._db.execute("PRAGMA synchronous").fetchone() == (2,)
     assert log._db.execute("PRAGMA journal_mode").fetchone() == ("wal",)
     log.close()
+
+
+def test_only_its_user_can_read_a_new_log_and_its_side_files(tmp_path):
+    umask = os.umask(0)  # so that only the program limits the permissions
+    try:
+        log = EventLogFile(tmp_path / "log")
+        log.append([b"{}"])
+        modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
+        log.close()
+    finally:
+        os.umask(umask)
+    assert modes == dict.fromkeys(("log", "log-wal", "log-shm"), 0o600)
 
 
 @pytest.mark.parametrize(
