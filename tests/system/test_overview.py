@@ -48,7 +48,7 @@ def test_the_overview_shows_each_instrument_and_notices_its_end(tmp_path):
         stacks[0].host.send(signal.SIGKILL)
         found = wait_for(rows, lambda found: not found["left"]["reachable"])
         assert found["right"]["reachable"]
-        assert "2 instruments, 1 with a fault or without data" in read(port, authority)
+        assert "2 instruments, 1 with a latched fault or without data" in read(port, authority)
 
 
 @pytest.mark.parametrize(

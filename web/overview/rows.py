@@ -12,7 +12,8 @@ from pneuforce.web.overview.watched_instrument import WatchedInstrument
 REFRESH_S = 2
 #: Status bits that a person must see, in the order of their importance, with the class of their colour.
 MARKS = (
-    ("force_alarm", "above the force limit", "bad"),
+    ("force_high_alarm", "above the force limit", "bad"),
+    ("force_high_alarm_2", "above the second force limit", "bad"),
     ("maintenance_required", "maintenance required", "warning"),
     ("simulated", "simulated", "warning"),
 )
@@ -71,7 +72,7 @@ def page(rows: Iterable[Mapping[str, Any]], host: str) -> str:
     shown = list(rows)
     failed = sum(bool(each["reason"] or each["faults"]) for each in shown)
     instruments = "1 instrument" if len(shown) == 1 else f"{len(shown)} instruments"
-    title = f"{instruments}, {failed} with a fault or without data" if failed else instruments
+    title = f"{instruments}, {failed} with a latched fault or without data" if failed else instruments
     return _PAGE.format(
         title=title, refresh_s=REFRESH_S, rows="".join(_html_row(each, host) for each in shown)
     )
@@ -86,13 +87,14 @@ def _html_row(facts: Mapping[str, Any], host: str) -> str:
         return (
             f'<tr class="bad"><th scope="row">{name}<td colspan="3">no data: {escape(facts["reason"])}</tr>'
         )
-    marks = [("bad", fault) for fault in facts["faults"]]
+    # A latched fault can be in the past: its cause may have gone.
+    marks = [("bad", f"latched fault: {fault}") for fault in facts["faults"]]
     marks += [(colour, text) for bit, text, colour in MARKS if bit in facts["status"]]
     notes = "".join(f' <span class="{colour}">{escape(text)}</span>' for colour, text in marks)
     force = "no force"
     if facts["force_n"] is not None:
-        force = f"{facts['force_n']:.2f} ± {facts['force_std_n'] or 0:.2f} N"
-    pressure = "no pressure" if facts["pressure_kpa"] is None else f"{facts['pressure_kpa']:.2f} kPa"
+        force = f"{facts['force_n']:z.2f} ± {facts['force_std_n'] or 0:.2f} N"
+    pressure = "no pressure" if facts["pressure_kpa"] is None else f"{facts['pressure_kpa']:z.2f} kPa"
     colour = ' class="bad"' if facts["faults"] else ""
     return (
         f'<tr{colour}><th scope="row">{name}<td>{escape(facts["state"])}{notes}'

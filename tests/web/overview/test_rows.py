@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from pneuforce.instrument.stream.entry import EntryKind, json_entry
-from pneuforce.web.overview.rows import page, row
+from pneuforce.registers.codes import STATUS
+from pneuforce.web.overview.rows import MARKS, page, row
 from pneuforce.web.overview.watched_instrument import WatchedInstrument
 
 HOLDING = {
@@ -55,8 +56,23 @@ def test_faults_are_named_and_counted():
     rows = [row(watched(faults=[5, 99]), 10.0), row(watched("right"), 10.0)]
     html = page(rows, "host")
     assert rows[0]["faults"] == ["burst", "fault 99"]
-    assert "<h1>2 instruments, 1 with a fault or without data</h1>" in html
+    assert "<h1>2 instruments, 1 with a latched fault or without data</h1>" in html
     assert html.count('class="bad"') == 3
+    assert '<span class="bad">latched fault: burst</span>' in html  # its cause may have gone
+
+
+def test_a_force_of_zero_has_no_sign():
+    html = page([row(watched(force_n=-0.001, pressure_kpa=-0.004), 10.0)], "host")
+    assert "0.00 ± 0.02 N" in html
+    assert "-0.00" not in html
+    assert "-0.01 ± 0.02 N" in page([row(watched(force_n=-0.006), 10.0)], "host")
+
+
+def test_each_mark_is_a_status_bit_and_is_shown():
+    marks = [name for name, _, _ in MARKS]
+    assert set(marks) <= {bit.name for bit in STATUS.bits}
+    html = page([row(watched(status=marks), 10.0)], "host")
+    assert all(text in html for _, text, _ in MARKS)
 
 
 def test_names_and_reasons_are_escaped():
