@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pneuforce.protocol.frames import Valve
+from pneuforce.protocol.frames import Fault, Valve
 from pneuforce.sim.faults import (
     CATALOGUE,
     FaultInjector,
@@ -56,6 +56,14 @@ def test_the_board_latches_the_fault_of_the_catalogue_and_is_safe(kind):
     station.run(0.2)
     assert station.snapshot().state == "tripped"
     assert kind.board_fault in station.snapshot().faults
+
+
+@pytest.mark.parametrize(("kpa_per_s", "fault"), [(0.5, Fault.SETPOINT_TIMEOUT), (5.0, Fault.NO_RISE)])
+def test_a_leak_that_a_top_up_cannot_replace_trips_another_fault(kpa_per_s, fault):
+    station = Station(PLANT).holding()
+    station.world.faults.inject("leak", {"kpa_per_s": kpa_per_s})
+    assert station.run(10.0, lambda: station.latched_faults)
+    assert station.latched_faults == {fault}
 
 
 @each(STATUS)
