@@ -2,6 +2,7 @@
 
 from pneuforce.registers.modbus.client import ModbusClientError, WriteRejectedError
 from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.sim.server.client import SimulatorNotResponding
 from pneuforce.teststand.child_process import ChildProcessFailed
 from pneuforce.teststand.rig import BalloonNotHeld, LiveRig, RigTripped, WaitTimeout
 from pneuforce.teststand.running import simulated_rig
@@ -12,6 +13,7 @@ __all__ = [
     "LiveRig",
     "ModbusClientError",
     "RigTripped",
+    "SimulatorNotResponding",
     "SimulatorRequestError",
     "WaitTimeout",
     "WriteRejectedError",

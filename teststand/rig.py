@@ -41,6 +41,7 @@ class LiveRig:
 
     Methods raise ModbusClientError if the instrument rejects a request (with the name of the reason),
     SimulatorRequestError if the simulator rejects a request, and ChildProcessFailed if a process has ended.
+    These and all other exceptions of this class are subclasses of PneuforceError.
     """
 
     def __init__(self, stack: Stack, unit: int = 1) -> None:
@@ -69,7 +70,7 @@ class LiveRig:
     @property
     def can_arguments(self) -> Values:
         """Return the arguments of python-can's `Bus` as soon as the CAN node sends. Raises WaitTimeout."""
-        self.wait_for(lambda registers: "can_down" not in registers["status"], CAN_TIMEOUT_S)
+        self.wait_for(lambda r: "can_down" not in r["status"], CAN_TIMEOUT_S, allow_trip=True)
         address = {"channel": "can0", "host": "127.0.0.1", "port": self._stack.can_port}
         return {"interface": "socketcand", **address, "tcp_tune": True, "ignore_config": True}
 
@@ -92,10 +93,24 @@ class LiveRig:
         with self._plc() as plc:
             plc.write(name, value)
 
-    def wait_for(self, condition: Callable[[Values], bool], timeout_s: float = 10.0) -> Values:
-        """Wait until `condition(registers)` is true. Return the registers. Raises WaitTimeout."""
+    def wait_for(
+        self, condition: Callable[[Values], bool], timeout_s: float = 10.0, *, allow_trip: bool = False
+    ) -> Values:
+        """Wait until `condition(registers)` is true. Return the registers.
+
+        If the rig has tripped and the condition is false, RigTripped is raised at once. With `allow_trip`,
+        the wait continues after a trip. Raises WaitTimeout after `timeout_s`.
+        """
+
+        def reached(registers: Values) -> bool:
+            if condition(registers):
+                return True
+            if not allow_trip:
+                _check_untripped(registers, "; to wait for a change of the tripped rig, use allow_trip=True")
+            return False
+
         with self._plc() as plc:
-            return _poll(plc.read_all, condition, timeout_s, _describe)
+            return _poll(plc.read_all, reached, timeout_s, _describe)
 
     def inflate(self, setpoint_kpa: float) -> None:
         """Vent, take the zero, inflate, and wait until the balloon is held.
@@ -114,7 +129,7 @@ class LiveRig:
     def vent(self) -> None:
         """Vent, and wait until the instrument has verified the vent. Raises WaitTimeout."""
         self.write("mode", "vent")
-        self.wait_for(lambda registers: "vented" in registers["status"], VENT_TIMEOUT_S)
+        self.wait_for(lambda registers: "vented" in registers["status"], VENT_TIMEOUT_S, allow_trip=True)
 
     # ---- simulated rig
 
@@ -126,19 +141,19 @@ class LiveRig:
 
         Raises BalloonNotHeld, WaitTimeout, and RigTripped if the rig has tripped or the press trips the rig.
         """
-        registers = self._check_untripped()
+        registers = self._read_untripped()
         if registers["state"] != "holding":
             raise BalloonNotHeld(
                 f"the balloon is not held: {_describe(registers)}; inflate the balloon first"
             )
-        self._simulator.request(press=force_n)
+        self._request(press=force_n)
         if wait:
             self._wait_settled(force_n)
-            self._check_untripped()
+            self._read_untripped()
 
     def release(self, wait: bool = True) -> None:
         """End the contact. With `wait`, return `SETTLED_S` after the hand has left the balloon."""
-        self._simulator.request(release=True)
+        self._request(release=True)
         if wait:
             self._wait_settled(0.0)
 
@@ -147,24 +162,25 @@ class LiveRig:
 
         Example: `start_contact(kind="tap", force_n=1.5)`.
         """
-        self._simulator.request(contact=contact)
+        self._request(contact=contact)
 
     def inject_fault(self, name: str, **arguments: float) -> AbstractContextManager[Any]:
         """Inject a fault of the catalogue (`pneuforce sim fault --list`).
 
-        In a `with` statement, the end of the block removes the fault.
+        In a `with` statement, the end of the block removes the fault, if the fault is still active.
         """
-        self._simulator.request(fault={"name": name, **arguments})
+        self._request(fault={"name": name, **arguments})
         removal = ExitStack()
-        removal.callback(self.remove_fault, name)
+        removal.callback(self._remove_if_active, name)
         return removal
 
     def remove_fault(self, name: str) -> None:
-        """Remove a fault."""
-        self._simulator.request(fault={"name": name, "on": False})
+        """Remove a fault. Raises SimulatorRequestError if the fault is not active."""
+        self._request(fault={"name": name, "on": False})
 
     def truth(self) -> Values:
         """Return the true state at the next sample: `force_n`, `baseline_kpa`, `indentation_mm` and more."""
+        self._stack.check()
         return self._simulator.truth()
 
     # ---- implementation
@@ -176,7 +192,15 @@ class LiveRig:
         with ModbusClient.connect(port=self.modbus_port, unit=self._unit) as plc:
             yield plc
 
-    def _check_untripped(self) -> Values:
+    def _request(self, **request: Any) -> None:
+        self._stack.check()
+        self._simulator.request(**request)
+
+    def _remove_if_active(self, name: str) -> None:
+        if any(fault["name"] == name for fault in self._simulator.faults()):
+            self.remove_fault(name)
+
+    def _read_untripped(self) -> Values:
         with self._plc() as plc:
             return _read_untripped(plc)
 
@@ -217,11 +241,15 @@ def _vented_and_zeroed(registers: Mapping[str, Any]) -> bool:
 def _read_untripped(plc: ModbusClient) -> Values:
     """Return all registers. Raises RigTripped if the rig has tripped."""
     registers = plc.read_all()
+    _check_untripped(registers)
+    return registers
+
+
+def _check_untripped(registers: Mapping[str, Any], hint: str = "") -> None:
     if registers["state"] == "tripped":
         raise RigTripped(
-            f"the rig has tripped: {_describe_fault(registers)}; remove the cause and clear the fault"
+            f"the rig has tripped: {_describe_fault(registers)}; remove the cause and clear the fault{hint}"
         )
-    return registers
 
 
 def _describe_fault(registers: Mapping[str, Any]) -> str:

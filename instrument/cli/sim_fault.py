@@ -13,10 +13,10 @@ from rich.table import Table
 
 from pneuforce.errors import ConfigurationError, RigError
 from pneuforce.instrument.cli.output import json_text
-from pneuforce.sim.faults import CATALOGUE, SimulatorRequestError
+from pneuforce.sim.faults import CATALOGUE
 from pneuforce.sim.faults.document import format_arguments, format_response
-from pneuforce.sim.faults.kind import FaultKind
-from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding
+from pneuforce.sim.faults.kind import FaultKind, format_active
+from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.support.atomic_file import read_file
 from pneuforce.support.printable import printable
 from pneuforce.support.simulator_link import control_port_file, is_left_behind
@@ -38,8 +38,8 @@ def show_catalogue(as_json: bool) -> None:
 def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off: bool, as_json: bool) -> str:
     """Inject the named fault, or remove it if `off` is True. Return the active faults as text or JSON.
 
-    Without a name, nothing is changed. Raises ConfigurationError if the simulator rejects the request,
-    RigError if no simulator answers.
+    Without a name, nothing is changed. Raises ConfigurationError for invalid options, SimulatorRequestError
+    if the simulator rejects the request, SimulatorNotResponding if no simulator answers.
     """
     arguments = parse_arguments(pairs)
     if off and (name is None or arguments):
@@ -47,18 +47,10 @@ def change_faults(control_port: int, name: str | None, pairs: Sequence[str], off
             "--off takes the name of one fault and no arguments, for example: pneuforce sim fault leak --off"
         )
     simulator = SimulatorClient(control_port)
-    try:
-        before = simulator.faults()
-        if name is not None:
-            simulator.request(fault={"name": name, "on": not off, **arguments})
-        active = simulator.faults()
-    except SimulatorNotResponding as error:
-        raise RigError(str(error)) from None
-    except SimulatorRequestError as error:
-        raise ConfigurationError(str(error)) from None
-    lines = [_line(**fault) for fault in active] or ["no fault is active"]
-    if off and name not in [fault["name"] for fault in before]:
-        raise ConfigurationError(f"{name} was not active: {', '.join(lines)}")
+    if name is not None:
+        simulator.request(fault={"name": name, "on": not off, **arguments})
+    active = simulator.faults()
+    lines = [format_active(**fault) for fault in active] or ["no fault is active"]
     return json_text(active) if as_json else "\n".join(map(printable, lines))
 
 
@@ -98,7 +90,3 @@ def parse_arguments(pairs: Iterable[str]) -> dict[str, float]:
                 f"{pair}: an argument has the form name=number, for example kpa_per_s=0.02"
             ) from None
     return arguments
-
-
-def _line(name: str, **arguments: float) -> str:
-    return " ".join([name, *(f"{argument}={value:g}" for argument, value in arguments.items())])

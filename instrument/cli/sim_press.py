@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pneuforce.errors import ConfigurationError, RigError
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.output import print_done, stop_after
-from pneuforce.sim.faults import SimulatorRequestError
-from pneuforce.sim.server.client import SimulatorClient, SimulatorNotResponding
+from pneuforce.sim.server.client import SimulatorClient
 
 
 def press(
@@ -13,24 +12,19 @@ def press(
 ) -> None:
     """Press the balloon, or release it, and print the request. With `seconds`, release after this time.
 
-    Raises ConfigurationError if the request is incomplete or the simulator rejects it, RigError if no
-    simulator answers.
+    Raises ConfigurationError if the request is incomplete, SimulatorRequestError if the simulator rejects
+    the request, SimulatorNotResponding if no simulator answers.
     """
     if (force_n is None) != release or (release and seconds is not None):
         raise ConfigurationError(
             "give either a force in N, for example pneuforce sim press 2.0 --seconds 3, or only --release"
         )
     simulator = SimulatorClient(control_port)
-    try:
-        if force_n is not None:
-            simulator.request(press=force_n)
-            print_done(f"The hand presses with {force_n:g} N.", as_json, force_n=force_n)
-        if seconds is not None:
-            stop_after(seconds).wait()
-        if release or seconds is not None:
-            simulator.request(release=True)
-            print_done("The hand releases the balloon.", as_json, force_n=0.0)
-    except SimulatorNotResponding as error:
-        raise RigError(str(error)) from None
-    except SimulatorRequestError as error:
-        raise ConfigurationError(str(error)) from None
+    if force_n is not None:
+        simulator.request(press=force_n)
+        print_done(f"The hand presses with {force_n:g} N.", as_json, force_n=force_n)
+    if seconds is not None:
+        stop_after(seconds).wait()
+    if release or seconds is not None:
+        simulator.request(release=True)
+        print_done("The hand releases the balloon.", as_json, force_n=0.0)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from pneuforce.errors import PneuforceError
 
-class ModbusClientError(OSError):
+
+class ModbusClientError(PneuforceError, OSError):
     """Error for an invalid request, a rejected request, or an instrument that cannot be reached."""
 
 

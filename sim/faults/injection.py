@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from functools import reduce
 from typing import Any
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.sim.faults.catalogue import CATALOGUE
 from pneuforce.sim.faults.kind import FaultKind, FromArgument
 from pneuforce.sim.faults.similar import similar_names
 
 
-class SimulatorRequestError(ValueError):
+class SimulatorRequestError(ConfigurationError):
     """Invalid request to the simulator, for example an unknown fault or an argument out of range."""
 
 

@@ -26,6 +26,11 @@ class FromArgument(NamedTuple):
     argument: str
 
 
+def format_active(name: str, **arguments: float) -> str:
+    """Return an active fault with its arguments, for example `leak kpa_per_s=0.05`."""
+    return " ".join([name, *(f"{argument}={value:g}" for argument, value in arguments.items())])
+
+
 @dataclass(frozen=True, slots=True)
 class FaultKind:
     """Fault that can be injected into the rig.

@@ -7,12 +7,13 @@ import socket
 from collections.abc import Mapping
 from typing import Any
 
+from pneuforce.errors import RigError
 from pneuforce.sim.faults import SimulatorRequestError
 
 ANSWER_TIMEOUT_S = 5.0
 
 
-class SimulatorNotResponding(ConnectionError):
+class SimulatorNotResponding(RigError, ConnectionError):
     """Missing or invalid answer of a simulator on its control port."""
 
     def __init__(self, port: int) -> None:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from pneuforce.sim.contacts.scenario_table import is_number
 from pneuforce.sim.contacts.tool import MAX_SPEED_MM_PER_S
 from pneuforce.sim.faults import SimulatorRequestError
+from pneuforce.sim.faults.kind import format_active
 from pneuforce.sim.plants.plant import MAX_PUSH_N
 from pneuforce.sim.scenario import ScenarioError, contacts_of, tool_of
 from pneuforce.sim.world import World
@@ -34,7 +35,16 @@ def _fault(world: World, value: Mapping[str, Any]) -> None:
     if value.get("on", True):
         world.faults.inject(value["name"], arguments)
     else:
-        world.faults.remove(value["name"])
+        _remove_fault(world, value["name"])
+
+
+def _remove_fault(world: World, name: str) -> None:
+    """Remove an active fault. Raises SimulatorRequestError if the fault is unknown or not active."""
+    was_active = name in world.faults.active
+    world.faults.remove(name)
+    if not was_active:
+        active = ", ".join(format_active(other, **values) for other, values in world.faults.active.items())
+        raise SimulatorRequestError(f"{name} was not active; active: {active or 'no fault'}")
 
 
 def _faults(world: World, _: Any) -> dict[str, Any]:

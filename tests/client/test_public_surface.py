@@ -50,7 +50,7 @@ METHODS = {
         "start_contact": "(**contact)",
         "truth": "()",
         "vent": "()",
-        "wait_for": "(condition, timeout_s=10.0)",
+        "wait_for": "(condition, timeout_s=10.0, *, allow_trip=False)",
         "write": "(name, value)",
     },
 }
@@ -125,6 +125,7 @@ SUBMODULES = {
         "LiveRig",
         "ModbusClientError",
         "RigTripped",
+        "SimulatorNotResponding",
         "SimulatorRequestError",
         "WaitTimeout",
         "WriteRejectedError",

@@ -73,6 +73,7 @@ def test_a_fault_is_injected_listed_detected_by_the_board_and_removed(rig, contr
         ({"name": "leak", "on": 0}, ["fault", '"name"']),
         ({"name": "gremlin"}, ["'gremlin'", "pneuforce sim fault --list"]),
         ({"name": "gremlin", "on": False}, ["'gremlin'", "pneuforce sim fault --list"]),
+        ({"name": "leak", "on": False}, ["leak was not active", "no fault"]),
         ({"name": "leak", "colour": 1}, ["leak takes kpa_per_s", "'colour'"]),
         ({"name": "leak", "kpa_per_s": "1"}, ["kpa_per_s of leak", "0 to 5 kPa/s at 8 kPa"]),
         ({"name": "leak", "kpa_per_s": float("nan")}, ["kpa_per_s of leak", "0 to 5"]),

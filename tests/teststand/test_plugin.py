@@ -4,12 +4,18 @@ import math
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
-from pneuforce.registers.modbus.client import ModbusClientError
-from pneuforce.sim.faults import SimulatorRequestError
-from pneuforce.teststand.rig import BalloonNotHeld, RigTripped, WaitTimeout
+import pneuforce
+from pneuforce.testing import (
+    BalloonNotHeld,
+    ModbusClientError,
+    RigTripped,
+    SimulatorRequestError,
+    WaitTimeout,
+)
 from tests.system.test_demo import running
 from tests.system.waiting import wait_for
 
@@ -71,6 +77,13 @@ def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
     assert "teststand/" not in output
 
 
+@pytest.mark.parametrize(
+    "name", [n for n in pneuforce.testing.__all__ if n not in ("LiveRig", "simulated_rig")]
+)
+def test_all_exceptions_have_one_base_class(name):
+    assert issubclass(getattr(pneuforce.testing, name), pneuforce.PneuforceError)
+
+
 def test_importing_the_plugin_imports_no_large_packages():
     heavy = "{'numpy', 'pydantic', 'pymodbus', 'can', 'serial', 'typer'}"
     program = f"import sys, pytest; import pneuforce.teststand.plugin; print({heavy} & set(sys.modules))"
@@ -111,6 +124,13 @@ def test_a_press_that_trips_the_rig_raises_an_error(pneuforce_rig):
         pneuforce_rig.press(8.0)
     with pytest.raises(RigTripped, match="clear the fault"):
         pneuforce_rig.press(1.0, wait=False)
+    begun_s = time.monotonic()
+    with pytest.raises(RigTripped, match=r"overpressure \(fault 4\).*allow_trip"):
+        pneuforce_rig.wait_for(lambda registers: registers["state"] == "holding")
+    assert time.monotonic() - begun_s < 1.0
+    tripped = pneuforce_rig.wait_for(lambda registers: registers["first_out_fault"] == 4)
+    assert tripped["state"] == "tripped"
+    assert pneuforce_rig.wait_for(lambda registers: "vented" in registers["status"], allow_trip=True)
     pneuforce_rig.release()
 
 
@@ -119,8 +139,10 @@ def test_a_fault_lasts_until_the_end_of_its_block_and_the_truth_contains_the_set
     with pneuforce_rig.inject_fault("supply_low", mv=4100):
         tripped = pneuforce_rig.wait_for(lambda registers: registers["state"] == "tripped")
         assert "sensor_fault" in tripped["status"]
-    pneuforce_rig.inject_fault("sensor_drift", kpa=1.0)
-    pneuforce_rig.remove_fault("sensor_drift")
+    with pneuforce_rig.inject_fault("sensor_drift", kpa=1.0):
+        pneuforce_rig.remove_fault("sensor_drift")  # the end of the block then removes nothing
+    with pytest.raises(SimulatorRequestError, match=r"sensor_drift was not active; active: no fault"):
+        pneuforce_rig.remove_fault("sensor_drift")
     assert pneuforce_rig.truth()["setpoint_kpa"] == 8.0
 
 
@@ -128,5 +150,5 @@ def test_after_an_interruption_of_the_serial_line_the_rig_is_tripped(pneuforce_r
     pneuforce_serial_proxy.noise.cut = True
     pneuforce_rig.wait_for(lambda registers: "link_lost" in registers["status"])
     pneuforce_serial_proxy.noise.cut = False
-    back = pneuforce_rig.wait_for(lambda registers: "link_lost" not in registers["status"])
+    back = pneuforce_rig.wait_for(lambda registers: "link_lost" not in registers["status"], allow_trip=True)
     assert back["state"] == "tripped"

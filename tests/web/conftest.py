@@ -43,7 +43,7 @@ class LiveInstrument:
             self.rig.write("command_key", COMMAND_KEY)
             self.rig.write("command_code", "clear_faults")
             self.rig.write("command_sequence", registers["answer_sequence"] + 1)
-            self.rig.wait_for(lambda now: not now["first_out_fault"])
+            self.rig.wait_for(lambda now: not now["first_out_fault"], allow_trip=True)
 
     def kill(self):
         """Kill the instrument, which has the same effect as a power failure."""
