@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pneuforce.instrument.core.faults import HostFault, name_of
@@ -11,10 +11,15 @@ from pneuforce.protocol.frames import Fault
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError, WriteRejectedError
 from pneuforce.teststand.observer import value_or_nan
 
-#: Faults that an overloaded computer can cause. The demo clears only these. The user clears all others.
-OVERLOAD_FAULTS = frozenset(
-    (Fault.HOST_SILENT, HostFault.LINK_LOST, HostFault.DISAGREEMENT, HostFault.NOT_VENTED)
-)
+_BUSY = "the computer was suspended or busy"
+#: Faults that an overloaded computer can cause, with their possible causes. The demo clears only these. The
+#: user clears all others.
+OVERLOAD_CAUSES: Mapping[int, str] = {
+    Fault.HOST_SILENT: _BUSY,
+    HostFault.LINK_LOST: f"no samples arrived: the cable of the rig was pulled, or {_BUSY}",
+    HostFault.DISAGREEMENT: _BUSY,
+    HostFault.NOT_VENTED: _BUSY,
+}
 ANSWER_TIMEOUT_S = 2.0
 #: Reject reasons of a command that was sent after a trip and before the trip was observed.
 _TRIPPED_MEANWHILE = frozenset(("fault_latched", "link_lost", "not_zeroed"))
@@ -38,7 +43,7 @@ class DemoSequence:
         self._inflation_due = True  # also True if an inflation was interrupted
         self._held = False  # the demo holds the balloon, and no user has vented it
         self._hold_observed = False  # the registers have shown the last hold of the demo
-        self._done = False
+        self._end_report = ""  # not empty after the end of the sequence
 
     def step(self, values: dict[str, Any], wanted_kpa: float) -> None:
         """Command the setpoint `wanted_kpa` if this setpoint is new or the rig has tripped.
@@ -46,23 +51,21 @@ class DemoSequence:
         No command is sent before the zero adjustment. `values` are the observed registers. After a trip by an
         overload, the faults are cleared first.
         """
-        if (
-            self._done
-            or "not_zeroed" in values.get("status", {"not_zeroed"})
-            or not math.isfinite(wanted_kpa)
-        ):
+        if not values:
+            return
+        recovers = not self._end_report and (self._held or self._inflation_due)
+        self.report = _describe_trip(values, recovers) or self._end_report
+        if self._end_report or "not_zeroed" in values["status"] or not math.isfinite(wanted_kpa):
             return
         tripped = values["state"] == "tripped"
         if not tripped and not self._inflation_due:
             self._observe_mode(values["mode"])
-        recovers = self._held or self._inflation_due
-        self.report = _describe_trip(values.get("first_out_fault", 0), recovers) if tripped else ""
         if tripped and not recovers:
             return
         if not (tripped or self._inflation_due) and wanted_kpa == self._accepted_kpa:
             return
         if self._is_taken_over(values):
-            self._end("another client commands the instrument")
+            self._end("another client commands the instrument", values)
             return
         try:
             with self._connect() as plc:
@@ -70,7 +73,7 @@ class DemoSequence:
         except WriteRejectedError as error:
             # After a trip, try again: its cause can persist for a while.
             if not tripped and error.reason not in _TRIPPED_MEANWHILE:
-                self._end(str(error))
+                self._end(str(error), values)
         except ModbusClientError:
             pass  # the next step tries again
 
@@ -88,9 +91,10 @@ class DemoSequence:
         )
         return not own_setpoint or values["lease_holder"] != "none"
 
-    def _end(self, reason: str) -> None:
-        self._done = True
-        self.report = f"{reason}: the demo sends no more commands"
+    def _end(self, reason: str, values: dict[str, Any]) -> None:
+        """End the sequence. A trip is still reported, now and later."""
+        self._end_report = f"{reason}: the demo sends no more commands"
+        self.report = _describe_trip(values, recovers=False) or self._end_report
 
     def _command(self, plc: ModbusClient, setpoint_kpa: float, tripped: bool) -> None:
         """Write a setpoint. Inflate the balloon if an inflation is due or the rig has tripped."""
@@ -109,14 +113,19 @@ class DemoSequence:
             self._inflation_due, self._held, self._hold_observed = False, True, False
 
 
-def _describe_trip(code: int, recovers: bool) -> str:
-    """Return the cause of a trip and what happens next; "" if the cause has not been read yet."""
-    if not code:
+def _describe_trip(values: Mapping[str, Any], recovers: bool) -> str:
+    """Return the cause of a trip and what happens next.
+
+    Return "" without a trip, or if the cause has not been read yet.
+    """
+    code = values.get("first_out_fault", 0)
+    if values.get("state") != "tripped" or not code:
         return ""
-    cause = f"the rig has tripped: {name_of(code)} (fault {code})"
-    if recovers and code in OVERLOAD_FAULTS:
-        return f"{cause}: the computer was suspended or busy; the demo clears the fault and inflates again"
-    return f"{cause}; remove the cause, then clear the fault on the web page"
+    trip = f"the rig has tripped: {name_of(code)} (fault {code})"
+    if recovers and code in OVERLOAD_CAUSES:
+        cause = OVERLOAD_CAUSES[code]
+        return f"{trip}: {cause}; when the cause is gone, the demo clears the fault and inflates again"
+    return f"{trip}; remove the cause, then clear the fault on the web page"
 
 
 def cleared_after_overload(plc: ModbusClient) -> bool:
@@ -125,6 +134,6 @@ def cleared_after_overload(plc: ModbusClient) -> bool:
     Raises ModbusClientError.
     """
     values = plc.read_all()
-    if values["first_out_fault"] not in OVERLOAD_FAULTS:
+    if values["first_out_fault"] not in OVERLOAD_CAUSES:
         return False
     return plc.run_command("clear_faults", timeout_s=ANSWER_TIMEOUT_S) == "none"

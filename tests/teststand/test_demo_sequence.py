@@ -177,6 +177,7 @@ def test_the_demo_reports_a_trip_and_whether_the_demo_clears_it(demo, plc):
     assert demo.report == ""
     demo.step(TRIPPED | {"first_out_fault": 34}, 8.0)
     assert "(fault 34)" in demo.report
+    assert "cable" in demo.report  # a pulled cable is not reported as a busy computer
     by_overload = demo.report
     demo.step(HOLDING, 8.0)
     assert demo.report == ""
@@ -185,4 +186,18 @@ def test_the_demo_reports_a_trip_and_whether_the_demo_clears_it(demo, plc):
     demo.step(TRIPPED | {"first_out_fault": 4}, 8.0)
     assert "(fault 4)" in demo.report
     assert demo.report.partition(")")[2] != by_overload.partition(")")[2]
+    assert not plc.writes
+
+
+@pytest.mark.parametrize("fault", [4, 34])
+def test_a_trip_is_reported_also_after_another_client_has_taken_over(demo, plc, fault):
+    demo.step(HOLDING, 8.0)
+    taken_over = {"setpoint_requested": 9.0}
+    tripped = TRIPPED | taken_over | {"first_out_fault": fault}
+    for _ in range(2):
+        demo.step(tripped, 8.0)
+        assert f"(fault {fault})" in demo.report
+        assert "inflates again" not in demo.report
+    demo.step(HOLDING | taken_over, 8.0)
+    assert "no more commands" in demo.report
     assert not plc.writes
