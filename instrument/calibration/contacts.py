@@ -135,5 +135,5 @@ def _check_units(points: Points) -> None:
     unit = suspected_pressure_unit(points["final_kpa"])
     if unit:
         raise points.error(f"the pressures look like {unit}; they must be in kPa (gauge)")
-    if np.median(points["force_n"]) > 5 * MAX_FORCE_N:
-        raise points.error("the forces look like mN; they must be in N")
+    if np.median(points["force_n"]) > MAX_FORCE_N:
+        raise points.error("the forces must be in N, not in mN or gf; 1 gf (weight of 1 g) is 0.00980665 N")

@@ -228,7 +228,8 @@ def _format_result(result: Evaluation, contacts: list[ComparedContact]) -> str:
     lines = [
         f"{counted(result.samples, 'sample')}: {result.recorded_forces} with a recorded force, "
         f"{result.evaluated_forces} with an evaluated force",
-        f"{'contact':>7} {'begin':>9} {'ΔP_i':>10} {'ΔP_f':>10} {'recorded':>17} {'evaluated':>17}  change",
+        f"{'contact':>7} {'begin':>9} {'ΔP_i':>10} {'ΔP_f':>10} {'recorded ± u':>17} {'evaluated ± u':>17}  "
+        "change",
     ]
     lines += [_format_contact(contact) for contact in contacts[:MAX_LINES]]
     if len(contacts) > MAX_LINES:

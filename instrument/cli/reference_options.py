@@ -33,7 +33,7 @@ class ReferenceOptions(NamedTuple):
         str | None, typer.Option(help="With --reference: column of the force.", show_default="force_n")
     ] = None
     unit: Annotated[
-        Literal["N", "mN", "gf", "kgf", "lbf"] | None,
+        Literal["N", "mN", "gf", "g", "kgf", "lbf"] | None,
         typer.Option(help="With --reference: unit of the force.", show_default="N"),
     ] = None
     invert: Annotated[

@@ -13,7 +13,7 @@ class PlateauForce(NamedTuple):
     """Mean forces in one plateau. The force of the instrument is NaN if a sample of it has no force."""
 
     contact: int  #: number of the contact in the recording
-    begin_s: float  #: time of the start of the plateau
+    plateau_begin_s: float  #: time of the start of the plateau
     force_n: float
     force_std_n: float
     reference_n: float
@@ -30,7 +30,7 @@ class PlateauForces:
 
     def __init__(self, plateaus: Sequence[PairedContact], reference_gain_std: float = 0.0) -> None:
         """Store the plateaus. `reference_gain_std` is the relative standard uncertainty of the gain."""
-        self._plateaus = sorted(plateaus, key=lambda plateau: plateau.begin_s)
+        self._plateaus = sorted(plateaus, key=lambda plateau: plateau.plateau_begin_s)
         self._gain_std = reference_gain_std
         self._sums = [(0, 0.0, 0.0)] * len(self._plateaus)  # number of samples, sum of forces, sum of u
         self._present = 0
@@ -38,10 +38,11 @@ class PlateauForces:
     def add(self, t_s: float, force_n: float, std_n: float) -> None:
         """Add one sample of the instrument, in order of time since the beginning of the recording [s]."""
         while (
-            self._present < len(self._plateaus) and t_s >= self._plateaus[self._present].begin_s + PLATEAU_S
+            self._present < len(self._plateaus)
+            and t_s >= self._plateaus[self._present].plateau_begin_s + PLATEAU_S
         ):
             self._present += 1
-        if self._present < len(self._plateaus) and t_s >= self._plateaus[self._present].begin_s:
+        if self._present < len(self._plateaus) and t_s >= self._plateaus[self._present].plateau_begin_s:
             count, forces_n, stds_n = self._sums[self._present]
             self._sums[self._present] = count + 1, forces_n + force_n, stds_n + std_n
 
@@ -50,7 +51,7 @@ class PlateauForces:
         return [
             PlateauForce(
                 plateau.contact,
-                plateau.begin_s,
+                plateau.plateau_begin_s,
                 forces_n / count,
                 stds_n / count,
                 plateau.force_n,

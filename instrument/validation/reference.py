@@ -19,8 +19,15 @@ from pneuforce.support.columns import CsvTable, Numbers, Points, parse_points, p
 BATCH_SIZE = 5000
 #: Longest accepted gap between two reference readings: one and a half periods of a logger of 10 Hz.
 MAX_REFERENCE_GAP_S = 0.15
-#: Newtons per unit of a reference force. gf and kgf are the weights of 1 g and 1 kg.
-FORCE_UNITS_N = {"N": 1.0, "mN": 1e-3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
+#: Newtons per unit of a reference force. gf (or g) and kgf are the weights of 1 g and 1 kg.
+FORCE_UNITS_N = {
+    "N": 1.0,
+    "mN": 1e-3,
+    "gf": 9.80665e-3,
+    "g": 9.80665e-3,
+    "kgf": 9.80665,
+    "lbf": 4.4482216152605,
+}
 
 
 class PressureSample(NamedTuple):

@@ -42,7 +42,7 @@ class PairedContact(NamedTuple):
     force_n: float
     force_std_n: float  #: standard deviation of the reference readings in the plateau
     contact: int  #: number of the contact in the recording
-    begin_s: float  #: time of the start of the plateau
+    plateau_begin_s: float  #: time of the start of the plateau
 
 
 class UnpairedContact(NamedTuple):
@@ -155,7 +155,7 @@ def _readings(reference: Points, begin_s: float) -> Floats:
 
 def _problem(plateau: PairedContact, course: PressureCourse) -> str:
     """Return the reason why a plateau cannot be used for a calibration; "" if it can."""
-    first, last = np.searchsorted(course.t_s, [plateau.begin_s, plateau.begin_s + PLATEAU_S])
+    first, last = np.searchsorted(course.t_s, [plateau.plateau_begin_s, plateau.plateau_begin_s + PLATEAU_S])
     unknown = Quality.NO_BASELINE | Quality.NOT_ZEROED | Quality.SENSOR_FAULT
     if (course.quality[first:last].astype(int) & unknown.value).any():
         return "ΔP_i is not known"

@@ -149,7 +149,7 @@ def test_export_and_plot_align_the_reference_in_the_same_way(folder, tmp_path):
 def test_only_the_contacts_of_a_part_of_the_recording_are_paired(folder):
     words = ("--reference", folder / "logger.csv", *LOGGER)
     rows = paired(folder, *words)["paired"]
-    first_s, last_s = rows[2]["begin_s"] - 1.0, rows[4]["begin_s"] + 2.0
+    first_s, last_s = rows[2]["plateau_begin_s"] - 1.0, rows[4]["plateau_begin_s"] + 2.0
     part = paired(folder, *words, "--from-s", str(first_s), "--to-s", str(last_s))["paired"]
     assert [row["contact"] for row in part] == [row["contact"] for row in rows[2:5]]
     assert pneuforce("calibrate", "contacts", "--from-s", "1").returncode == 2
@@ -157,7 +157,7 @@ def test_only_the_contacts_of_a_part_of_the_recording_are_paired(folder):
 
 def test_a_probably_wrong_unit_or_offset_has_an_exit_code(folder, tmp_path):
     words = ("--from", folder / "a.recording", "--reference", folder / "cell.csv")
-    for number, wrong in enumerate((("--unit", "gf"), ("--offset", "0.4"))):
+    for number, wrong in enumerate((("--unit", "g"), ("--offset", "0.4"))):
         out = tmp_path / f"{number}.csv"
         done = pneuforce("calibrate", "contacts", *words, *wrong, "--out", out, "--json")
         assert done.returncode == 1
@@ -196,7 +196,7 @@ def test_a_wrong_offset_unit_or_sign_gives_a_warning(folder):
         assert "--offset" in warning
     [warning] = warnings_of(folder, offset_s=0.0, columns=ReferenceColumns(inverted=True))
     assert "--invert" in warning
-    for unit in ("mN", "gf", "kgf", "lbf"):
+    for unit in ("mN", "gf", "g", "kgf", "lbf"):
         [warning] = warnings_of(folder, columns=ReferenceColumns(unit=unit))
         assert "is its unit N?" in warning
 
