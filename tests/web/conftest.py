@@ -14,6 +14,7 @@ from tests.system.waiting import wait_for
 from tests.web.browser import Browser
 from tests.web.entries import header
 from tests.web.serving import FakeInstrument, Site
+from tests.web.shown_state import ShownState
 from tests.web.users import OPERATOR, PASSWORD, users_file
 
 DESKTOP = {"width": 1280, "height": 800}
@@ -90,6 +91,13 @@ def live(tmp_path_factory, browser):
 def browser():
     with Browser() as browser:
         yield browser
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory, browser):
+    shown = ShownState(tmp_path_factory.mktemp("shown") / "pneuforce.sock", browser)
+    yield shown
+    shown.close()
 
 
 @pytest.fixture

@@ -221,3 +221,10 @@ def test_a_size_is_shown_in_a_unit_that_suits_it(page):
     script = """import("/static/format.js").then(({ formatBytes }) =>
       [40_000, 1_234_567, 98_700_000, 2_345_000_000].map(formatBytes))"""
     assert page.evaluate(script) == ["40.0 kB", "1.23 MB", "98.7 MB", "2.35 GB"]
+
+
+def test_the_elapsed_time_of_a_recording_is_readable(page):
+    cases = [(0.7, "0.7 s"), (59.94, "59.9 s"), (59.96, "0:01:00"), (61, "0:01:01"), (36_005, "10:00:05")]
+    script = """import("/static/format.js").then(({ formatElapsed }) => %s.map(formatElapsed))"""
+    shown = page.evaluate(script % json.dumps([seconds for seconds, _ in cases]))
+    assert shown == [text for _, text in cases]

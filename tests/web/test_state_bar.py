@@ -2,7 +2,6 @@
 
 import json
 import math
-import threading
 import time
 
 import pytest
@@ -11,8 +10,6 @@ from pneuforce.registers.codes import FAULTS
 from pneuforce.web.operator_texts import FAULT_TITLES
 from tests.system.waiting import wait_for
 from tests.web.browser import NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT
-from tests.web.entries import header, real_snapshot, snapshot
-from tests.web.serving import FakeInstrument, Site
 from tests.web.users import OPERATOR, PASSWORD
 
 pytestmark = [NEEDS_CHROMIUM, NEEDS_PLAYWRIGHT]
@@ -90,47 +87,6 @@ def test_an_invalid_setpoint_is_reported_beside_its_field_and_in_view(page):
     assert page.evaluate(NOT_IN_VIEW_NOW % '["#setpoint-error", "#vent-button"]') == []
     page("fill", on="#setpoint-input", text="5")
     assert page.evaluate(FIELD_ERROR % "setpoint-input") == ["false"]
-
-
-class ShownState:
-    """State that a fake instrument sends to a real web server until `close`: a held balloon, with changes."""
-
-    def __init__(self, path, browser):
-        self._instrument, self._browser = FakeInstrument(path), browser
-        self._site = Site(path)
-        wait_for(lambda: self._instrument.subscriptions, bool)
-        self._instrument.send(header())
-        self._normal = {**real_snapshot()[1], "status": ["holding"]}
-        self._changes, self._ended = {}, threading.Event()
-        self._thread = threading.Thread(target=self._send)
-        self._thread.start()
-
-    def _send(self):
-        while not self._ended.wait(0.1):
-            self._instrument.send(snapshot(time.monotonic(), **{**self._normal, **self._changes}))
-
-    def set(self, **changes):
-        self._changes = changes
-
-    def open(self, address=""):
-        self._browser("open", url=f"http://127.0.0.1:{self._site.port}/{address}")
-
-    @property
-    def requests(self):
-        return self._instrument.requests
-
-    def close(self):
-        self._ended.set()
-        self._thread.join()
-        self._site.stop()
-        self._instrument.close()
-
-
-@pytest.fixture(scope="module")
-def shown(tmp_path_factory, browser):
-    shown = ShownState(tmp_path_factory.mktemp("shown") / "pneuforce.sock", browser)
-    yield shown
-    shown.close()
 
 
 def test_a_fault_is_named_for_the_eye_and_the_ear(shown, browser):

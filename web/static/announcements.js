@@ -23,7 +23,8 @@ export class Announcer {
   }
 
   /**
-   * Announce the differences from the previous state; null means that there is no state.
+   * Announce the differences from the previous state. Without a state (null), remove all sentences, because they
+   * are about an old state.
    *
    * Faults have no names until the facts about the instrument are loaded.
    */
@@ -31,7 +32,10 @@ export class Announcer {
     if (info === UNKNOWN_INFO) return;
     const previous = this.#previous;
     this.#previous = state;
-    if (!state) return;
+    if (!state) {
+      if (previous) for (const region of [this.#polite, this.#alarms]) region.clear();
+      return;
+    }
     const isTripped = state.state === "tripped";
     if (state.state !== previous?.state)
       (isTripped ? this.#alarms : this.#polite).announce("state", stateSentence(state));
@@ -61,6 +65,11 @@ class LiveRegion {
   announce(subject, sentence) {
     this.#pending.set(subject, sentence);
     this.#timer ||= setTimeout(() => this.#show(), DELAY_MS);
+  }
+
+  clear() {
+    this.#pending.clear();
+    setText(this.#element, "");
   }
 
   #show() {

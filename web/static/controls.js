@@ -198,11 +198,11 @@ export class Controls {
   }
 
   #showError(code, text) {
-    this.#showResult(code, text, () => true, true);
+    this.#showResult(code, text, ALWAYS, true);
   }
 
   /** Show a message with the time of day. It is removed when `holds(state)` is false for a later state. */
-  #showResult(code, text, holds = () => true, isError = false) {
+  #showResult(code, text, holds = ALWAYS, isError = false) {
     const box = byId("result");
     showText(box, text && `${formatTime(new Date())} ${text}`);
     box.dataset.code = code;
@@ -216,9 +216,14 @@ export class Controls {
 const isOutdated = ({ action, values }, model) =>
   blockedBy(action, model) !== null || Object.keys(values).some((name) => model.state[name] !== values[name]);
 
-const isContradicted = ({ holds, from_s }, { state }) => state?.t_s > from_s && !holds(state);
+/** Return true if a message is not true any more, or if no state shows whether the message is true. */
+const isContradicted = ({ holds, from_s }, { state }) =>
+  state ? state.t_s > from_s && !holds(state) : holds !== ALWAYS;
 
 const showInputError = (name, text) => showFieldError(name, text, `${name}-input`);
+
+/** Condition of a message that stays true, because it is about an event in the past. */
+const ALWAYS = () => true;
 
 const isNear = ({ setpoint_requested_kpa }, kpa) => Math.abs(setpoint_requested_kpa - kpa) < 1e-3;
 
@@ -252,7 +257,7 @@ const rangeWarning = (setpoint_kpa, { force_range_kpa }) =>
   isOutside(setpoint_kpa, force_range_kpa) ? `No force outside ${rangeText(force_range_kpa)}.` : "";
 
 /** Return the condition under which the message about a finished command is still true. */
-const holdsAfter = (code) => (code === "clear_faults" ? ({ faults }) => !faults.length : () => true);
+const holdsAfter = (code) => (code === "clear_faults" ? ({ faults }) => !faults.length : ALWAYS);
 
 /** Return a writable register of this name, with its limits `low` and `high`; {} while the data is loading. */
 const writableSpan = (info, name) =>

@@ -11,7 +11,7 @@ let shownStatus = "";
 
 /** Show the faults, the status bits and the proof test of a state; a state of null shows no faults. */
 export function showFaults(state, info) {
-  setText(byId("proof-test"), proofTestText(state?.proof_test_age_s));
+  setText(byId("proof-test"), state ? proofTestText(state.proof_test_age_s) : "");
   const faults = state?.faults ?? [];
   const [previousFaults, previousStatus] = [shownFaults, shownStatus];
   shownFaults = JSON.stringify([faults, info.faults]);

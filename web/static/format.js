@@ -23,6 +23,14 @@ export function formatDuration(seconds) {
   return `${formatNumber(seconds / 3600, 1)} h`;
 }
 
+/** Format an elapsed time [s] as h:mm:ss; a time below one minute in s with one decimal. */
+export function formatElapsed(seconds) {
+  if (Math.round(seconds * 10) < 600) return `${formatNumber(seconds, 1)} s`;
+  const [minutes, s] = [Math.floor((seconds + 0.05) / 60), Math.floor((seconds + 0.05) % 60)];
+  const twoDigits = (number) => String(number).padStart(2, "0");
+  return `${Math.floor(minutes / 60)}:${twoDigits(minutes % 60)}:${twoDigits(s)}`;
+}
+
 /** Format a size in kB, MB or GB (powers of 1000) with three significant digits or more. */
 export function formatBytes(bytes) {
   const [divisor, unit] = bytes < 1e6 ? [1e3, "kB"] : bytes < 1e9 ? [1e6, "MB"] : [1e9, "GB"];

@@ -1,7 +1,7 @@
 // Panel of the recordings: start, stop, state and download. The recording runs in a process of the instrument.
 
 import { byId, create, setText, showText } from "./elements.js";
-import { formatBytes, formatDuration } from "./format.js";
+import { formatBytes, formatElapsed } from "./format.js";
 import { recordingBlockedBy } from "./permissions.js";
 import { post } from "./requests.js";
 
@@ -41,6 +41,7 @@ export class RecordingPanel {
   /** Update the panel from the current link and session. */
   update() {
     const active = this.#recording?.active;
+    const { link } = this.#getModel();
     const blocked = this.#blocked();
     const button = byId("record-button");
     setText(button, active ? "Stop recording" : "Start recording");
@@ -48,7 +49,7 @@ export class RecordingPanel {
     button.setAttribute("aria-disabled", String(Boolean(blocked) || this.#isRequested));
     showText(byId("record-reason"), blocked?.text ?? "");
     byId("record-reason").dataset.code = blocked?.code ?? "";
-    showText(byId("record-active"), active ? activeText(active) : "");
+    showText(byId("record-active"), active ? activeText(active, link) : "");
     this.#showLast();
     this.#showFinished();
   }
@@ -103,13 +104,14 @@ export class RecordingPanel {
   }
 }
 
-const activeText = (active) =>
-  active.seconds === null
-    ? "Starting. Wait until the recording begins."
-    : `● Recording: ${extentText(active)}\n${active.file}`;
+function activeText(active, link) {
+  if (active.seconds === null) return link.up ? "Starting. Wait until the recording begins." : "";
+  const title = link.up ? "● Recording" : "Last known: recording";
+  return `${title}: ${extentText(active)}\n${active.file}`;
+}
 
 const extentText = ({ seconds, bytes }) =>
-  seconds === null ? "no data" : `${formatDuration(seconds)}, ${formatBytes(bytes)}`;
+  seconds === null ? "no data" : `${formatElapsed(seconds)}, ${formatBytes(bytes)}`;
 
 function listItem({ file, bytes }) {
   const button = create("button", "", "Save");

@@ -7,6 +7,8 @@ const VENT_FAULT =
 const NOT_VERIFIED =
   `NOT VERIFIED: no report of an empty balloon within ${VERIFY_TIMEOUT_MS / 1e3} s. ` +
   "Press the stop switch at the rig.";
+const RIG_LOST =
+  "NOT VERIFIED: the instrument receives no samples from the rig. Press the stop switch at the rig.";
 
 const form = document.getElementById("vent");
 const status = document.getElementById("vent-status");
@@ -17,7 +19,10 @@ const isReplay = () => document.body.classList.contains("replay");
 let requestCount = 0;
 let verifyTimer = 0;
 let request = { state: "", text: "", alarm: "" }; // the last request for a vent, and why it failed
+let acceptedAt = ""; // time of day
 let isVentFault = false; // true while the instrument reports that a vent failed
+let isRigLost = false; // true while the instrument reports that no samples arrive
+let hasValues = false; // false while the page has no connection to the instrument
 
 /** Request a vent and show the result. Other modules are informed with DOM events. */
 async function vent() {
@@ -30,8 +35,10 @@ async function vent() {
   stopTimer();
   if (error) return show("failed", "", `NOT VENTED at ${timeOfDay()}: ${error} ${remedy(error)}`);
   if (isReplay()) return show("accepted", "Accepted. A replay has no balloon to vent.");
-  show("accepted", `Accepted ${timeOfDay()}, venting …`);
+  acceptedAt = timeOfDay();
+  showAccepted();
   if (isVentFault) return;
+  if (isRigLost) return show("failed", "", RIG_LOST);
   verifyTimer = setTimeout(() => {
     verifyTimer = 0;
     show("failed", "", NOT_VERIFIED);
@@ -77,6 +84,11 @@ function show(state, text, alarm = "") {
   draw();
 }
 
+function showAccepted() {
+  const result = hasValues ? ", venting …" : ". The result is unknown: the page has no values.";
+  show("accepted", `Accepted ${acceptedAt}${result}`);
+}
+
 /** Show the last request, or a vent fault, which no later request hides. */
 function draw() {
   const alarm = isVentFault ? VENT_FAULT : request.alarm;
@@ -111,16 +123,32 @@ addEventListener(
 );
 
 document.addEventListener("instrument-state", ({ detail: state }) => {
-  if (!state || isReplay()) return;
+  if (isReplay()) return;
+  const hadValues = hasValues;
+  hasValues = Boolean(state);
+  if (verifyTimer && hasValues !== hadValues) showAccepted();
+  if (!state) return showLastKnown();
   const wasVentFault = isVentFault;
   isVentFault = state.status.includes("vent_fault");
   if (isVentFault) {
     stopTimer();
     return draw();
   }
+  isRigLost = state.state === "boot" || state.status.includes("link_lost");
   const isVented = state.status.includes("vented");
-  if ((verifyTimer || request.alarm) && isVented) {
+  const isShown = ["verified", "last-known"].includes(request.state);
+  if (isVented && (verifyTimer || request.alarm || request.state === "last-known")) {
     stopTimer();
     show("verified", `Vented ${timeOfDay()}: the sensor reads no pressure. Look at the balloon.`);
-  } else if (wasVentFault || (!verifyTimer && !isVented && request.state === "verified")) show("", "");
+  } else if (verifyTimer && isRigLost) {
+    stopTimer();
+    show("failed", "", RIG_LOST);
+  } else if (wasVentFault || (!verifyTimer && !isVented && isShown)) show("", "");
 });
+
+/** Replace the text about a verified vent, because the page no longer knows the pressure. */
+function showLastKnown() {
+  isRigLost = false;
+  if (request.state === "verified")
+    show("last-known", `Last known at ${timeOfDay()}: vented, the sensor read no pressure.`);
+}
