@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -18,10 +18,12 @@ from pneuforce.registers.advice import (
     STATE_DESCRIPTIONS,
     STATUS_ADVICE,
 )
+from pneuforce.registers.map import BY_NAME
 
 NOT_AVAILABLE = "not available"
 EXAMPLE_SETPOINT_KPA = 6.5  #: shown if the instrument has no setpoint yet
-#: Conditions that other lines of the output show, or that describe the normal operation.
+#: Conditions that other lines of the output show, that repeat another condition, or that describe the normal
+#: operation.
 _SHOWN_ELSEWHERE = frozenset(
     {
         Status.INFLATING,
@@ -30,8 +32,14 @@ _SHOWN_ELSEWHERE = frozenset(
         Status.FAILURE,
         Status.ANY_FAILURE,
         Status.FUNCTION_CHECK,
+        Status.OUT_OF_SPECIFICATION,
+        Status.CALIBRATED,
     }
 )
+#: Conditions that a latched fault sets, and whose remedy is that of the fault.
+_STATUS_BITS = BY_NAME["status"].bits
+assert _STATUS_BITS is not None
+_OF_FAULTS = frozenset(Status(bit.name) for bit in _STATUS_BITS.bits if bit.latches)
 
 
 def show_status(url: str, as_json: bool) -> None:
@@ -84,13 +92,13 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
     yield "fault", _fault_text(details)
     for fault in _later_faults(details):
         yield "also", f"{fault.name}: {fault.cause} {fault.remedy}"
-    yield "force", _force_text(measurement, details, url)
+    attention = _attention(measurement, details)
+    yield "force", _force_text(measurement, details, attention, url)
     yield "pressure", pressure_text(measurement.pressure_kpa)
-    requested = pressure_text(details.setpoint_requested_kpa)
-    yield "setpoint", f"{pressure_text(measurement.setpoint_kpa)} (requested {requested})"
+    yield "setpoint", _setpoint_text(measurement.setpoint_kpa, details.setpoint_requested_kpa)
     yield "lease", _lease_text(details)
     yield "firmware", _firmware_text(details)
-    for each in sorted((measurement.status_or_none or frozenset()) - _SHOWN_ELSEWHERE):
+    for each in attention:
         yield "attention", f"{each}: {STATUS_ADVICE[each].what} {STATUS_ADVICE[each].do}".rstrip()
     if measurement.status_or_none is None:
         yield "attention", "the status is unknown, because this bus does not transmit it"
@@ -107,12 +115,34 @@ def force_text(measurement: Measurement) -> str:
     return f"{measurement.force_n:.3f} N ± {uncertainty} (2 u)"
 
 
-def _force_text(measurement: Measurement, details: Details, url: str) -> str:
-    """Return the force or what to do. A vented rig without another problem needs one short sentence."""
-    if measurement.state is not State.VENTED or measurement.reasons != (Status.FUNCTION_CHECK,):
-        return force_text(measurement)
-    setpoint_kpa = details.setpoint_requested_kpa or EXAMPLE_SETPOINT_KPA
-    return f"{NOT_AVAILABLE}: to measure, inflate the balloon: {command(f'hold {setpoint_kpa:g}', url)}"
+def _attention(measurement: Measurement, details: Details) -> list[Status]:
+    """Return the conditions that no other line shows. The line of a fault shows those of the fault."""
+    status = measurement.status_or_none or frozenset()
+    shown = set(_SHOWN_ELSEWHERE)
+    if details.latched_faults:
+        shown |= _OF_FAULTS
+    if any(fault.name == Status.LINK_LOST for fault in details.latched_faults):
+        shown.add(Status.LINK_LOST)
+    if Status.LINK_LOST in status:
+        shown.add(Status.STALE)
+    return sorted(status - shown)
+
+
+def _force_text(measurement: Measurement, details: Details, attention: Sequence[Status], url: str) -> str:
+    """Return the force, or why there is none. Other lines explain the state and `attention`."""
+    if measurement.state is State.VENTED and measurement.reasons == (Status.FUNCTION_CHECK,):
+        setpoint_kpa = details.setpoint_requested_kpa or EXAMPLE_SETPOINT_KPA
+        return f"{NOT_AVAILABLE}: to measure, inflate the balloon: {command(f'hold {setpoint_kpa:g}', url)}"
+    if not measurement.valid and measurement.state not in (None, State.HOLDING):
+        return f"{NOT_AVAILABLE} in this state"
+    causes = [reason for reason in measurement.reasons if reason in attention]
+    return f"{NOT_AVAILABLE}: {', '.join(causes)}" if causes else force_text(measurement)
+
+
+def _setpoint_text(in_effect_kpa: float | None, requested_kpa: float | None) -> str:
+    if in_effect_kpa == requested_kpa:
+        return pressure_text(requested_kpa)
+    return f"{pressure_text(in_effect_kpa)} (requested {pressure_text(requested_kpa)})"
 
 
 def _fault_text(details: Details) -> str:
