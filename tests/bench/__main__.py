@@ -24,6 +24,7 @@ from tests.bench.peaks import bench_peaks
 from tests.bench.quota import bench_quota
 from tests.bench.rdt import bench_rdt
 from tests.bench.rig import bench_rig
+from tests.bench.touch import bench_touch
 
 BENCHMARKS = {
     "arrays": bench_arrays,
@@ -44,6 +45,7 @@ BENCHMARKS = {
     "https": bench_https,
     "mqtt": bench_mqtt,
     "force_control": bench_force_control,
+    "touch": bench_touch,
     "quota": bench_quota,
     "endurance": bench_endurance,
 }
