@@ -105,8 +105,9 @@ def verify(
         typer.Option(
             "--noted",
             metavar="NUMBER:DIGITS",
-            help="Number of records and first 8 or 16 digits of the digest, from registers 784–789; "
-            "repeat for more.",
+            help="A head that a PLC has stored: the number of records, a colon, and the first 8 or 16 "
+            "hexadecimal digits of the digest, from registers 784–789; the log must contain it. Example: "
+            "--noted 1234:49a95ea7d278907c; repeat for more.",
         ),
     ] = None,
     witness: WitnessUrl = None,

@@ -11,6 +11,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from typing import Any, NamedTuple, TypeVar
 
 from rich.console import Console
@@ -68,7 +69,11 @@ def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[St
             return list(deque(selected, selection.last or None))
     except DamagedLogError as error:
         is_log = not isinstance(error, NotAnEventLogError)
-        hint = "; pneuforce log verify shows how many records are intact" if is_log else ""
+        hint = (
+            f"; pneuforce log verify --file {quote(str(path))} shows how many records are intact"
+            if is_log
+            else ""
+        )
         raise ConfigurationError(f"{error}{hint}") from None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,8 +16,13 @@ from pneuforce.instrument.audit.anchor import (
     collect_heads,
     find_anchors,
 )
-from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
-from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain, verify_chain
+from pneuforce.instrument.audit.reading import DamagedLogError, NotAnEventLogError, open_event_log
+from pneuforce.instrument.audit.verification import (
+    BrokenChainError,
+    StoredRecord,
+    VerifiedChain,
+    verify_chain,
+)
 from pneuforce.instrument.cli.failure import failure_values
 from pneuforce.instrument.cli.log_witness import Witness, read_witness
 from pneuforce.instrument.cli.output import json_text, print_text
@@ -118,8 +124,22 @@ def _verify_file(
     path: Path, head: str | None, anchors: list[Anchor | NotedDigest], heads: dict[int, str]
 ) -> VerifiedChain:
     """Verify one log and store in `heads` the digests at the numbers of the anchors."""
-    with open_event_log(path) as rows:
-        chain = verify_chain(collect_heads(rows, anchors, heads), head)
+    intact = 0
+
+    def count_verified(rows: Iterable[StoredRecord]) -> Iterator[StoredRecord]:
+        """Yield the rows. A row is counted when the next one is requested, because it is verified then."""
+        nonlocal intact
+        for row in rows:
+            yield row
+            intact += 1
+
+    try:
+        with open_event_log(path) as rows:
+            chain = verify_chain(count_verified(collect_heads(rows, anchors, heads)), head)
+    except NotAnEventLogError:
+        raise
+    except DamagedLogError as error:
+        raise DamagedLogError(f"{error}; intact before the damage: {counted(intact, 'record')}") from None
     if not chain.records:
         raise BrokenChainError(
             f"{path} contains no record: was the log moved or copied without the file that ends in -wal?"

@@ -1,6 +1,7 @@
 """Tests of damaged event logs: the records that can be read are correct, or an error is reported."""
 
 import random
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -15,6 +16,7 @@ from pneuforce.instrument.audit.reading import DamagedLogError
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
 from pneuforce.instrument.audit.verification import BrokenChainError
 from pneuforce.instrument.cli.log_table import EventSelection, show_events
+from pneuforce.instrument.cli.log_verification import Verification, verify_events
 from tests.instrument.audit.event_log_files import make_log, verify_log
 
 RECORDS = 60
@@ -181,3 +183,17 @@ def test_the_verification_reports_a_changed_byte(killed, tmp_path):
     copy.write_bytes(body[:at] + b'"at":"6"' + body[at + 8 :])
     with pytest.raises(BrokenChainError, match=r"^record 6 "):
         verify_log(copy)
+
+
+def test_a_damaged_log_names_the_command_that_counts_its_intact_records(tmp_path, capsys):
+    file = make_log(tmp_path / "the log", range(300))
+    content = bytearray(file.read_bytes())
+    content[-8192:-4096] = b"x" * 4096
+    file.write_bytes(content)
+    with pytest.raises(ConfigurationError) as caught:
+        show_events(file, EventSelection(0, None, False), as_json=False)
+    command = str(caught.value).partition("; ")[2].partition(" shows")[0]
+    assert command == f"pneuforce log verify --file '{file}'"
+    assert verify_events(file, Verification(), as_json=False) == 1
+    intact = int(re.search(r"intact before the damage: (\d+) records", capsys.readouterr().out)[1])
+    assert 200 < intact < 300
