@@ -1,8 +1,8 @@
 """Force control with a simulated robot: approach tissue at 5 mm/s, hold 1.5 N, and move back.
 
-    python force_control.py tcp://127.0.0.1:5020 --control 45123
-    python force_control.py "can://socketcand/can0?host=127.0.0.1&port=29536" --control 45123
-    python force_control.py rdt://127.0.0.1 --hold tcp://127.0.0.1:5020 --control 45123
+    python force_control.py tcp://127.0.0.1:5020 --control-port 45123
+    python force_control.py "can://socketcand/can0?host=127.0.0.1&port=29536" --control-port 45123
+    python force_control.py rdt://127.0.0.1 --hold tcp://127.0.0.1:5020 --control-port 45123
 
 The control port is that of the simulator (`make run` shows it). For a real robot, replace `SimulatedRobot`.
 docs/how-to/force-control.md describes the program.
@@ -142,7 +142,7 @@ def main():
     parser.add_argument("url", help="connection that measures the force")
     parser.add_argument("--hold", help="connection that inflates the balloon; by default, url")
     parser.add_argument("--setpoint", type=float, default=8.0, help="pressure of the balloon [kPa]")
-    parser.add_argument("--control", type=int, required=True, help="control port of the simulator")
+    parser.add_argument("--control-port", type=int, required=True, help="control port of the simulator")
     parser.add_argument("--seconds", type=duration_s, default=8.0, help="duration of the control")
     parser.add_argument("--no-proof-tests", action="store_true", help="forbid proof tests during the hold")
     options = parser.parse_args()
@@ -155,7 +155,7 @@ def main():
         # First the free position: after a kill of this program, the robot can still press, and a contact
         # during the inflation trips the rig.
         tissue = {"law": "hertz", "modulus_kpa": 20.0}
-        robot = stack.enter_context(SimulatedRobot(options.control, distance_mm=5.0, tissue=tissue))
+        robot = stack.enter_context(SimulatedRobot(options.control_port, distance_mm=5.0, tissue=tissue))
         proof_tests = not options.no_proof_tests
         stack.enter_context(holder.hold(options.setpoint, lease_s=1.0, proof_tests=proof_tests))
         try:

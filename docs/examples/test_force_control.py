@@ -47,7 +47,7 @@ def test_the_speed_follows_the_error_and_is_negative_without_a_valid_force(measu
 
 def test_the_program_holds_the_force_without_overshoot_and_then_vents(pneuforce_rig):
     program = subprocess.Popen(
-        [sys.executable, PROGRAM, pneuforce_rig.url, "--control", str(pneuforce_rig.control_port)]
+        [sys.executable, PROGRAM, pneuforce_rig.url, "--control-port", str(pneuforce_rig.control_port)]
         + ["--seconds", "4"],
         stdout=subprocess.PIPE,
         text=True,
@@ -127,7 +127,14 @@ def test_over_rdt_the_program_follows_the_alarm_and_the_end_of_the_hold(pneuforc
     def force_n():
         return pneuforce_rig.truth()["force_n"]
 
-    control = ["--hold", pneuforce_rig.url, "--control", str(pneuforce_rig.control_port), "--seconds", "60"]
+    control = [
+        "--hold",
+        pneuforce_rig.url,
+        "--control-port",
+        str(pneuforce_rig.control_port),
+        "--seconds",
+        "60",
+    ]
     program = subprocess.Popen(
         [sys.executable, PROGRAM, f"rdt://{RDT_HOST}", *control], stderr=subprocess.PIPE, text=True
     )

@@ -166,6 +166,6 @@ def _second_terminal(ports: DemoPorts, control_port: int) -> Text:
         f"as a robot  {program} watch can{can_option}\n"
         f"setpoint    mbpoll -m tcp -p {ports.modbus} -0 -B -1 -t 4:float -r 512 127.0.0.1 6.5\n"
         f"vent        mbpoll -m tcp -p {ports.modbus} -0 -1 -r 516 127.0.0.1 0\n"
-        f"a fault     {program} sim fault leak --control {control_port}\n"
+        f"a fault     {program} sim fault leak --control-port {control_port}\n"
         "end         Ctrl-C here         (mbpoll: apt-get install mbpoll)"
     )

@@ -99,7 +99,14 @@ def _reason(error: OSError, control_port: int) -> str:
 
 Link = Annotated[Path, typer.Option(help="Link to the serial port of the simulator.")]
 ControlPort = Annotated[
-    int | None, typer.Option(help="Control port of the simulator, instead of the link.", min=1, max=65535)
+    int | None,
+    typer.Option(
+        "--control-port",
+        "--control",
+        help="Control port of the simulator, instead of the link.",
+        min=1,
+        max=65535,
+    ),
 ]
 
 
@@ -111,7 +118,7 @@ def press(
         float | None, typer.Option(help="Release after this time, in s, or at Ctrl-C.", min=0.0)
     ] = None,
     link: Link = DEFAULT_LINK,
-    control: ControlPort = None,
+    control_port: ControlPort = None,
     as_json: Json = False,
 ) -> None:
     """Press the balloon of a running simulator with a constant force until --release.
@@ -124,7 +131,7 @@ def press(
     from pneuforce.instrument.cli import sim_press
     from pneuforce.instrument.cli.sim_fault import control_port_of
 
-    sim_press.press(control or control_port_of(link), force_n, release, seconds, as_json)
+    sim_press.press(control_port or control_port_of(link), force_n, release, seconds, as_json)
 
 
 @commands.command()
@@ -138,7 +145,7 @@ def fault(
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="Remove the fault.")] = False,
     link: Link = DEFAULT_LINK,
-    control: ControlPort = None,
+    control_port: ControlPort = None,
     show: Annotated[bool, typer.Option("--list", help="List all faults and exit.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -153,5 +160,5 @@ def fault(
     if show:
         show_catalogue(as_json)
     else:
-        port = control or control_port_of(link)
+        port = control_port or control_port_of(link)
         typer.echo(change_faults(port, name, arguments or [], off, as_json))

@@ -163,7 +163,7 @@ def test_the_virtual_serial_line_of_the_plc_guide(demo, tmp_path):
             instrument.stdout.readline()  # the line that reports that the buses are served
             command = shlex.split(adapted(local(watch), demo, tmp_path))
             done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True)
-    assert "sample_counter" in done.stdout
+    assert "sample_age" in done.stdout
 
 
 def test_the_python_program_prints_forces(demo, tmp_path):
