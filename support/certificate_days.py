@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pneuforce.support.counted import counted
+
 MIN_CERTIFICATE_DAYS = 30  #: below this number of days, a certificate must be renewed
 
 
@@ -23,5 +25,5 @@ def renewal_warning(days: float | None) -> str:
     """
     if days is None or days >= MIN_CERTIFICATE_DAYS:
         return ""
-    end = "has expired" if days < 0 else f"expires in {days:.0f} days"
+    end = "has expired" if days < 0 else f"expires in {counted(round(days), 'day')}"
     return f"the certificate {end}: replace certificate and key"

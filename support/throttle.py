@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 
+from pneuforce.support.counted import counted
+
 MAX_LINES = 5
 
 
@@ -21,7 +23,8 @@ class RateLimitedLogger:
         """Log one line at level WARNING. With `exc_info`, add the exception that is being handled."""
         if now_s - self._period_begin_s >= self._period_s:
             if self._lines > MAX_LINES:
-                self._logger.warning("%d more lines were dropped", self._lines - MAX_LINES)
+                dropped = counted(self._lines - MAX_LINES, "more line")
+                self._logger.warning("not logged: %s", dropped)
             self._period_begin_s, self._lines = now_s, 0
         self._lines += 1
         if self._lines <= MAX_LINES:

@@ -12,6 +12,7 @@ from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, gra
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage, ExaminedSample
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import FILL_KPA_PER_S, HALVING_FROM_KPA, HALVING_TIME_S
+from pneuforce.support.counted import counted
 
 NAMES = ("filling", "settling", "leak", "venting")
 FILLING, SETTLING, LEAK, VENTING = NAMES
@@ -103,7 +104,8 @@ def _settling(filling: list[ExaminedSample], held: list[ExaminedSample], setpoin
     deviation_kpa = math.fsum(start_kpa) / len(start_kpa) - setpoint_kpa
     if held[0].in_contact:
         return _touched(SETTLING, deviation_kpa)
-    finding = f"{took_s:.1f} s, {actions} changes of the valves, deviation {deviation_kpa:+.3f} kPa"
+    changes = counted(actions, "change")
+    finding = f"{took_s:.1f} s, {changes} of the valves, deviation {deviation_kpa:+.3f} kPa"
     passed = took_s <= SETTLE_S and actions <= MAX_VALVE_ACTIONS and abs(deviation_kpa) <= BAND_KPA
     advice = "a larger orifice or a slower valve than commissioned causes an overshoot"
     return graded(SETTLING, finding, advice, passed=passed, usable=abs(deviation_kpa) <= 2 * BAND_KPA)

@@ -14,6 +14,7 @@ from pneuforce.instrument.rig.board_clock import CLOCK_FAULT_ERROR, RESONATOR_TO
 from pneuforce.instrument.rig.firmware import REMEDY, Firmware, FirmwareOrigin
 from pneuforce.protocol.frames import SAMPLES_PER_S, BoardKind, BoardState, Hello
 from pneuforce.protocol.limits import SUPPLY_MV, ZERO_SPAN_KPA
+from pneuforce.support.counted import counted
 
 #: Pairs of limits for the noise and for a gap: the first limit for PASS, the second for WARNING.
 NOISE_KPA = (0.03, 0.1)
@@ -55,7 +56,7 @@ def signal_checks(examination: Examination) -> list[Check]:
     """Return the checks of the samples that were observed while no valve moved."""
     samples = examination.samples_of(ExaminationStage.OBSERVING)
     if len(samples) < SAMPLES_PER_S // 10:
-        missing = Check("samples", CheckResult.FAIL, f"{len(samples)} samples", CABLE)
+        missing = Check("samples", CheckResult.FAIL, counted(len(samples), "sample"), CABLE)
         return [missing, _faults(examination)]
     return [
         _rate(samples, examination),

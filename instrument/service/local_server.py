@@ -23,6 +23,7 @@ from pneuforce.instrument.service.web_peer import parse_login, peer_of
 from pneuforce.instrument.stream.entry import EntryKind, StreamEntry, StreamError, encode, json_entry
 from pneuforce.registers.source import Peer
 from pneuforce.registers.write_request import MalformedWriteRequest, parse_write_request
+from pneuforce.support.counted import counted
 from pneuforce.support.rejected_write import RejectedWrite
 from pneuforce.support.throttle import RateLimitedLogger
 
@@ -199,11 +200,13 @@ class LocalServer:
             self.source.log_login(report.peer, report.kind, report.result, now_s)
             return
         self.source.log_failed_logins(report.peer, report.result, report.times, now_s, report.user)
-        message = (
-            "web: login from %s failed %d times: %s; if no user did this, find out who uses this address"
-        )
+        message = "web: login from %s failed %s: %s; if no user did this, find out who uses this address"
         self._warn_of_login(
-            now_s, message, report.peer.address, report.times, report.result.replace("_", " ")
+            now_s,
+            message,
+            report.peer.address,
+            counted(report.times, "time"),
+            report.result.replace("_", " "),
         )
 
     def answer(self, request: StreamEntry, channel: str) -> StreamEntry:

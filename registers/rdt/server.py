@@ -18,6 +18,7 @@ from pneuforce.registers.rdt.record import RdtCommand, RdtRequest, decode_reques
 from pneuforce.registers.rdt.streams import MAX_STREAMS, Address, RdtStreams
 from pneuforce.registers.source import Peer, Source
 from pneuforce.support.allow_list import AllowList
+from pneuforce.support.counted import counted
 from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.throttle import RateLimitedLogger
 
@@ -168,5 +169,5 @@ def _describe_request(data: bytes) -> str:
     """Return a request in words. Of another datagram, return the first bytes."""
     request = decode_request(data)
     if request is None:
-        return f"{len(data)} bytes, {data[:MAX_LOGGED_BYTES].hex(' ')}"
+        return f"{counted(len(data), 'byte')}, {data[:MAX_LOGGED_BYTES].hex(' ')}"
     return f"command {request.command}, sample count {request.sample_count}"

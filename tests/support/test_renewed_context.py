@@ -85,7 +85,8 @@ def test_the_days_are_those_of_the_certificate_in_use(tls, pki, caplog):
 
 
 @pytest.mark.parametrize(
-    ("days", "words"), [(None, ""), (30.0, ""), (29.9, "30 days"), (0.2, "0 days"), (-0.1, "has expired")]
+    ("days", "words"),
+    [(None, ""), (30.0, ""), (29.9, "30 days"), (0.2, "0 days"), (1.2, "1 day:"), (-0.1, "has expired")],
 )
 def test_a_certificate_must_be_renewed_thirty_days_before_its_end(days, words):
     warning = renewal_warning(days)

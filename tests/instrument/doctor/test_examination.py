@@ -205,6 +205,14 @@ def test_a_wrong_rate_without_lost_samples_does_not_blame_the_cable():
     assert (check.result, check.advice) == (CheckResult.WARNING, SLOW_CLOCK)
 
 
+@pytest.mark.parametrize(("kept", "finding"), [(0, "0 samples"), (1, "1 sample"), (2, "2 samples")])
+def test_the_number_of_samples_has_its_noun_in_words(kept, finding):
+    examination = ExaminedRig().examined().examination
+    observed = examination.samples_of(ExaminationStage.OBSERVING)
+    examination.samples = observed[:kept]
+    assert signal_checks(examination)[0].finding == finding
+
+
 def test_a_link_that_is_lost_later_fails_the_check_of_the_gaps():
     rig = ExaminedRig(5.0).examined(ExaminationStage.LEAK_TEST)
     rig.faults.inject("line_cut")

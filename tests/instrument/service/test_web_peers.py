@@ -82,7 +82,7 @@ def report(address, result="wrong_password", times=1, kind="login", user=""):
     return json_entry(EntryKind.LOGIN, 0.0, facts)
 
 
-def test_each_login_logout_and_write_is_logged_with_user_and_address(tmp_path):
+def test_each_login_logout_and_write_is_logged_with_user_and_address(tmp_path, caplog):
     async def use(_, web):
         for _ in range(2):
             web.send(report(f"anna@{LAPTOP}", "accepted"))
@@ -91,7 +91,9 @@ def test_each_login_logout_and_write_is_logged_with_user_and_address(tmp_path):
         web.send(report(LAPTOP, user="eve"))
         await write(web, LAPTOP, mode="vent")  # the answer follows all entries
 
-    sink = run_with_web_process(tmp_path, use)
+    with caplog.at_level(logging.WARNING, "pneuforce"):
+        sink = run_with_web_process(tmp_path, use)
+    assert f"login from {LAPTOP} failed 1 time: wrong password" in caplog.text
     who = f"web anna@{LAPTOP}"
     assert sink.of_kind("logout") == [{"kind": "logout", "who": who, "result": "requested"}] * 2
     accepted = {"kind": "login", "who": who, "result": "accepted"}
