@@ -22,6 +22,8 @@ FORCE_COLUMNS = (("reference_n", "reference_std_n"), ("force_n", "force_std_n"))
 INSTRUMENT_COLUMN = "reason"
 #: Optional column: reading of the reference sensor without contact [N] that its forces still contain.
 ZERO_COLUMN = "force_zero_n"
+#: Optional column: start of the recording in which the contact is, in seconds since 1970 (UTC).
+RECORDING_COLUMN = "recording_utc_s"
 #: Largest accepted reading of the reference sensor without contact [N].
 MAX_ZERO_N = 0.02
 MAX_FORCE_N = 20.0
@@ -62,7 +64,7 @@ def parse_contacts(content: bytes, name: str) -> Points:
             "reference_n, or make the table with pneuforce calibrate contacts --from"
         )
     force, std = columns
-    points = parse_points(content, name, [(*PRESSURE_COLUMNS, force)], [std, ZERO_COLUMN])
+    points = parse_points(content, name, [(*PRESSURE_COLUMNS, force)], [std, ZERO_COLUMN, RECORDING_COLUMN])
     renamed = dict(zip(columns, FORCE_COLUMNS[-1], strict=True))
     return replace(points, columns={renamed.get(key, key): points[key] for key in points.columns})
 

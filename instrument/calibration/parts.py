@@ -7,7 +7,7 @@ from datetime import date
 from typing import Any
 
 from pneuforce.instrument.calibration.apply import force_conditions, grip_conditions
-from pneuforce.instrument.calibration.contacts import CalibrationContacts
+from pneuforce.instrument.calibration.contacts import RECORDING_COLUMN, CalibrationContacts
 from pneuforce.instrument.calibration.file import validated
 from pneuforce.instrument.calibration.force import CANDIDATES, ForceCalibration
 from pneuforce.instrument.calibration.grip import GripFit
@@ -141,6 +141,7 @@ def force_part(
         "rise_low_kpa": rise_low,
         "rise_high_kpa": rise_high,
         "rise_spans_kpa": _rise_spans_kpa(contacts),
+        "recordings_utc_s": _recordings_utc_s(points),
         "initial_low_kpa": low,
         "initial_high_kpa": high,
         "residual_share": share,
@@ -151,6 +152,12 @@ def force_part(
         "bin": [PressureBin(**errors._asdict()) for errors in by_pressure],
     }
     return validated(ForcePart, values, points.name)
+
+
+def _recordings_utc_s(points: Points) -> list[float] | None:
+    """Return the start of each recording with contacts [s since 1970], None if it is not known."""
+    starts_s = points.columns.get(RECORDING_COLUMN)
+    return None if starts_s is None else sorted(set(starts_s.tolist()))
 
 
 def _rise_spans_kpa(contacts: CalibrationContacts) -> list[list[float]]:

@@ -196,6 +196,9 @@ class PressureBin(Section):
     after_percent: Percent
 
 
+UtcTime = Annotated[float, Field(ge=0, le=1e11)]
+
+
 class ForcePart(CalibrationPart):
     """Force = law · exp(constant + by_rise L + by_initial p + by_both L p + by_step w).
 
@@ -217,6 +220,8 @@ class ForcePart(CalibrationPart):
     # Span of the rise of the contacts in each of the five pressure bins; empty for a bin without contacts. A
     # file of an older release does not have it.
     rise_spans_kpa: Annotated[list[RiseSpan], Field(min_length=BIN_COUNT, max_length=BIN_COUNT)] | None = None
+    # Start of each recording from which the contacts are, in seconds since 1970 (UTC), if it is known.
+    recordings_utc_s: Annotated[list[UtcTime], Field(max_length=1000)] | None = None
     initial_low_kpa: Annotated[float, Field(ge=VALID_LOW_KPA, le=VALID_HIGH_KPA), Rounded]
     initial_high_kpa: Annotated[float, Field(ge=VALID_LOW_KPA, le=VALID_HIGH_KPA), Rounded]
     # Standard deviation of the error on held-out contacts: a share of the force, and a floor in newtons. The

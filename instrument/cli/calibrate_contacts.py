@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration.contacts import ZERO_COLUMN
+from pneuforce.instrument.calibration.contacts import RECORDING_COLUMN, ZERO_COLUMN
 from pneuforce.instrument.cli.aligned_reference import read_aligned
 from pneuforce.instrument.cli.output import json_line, print_text
 from pneuforce.instrument.recording.opening import open_recording
@@ -38,6 +38,7 @@ class Pairing(NamedTuple):
     paired: list[PairedContact]
     unpaired: list[UnpairedContact]
     aligned: AlignedReference
+    begin_utc_s: float  #: start of the recording, in seconds since 1970; NaN if it is not known
     remark: str  #: remark about the recording; "" if there is none
     damaged: bool  #: True if a part of the recording could not be read
 
@@ -51,11 +52,11 @@ def pair(given: PairingInput) -> Pairing:
     with open_recording(given.recording) as recording:
         course, aligned = read_aligned(recording, given.reference)
         course.select(given.from_s, given.to_s)
-        remark, damaged = recording.remark(), bool(recording.damage)
+        remark, damaged, begin_utc_s = recording.remark(), bool(recording.damage), recording.begin_utc_s
     if not course.contacts:
         raise ConfigurationError(f"no contact was found: {remark or f'{given.recording} contains none'}")
     paired, unpaired = pair_reference(course, aligned.force)
-    return Pairing(paired, unpaired, aligned, remark, damaged)
+    return Pairing(paired, unpaired, aligned, begin_utc_s, remark, damaged)
 
 
 def write_pairing(given: PairingInput, out: Path | None, overwrite: bool, as_json: bool) -> int:
@@ -102,12 +103,12 @@ def _comments(given: PairingInput, found: Pairing) -> list[str]:
 
 
 def _csv_lines(found: Pairing) -> Iterator[str]:
-    """Yield the table of the paired contacts, with the zero of the reference sensor if it is known."""
-    zero_n = found.aligned.zero_n
-    known = math.isfinite(zero_n)
-    yield ",".join([*PairedContact._fields, *([ZERO_COLUMN] if known else [])])
+    """Yield the table of the paired contacts, with the values that are common to all, if they are known."""
+    common = {ZERO_COLUMN: found.aligned.zero_n, RECORDING_COLUMN: found.begin_utc_s}
+    known = {name: value for name, value in common.items() if math.isfinite(value)}
+    yield ",".join([*PairedContact._fields, *known])
     for row in found.paired:
-        values = [*row, *([zero_n] if known else [])]
+        values = [*row, *known.values()]
         yield ",".join(f"{value:.5f}" if isinstance(value, float) else str(value) for value in values)
 
 

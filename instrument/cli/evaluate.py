@@ -14,7 +14,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.file import load as load_calibration
 from pneuforce.instrument.cli.export import FORMATS, write_table
 from pneuforce.instrument.cli.output import json_line, print_text, progress
-from pneuforce.instrument.cli.reference_comparison import ReferenceComparison
+from pneuforce.instrument.cli.reference_comparison import PLATEAU_TYPES, ReferenceComparison
 from pneuforce.instrument.config import Configuration, load, parse, read
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import (
@@ -119,10 +119,10 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
             raise ConfigurationError(f"no sample can be evaluated: {why}")
         contacts = result.contacts(recording.begin_s)
         if files.contacts is not None:
-            types = {**CONTACT_TYPES, **RECORDED_TYPES}
-            contact_rows = map(_contact_row, contacts)
+            types, contact_rows = _contact_table(contacts, comparison)
             write_table(files.contacts, _form(files.contacts), contact_rows, types, recording.metadata)
-        remark = "; ".join(filter(None, (remark, version_remark(recording))))
+        remarks = (remark, version_remark(recording), _own_recording_remark(recording, configuration))
+        remark = "; ".join(filter(None, remarks))
     names = {"config": given.config, "calibration": given.calibration}
     facts = {
         "file": str(path),
@@ -199,6 +199,18 @@ def _contact_row(contact: ComparedContact) -> Row:
     return (*contact.evaluated, *_recorded_force(contact.recorded))
 
 
+def _contact_table(
+    contacts: list[ComparedContact], comparison: ReferenceComparison
+) -> tuple[dict[str, type], list[Row]]:
+    """Return the column types and the rows. With a reference, the table has its plateaus."""
+    types = {**CONTACT_TYPES, **RECORDED_TYPES}
+    rows = [_contact_row(contact) for contact in contacts]
+    if comparison.aligned is None:
+        return types, rows
+    plateaus = comparison.rows(contact.evaluated for contact in contacts)
+    return {**types, **PLATEAU_TYPES}, [(*row, *plateau) for row, plateau in zip(rows, plateaus, strict=True)]
+
+
 def _recorded_force(contact: RecordedContact | None) -> tuple[float, float]:
     return (math.nan, math.nan) if contact is None else (contact.force_n, contact.force_std_n)
 
@@ -211,6 +223,17 @@ def version_remark(recording: Recording) -> str:
     return (
         f"the recording was made by pneuforce {short_text(recorded)}, and this is pneuforce {present}: "
         "a part of the differences may come from the program"
+    )
+
+
+def _own_recording_remark(recording: Recording, configuration: Configuration) -> str:
+    """Return a remark if the force calibration was made from this recording, otherwise ""."""
+    force = (configuration.calibration or {}).get("force") or {}
+    if not any(abs(at_s - recording.begin_utc_s) < 1e-3 for at_s in force.get("recordings_utc_s") or ()):
+        return ""
+    return (
+        "the force calibration was made from this recording, so that its errors here are too small: evaluate "
+        "other contacts"
     )
 
 

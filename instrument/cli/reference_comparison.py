@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pneuforce.instrument.cli.aligned_reference import read_aligned
+from pneuforce.instrument.recording.contact_table import RecordedContact
 from pneuforce.instrument.recording.evaluation import EvaluatedSample
 from pneuforce.instrument.recording.reader import Recording
-from pneuforce.instrument.validation.plateau_forces import PlateauForces
+from pneuforce.instrument.validation.plateau_forces import PlateauForces, reference_errors
 from pneuforce.instrument.validation.reference_alignment import AlignedReference, ReferenceInput
 from pneuforce.instrument.validation.reference_pairs import pair_reference
 from pneuforce.support.counted import counted
+
+
+class PlateauRow(NamedTuple):
+    """Columns of a plateau in the table of contacts.
+
+    The names differ from `reference_n`, because this force does not belong to the `final_kpa` of the contact.
+    """
+
+    plateau_begin_s: float
+    plateau_force_n: float
+    plateau_force_std_n: float
+    plateau_reference_n: float
+    plateau_reference_std_n: float
+
+
+NO_PLATEAU = PlateauRow(*[math.nan] * len(PlateauRow._fields))
+PLATEAU_TYPES = dict.fromkeys(PlateauRow._fields, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +74,27 @@ class ReferenceComparison:
             return
         yield from self.aligned.summary()
         results = self.forces.results()
-        within = sum(result.is_within for result in results)
-        share = f" ({100 * within / len(results):.0f} %)" if results else ""
-        yield f"reference force within ±2u: {within} of {counted(len(results), 'contact')}{share}"
+        errors = reference_errors(results)
+        total = counted(len(results), "contact")
+        if errors.with_force < len(results):
+            yield f"contacts with a force in the whole plateau: {errors.with_force} of {total}"
+        if errors.with_force:
+            mean_n, rmse_n = errors.mean_error_n, errors.rmse_n
+            yield f"mean error {mean_n:+.3f} N, RMSE {rmse_n:.3f} N (force minus reference)"
+        share = f" ({100 * errors.within_2u / errors.with_force:.0f} %)" if errors.with_force else ""
+        compared = counted(errors.with_force, "contact")
+        yield f"reference force within ±2u: {errors.within_2u} of {compared}{share}"
+
+    def rows(self, contacts: Iterable[RecordedContact]) -> list[PlateauRow]:
+        """Return the plateau in each contact of the evaluation, NaN if a contact has none."""
+        results = self.forces.results()
+        begins_s = [result.plateau_begin_s for result in results]
+        rows = []
+        for contact in contacts:
+            index = bisect_left(begins_s, contact.begin_s)
+            found = index < len(results) and begins_s[index] <= contact.end_s
+            rows.append(PlateauRow(*results[index][1:]) if found else NO_PLATEAU)
+        return rows
 
     def facts(self) -> dict[str, Any]:
         """Return the comparison as JSON data."""
@@ -67,6 +105,6 @@ class ReferenceComparison:
             "reference": {
                 **self.aligned.facts(),
                 "contacts": [{**row._asdict(), "within_2u": row.is_within} for row in results],
-                "within_2u": sum(row.is_within for row in results),
+                **reference_errors(results)._asdict(),
             }
         }

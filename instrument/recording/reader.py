@@ -144,6 +144,12 @@ class Recording:
         return self._last["samples"]
 
     @property
+    def begin_utc_s(self) -> float:
+        """Return the beginning of the recording in seconds since 1970 (UTC), NaN if it is not known."""
+        utc_us = self.metadata.get("utc_us")
+        return utc_us / 1e6 if isinstance(utc_us, int) and 0 < utc_us < 1e6 * MAX_TIME_S else math.nan
+
+    @property
     def extent_s(self) -> float:
         """Return the time from the beginning to the last sample [s], or NaN if that sample cannot be read."""
         return self._time_of(self.sample_count or 0) - self.begin_s

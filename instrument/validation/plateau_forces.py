@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from statistics import fmean
 from typing import NamedTuple
 
 from pneuforce.instrument.validation.reference_pairs import PLATEAU_S, PairedContact
@@ -20,9 +21,33 @@ class PlateauForce(NamedTuple):
     reference_std_n: float  #: scatter of the readings, and gain of the reference sensor
 
     @property
+    def error_n(self) -> float:
+        """Return the force of the instrument minus the reference [N]."""
+        return self.force_n - self.reference_n
+
+    @property
     def is_within(self) -> bool:
         """Return True if the reference is within ±2u. u contains the uncertainty of both forces."""
-        return abs(self.force_n - self.reference_n) <= 2 * math.hypot(self.force_std_n, self.reference_std_n)
+        return abs(self.error_n) <= 2 * math.hypot(self.force_std_n, self.reference_std_n)
+
+
+class ReferenceErrors(NamedTuple):
+    """Errors of the instrument in the plateaus in which it has a force. NaN if there is no such plateau."""
+
+    with_force: int  #: number of plateaus in which the instrument has a force
+    within_2u: int  #: number of them whose reference is within ±2u
+    mean_error_n: float  #: mean of the force minus the reference
+    rmse_n: float  #: root mean square of the force minus the reference
+
+
+def reference_errors(plateaus: Sequence[PlateauForce]) -> ReferenceErrors:
+    """Return the errors of the instrument in these plateaus."""
+    errors_n = [plateau.error_n for plateau in plateaus if math.isfinite(plateau.error_n)]
+    within = sum(plateau.is_within for plateau in plateaus)
+    if not errors_n:
+        return ReferenceErrors(0, within, math.nan, math.nan)
+    rmse_n = math.sqrt(fmean(error_n**2 for error_n in errors_n))
+    return ReferenceErrors(len(errors_n), within, fmean(errors_n), rmse_n)
 
 
 class PlateauForces:

@@ -8,6 +8,7 @@ import re
 import pytest
 
 from pneuforce.instrument.cli.calibrate_contacts import PairingInput, pair
+from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.validation.reference import ReferenceColumns
 from pneuforce.instrument.validation.reference_alignment import ReferenceInput
 from tests.command_runner import pneuforce
@@ -93,6 +94,9 @@ def test_the_table_is_accepted_by_calibrate_force(folder, tmp_path):
     residuals = tmp_path / "residuals.csv"
     calibrated = pneuforce("calibrate", "force", out, "--json", "--residuals", residuals)
     assert calibrated.returncode == 0, calibrated.stderr
+    with open_recording(folder / "a.recording") as source:
+        begin_utc_s = source.begin_utc_s
+    assert json.loads(calibrated.stdout)["recordings_utc_s"] == [pytest.approx(begin_utc_s, abs=1e-4)]
     rows = list(csv.DictReader(residuals.read_text().splitlines()))
     assert [float(row["difference_n"]) for row in rows] == [
         row["difference_n"] for row in json.loads(calibrated.stdout)["residuals"]

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from pneuforce.instrument.calibration.file import empty as empty_calibration
-from pneuforce.instrument.calibration.file import to_toml
+from pneuforce.instrument.calibration.file import load as load_calibration
+from pneuforce.instrument.calibration.file import save, to_toml
 from pneuforce.instrument.cli.plot import plot
 from pneuforce.instrument.config import Configuration, load
 from pneuforce.instrument.core.controller import Instrument
@@ -153,6 +154,20 @@ def test_a_contact_without_a_recorded_counterpart_has_no_recorded_force(recordin
     assert [pair.recorded for pair in pair_contacts(contacts[1:], contacts)] == [None, *contacts[1:]]
 
 
+def test_the_recording_of_the_calibration_is_named_in_a_remark(entries, tmp_path):
+    shutil.copy(GOLDEN, tmp_path / "calibration.toml")
+    calibration, path = load_calibration(GOLDEN), tmp_path / "press.recording"
+    write_recording(entries, path)
+    with open_recording(path) as source:
+        begin_utc_s = round(source.begin_utc_s, 5)
+    for start_s, named in ((begin_utc_s, True), (begin_utc_s + 1.0, False)):
+        force = calibration.force.model_copy(update={"recordings_utc_s": [start_s]})
+        save(calibration.model_copy(update={"force": force}), tmp_path / "calibration.toml")
+        done = pneuforce("evaluate", path, "--calibration", tmp_path / "calibration.toml", "--json")
+        assert done.returncode == 0, done.stderr
+        assert ("calibration was made from this recording" in json.loads(done.stdout)["remark"]) is named
+
+
 def drawn(recording, out, config=None, **options):
     """Return the texts of a plot, and the number of its stars at ΔP_f."""
     plot(PlotOptions(recording, out, overwrite=True, **options), config)
@@ -197,8 +212,17 @@ def test_the_share_of_contacts_within_2u_of_a_reference_is_shown(recording, tmp_
         ]
     reference = tmp_path / "cell.csv"
     reference.write_text("".join(["t_s,force_n\n", *dict.fromkeys(rows)]))
-    returncode, facts = with_reference(recording, reference, "--reference-gain-percent", "0.5")
+    table = tmp_path / "contacts.csv"
+    words = ("--reference-gain-percent", "0.5", "--contacts", table)
+    returncode, facts = with_reference(recording, reference, *words)
     rows = facts["reference"]["contacts"]
+    errors_n = [row["force_n"] - row["reference_n"] for row in rows]
+    assert facts["reference"]["with_force"] == len(rows)
+    assert facts["reference"]["mean_error_n"] == pytest.approx(sum(errors_n) / len(rows))
+    squares = [error_n**2 for error_n in errors_n]
+    assert facts["reference"]["rmse_n"] == pytest.approx(math.sqrt(sum(squares) / len(rows)))
+    written = [row["plateau_reference_n"] for row in csv.DictReader(table.read_text().splitlines())]
+    assert [float(cell) for cell in written if cell] == [row["reference_n"] for row in rows]
     assert returncode == 0
     assert rows
     assert facts["reference"]["within_2u"] == (len(rows) if within else 0)

@@ -14,7 +14,12 @@ from pneuforce.protocol.frames import BoardState, Sample, Valve
 
 BEGIN_S = 1000.5
 DT_S = 0.002
-HEADER = {"version": "0.1.0", "configuration": {"rig": {"port": "/dev/ttyΔ"}}, "calibration": None}
+HEADER = {
+    "version": "0.1.0",
+    "utc_us": 1_790_000_000_123_456,
+    "configuration": {"rig": {"port": "/dev/ttyΔ"}},
+    "calibration": None,
+}
 
 
 def sample_body(number):
