@@ -21,7 +21,7 @@ from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
-from pneuforce.instrument.model.pressure_bins import RiseSpans, rise_spans
+from pneuforce.instrument.model.pressure_bins import RiseSpans
 from pneuforce.instrument.model.uncertainty import MEMBRANE_POLYTROPIC_STD, ModelUncertainty
 from pneuforce.support.toml_sections import Section
 
@@ -263,4 +263,7 @@ def _apply_force(settings: ChainSettings, calibration: Calibration) -> ChainSett
 def _rise_spans(part: ForcePart) -> RiseSpans | None:
     if part.rise_spans_kpa is None:
         return None
-    return rise_spans((span[0], span[1]) if span else None for span in part.rise_spans_kpa)
+    first, second, third, fourth, fifth = (
+        (span[0], span[1]) if span else None for span in part.rise_spans_kpa
+    )
+    return first, second, third, fourth, fifth

@@ -20,7 +20,7 @@ from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VAL
 from pneuforce.instrument.model.correction import ForceCorrection
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.plausibility import ForceSpan, method_span, plausible_span
-from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA
+from pneuforce.instrument.model.pressure_bins import BIN_EDGES_KPA, CoveredSpan
 from pneuforce.support.columns import Numbers
 
 #: Numbers of baselines and of rises of the grid. Edges of the correction and of the law are added to them.
@@ -104,15 +104,25 @@ def _coverage_warnings(settings: ChainSettings) -> list[str]:
     """Return a warning if the contacts of the force calibration do not cover a pressure bin."""
     if settings.correction is None:
         return []
-    spans = settings.correction.covered_spans
-    edges = [f"{low}–{high}" for low, high in pairwise(BIN_EDGES_KPA)]
-    missing = [edge for edge, span in zip(edges, spans, strict=True) if span is None]
+    bins = zip(pairwise(BIN_EDGES_KPA), settings.correction.covered_spans, strict=True)
+    missing = [text for (begin, end), span in bins if (text := _uncovered_part(begin, end, span))]
     if not missing:
         return []
     return [
         f"the contacts of the force calibration do not cover ΔP_i of {', '.join(missing)} kPa: the "
         "uncertainty before the calibration is added there; add contacts there"
     ]
+
+
+def _uncovered_part(begin_kpa: float, end_kpa: float, span: CoveredSpan | None) -> str:
+    """Return a text for the pressure bin, or "" if the contacts cover it."""
+    text = f"{begin_kpa}–{end_kpa}"
+    if span is None:
+        return text
+    low_kpa, high_kpa = span.baseline_span_kpa
+    if low_kpa <= begin_kpa and end_kpa <= high_kpa:
+        return ""
+    return f"{text} (but {max(begin_kpa, low_kpa):.2f}–{min(end_kpa, high_kpa):.2f})"
 
 
 def _extrapolation_warnings(settings: ChainSettings) -> list[str]:

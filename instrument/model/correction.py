@@ -7,13 +7,7 @@ from dataclasses import dataclass, field
 
 from pneuforce.instrument.model.balloon import Balloon, Number, clamp
 from pneuforce.instrument.model.law import PAPER_LAW, ForceLaw
-from pneuforce.instrument.model.pressure_bins import (
-    BIN_COUNT,
-    RiseSpans,
-    contains_rise,
-    rise_spans,
-    uncovered_bins,
-)
+from pneuforce.instrument.model.pressure_bins import CoveredSpans, RiseSpans, are_covered, covered_spans
 from pneuforce.instrument.model.uncertainty import InputUncertainties
 
 #: ΔP_i at which the variable p of `ForceCorrection` is zero [kPa].
@@ -46,15 +40,14 @@ class ForceCorrection:
     outside: InputUncertainties | None = None
 
     @property
-    def covered_spans(self) -> RiseSpans:
-        """Return the calibrated span of the rise in each pressure bin, None without enough contacts."""
-        uncovered = uncovered_bins(*self.baseline_span_kpa)
-        spans = self.rise_spans_by_bin or (self.rise_span_kpa,) * BIN_COUNT
-        return rise_spans(None if index in uncovered else span for index, span in enumerate(spans))
+    def covered_spans(self) -> CoveredSpans:
+        """Return the pressures in each pressure bin that the contacts represent."""
+        span = self.rise_span_kpa
+        return covered_spans(self.rise_spans_by_bin or (span, span, span, span, span), self.baseline_span_kpa)
 
     def covers(self, rise_kpa: float, baseline_kpa: float) -> bool:
-        """Return True if contacts in the pressure bin of this ΔP_i were calibrated around this rise."""
-        return contains_rise(self.covered_spans, baseline_kpa, rise_kpa)
+        """Return True if the contacts of the calibration represent these pressures."""
+        return are_covered(self.covered_spans, baseline_kpa, rise_kpa)
 
     def factor(self, rise_kpa: Number, baseline_kpa: Number) -> Number:
         """Return the factor that multiplies the force of the law. The arguments are floats or arrays."""

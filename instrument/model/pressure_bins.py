@@ -5,10 +5,10 @@ The edge at 8.85 kPa is `Balloon.switch_kpa`.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
-from collections.abc import Iterable
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 
@@ -50,19 +50,50 @@ def pressure_bin_index(baseline_kpa: float) -> int:
     return bisect_left(BIN_EDGES_KPA, baseline_kpa, 1, BIN_COUNT) - 1
 
 
-#: Smallest and largest rise [kPa]. None: no rise.
+#: Largest distance between two near ΔP_i [kPa]. The board holds a setpoint within 0.1 kPa.
+NEAR_KPA = 0.1
+
+
+class CoveredSpan(NamedTuple):
+    """Pressures in one bin that measurements represent."""
+
+    rise_span_kpa: tuple[float, float]
+    baseline_span_kpa: tuple[float, float] = (-math.inf, math.inf)
+
+
+#: One span for each pressure bin, from the lowest ΔP_i to the highest. None: no pressure.
+CoveredSpans = tuple[
+    CoveredSpan | None, CoveredSpan | None, CoveredSpan | None, CoveredSpan | None, CoveredSpan | None
+]
+#: Smallest and largest rise [kPa] in each pressure bin, from the lowest ΔP_i to the highest. None: no rise.
 RiseSpan = tuple[float, float] | None
-#: One span of the rise for each pressure bin, from the lowest ΔP_i to the highest.
 RiseSpans = tuple[RiseSpan, RiseSpan, RiseSpan, RiseSpan, RiseSpan]
 
 
-def rise_spans(spans: Iterable[RiseSpan]) -> RiseSpans:
-    """Return five spans as one value."""
-    first, second, third, fourth, fifth = spans
+def covered_spans(rise_spans_kpa: RiseSpans, baseline_span_kpa: tuple[float, float]) -> CoveredSpans:
+    """Return the pressures that measurements represent, from their rises in each bin and the span of ΔP_i.
+
+    If the span of ΔP_i contains less than half of a bin, the measurements represent only the part of the bin
+    that is near this span.
+    """
+    low_kpa, high_kpa = baseline_span_kpa
+    uncovered = uncovered_bins(low_kpa, high_kpa)
+    near_kpa = (low_kpa - NEAR_KPA, high_kpa + NEAR_KPA)
+
+    def covered(index: int, rises_kpa: RiseSpan) -> CoveredSpan | None:
+        begin, end = BIN_EDGES_KPA[index : index + 2]
+        if rises_kpa is None or max(begin, low_kpa) > min(end, high_kpa):
+            return None
+        return CoveredSpan(rises_kpa, near_kpa) if index in uncovered else CoveredSpan(rises_kpa)
+
+    first, second, third, fourth, fifth = (covered(*numbered) for numbered in enumerate(rise_spans_kpa))
     return first, second, third, fourth, fifth
 
 
-def contains_rise(spans: RiseSpans, baseline_kpa: float, rise_kpa: float) -> bool:
-    """Return True if the span of the pressure bin of ΔP_i contains the rise."""
+def are_covered(spans: CoveredSpans, baseline_kpa: float, rise_kpa: float) -> bool:
+    """Return True if the span of the pressure bin of ΔP_i contains ΔP_i and the rise."""
     span = spans[pressure_bin_index(baseline_kpa)]
-    return span is not None and span[0] <= rise_kpa <= span[1]
+    if span is None:
+        return False
+    (low_kpa, high_kpa), (rise_low_kpa, rise_high_kpa) = span.baseline_span_kpa, span.rise_span_kpa
+    return low_kpa <= baseline_kpa <= high_kpa and rise_low_kpa <= rise_kpa <= rise_high_kpa

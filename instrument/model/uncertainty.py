@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from pneuforce.instrument.model.derivatives import ContactDifferentiator
-from pneuforce.instrument.model.pressure_bins import RiseSpans, contains_rise, pressure_bin_index
+from pneuforce.instrument.model.pressure_bins import CoveredSpans, are_covered, pressure_bin_index
 
 #: Standard uncertainty of an input that is anywhere in a range and dominates the uncertainty, as a share of
 #: the width of the range. It is chosen so that ±2u contains 95 % of the range. (The standard deviation of a
@@ -80,11 +80,11 @@ class BinUncertainty:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelUncertainty(BinUncertainty):
-    """Standard uncertainty of the force law itself, which may depend on the rise."""
+    """Standard uncertainty of the force law itself, which may be larger outside `covered` pressures."""
 
-    #: Uncertainty at a rise outside `rise_spans`. None: the values above apply to each rise.
+    #: Uncertainty outside the `covered` pressures. None: the values above apply to all pressures.
     outside: BinUncertainty | None = None
-    rise_spans: RiseSpans | None = None
+    covered: CoveredSpans = (None, None, None, None, None)
 
     @classmethod
     def constant(cls, relative_std: float, absolute_std_n: float = 0.0) -> ModelUncertainty:
@@ -93,21 +93,21 @@ class ModelUncertainty(BinUncertainty):
         absolute_n = (absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n, absolute_std_n)
         return cls(relative_stds=relative, absolute_stds_n=absolute_n)
 
-    def within(self, rise_spans: RiseSpans, before: BinUncertainty) -> ModelUncertainty:
-        """Return this uncertainty for the rises in the span of each pressure bin.
+    def within(self, covered: CoveredSpans, before: BinUncertainty) -> ModelUncertainty:
+        """Return this uncertainty for the covered pressures.
 
-        At another rise, it is the root of the sum of squares with the uncertainty `before`.
+        At other pressures, it is the root of the sum of squares with the uncertainty `before`.
         """
         outside = BinUncertainty(
             relative_stds=_joined(self.relative_stds, before.relative_stds),
             absolute_stds_n=_joined(self.absolute_stds_n, before.absolute_stds_n),
         )
-        return replace(self, outside=outside, rise_spans=rise_spans)
+        return replace(self, outside=outside, covered=covered)
 
     def std_n(self, force_n: float, baseline_kpa: float, rise_kpa: float) -> float:
         """Return the standard uncertainty [N] of a force at ΔP_i and at a rise."""
         values: BinUncertainty = self
-        if self.outside and self.rise_spans and not contains_rise(self.rise_spans, baseline_kpa, rise_kpa):
+        if self.outside and not are_covered(self.covered, baseline_kpa, rise_kpa):
             values = self.outside
         return math.hypot(force_n * values.relative_std(baseline_kpa), values.absolute_std_n(baseline_kpa))
 

@@ -12,6 +12,7 @@ from pneuforce.instrument.calibration.apply import apply_calibration, force_cond
 from pneuforce.instrument.calibration.contacts import parse_contacts, read_contacts
 from pneuforce.instrument.calibration.force import fit_force
 from pneuforce.instrument.calibration.parts import force_part
+from pneuforce.instrument.calibration.plausibility import warnings_about
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw
 from pneuforce.instrument.model.pressure_bins import pressure_bin_indices
@@ -63,11 +64,28 @@ def test_outside_the_contacts_the_errors_of_the_inputs_count_again():
 @cache
 def example_calibration(added=""):
     """Return the contacts of the example, and the settings that are calibrated with them."""
-    points = parse_contacts(EXAMPLE.read_bytes() + added.encode(), "contacts.csv")
+    return calibrated_with(EXAMPLE.read_bytes() + added.encode())
+
+
+def calibrated_with(content):
+    """Return the contacts of a table, and the settings that are calibrated with them."""
+    points = parse_contacts(content, "contacts.csv")
     before = ChainSettings()
     found = fit_force(read_contacts(points, before), before)
     part = force_part(found, [], points, before, date(2026, 1, 1))
     return found.contacts, apply_calibration(before, file.empty(0).model_copy(update={"force": part}))
+
+
+def contacts_at(setpoint_kpa):
+    """Return a table of contacts within 0.03 kPa of a setpoint, on a balloon with 0.8 of the force."""
+    lines = ["baseline_kpa,final_kpa,force_n,force_std_n"]
+    for number in range(12):
+        baseline_kpa = setpoint_kpa + 0.03 * (number % 3 - 1)
+        final_kpa = baseline_kpa + 0.4 * 1.2**number
+        law_n = ChainSettings().force_model.estimate(baseline_kpa, final_kpa).force_n
+        force_n = 0.8 * law_n * (1 + 0.01 * (-1) ** number)
+        lines.append(f"{baseline_kpa:.5f},{final_kpa:.5f},{force_n:.5f},0.01")
+    return "\n".join(lines).encode()
 
 
 def test_above_the_forces_of_its_contacts_the_uncertainty_is_that_before_the_calibration():
@@ -79,6 +97,14 @@ def test_above_the_forces_of_its_contacts_the_uncertainty_is_that_before_the_cal
     assert std_n(after, 11.0, 3.84873) >= std_n(ChainSettings(), 11.0, 3.84873)
     assert std_n(after, 11.0, 2.0) < 0.5 * std_n(ChainSettings(), 11.0, 2.0)
     assert std_n(after, 7.6, 3.84873) < 0.7 * std_n(ChainSettings(), 7.6, 3.84873)
+
+
+def test_contacts_at_one_setpoint_calibrate_the_force_near_this_setpoint_only():
+    before, (_, after) = ChainSettings(), calibrated_with(contacts_at(8.0))
+    assert all(std_n(after, kpa, 2.0) < 0.2 * std_n(before, kpa, 2.0) for kpa in (7.9, 8.0, 8.1))
+    assert all(std_n(after, kpa, 2.0) >= std_n(before, kpa, 2.0) for kpa in (5.5, 7.6, 7.8, 8.2, 8.8, 11.0))
+    (warning,) = warnings_about(file.empty(0), after, date(2026, 1, 1))
+    assert "of 4.95–6.25, 6.25–7.55, 7.55–8.85 (but 7.87–8.13), 8.85–10.15, 10.15–11.45 kPa" in warning
 
 
 @pytest.mark.parametrize("added", ["", "9.30001,12.4567891234567,2.9,0.01\n"])
