@@ -135,6 +135,33 @@ def press(
 
 
 @commands.command()
+def truth(
+    seconds: Annotated[
+        float | None, typer.Option(help="Duration in s; by default until Ctrl-C.", min=0.0)
+    ] = None,
+    every: Annotated[
+        int,
+        typer.Option(help="Print every n-th sample; the rig sends 500 samples per second.", min=1, max=500),
+    ] = 5,
+    link: Link = DEFAULT_LINK,
+    control_port: ControlPort = None,
+    as_json: Json = False,
+) -> None:
+    """Print the true values of a running simulator as CSV, or with --json as one object per line.
+
+    The column force_n is the force that a perfect reference sensor would measure.
+    The file can therefore be the --reference of calibrate contacts, evaluate, export and plot.
+    t_s is the time since the start of the simulator.
+
+    Example: pneuforce sim truth --seconds 60 > cell.csv
+    """
+    from pneuforce.instrument.cli.sim_fault import control_port_of
+    from pneuforce.instrument.cli.sim_truth import print_truth
+
+    print_truth(control_port or control_port_of(link), every, seconds, as_json)
+
+
+@commands.command()
 def fault(
     name: Annotated[
         str | None, typer.Argument(help="Name of the fault; without a name, the active faults are listed.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pneuforce.errors import RigError
@@ -50,6 +50,20 @@ class SimulatorClient:
         """
         return self._first_answer({"truth": 1})
 
+    def truths(self, every: int, wait_s: float) -> Iterator[dict[str, Any] | None]:
+        """Yield the true state of every `every`-th sample, and None after each `wait_s` without a sample.
+
+        Raises SimulatorRequestError for an invalid `every`, and SimulatorNotResponding if no simulator
+        answers, or at the end of the simulator.
+        """
+        try:
+            with socket.create_connection(("127.0.0.1", self.port), ANSWER_TIMEOUT_S) as connection:
+                connection.sendall(json.dumps({"truth": every}).encode() + b"\n")
+                connection.settimeout(wait_s)
+                yield from _received_objects(connection)
+        except (OSError, ValueError):
+            raise SimulatorNotResponding(self.port) from None
+
     def _first_answer(self, *requests: Mapping[str, Any]) -> dict[str, Any]:
         """Send the requests and return the first line of the answer."""
         try:
@@ -61,3 +75,26 @@ class SimulatorClient:
         if "error" in answer:
             raise SimulatorRequestError(answer["error"])
         return answer
+
+
+def _received_objects(connection: socket.socket) -> Iterator[dict[str, Any] | None]:
+    """Yield each JSON object that is received, and None after a timeout of the connection.
+
+    Raises SimulatorRequestError for an error, ConnectionError at the end of the connection, and ValueError
+    for a line that is not JSON.
+    """
+    received = b""
+    while True:
+        try:
+            data = connection.recv(1 << 16)
+        except TimeoutError:
+            yield None
+            continue
+        if not data:
+            raise ConnectionError("the simulator has closed the connection")
+        *lines, received = (received + data).split(b"\n")
+        for line in lines:
+            answer = json.loads(line)
+            if "error" in answer:
+                raise SimulatorRequestError(answer["error"])
+            yield answer

@@ -1,5 +1,6 @@
 """Tests of commands as a user types them: output, exit codes and error messages."""
 
+import csv
 import json
 import os
 import re
@@ -417,6 +418,10 @@ def test_a_hold_is_shown_changed_pressed_and_ended_by_a_vent(shared_stack, opera
         assert shared_stack.plc().read()["setpoint"] == pytest.approx(2.1)
         assert pneuforce("press", "0.2", "--control", control).returncode == ExitCode.DONE
         wait_for(SimulatorClient(control).truth, lambda truth: truth["applied_n"] == 0.2)
+        table = pneuforce("sim", "truth", "--seconds", "0.3", "--every", "10", "--control", control).stdout
+        rows = list(csv.DictReader(table.splitlines()))
+        assert {row["applied_n"] for row in rows} == {"0.2"}
+        assert {int(row["sample"]) % 10 for row in rows} == {0}
         assert pneuforce("sim", "press", "--release", "--control", control).returncode == ExitCode.DONE
         unconfirmed = operate("vent", "--timeout", "0", "--json")
         assert unconfirmed.returncode == ExitCode.VENT_NOT_CONFIRMED

@@ -10,6 +10,7 @@ from threading import Timer
 
 import pytest
 
+from pneuforce.registers.modbus.client import ModbusClient
 from tests.system.test_demo import Demo
 from tests.system.waiting import wait_for
 from tests.tools import needs
@@ -42,6 +43,7 @@ READ = re.compile(r"\[(\d+)\]:\s+(\d+)")
 FORCE = re.compile(r"-?\d\.\d{3} ± \d\.\d{3} N(, no contact)?\n")
 #: Commands that run until they are stopped, that run for some seconds, and that read a recording.
 ENDLESS = re.compile(r"pneuforce (run|sim run)\b")
+FAULT = re.compile(r"pneuforce sim fault\b")  # `test_the_lost_rig_of_the_plc_guide` executes these lines
 LASTING = re.compile(r"pneuforce (watch|record)\b")
 ON_RECORDING = re.compile(r"pneuforce (replay|plot|export)\b")
 #: The virtual serial line of the PLC guide has its own test.
@@ -117,7 +119,7 @@ def test_the_documents_have_commands():
 @pytest.mark.parametrize("name", [name for name, text in DOCUMENTS.items() if pneuforce_lines(text)])
 def test_every_pneuforce_command_runs(demo, tmp_path, name):
     lines = [line for line in pneuforce_lines(DOCUMENTS[name]) if SERIAL_LINE not in line]
-    lines = [line for line in lines if not ENDLESS.search(line)]
+    lines = [line for line in lines if not ENDLESS.search(line) and not FAULT.search(line)]
     lasting = [line for line in lines if LASTING.search(line)]
     on_recording = [line for line in lines if ON_RECORDING.search(line)]
     running = [(line, begin(line, demo, tmp_path)) for line in lasting]  # these run in parallel to the others
@@ -164,6 +166,28 @@ def test_the_virtual_serial_line_of_the_plc_guide(demo, tmp_path):
             command = shlex.split(adapted(local(watch), demo, tmp_path))
             done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True)
     assert "sample_age" in done.stdout
+
+
+def test_the_lost_rig_of_the_plc_guide(tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    pull, plug = [line for line in pneuforce_lines(DOCUMENTS["plc"]) if FAULT.search(line)]
+    lost_rig = Demo("--seconds", "60")
+    try:
+        lost_rig.until_holding()
+        port = next(
+            found[1]
+            for line in lost_rig.process.stdout
+            if (found := re.search(r"control port of the simulator: (\d+)", line))
+        )
+        with ModbusClient.connect(port=lost_rig.modbus_port) as plc:
+            for line, state, fault in ((pull, "tripped", 34), (plug, "holding", 0)):
+                local = adapted(re.sub(r"(--control-port) \d+", rf"\1 {port}", line), lost_rig, tmp_path)
+                subprocess.run(shlex.split(local), check=True, timeout=30)
+                wait_for(plc.read, lambda v, state=state: v["state"] == state)
+                assert plc.read_all()["first_out_fault"] == fault
+    finally:
+        lost_rig.process.kill()
+        lost_rig.process.communicate()
 
 
 def test_the_python_program_prints_forces(demo, tmp_path):

@@ -34,6 +34,7 @@ KEYS = ["ok", "code", "exit_code", "message", "reason", "remedy", "fault"]
         ("new-balloon 65536", ExitCode.USAGE),
         ("press 1 --control 1", ExitCode.UNAVAILABLE),
         ("sim fault leak --control 1", ExitCode.UNAVAILABLE),
+        ("sim truth --control 1", ExitCode.UNAVAILABLE),
         ("watch modbus --port 1", ExitCode.UNAVAILABLE),
         ("record a.recording --socket missing.sock", ExitCode.UNAVAILABLE),
         ("status --baud 9600", ExitCode.USAGE),
