@@ -27,7 +27,7 @@ def read_aligned(recording: Recording, given: ReferenceInput) -> tuple[PressureC
     reference = read(given.file, given.columns)
     course = PressureCourse(tube_time_constant_of(recording.metadata))
     course.add_samples(_relative_samples(recording))
-    return course, align_reference(reference, given, course)
+    return course, align_reference(reference, given, course, recording.begin_utc_s)
 
 
 def _relative_samples(recording: Recording) -> Iterator[SampleRecord]:

@@ -150,8 +150,8 @@ def truth(
     """Print the true values of a running simulator as CSV, or with --json as one object per line.
 
     The column force_n is the force that a perfect reference sensor would measure.
-    The file can therefore be the --reference of calibrate contacts, evaluate, export and plot.
-    t_s is the time since the start of the simulator.
+    The file can therefore be the --reference of calibrate contacts, evaluate, export and plot,
+    with --time-column utc_s.
 
     Example: pneuforce sim truth --seconds 60 > cell.csv
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import sys
+import time
 
 from pneuforce.instrument.cli.output import json_line, print_line, stop_after
 from pneuforce.sim.server.client import SimulatorClient
@@ -13,6 +14,8 @@ WAIT_S = 0.5  #: longest time without a sample before the stop signal is checked
 
 def print_truth(control_port: int, every: int, seconds: float | None, as_json: bool) -> None:
     """Print the true values of every `every`-th sample as CSV, or as one JSON object per line.
+
+    `utc_s` is the time of this computer at which the values arrived, in seconds since 1970.
 
     Ends at Ctrl-C, or after `seconds`. Raises SimulatorNotResponding if no simulator answers, and at the
     end of the simulator, SimulatorRequestError for an invalid `every`.
@@ -25,11 +28,12 @@ def print_truth(control_port: int, every: int, seconds: float | None, as_json: b
             return
         if truth is None:
             continue
+        values = {"utc_s": round(time.time(), 3)} | truth
         if as_json:
-            print_line(json_line(truth))
+            print_line(json_line(values))
             continue
         if is_first:
-            table.writerow(truth)
+            table.writerow(values)
             is_first = False
-        table.writerow(format(value, ".9g") for value in truth.values())
+        table.writerow(values.values())
         sys.stdout.flush()

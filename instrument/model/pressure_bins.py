@@ -52,6 +52,8 @@ def pressure_bin_index(baseline_kpa: float) -> int:
 
 #: Largest distance between two near ΔP_i [kPa]. The board holds a setpoint within 0.1 kPa.
 NEAR_KPA = 0.1
+#: Largest ratio of two near rises. Noise and creep change the rise of a repeated contact by less than this.
+NEAR_RATIO = 1.02
 
 
 class CoveredSpan(NamedTuple):
@@ -73,8 +75,8 @@ RiseSpans = tuple[RiseSpan, RiseSpan, RiseSpan, RiseSpan, RiseSpan]
 def covered_spans(rise_spans_kpa: RiseSpans, baseline_span_kpa: tuple[float, float]) -> CoveredSpans:
     """Return the pressures that measurements represent, from their rises in each bin and the span of ΔP_i.
 
-    If the span of ΔP_i contains less than half of a bin, the measurements represent only the part of the bin
-    that is near this span.
+    They represent rises that are near those of the bin. If the span of ΔP_i contains less than half of a
+    bin, they represent only the part of the bin that is near this span.
     """
     low_kpa, high_kpa = baseline_span_kpa
     uncovered = uncovered_bins(low_kpa, high_kpa)
@@ -84,7 +86,8 @@ def covered_spans(rise_spans_kpa: RiseSpans, baseline_span_kpa: tuple[float, flo
         begin, end = BIN_EDGES_KPA[index : index + 2]
         if rises_kpa is None or max(begin, low_kpa) > min(end, high_kpa):
             return None
-        return CoveredSpan(rises_kpa, near_kpa) if index in uncovered else CoveredSpan(rises_kpa)
+        near_rises_kpa = (rises_kpa[0] / NEAR_RATIO, rises_kpa[1] * NEAR_RATIO)
+        return CoveredSpan(near_rises_kpa, near_kpa) if index in uncovered else CoveredSpan(near_rises_kpa)
 
     first, second, third, fourth, fifth = (covered(*numbered) for numbered in enumerate(rise_spans_kpa))
     return first, second, third, fourth, fifth

@@ -20,6 +20,8 @@ MIN_OVERLAP = 0.5
 MIN_CORRELATION, MIN_DIFFERENCE = 0.7, 0.05
 #: Offsets within this time around the best offset belong to the same maximum of the correlation.
 SAME_MAXIMUM_S = 1.0
+#: Largest error of a clock offset that is known from the times of two computers.
+MAX_CLOCK_ERROR_S = 2.0
 
 
 class Signal(NamedTuple):
@@ -36,8 +38,10 @@ class ClockOffset(NamedTuple):
     correlation: float  #: NaN if the signals have too little in common
 
 
-def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
+def estimate_offset(recorded: Signal, reference: Signal, expected_s: float = math.nan) -> ClockOffset:
     """Return the offset at which the pressure rise and the reference force have the highest correlation.
+
+    If the signals resemble each other at an offset within 2 s of `expected_s`, only these offsets count.
 
     Raises ConfigurationError if the signals do not resemble each other, if several offsets fit, or if a
     signal is too long.
@@ -49,6 +53,10 @@ def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
         )
     pressure, force = _on_grid(recorded), _on_grid(reference)
     correlation = _correlations(pressure, force)
+    first_s = float(recorded.t_s[0] - reference.t_s[0]) - (len(force) - 1) * STEP_S
+    is_near = np.abs(first_s + np.arange(len(correlation)) * STEP_S - expected_s) <= MAX_CLOCK_ERROR_S
+    if _greatest(correlation[is_near]) >= MIN_CORRELATION:
+        correlation[~is_near] = np.nan
     best = int(np.nanargmax(correlation)) if np.isfinite(correlation).any() else 0
     highest = float(correlation[best])
     if not highest >= MIN_CORRELATION and _greatest(-correlation) >= MIN_CORRELATION:
@@ -68,8 +76,7 @@ def estimate_offset(recorded: Signal, reference: Signal) -> ClockOffset:
             "the clock offset is ambiguous: the presses are so regular that several offsets fit "
             f"(correlations {highest:.2f} and {second:.2f}); give --offset"
         )
-    lag = best - (len(force) - 1) + _vertex(correlation[best - 1 : best + 2])
-    return ClockOffset(float(recorded.t_s[0] - reference.t_s[0] + lag * STEP_S), highest)
+    return ClockOffset(first_s + (best + _vertex(correlation[best - 1 : best + 2])) * STEP_S, highest)
 
 
 def correlation_at(offset_s: float, recorded: Signal, reference: Signal) -> float:

@@ -23,6 +23,9 @@ from pneuforce.instrument.validation.reference_checks import (
 from pneuforce.instrument.validation.reference_pairs import PressureCourse
 from pneuforce.support.columns import Points
 
+#: Times of a reference from this time on are seconds since 1970. No other clock has run for 30 years.
+FIRST_UTC_S = 1e9
+
 
 class ReferenceInput(NamedTuple):
     """File of a reference force, and how to read the file."""
@@ -74,13 +77,19 @@ class AlignedReference(NamedTuple):
         }
 
 
-def align_reference(reference: Points, given: ReferenceInput, course: PressureCourse) -> AlignedReference:
+def align_reference(
+    reference: Points, given: ReferenceInput, course: PressureCourse, begin_utc_s: float = math.nan
+) -> AlignedReference:
     """Return the reference force on the clock of the recording, in which the contacts of `course` are.
+
+    If the times of the reference are seconds since 1970, and the recording began at `begin_utc_s`, offsets
+    near the difference of these clocks are preferred.
 
     Raises ConfigurationError if the clock offset is not given and cannot be estimated.
     """
     signal = Signal(reference["t_s"], reference["force_n"])
-    offset = _clock_offset(signal, given.offset_s, course)
+    has_utc = signal.t_s[0] >= FIRST_UTC_S
+    offset = _clock_offset(signal, given.offset_s, course, -begin_utc_s if has_utc else math.nan)
     at_recording = Signal(signal.t_s + offset.offset_s, signal.value)
     free_n = course.free_force_n(at_recording)
     zero_n = free_n if given.tare and math.isfinite(free_n) else 0.0
@@ -93,7 +102,9 @@ def align_reference(reference: Points, given: ReferenceInput, course: PressureCo
     return AlignedReference(force, offset, given.offset_s is not None, free_n, given.tare, known, is_doubtful)
 
 
-def _clock_offset(signal: Signal, given_s: float | None, course: PressureCourse) -> ClockOffset:
+def _clock_offset(
+    signal: Signal, given_s: float | None, course: PressureCourse, expected_s: float
+) -> ClockOffset:
     """Return the given or the estimated offset of a reference force."""
     if given_s is not None:
         known = len(course.t_s) > 0
@@ -102,4 +113,4 @@ def _clock_offset(signal: Signal, given_s: float | None, course: PressureCourse)
         raise ConfigurationError(
             "the clock offset cannot be estimated, because the recording contains no contact: give --offset"
         )
-    return estimate_offset(course.signal, signal)
+    return estimate_offset(course.signal, signal, expected_s)

@@ -102,7 +102,8 @@ def test_above_the_forces_of_its_contacts_the_uncertainty_is_that_before_the_cal
 def test_contacts_at_one_setpoint_calibrate_the_force_near_this_setpoint_only():
     before, (_, after) = ChainSettings(), calibrated_with(contacts_at(8.0))
     assert all(std_n(after, kpa, 2.0) < 0.2 * std_n(before, kpa, 2.0) for kpa in (7.9, 8.0, 8.1))
-    assert all(std_n(after, kpa, 2.0) >= std_n(before, kpa, 2.0) for kpa in (5.5, 7.6, 7.8, 8.2, 8.8, 11.0))
+    elsewhere_kpa = (5.5, 7.6, 7.8, 8.2, 8.8, 11.0)  # the force and its uncertainty are 0.8 of those before
+    assert all(std_n(after, kpa, 2.0) >= 0.79 * std_n(before, kpa, 2.0) for kpa in elsewhere_kpa)
     (warning,) = warnings_about(file.empty(0), after, date(2026, 1, 1))
     assert "of 4.95–6.25, 6.25–7.55, 7.55–8.85 (but 7.87–8.13), 8.85–10.15, 10.15–11.45 kPa" in warning
 
@@ -114,7 +115,7 @@ def test_the_largest_and_the_smallest_contact_of_each_bin_are_inside_the_calibra
     bins = pressure_bin_indices(contacts.baseline_kpa)
     for index in range(5):
         in_bin = contacts.select(bins == index)
-        for row, step in ((in_bin.rise_kpa.argmax(), 1.001), (in_bin.rise_kpa.argmin(), 0.999)):
+        for row, step in ((in_bin.rise_kpa.argmax(), 1.021), (in_bin.rise_kpa.argmin(), 0.979)):
             baseline_kpa, rise_kpa = float(in_bin.baseline_kpa[row]), float(in_bin.rise_kpa[row])
             assert after.correction.covers(rise_kpa, baseline_kpa)
             inside_n = after.model_uncertainty.std_n(1.0, baseline_kpa, rise_kpa)

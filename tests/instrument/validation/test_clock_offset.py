@@ -68,6 +68,19 @@ def test_equal_presses_at_equal_times_are_ambiguous():
         estimate_offset(regular, regular)
 
 
+@pytest.mark.parametrize("error_s", [-1.5, 0.0, 1.2])
+def test_the_clocks_of_two_computers_decide_between_several_offsets(error_s):
+    regular = presses((4.0,) * 6, heights=(1.0,) * 6)
+    found = estimate_offset(regular, regular, error_s)
+    assert found.offset_s == pytest.approx(0.0, abs=0.005)
+
+
+def test_a_clock_with_a_wrong_time_does_not_prevent_the_estimate():
+    recorded = presses(PAUSES_S)
+    found = estimate_offset(recorded, presses(PAUSES_S, 1.7e9), -1.7e9 + 3600.0)
+    assert found.offset_s == pytest.approx(-1.7e9, abs=0.005)
+
+
 def test_the_offset_of_a_very_long_recording_must_be_given():
     """A file with a wrong time would otherwise need any amount of memory."""
     far = Signal(np.array([0.0, 1e10]), np.array([0.0, 1.0]))
