@@ -59,7 +59,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
         "Check the gas supply and its regulator, the orifice, the inlet valve and its relay. Then clear.",
     ),
     8: Advice(
-        "The pressure rose while the rig was vented: the inlet valve does not close.",
+        "The pressure rose while the rig was vented: the inlet valve does not close, or something presses "
+        "the balloon.",
         "Shut off the gas. Check the inlet valve and its relay. Clear when the rig is vented.",
     ),
     9: Advice(

@@ -36,7 +36,7 @@ FAULT_TITLES: Mapping[int, str] = {
     5: "burst",
     6: "balloon past its limit point",
     7: "no gas flows in",
-    8: "inlet valve does not close",
+    8: "pressure rises while vented",
     9: "vent valve stuck",
     10: "tube blocked",
     11: "leak",
