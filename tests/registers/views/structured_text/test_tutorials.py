@@ -114,6 +114,19 @@ class TestWithTheInstrument:
         assert (round(min(gaps_s), 2), round(max(gaps_s), 2)) == (0.06, 0.09)
         assert "60 to 90 ms" in (FOLDER / tutorial.file).read_text(encoding="utf-8")
 
+    def test_a_withdrawn_inflation_is_not_sent_later_than_two_cycles(self, tutorial):
+        late_s = []
+        for cycles in range(5, 18):
+            plc = Controller(tutorial).run(1.0)
+            plc.program["Inflate"] = 1
+            for _ in range(30 + cycles):
+                plc.cycle()
+            sent, withdrawn_s = len(plc.written), plc.harness.now_s
+            plc.run(0.1, Inflate=0)
+            late_s += [t_s - withdrawn_s for t_s, *write in plc.written[sent:] if write == [516, 1]]
+        assert late_s
+        assert max(late_s) <= 0.021
+
     def test_a_pulled_cable_makes_the_force_invalid_and_requests_no_inflation_afterwards(self, tutorial):
         plc = Controller(tutorial).run(1.0).run(3.0, Inflate=1)
         assert plc.program["MayPush"] == 1
