@@ -19,6 +19,7 @@ from pneuforce.mqtt.instrument_link import InstrumentLink
 from pneuforce.mqtt.publisher import Publisher, PublisherSettings
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
 from pneuforce.support.priority import reduce_priority
+from pneuforce.support.together import run_together
 
 HEARTBEAT_PERIOD_S = 1.0
 #: Limit of the memory. A message that is too long ends the connection. Without this limit, the message could
@@ -30,9 +31,7 @@ NICENESS = 5  #: reduces the priority, so that the host process runs first on a 
 async def publish(publisher: Publisher, socket: Path, address: str) -> None:
     """Publish the values of the instrument at a local socket until cancelled."""
     link = InstrumentLink(socket, address, publisher)
-    async with asyncio.TaskGroup() as group:
-        for work in (link.run(), publisher.run(), _execute_vents(publisher, link)):
-            group.create_task(work)
+    await run_together(link.run(), publisher.run(), _execute_vents(publisher, link))
 
 
 async def _execute_vents(publisher: Publisher, link: InstrumentLink) -> None:

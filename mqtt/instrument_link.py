@@ -74,11 +74,13 @@ class InstrumentLink:
         if self._writer is None:
             return NOT_CONNECTED
         number = next(self._numbers)
-        answer = self._answers[number] = asyncio.get_running_loop().create_future()
+        answer: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        self._answers[number] = answer
         request = {"id": number, "address": self._address, "values": {"mode": "vent"}}
         try:
             self._writer.write(encode(json_entry(EntryKind.REQUEST, time.monotonic(), request)))
-            return await asyncio.wait_for(answer, ANSWER_TIMEOUT_S)
+            async with asyncio.timeout(ANSWER_TIMEOUT_S):
+                return await answer
         except TimeoutError:
             return NO_ANSWER
         finally:
@@ -91,7 +93,7 @@ class InstrumentLink:
             self._writer = writer
             decoder = EntryDecoder()
             silent_since_s = time.monotonic()
-            while data := await asyncio.wait_for(reader.read(READ_BYTES), SILENCE_S):
+            while data := await _read(reader):
                 for entry in decoder.feed(data):
                     if self._process(entry):
                         silent_since_s = time.monotonic()
@@ -116,3 +118,12 @@ class InstrumentLink:
         if pending is not None and not pending.done():
             reason = answer["reject_reason"]
             pending.set_result(ACCEPTED if reason == "none" else f"rejected: {reason}")
+
+
+async def _read(reader: asyncio.StreamReader) -> bytes:
+    """Return received bytes, empty at the end of the connection. Raises TimeoutError.
+
+    `asyncio.wait_for` of Python 3.11 would ignore the end of the process if bytes arrive at the same time.
+    """
+    async with asyncio.timeout(SILENCE_S):
+        return await reader.read(READ_BYTES)

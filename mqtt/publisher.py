@@ -21,6 +21,7 @@ from pneuforce.registers.sparkplug import Reading, values_of
 from pneuforce.support.backoff import Backoff
 from pneuforce.support.client_tls import client_context
 from pneuforce.support.throttle import RateLimitedLogger
+from pneuforce.support.together import run_together
 
 log = logging.getLogger("pneuforce.mqtt")
 client_log = logging.getLogger("pneuforce.mqtt.client")
@@ -168,15 +169,9 @@ class Publisher:
         if not await self._subscribe_to_commands(client):
             self._warn("the broker does not permit the edge node to receive commands: a vent by MQTT fails")
         self._connected(session)
-        tasks = [asyncio.create_task(work) for work in (self._receive(client), self._send(client, session))]
         try:
-            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            for task in done:
-                task.result()
+            await run_together(self._receive(client), self._send(client, session))
         finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
             self.outbox.disconnected()
             await self._publish_death(client, session)
 
