@@ -76,11 +76,16 @@ def test_an_operator_sets_the_alarm_limit(page, live):
 
 
 FORCE_PLOT = "#force-plot .u-over"
-VALUES = re.compile(r"(\d\d:\d\d:\d\d\.\d\d)\s+(\S+) ± (\S+) N \(2 u\)\s+(\S+) kPa\s+(.+)")
+VALUES = re.compile(
+    r"(\d\d:\d\d:\d\d\.\d\d)\s+(?:(\S+) ± (\S+) N \(2 u\)|< \S+ N, touch only)\s+(\S+) kPa\s+(.+)"
+)
 
 
 def values_at_pointer(page):
-    """Return the texts at the pointer: time, force, 2 u, pressure, state; None while there is no value."""
+    """Return the texts at the pointer: time, force, 2 u, pressure, state; None while there is no value.
+
+    Below the lower limit of the force, the texts of the force and of 2 u are None.
+    """
     found = VALUES.match(page.text("#plot-values"))
     return found and found.groups()
 
@@ -119,7 +124,7 @@ def test_the_values_at_the_pointer(paused):
         found.append(values_at_pointer(paused))
     found = [each for each in found if each]
     assert len(found) > 10
-    in_contact = [float(force) for _, force, _, _, state in found if state == "holding, in contact"]
+    in_contact = [float(force) for _, force, _, _, state in found if force and state == "holding, in contact"]
     assert max(in_contact) == pytest.approx(2.0, rel=0.2)
     held = [float(pressure) for *_, pressure, state in found if state == "holding"]
     assert held[-1] == pytest.approx(8.0, abs=0.2)
