@@ -135,7 +135,9 @@ def test_each_unit_is_beside_its_number(shown, browser):
 
 def test_a_note_below_the_force_does_not_move_the_page(shown, browser):
     top = "document.querySelector('#plots').getBoundingClientRect().top + scrollY"
+    shown.set()
     shown.open()
+    browser.wait_for_text("#bar-state", "holding")
     for name, size in SIZES.items():
         browser("resize", **size)
         shown.set()
