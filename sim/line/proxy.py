@@ -13,7 +13,7 @@ from typing import Protocol, Self
 
 from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
 from pneuforce.sim.line.pty_link import PtyLink
-from pneuforce.support.readiness import readable
+from pneuforce.support.readiness import is_writable, readable
 from pneuforce.support.serial_port import SerialPort
 
 READ_BYTES = 4096
@@ -219,7 +219,8 @@ class _SerialEndpoint:
     def write(self, data: bytes) -> None:
         if self._port:
             with suppress(OSError):
-                self._port.write(data)
+                if is_writable(self._port.fileno(), 0.0):
+                    self._port.write(data)
 
     def close(self) -> None:
         port, self._port = self._port, None

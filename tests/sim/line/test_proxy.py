@@ -161,8 +161,13 @@ def test_over_a_noisy_serial_line_the_rig_holds_and_losses_are_counted(tmp_path)
 
 
 def test_a_serial_line_survives_a_board_that_reads_no_bytes_for_a_while():
+    def send(data):
+        # On a busy machine, the thread of the proxy can pause for longer than the time limit of a write.
+        with contextlib.suppress(TimeoutError):
+            host.write(data)
+
     def received():
-        host.write(b"there")
+        send(b"there")
         return b"therethere" in board.read()
 
     with (
@@ -171,7 +176,7 @@ def test_a_serial_line_survives_a_board_that_reads_no_bytes_for_a_while():
         contextlib.closing(SerialPort(proxy.port)) as host,
     ):
         for _ in range(100):
-            host.write(b"x" * 1000)
+            send(b"x" * 1000)
             time.sleep(0.005)
         assert eventually(received)
 
