@@ -57,8 +57,8 @@ REAL_TIME = [
 ]
 #: Tests in these folders that use virtual time.
 VIRTUAL_TIME = [
-    "tests/instrument/service/test_command_gaps.py",
-    "tests/instrument/service/test_web_libraries.py",
+    "tests/instrument/service/host/test_command_gaps.py",
+    "tests/instrument/service/processes/test_web_libraries.py",
     "tests/ros/test_diagnosis.py",
     "tests/ros/test_package.py",
     "tests/sim/line/test_line_noise.py",
@@ -73,18 +73,18 @@ VIRTUAL_TIME = [
     "tests/system/test_validate.py",
     "tests/system/test_validated_recording.py",
     "tests/teststand/test_demo_sequence.py",
-    "tests/web/test_admission.py",
+    "tests/web/server/test_admission.py",
     "tests/web/test_browser_feed.py",
     "tests/web/test_decimation.py",
     "tests/web/test_event_stream_places.py",
-    "tests/web/test_eviction.py",
-    "tests/web/test_http_requests.py",
+    "tests/web/server/test_eviction.py",
+    "tests/web/server/test_http_requests.py",
     "tests/web/test_metrics.py",
     "tests/web/test_operator_texts.py",
-    "tests/web/test_login_limiter.py",
-    "tests/web/test_request_pacer.py",
+    "tests/web/login/test_login_limiter.py",
+    "tests/web/server/test_request_pacer.py",
     "tests/web/test_request_guard.py",
-    "tests/web/test_sessions.py",
+    "tests/web/login/test_sessions.py",
     "tests/web/test_vendored_files.py",
 ]
 #: Files with a long run time. They run first, so that no process runs such a file alone at the end.

@@ -20,18 +20,18 @@ LIBRARY_USERS = {
     "google": {"mqtt/payload.py", "mqtt/schema.py"},
     "starlette": {
         "web/app.py",
-        "web/http_json.py",
-        "web/login.py",
+        "web/server/http_json.py",
+        "web/login/login.py",
         "web/login_routes.py",
         "web/overview/server.py",
         "web/plain_http.py",
         "web/plain_page.py",
         "web/recording_routes.py",
         "web/request_guard.py",
-        "web/request_pacer.py",
-        "web/web_server.py",
+        "web/server/request_pacer.py",
+        "web/server/web_server.py",
     },
-    "uvicorn": {"web/connection.py", "web/web_server.py"},
+    "uvicorn": {"web/server/connection.py", "web/server/web_server.py"},
     "serial": {"support/serial_port.py", "registers/modbus/rtu_port.py"},
 }
 

@@ -24,16 +24,16 @@ from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.tls_files import TlsFiles
 from pneuforce.web.app import WebServices, create_app
 from pneuforce.web.browser_feed import BrowserFeed
-from pneuforce.web.connection_limiter import ConnectionLimiter
 from pneuforce.web.event_stream import KEEP_ALIVE, EventBroadcaster
 from pneuforce.web.instrument_client import InstrumentClient
-from pneuforce.web.listener import open_listener
-from pneuforce.web.login import Logins
-from pneuforce.web.login_events import REPORT_PERIOD_S
+from pneuforce.web.login.login import Logins
+from pneuforce.web.login.login_events import REPORT_PERIOD_S
+from pneuforce.web.login.sessions import WebSessions
+from pneuforce.web.login.user_directory import UserDirectory
 from pneuforce.web.page_recorder import PageRecorder, RecordingFolder
-from pneuforce.web.sessions import WebSessions
-from pneuforce.web.user_directory import UserDirectory
-from pneuforce.web.web_server import WebServer, web_server
+from pneuforce.web.server.connection_limiter import ConnectionLimiter
+from pneuforce.web.server.listener import open_listener
+from pneuforce.web.server.web_server import WebServer, web_server
 
 BROADCAST_PERIOD_S = 0.05
 KEEP_ALIVE_PERIOD_S = 10.0

@@ -25,23 +25,11 @@ from pneuforce.support.rejected_write import describe_write
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.web.browser_feed import BrowserFeed
-from pneuforce.web.client_network import client_network
-from pneuforce.web.connection_limiter import ClientAddress, ConnectionLimiter
 from pneuforce.web.event_stream import MAX_STREAMS, EventBroadcaster, EventStream, StreamOwner
-from pneuforce.web.http_json import (
-    VENT,
-    VENT_PATH,
-    HttpRequestError,
-    error_response,
-    json_response,
-    parse_seen_s,
-    parse_values,
-    read_json_object,
-)
 from pneuforce.web.inspector import can_frames, register_blocks
 from pneuforce.web.instrument_client import InstrumentClient, InstrumentUnavailable
 from pneuforce.web.instrument_info import instrument_info
-from pneuforce.web.login import Logins
+from pneuforce.web.login.login import Logins
 from pneuforce.web.login_routes import LoginRoutes
 from pneuforce.web.metrics import metrics_text, reading_of
 from pneuforce.web.operator_texts import REJECT_TEXTS
@@ -58,7 +46,19 @@ from pneuforce.web.plain_page import (
 )
 from pneuforce.web.recording_routes import RecordingRoutes
 from pneuforce.web.request_guard import RequestGuard
-from pneuforce.web.request_pacer import RequestPacer
+from pneuforce.web.server.client_network import client_network
+from pneuforce.web.server.connection_limiter import ClientAddress, ConnectionLimiter
+from pneuforce.web.server.http_json import (
+    VENT,
+    VENT_PATH,
+    HttpRequestError,
+    error_response,
+    json_response,
+    parse_seen_s,
+    parse_values,
+    read_json_object,
+)
+from pneuforce.web.server.request_pacer import RequestPacer
 
 STATIC = Path(__file__).parent / "static"
 VENT_UNCONFIRMED = "Press the stop switch at the rig, or vent again."

@@ -7,7 +7,7 @@ from collections import Counter, deque
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
-from pneuforce.web.http_json import to_json
+from pneuforce.web.server.http_json import to_json
 
 MAX_STREAMS = 32
 #: A stream is closed for a new client only if its address has at least this number of streams more than the

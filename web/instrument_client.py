@@ -22,8 +22,8 @@ from pneuforce.instrument.stream.entry import (
 )
 from pneuforce.support.backoff import Backoff
 from pneuforce.web.browser_feed import BrowserFeed
-from pneuforce.web.http_json import VENT
-from pneuforce.web.login_events import LoginEvents
+from pneuforce.web.login.login_events import LoginEvents
+from pneuforce.web.server.http_json import VENT
 
 RECONNECT_FIRST_S = 0.1
 RECONNECT_MAX_S = 3.0

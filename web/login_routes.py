@@ -11,9 +11,9 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from pneuforce.instrument.users.password import MAX_CHARACTERS
-from pneuforce.web.http_json import HttpRequestError, json_response, read_json_object
 from pneuforce.web.instrument_client import InstrumentClient
-from pneuforce.web.login import Logins, facts_of
+from pneuforce.web.login.login import Logins, facts_of
+from pneuforce.web.server.http_json import HttpRequestError, json_response, read_json_object
 
 MAX_NAME_CHARACTERS = 64
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from starlette.responses import Response
 
-from pneuforce.web.http_json import VENT_PATH, error_response
+from pneuforce.web.server.http_json import VENT_PATH, error_response
 
 VENT_STATE_PATH = "/vent-state"
 REFRESH_S = 2

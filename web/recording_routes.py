@@ -7,9 +7,9 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from pneuforce.web.browser_feed import BrowserFeed
-from pneuforce.web.http_json import HttpRequestError, json_response
-from pneuforce.web.login import Logins
+from pneuforce.web.login.login import Logins
 from pneuforce.web.page_recorder import PageRecorder, RecordingRejected
+from pneuforce.web.server.http_json import HttpRequestError, json_response
 
 REPLAY = "A replay cannot be recorded. Copy the file of the recording that is replayed."
 

@@ -15,13 +15,13 @@ INTERRUPTED = 128 + signal.SIGINT
 def main() -> None:
     """Run the command line. An expected failure prints one sentence on stderr, or with --json a JSON object.
 
-    `pneuforce.instrument.cli.exit_codes` contains the exit codes. Ctrl-C exits with code 130 if the command
-    has not installed its own signal handler yet.
+    `pneuforce.instrument.cli.terminal.exit_codes` contains the exit codes. Ctrl-C exits with code 130 if the
+    command has not installed its own signal handler yet.
     """
     with _exit_at_once_on_interrupt():
         from pneuforce.errors import PneuforceError
         from pneuforce.instrument.cli.app import app
-        from pneuforce.instrument.cli.parsing import run
+        from pneuforce.instrument.cli.terminal.parsing import run
 
     try:
         try:
@@ -55,9 +55,9 @@ def _exit_at_once_on_interrupt() -> Iterator[None]:
 
 def _fail(error: Exception, message: str | None = None) -> None:
     """Report an error, and exit with its code. `message` replaces the sentence about the error."""
-    from pneuforce.instrument.cli.exit_codes import exit_code_of
-    from pneuforce.instrument.cli.failure import failure_text, failure_values
-    from pneuforce.instrument.cli.output import json_line
+    from pneuforce.instrument.cli.terminal.exit_codes import exit_code_of
+    from pneuforce.instrument.cli.terminal.failure import failure_text, failure_values
+    from pneuforce.instrument.cli.terminal.output import json_line
     from pneuforce.support.printable import printable
 
     code = exit_code_of(error)

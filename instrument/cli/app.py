@@ -8,24 +8,19 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli import (
-    calibrate_commands,
-    can_commands,
-    certificate_commands,
-    files,
-    log_commands,
-    model_commands,
-    operate_commands,
-    overview,
-    recording_commands,
-    rig_commands,
-    sign_commands,
-    sim_commands,
-    user_commands,
-    watch_command,
-)
-from pneuforce.instrument.cli.options import Json, RequireSignedBy, Seconds
-from pneuforce.instrument.cli.sim_commands import BoardName, BoardOption, ScenarioName, Seed
+from pneuforce.instrument.cli import files, overview
+from pneuforce.instrument.cli.access import certificate_commands, sign_commands, user_commands
+from pneuforce.instrument.cli.calibrate import commands as calibrate_commands
+from pneuforce.instrument.cli.log import commands as log_commands
+from pneuforce.instrument.cli.model import commands as model_commands
+from pneuforce.instrument.cli.operate import commands as operate_commands
+from pneuforce.instrument.cli.recordings import commands as recording_commands
+from pneuforce.instrument.cli.rig import commands as rig_commands
+from pneuforce.instrument.cli.sim import commands as sim_commands
+from pneuforce.instrument.cli.sim.commands import BoardName, BoardOption, ScenarioName, Seed
+from pneuforce.instrument.cli.terminal.options import Json, RequireSignedBy, Seconds
+from pneuforce.instrument.cli.watch import can_commands
+from pneuforce.instrument.cli.watch import command as watch_command
 
 app = typer.Typer(
     name="pneuforce",
@@ -125,7 +120,7 @@ def demo(
 
     from pneuforce.instrument.cli.demo import run_demo
     from pneuforce.instrument.cli.panel import DemoPorts
-    from pneuforce.instrument.cli.scenarios import check_scenario
+    from pneuforce.instrument.cli.sim.scenarios import check_scenario
     from pneuforce.teststand.stack import check_ports_free, free_port
 
     simulator = ["--control-port", str(control_port), "--scenario", check_scenario(scenario)]
@@ -153,11 +148,11 @@ def run(
     """
     from pneuforce.errors import ConfigurationError
     from pneuforce.instrument.config import resolve_path
-    from pneuforce.instrument.service.modbus_security_server import tls_files
-    from pneuforce.instrument.service.mqtt_process import mqtt_files
+    from pneuforce.instrument.service.checks.start_checks import load_checked
+    from pneuforce.instrument.service.processes.modbus_security_server import tls_files
+    from pneuforce.instrument.service.processes.mqtt_process import mqtt_files
+    from pneuforce.instrument.service.processes.web_process import web_files
     from pneuforce.instrument.service.serve import ServiceFiles, serve
-    from pneuforce.instrument.service.start_checks import load_checked
-    from pneuforce.instrument.service.web_process import web_files
 
     configuration = load_checked(config, require_signed_by)
     if record and not configuration.local.socket:

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pneuforce.errors import ConfigurationFileError
-from pneuforce.instrument.cli.output import json_text, print_text
+from pneuforce.instrument.cli.terminal.output import json_text, print_text
 from pneuforce.instrument.config import Configuration
-from pneuforce.instrument.service.certificate_checks import certificate_warnings
-from pneuforce.instrument.service.file_checks import check_files
-from pneuforce.instrument.service.instruments_on_one_host import check_instruments
-from pneuforce.instrument.service.start_checks import load_checked
+from pneuforce.instrument.service.checks.certificate_checks import certificate_warnings
+from pneuforce.instrument.service.checks.file_checks import check_files
+from pneuforce.instrument.service.checks.instruments_on_one_host import check_instruments
+from pneuforce.instrument.service.checks.start_checks import load_checked
 
 
 def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | None = None) -> None:

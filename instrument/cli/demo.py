@@ -16,7 +16,7 @@ from typing import Any
 from rich.live import Live
 
 from pneuforce.instrument.cli.panel import DEMO_USER, MAX_EVENTS, DemoPorts, format_line, panel
-from pneuforce.instrument.cli.stop_signals import at_stop_signal
+from pneuforce.instrument.cli.terminal.stop_signals import at_stop_signal
 from pneuforce.instrument.users.file import User, write_users
 from pneuforce.instrument.users.password import hash_password
 from pneuforce.registers.can.bus import CanAddress

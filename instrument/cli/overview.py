@@ -40,8 +40,8 @@ def overview(
     import asyncio
 
     from pneuforce.errors import ConfigurationError, ServerError
-    from pneuforce.web.listener import open_listener
     from pneuforce.web.overview.server import serve_overview
+    from pneuforce.web.server.listener import open_listener
 
     instruments = [_watched(path) for path in configurations]
     if not allow and not _is_loopback(host):

@@ -13,7 +13,7 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.rig.firmware import Firmware, FirmwareOrigin
 from pneuforce.instrument.rig.usb_device import is_local_device, processes_using
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.host.host import Host
 from pneuforce.protocol.frames import Hello
 from pneuforce.support.serial_port import SerialPort
 

@@ -15,7 +15,7 @@ from pneuforce.instrument.doctor.check import RUN_AGAIN, Check, CheckResult, unc
 from pneuforce.instrument.doctor.circuit import circuit_checks
 from pneuforce.instrument.doctor.examination import Examination, ExaminationStage
 from pneuforce.instrument.doctor.signal import board_checks, inflation_obstacle, signal_checks
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.host.host import Host
 
 POLL_PERIOD_S = 0.02
 INTERRUPTED = "examination"  #: name of the check that is added to an interrupted examination

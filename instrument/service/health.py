@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from pneuforce.instrument.core.event_log_head import EventLogHead
-from pneuforce.instrument.service.can_server import CanServer
-from pneuforce.instrument.service.host_loop import HostLoop
-from pneuforce.instrument.service.rtu_server import RtuServer
+from pneuforce.instrument.service.buses.can_server import CanServer
+from pneuforce.instrument.service.buses.rtu_server import RtuServer
+from pneuforce.instrument.service.host.loop import HostLoop
 from pneuforce.protocol.firmware_version import format_version
 from pneuforce.protocol.limits import HOST_SILENCE_S
 from pneuforce.registers.can.frames import find_frame

@@ -22,9 +22,9 @@ from pneuforce.instrument.recording.reader import MAX_TIME_S, Recording
 from pneuforce.instrument.recording.replay import ReplayedSample
 from pneuforce.instrument.recording.replay_source import ReplaySource
 from pneuforce.instrument.rig.link import Link
-from pneuforce.instrument.service.command_gaps import CommandGaps
-from pneuforce.instrument.service.host import TICK_S
-from pneuforce.instrument.service.host_loop import OutputChannel
+from pneuforce.instrument.service.host.command_gaps import CommandGaps
+from pneuforce.instrument.service.host.host import TICK_S
+from pneuforce.instrument.service.host.loop import OutputChannel
 from pneuforce.instrument.service.replay_verification import initial_session, open_replayable
 from pneuforce.instrument.service.serve import SWITCH_INTERVAL_S, Servers, ServiceFiles, run_until_stopped
 from pneuforce.instrument.service.stderr_log import log_to_stderr

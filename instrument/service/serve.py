@@ -20,7 +20,11 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.recording.schema import STOP_REQUESTED
 from pneuforce.instrument.service.audit_log import audited
-from pneuforce.instrument.service.can_server import CanServer
+from pneuforce.instrument.service.buses.can_server import CanServer
+from pneuforce.instrument.service.buses.interface_lines import can_line, disabled_line
+from pneuforce.instrument.service.buses.modbus_server import identity, modbus_server_of, open_modbus
+from pneuforce.instrument.service.buses.rdt_server import open_rdt, rdt_server_of
+from pneuforce.instrument.service.buses.rtu_server import RtuServer
 from pneuforce.instrument.service.health import (
     can_health,
     events_health,
@@ -29,21 +33,17 @@ from pneuforce.instrument.service.health import (
     rig_health,
     rtu_health,
 )
-from pneuforce.instrument.service.host import Host
-from pneuforce.instrument.service.host_loop import HostLoop, ServedSource
-from pneuforce.instrument.service.interface_lines import can_line, disabled_line
-from pneuforce.instrument.service.local_server import WEB, LocalServer
-from pneuforce.instrument.service.modbus_security_server import health as modbus_security_health
-from pneuforce.instrument.service.modbus_security_server import modbus_security_of
-from pneuforce.instrument.service.modbus_server import identity, modbus_server_of, open_modbus
-from pneuforce.instrument.service.mqtt_process import mqtt_process_of
-from pneuforce.instrument.service.rdt_server import open_rdt, rdt_server_of
-from pneuforce.instrument.service.recorder_process import RecorderProcess
-from pneuforce.instrument.service.rtu_server import RtuServer
+from pneuforce.instrument.service.host.host import Host
+from pneuforce.instrument.service.host.loop import HostLoop, ServedSource
+from pneuforce.instrument.service.local_socket.server import WEB, LocalServer
+from pneuforce.instrument.service.processes.modbus_security_server import health as modbus_security_health
+from pneuforce.instrument.service.processes.modbus_security_server import modbus_security_of
+from pneuforce.instrument.service.processes.mqtt_process import mqtt_process_of
+from pneuforce.instrument.service.processes.recorder_process import RecorderProcess
+from pneuforce.instrument.service.processes.tls_process import CertificateMonitor
+from pneuforce.instrument.service.processes.web_process import WebProcess, web_process_of
 from pneuforce.instrument.service.stderr_log import log_to_stderr
 from pneuforce.instrument.service.systemd_notify import systemd_notifier
-from pneuforce.instrument.service.tls_process import CertificateMonitor
-from pneuforce.instrument.service.web_process import WebProcess, web_process_of
 from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.support.background import cancel_on
 

@@ -18,12 +18,12 @@ from tempfile import TemporaryDirectory
 from pneuforce.errors import ConfigurationFileError, PneuforceError
 from pneuforce.instrument.audit.audit_logger import AuditLogger, NullAuditSink
 from pneuforce.instrument.cli.config_check import check_config
-from pneuforce.instrument.cli.failure import failure_values
+from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.config import Configuration, load, resolve_path
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.host.host import Host
 from pneuforce.instrument.service.serve import Servers, ServiceFiles
 from pneuforce.registers.can.carrier import link_problem
 from pneuforce.registers.modbus.rtu_port import open_port

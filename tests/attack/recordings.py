@@ -16,10 +16,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pneuforce.errors import ConfigurationError, PneuforceError
-from pneuforce.instrument.cli.evaluate import EvaluationFiles, EvaluationInput, evaluate
-from pneuforce.instrument.cli.export import ExportOptions, export
-from pneuforce.instrument.cli.plot import plot
-from pneuforce.instrument.cli.replay import replay
+from pneuforce.instrument.cli.recordings.evaluate import EvaluationFiles, EvaluationInput, evaluate
+from pneuforce.instrument.cli.recordings.export import ExportOptions, export
+from pneuforce.instrument.cli.recordings.plot import plot
+from pneuforce.instrument.cli.recordings.replay import replay
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.paced_replay import PacedReplay
 from pneuforce.instrument.recording.replay_source import ReplaySource

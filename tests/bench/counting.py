@@ -5,7 +5,7 @@ import statistics
 import time
 
 from pneuforce.instrument.core.event_counts import EventCounts
-from pneuforce.instrument.service.command_gaps import CommandGaps
+from pneuforce.instrument.service.host.command_gaps import CommandGaps
 from pneuforce.protocol.frames import SAMPLES_PER_S
 from pneuforce.registers.codes import FAULTS, REJECT_REASONS
 from tests.instrument.instrument_harness import InstrumentHarness

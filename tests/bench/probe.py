@@ -11,8 +11,8 @@ import time
 from pathlib import Path
 
 from pneuforce.instrument.config import load
-from pneuforce.instrument.service.can_server import CanServer
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.buses.can_server import CanServer
+from pneuforce.instrument.service.host.host import Host
 from pneuforce.instrument.service.serve import ServiceFiles, serve
 from pneuforce.registers.can.bus import CanBus
 from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FORCE

@@ -6,7 +6,7 @@ from pneuforce.client.details import VENT_FAULTS
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import VentFailed
-from pneuforce.instrument.cli.failure import failure_values
+from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.core.faults import STATUS_OF
 from pneuforce.registers.codes import FAULTS
 

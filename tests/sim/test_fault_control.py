@@ -13,7 +13,7 @@ from pneuforce.errors import RigNotResponding
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.instrument.service.host import Host as InstrumentHost
+from pneuforce.instrument.service.host.host import Host as InstrumentHost
 from pneuforce.protocol.frames import Fault, Identify
 from pneuforce.sim.faults import CATALOGUE, SimulatorRequestError
 from pneuforce.sim.faults.document import markdown, updated
@@ -125,7 +125,7 @@ def test_an_unplugged_cable_removes_the_symlink_and_the_host_finds_the_port_unde
 
 
 def test_another_device_on_the_port_is_reported_as_another_device(rig, control, monkeypatch):
-    monkeypatch.setattr("pneuforce.instrument.service.host.HANDSHAKE_S", 1.0)
+    monkeypatch.setattr("pneuforce.instrument.service.host.host.HANDSHAKE_S", 1.0)
     control.send({"fault": {"name": "other_device"}})
     assert active_faults(control) == [{"name": "other_device"}]
     host = InstrumentHost(Session(Instrument(Settings())), rig["link"])

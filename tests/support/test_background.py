@@ -9,8 +9,8 @@ from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.instrument.service.can_server import CanServer
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.buses.can_server import CanServer
+from pneuforce.instrument.service.host.host import Host
 from pneuforce.support.background import cancel_on, run_in_background
 
 TIMEOUT_S = 20.0

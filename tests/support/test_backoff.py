@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneuforce.instrument.service import service_process
+from pneuforce.instrument.service.processes import service_process
 from pneuforce.registers.can import connection as live
 from pneuforce.support.backoff import Backoff
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pneuforce.instrument.cli.accuracy import accuracy
+from pneuforce.instrument.cli.model.accuracy import accuracy
 from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign
 
 

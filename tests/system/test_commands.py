@@ -16,9 +16,9 @@ from importlib.metadata import version
 import pytest
 
 from pneuforce.errors import VentNotConfirmed
-from pneuforce.instrument.cli.command_words import in_command_words
-from pneuforce.instrument.cli.exit_codes import ExitCode
-from pneuforce.instrument.cli.vent import vent_and_confirm
+from pneuforce.instrument.cli.operate.vent import vent_and_confirm
+from pneuforce.instrument.cli.terminal.command_words import in_command_words
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.registers.advice import FAULT_ADVICE
 from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views import VIEWS
@@ -234,7 +234,7 @@ def test_sigterm_ends_a_host_process_during_the_handshake(tmp_path, modbus):
 
 
 @pytest.mark.parametrize(
-    "module", ["typer", "pneuforce.instrument.cli.rig_commands", "pneuforce.instrument.config", "pydantic"]
+    "module", ["typer", "pneuforce.instrument.cli.rig.commands", "pneuforce.instrument.config", "pydantic"]
 )
 def test_ctrl_c_during_an_import_exits_without_a_traceback(module):
     program = (

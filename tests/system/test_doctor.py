@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from pneuforce.instrument.cli.doctor import print_checks
+from pneuforce.instrument.cli.rig.doctor import print_checks
 from pneuforce.instrument.doctor.check import Check, CheckResult
 from pneuforce.instrument.doctor.port import INSTALL_RULES
 from pneuforce.instrument.rig.usb_device import UDEV_RULES

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from pneuforce.instrument.cli.exit_codes import ExitCode
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from tests.system.waiting import wait_for
 
 

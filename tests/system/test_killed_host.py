@@ -11,7 +11,7 @@ import pytest
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.recording.schema import EndReason
-from pneuforce.instrument.service.socket_recorder import NO_END
+from pneuforce.instrument.service.local_socket.recorder import NO_END
 from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.stack import toml
 from tests.instrument.recording.recording_files import read_contents

@@ -9,7 +9,7 @@ import serial
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.config import parse
-from pneuforce.instrument.service.rtu_server import check_ports
+from pneuforce.instrument.service.buses.rtu_server import check_ports
 from pneuforce.registers.modbus.client import ModbusClient, ModbusClientError
 from pneuforce.registers.modbus.rtu import encode_frame
 from pneuforce.teststand.child_process import ChildProcessFailed

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.plot import plot
+from pneuforce.instrument.cli.recordings.plot import plot
 from pneuforce.instrument.recording.contacts import ContactHistory
 from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.stream.entry import EntryKind, json_entry

@@ -19,11 +19,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.exit_codes import ExitCode
-from pneuforce.instrument.cli.record import RecordEnd, record
+from pneuforce.instrument.cli.recordings.record import RecordEnd, record
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.instrument.recording.schema import EndReason
 from pneuforce.instrument.recording.table_export import check_parquet
-from pneuforce.instrument.service.socket_recorder import NO_END
+from pneuforce.instrument.service.local_socket.recorder import NO_END
 from pneuforce.instrument.stream.entry import EntryKind, encode, json_entry
 from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.protocol.frames import BoardState

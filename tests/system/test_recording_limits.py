@@ -12,7 +12,7 @@ import pytest
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.recording.limits import RecordingLimits
 from pneuforce.instrument.recording.schema import EndReason
-from pneuforce.instrument.service.socket_recorder import record_socket
+from pneuforce.instrument.service.local_socket.recorder import record_socket
 from tests.instrument.recording.recording_files import read_contents
 from tests.system.stream_feeder import StreamFeeder
 from tests.system.waiting import wait_for

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pneuforce.instrument.stream.entry import EntryDecoder, EntryKind, encode, json_entry
 from pneuforce.web.__main__ import WebProcessOptions, create_server, create_services, serve
-from pneuforce.web.listener import open_listener
+from pneuforce.web.server.listener import open_listener
 from tests.system.waiting import wait_for
 from tests.web.entries import snapshot
 from tests.web.users import OPERATOR, PASSWORD, users_file

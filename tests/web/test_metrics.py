@@ -9,7 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families as parse_tex
 
 from pneuforce.instrument.core.event_counts import EventCounts
 from pneuforce.instrument.core.snapshot import Snapshot
-from pneuforce.instrument.service.command_gaps import CommandGaps
+from pneuforce.instrument.service.host.command_gaps import CommandGaps
 from pneuforce.registers.codes import FAULTS
 from pneuforce.registers.metrics import METRICS, MetricType
 from pneuforce.web.browser_feed import SNAPSHOT_TIMEOUT_S, BrowserFeed

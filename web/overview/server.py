@@ -16,13 +16,13 @@ from starlette.types import ASGIApp
 
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.web.app import STATIC
-from pneuforce.web.connection_limiter import ConnectionLimiter
-from pneuforce.web.http_json import json_response
 from pneuforce.web.overview.rows import page, row
 from pneuforce.web.overview.watched_instrument import WatchedInstrument
 from pneuforce.web.plain_http import PlainHttp
 from pneuforce.web.request_guard import RequestGuard
-from pneuforce.web.web_server import web_server
+from pneuforce.web.server.connection_limiter import ConnectionLimiter
+from pneuforce.web.server.http_json import json_response
+from pneuforce.web.server.web_server import web_server
 
 
 def overview_app(instruments: Sequence[WatchedInstrument], *, is_https: bool = False) -> ASGIApp:

@@ -17,7 +17,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.anchor import Anchor, check_anchors, find_anchors, format_anchor
 from pneuforce.instrument.audit.verification import BrokenChainError
 from pneuforce.instrument.audit.writer import EventLogWriter
-from pneuforce.instrument.cli.log_verification import Verification, verify_events
+from pneuforce.instrument.cli.log.verification import Verification, verify_events
 from tests.command_runner import pneuforce
 from tests.instrument.audit.event_log_files import make_log, make_record, verify_log
 

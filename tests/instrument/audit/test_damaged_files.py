@@ -15,8 +15,8 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.reading import DamagedLogError
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
 from pneuforce.instrument.audit.verification import BrokenChainError
-from pneuforce.instrument.cli.log_table import EventSelection, show_events
-from pneuforce.instrument.cli.log_verification import Verification, verify_events
+from pneuforce.instrument.cli.log.table import EventSelection, show_events
+from pneuforce.instrument.cli.log.verification import Verification, verify_events
 from tests.instrument.audit.event_log_files import make_log, verify_log
 
 RECORDS = 60

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from pneuforce.errors import ConfigurationError, WriteFailed
-from pneuforce.instrument.cli.exit_codes import ExitCode
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.support.atomic_file import write_lines
 from pneuforce.support.write_error import REMEDY, write_error
 from tests.instrument.recording.recorded_story import press, record_story

@@ -11,11 +11,11 @@ import pytest
 
 from pneuforce.instrument.audit.reading import open_event_log
 from pneuforce.instrument.audit.store import EventLogFile
-from pneuforce.instrument.cli import doctor
 from pneuforce.instrument.cli.config_check import check_config
-from pneuforce.instrument.cli.log_table import EventSelection, show_events
-from pneuforce.instrument.cli.log_verification import Verification, verify_events
-from pneuforce.instrument.cli.output import json_line, json_text
+from pneuforce.instrument.cli.log.table import EventSelection, show_events
+from pneuforce.instrument.cli.log.verification import Verification, verify_events
+from pneuforce.instrument.cli.rig import doctor
+from pneuforce.instrument.cli.terminal.output import json_line, json_text
 from pneuforce.instrument.doctor.check import Check, CheckResult
 from pneuforce.instrument.doctor.port import port_checks
 from tests.command_runner import pneuforce

@@ -10,7 +10,7 @@ import pytest
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.config import parse
-from pneuforce.instrument.service.instruments_on_one_host import check_instruments
+from pneuforce.instrument.service.checks.instruments_on_one_host import check_instruments
 from tests.command_runner import pneuforce
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.config import parse
-from pneuforce.instrument.service.instruments_on_one_host import check_instruments
-from pneuforce.instrument.service.mqtt_process import edge_node_of, mqtt_process_of
-from pneuforce.instrument.service.start_checks import load_checked
+from pneuforce.instrument.service.checks.instruments_on_one_host import check_instruments
+from pneuforce.instrument.service.checks.start_checks import load_checked
+from pneuforce.instrument.service.processes.mqtt_process import edge_node_of, mqtt_process_of
 from pneuforce.support.broker_url import BrokerAddress, broker_address
 
 ENABLED = "[mqtt]\nenabled = true\n"

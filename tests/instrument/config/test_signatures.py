@@ -5,7 +5,7 @@ import pytest
 from pneuforce.errors import ConfigurationFileError
 from pneuforce.instrument.calibration import file as calibration_file
 from pneuforce.instrument.config import load
-from pneuforce.instrument.service.start_checks import load_checked
+from pneuforce.instrument.service.checks.start_checks import load_checked
 from pneuforce.instrument.signing.signed_file import signature_path
 from tests.instrument.signing.keys import make_key, sign, trusted_line
 from tests.tools import needs

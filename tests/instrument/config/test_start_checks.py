@@ -15,9 +15,9 @@ from pneuforce.instrument.audit.store import EventLogFile
 from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.commissioning.certificates import key_pem
 from pneuforce.instrument.config import load
-from pneuforce.instrument.service.file_checks import SERVICE_FOLDERS, check_files
-from pneuforce.instrument.service.service_user import service_permissions
-from pneuforce.instrument.service.start_checks import load_checked
+from pneuforce.instrument.service.checks.file_checks import SERVICE_FOLDERS, check_files
+from pneuforce.instrument.service.checks.service_user import service_permissions
+from pneuforce.instrument.service.checks.start_checks import load_checked
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce

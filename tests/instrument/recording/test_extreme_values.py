@@ -9,11 +9,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.export import ExportOptions, export
-from pneuforce.instrument.cli.force_options import ForceOptions
-from pneuforce.instrument.cli.plot import plot
-from pneuforce.instrument.cli.validate import OutputFiles, validate
-from pneuforce.instrument.cli.validation_source import SourceOptions
+from pneuforce.instrument.cli.model.force_options import ForceOptions
+from pneuforce.instrument.cli.model.validate import OutputFiles, validate
+from pneuforce.instrument.cli.model.validation_source import SourceOptions
+from pneuforce.instrument.cli.recordings.export import ExportOptions, export
+from pneuforce.instrument.cli.recordings.plot import plot
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.recording.plot_data import MAX_SPANS, PlotData
 from pneuforce.instrument.recording.writer import RecordingWriter

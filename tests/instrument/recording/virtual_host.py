@@ -12,7 +12,7 @@ from pneuforce.instrument.recording.checkpoint import restore_session, save_sess
 from pneuforce.instrument.recording.paced_replay import PacedReplay
 from pneuforce.instrument.recording.schema import STOP_REQUESTED, EndReason
 from pneuforce.instrument.recording.writer import RecordingWriter
-from pneuforce.instrument.service.stream_header import stream_header
+from pneuforce.instrument.service.local_socket.stream_header import stream_header
 from pneuforce.instrument.stream.entry import INPUTS, EntryDecoder, EntryKind, StreamEntry, json_entry
 from pneuforce.instrument.stream.sample_record import unpack
 from pneuforce.sim.factory import build_world

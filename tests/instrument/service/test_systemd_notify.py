@@ -10,7 +10,7 @@ import pytest
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.host.host import Host
 from pneuforce.instrument.service.systemd_notify import (
     SystemdNotifier,
     notify_to,

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneuforce.instrument.service.parameter_file import storage_of
+from pneuforce.instrument.service.buses.parameter_file import storage_of
 from pneuforce.registers.canopen.parameter_storage import ParameterStorage
 from pneuforce.registers.canopen.stored_parameters import StoredParameters, decode, encode
 from tests.registers.canopen.fake_master import FakeMaster, format_frames, frames_match

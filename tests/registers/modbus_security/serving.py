@@ -15,7 +15,7 @@ from pneuforce.instrument.commissioning.certificates import (
     new_client,
     new_instrument,
 )
-from pneuforce.instrument.service.local_socket import LocalSocket
+from pneuforce.instrument.service.local_socket.unix_socket import LocalSocket
 from pneuforce.registers.modbus.register_bank import RegisterBank
 from pneuforce.registers.modbus.tcp import ModbusTcpOptions
 from pneuforce.registers.modbus_security.__main__ import open_listener

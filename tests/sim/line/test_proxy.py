@@ -11,7 +11,7 @@ import pytest
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.instrument.service.host import Host
+from pneuforce.instrument.service.host.host import Host
 from pneuforce.registers.modbus.mbap import encode_frame
 from pneuforce.sim.line.line_noise import LineNoise
 from pneuforce.sim.line.proxy import SerialProxy, TcpProxy

@@ -9,8 +9,8 @@ from threading import Timer
 import pytest
 
 from pneuforce.errors import PortUnavailable, RigError
-from pneuforce.instrument.cli.exit_codes import ExitCode
-from pneuforce.instrument.cli.sim_fault import control_port_of
+from pneuforce.instrument.cli.sim.fault import control_port_of
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.sim.line.pty_link import PtyLink
 from pneuforce.sim.server.port_file import LOCK_RETRY_S, port_file
 from pneuforce.support.serial_port import SerialPort

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from pneuforce.instrument.cli.exit_codes import ExitCode
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.protocol.frames import (
     BAUD,
     BoardState,

@@ -6,7 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from pneuforce.instrument.cli.plant_options import RubberName
+from pneuforce.instrument.cli.sim.plant_options import RubberName
 from pneuforce.sim.plants.membrane.material import RUBBERS, Skin
 from pneuforce.sim.plants.membrane.paths import PressedBalloon
 from pneuforce.sim.plants.membrane.plant import MembranePlant

@@ -1,0 +1,1 @@
+"""Commands for certificates, signatures and the users of the web page."""

@@ -1,0 +1,1 @@
+"""Commands for the event log: show and verify."""

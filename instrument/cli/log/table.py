@@ -1,0 +1,136 @@
+"""`pneuforce log show`: print the records of an event log as a table or as lines of JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from shlex import quote
+from typing import Any, NamedTuple, TypeVar
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.audit.reading import LOWEST, DamagedLogError, NotAnEventLogError, open_event_log
+from pneuforce.instrument.audit.verification import StoredRecord, record_time
+from pneuforce.instrument.audit.wording import describe_record
+from pneuforce.instrument.cli.terminal.output import json_text, print_text
+from pneuforce.support.printable import printable
+
+FOLLOW_PERIOD_S = 0.5
+COLUMN_WIDTHS = {"number": 7, "time (UTC)": 26, "who": 24, "result": 16}
+NESTED_BYTES = 100  #: shown bytes of a record that is nested too deeply
+PIPED_WIDTH = 200  #: width of the table if stdout is not a terminal
+COLOURS = {"accepted": "green", "done": "green"}
+
+Shown = TypeVar("Shown")
+
+
+class EventSelection(NamedTuple):
+    """Selection of records."""
+
+    last: int = 0  #: number of latest records to show; 0 selects all records
+    since: datetime | None = None
+    follow: bool = False
+
+
+def show_events(path: Path, selection: EventSelection, as_json: bool) -> None:
+    """Print the selected records. Raises ConfigurationError if the log is missing or cannot be read."""
+    show = _print_lines if as_json else _table_printer()
+    with suppress(KeyboardInterrupt):
+        rows = _read(path, selection)
+        show(rows)
+        while selection.follow:
+            time.sleep(FOLLOW_PERIOD_S)
+            first = rows[-1].number + 1 if rows and isinstance(rows[-1].number, int) else LOWEST
+            added = _read(path, EventSelection(), first)
+            if added:
+                show(added)
+                rows = added
+
+
+def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[StoredRecord]:
+    """Return the selected records from the number `first` on. Raises ConfigurationError."""
+    since = selection.since
+    if since and since.tzinfo:
+        since = since.astimezone(UTC)
+    from_time = since.isoformat() if since else ""
+    try:
+        with open_event_log(path, first) as rows:
+            selected = (row for row in rows if not from_time or record_time(row.body) >= from_time)
+            return list(deque(selected, selection.last or None))
+    except DamagedLogError as error:
+        is_log = not isinstance(error, NotAnEventLogError)
+        hint = (
+            f"; pneuforce log verify --file {quote(str(path))} shows how many records are intact"
+            if is_log
+            else ""
+        )
+        raise ConfigurationError(f"{error}{hint}") from None
+
+
+# ---- formatting
+
+
+def _print_lines(rows: Iterable[StoredRecord]) -> None:
+    for row in rows:
+        print_text(_shown(row.body, partial(_json_line, row)))
+
+
+def _json_line(row: StoredRecord, fields: Mapping[str, Any]) -> str:
+    number = row.number if isinstance(row.number, int) else repr(row.number)
+    return json_text({"number": number, **fields, "digest": _hex(row.digest)})
+
+
+def _shown(body: Any, format_fields: Callable[[Mapping[str, Any]], Shown]) -> Shown:
+    """Return the formatted fields of a record. A record that is nested too deeply is shown as unreadable."""
+    try:
+        return format_fields(_fields_of(body))
+    except RecursionError:
+        return format_fields({"unreadable": f"{body[:NESTED_BYTES]!r}…"})
+
+
+def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
+    """Return a function that prints rows as a table. Only its first call prints the column headings."""
+    console = Console(width=None if sys.stdout.isatty() else PIPED_WIDTH)
+    headings = iter((True,))
+
+    def show(rows: Iterable[StoredRecord]) -> None:
+        table = Table(box=None, show_header=next(headings, False), pad_edge=False)
+        for name, width in COLUMN_WIDTHS.items():
+            table.add_column(name, width=width, overflow="fold")
+        table.add_column("what", overflow="fold", ratio=1)
+        for row in rows:
+            table.add_row(Text(printable(str(row.number))), *_shown(row.body, _cells))
+        console.print(table)
+
+    return show
+
+
+def _cells(fields: Mapping[str, Any]) -> list[Text]:
+    result = str(fields.get("result", ""))
+    at = str(fields.get("at", "")).replace("T", " ").removesuffix("Z")
+    texts = (at, str(fields.get("who", "")), result, describe_record(fields))
+    styles = ("", "", COLOURS.get(result, "yellow"), "")
+    return [Text(printable(text), style) for text, style in zip(texts, styles, strict=True)]
+
+
+def _fields_of(body: Any) -> dict[str, Any]:
+    """Return the fields of a record. The body of a damaged record is returned as text."""
+    with suppress(ValueError, TypeError, RecursionError):
+        fields = json.loads(body)
+        if isinstance(fields, dict):
+            return fields
+    return {"unreadable": repr(body)}
+
+
+def _hex(digest: Any) -> str:
+    return digest.hex() if isinstance(digest, bytes) else repr(digest)

@@ -1,0 +1,1 @@
+"""Commands about the force model: estimate, uncertainty, validate, accuracy."""

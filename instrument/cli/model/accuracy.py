@@ -1,0 +1,31 @@
+"""`pneuforce accuracy`: accuracy of each estimator on the simulated balloons, as a document or as JSON."""
+
+from __future__ import annotations
+
+import json
+
+from pneuforce.instrument.cli.terminal.output import progress
+from pneuforce.instrument.studies.accuracy_document import AccuracyCampaign, document
+from pneuforce.instrument.studies.accuracy_study import (
+    evaluate,
+    population_to_json,
+    results_to_json,
+    rig_score_to_json,
+)
+from pneuforce.instrument.studies.population_study import evaluate_population
+from pneuforce.instrument.studies.timed_membrane import evaluate_rigs
+
+
+def accuracy(campaign: AccuracyCampaign, as_json: bool) -> str:
+    """Return the document docs/accuracy.md in Markdown, or its figures as JSON."""
+    with progress("population of balloons") as report_progress:
+        population = evaluate_population(campaign.balloons, campaign.seed, report_progress)
+    with progress("contacts on the simulated rig") as report_progress:
+        results = evaluate(campaign, report_progress)
+    with progress("membrane on the rig in time") as report_progress:
+        timed = evaluate_rigs(campaign.calibrations, campaign.seed, report_progress)
+    if as_json:
+        facts = {"population": population_to_json(population)} | results_to_json(results)
+        facts["membrane_in_time"] = rig_score_to_json(timed)
+        return json.dumps(facts, indent=2, ensure_ascii=False)
+    return "\n".join(document(campaign, population, results, timed))

@@ -1,0 +1,124 @@
+"""`pneuforce estimate --csv` and `uncertainty --csv`: the force of each contact in a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pneuforce.instrument.calibration.estimation import pressure_problem
+from pneuforce.instrument.cli.model.estimate import NO_SOLUTION, low_rise_reason, range_reason
+from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
+from pneuforce.instrument.model.force_model import ForceModel
+from pneuforce.instrument.model.uncertainty_budget import BudgetLine, compute_budget
+from pneuforce.instrument.validation.accuracy import estimate_forces
+from pneuforce.support.atomic_file import read_file
+from pneuforce.support.columns import CsvRow, parse_table
+
+#: Accepted names of the two columns with ΔP_i and ΔP_f.
+PRESSURE_COLUMNS = (("baseline_kpa", "final_kpa"), ("dpi_kpa", "dpf_kpa"), ("p_i", "p_f"))
+RESULT_COLUMNS = ("force_n", "force_std_n", "valid", "reason")
+#: Prefix of a column of the input file that has the name of a result.
+INPUT_PREFIX = "input_"
+
+
+class ForceRow(NamedTuple):
+    """One contact of the table with its force."""
+
+    cells: Mapping[str, str]  #: cells of the input file by column name
+    baseline_kpa: float
+    final_kpa: float
+    force_n: float  #: NaN if the instrument would show no force
+    force_std_n: float
+    reason: str  #: reason why there is no force, or why the force has limited validity; "" if there is none
+    budget: tuple[BudgetLine, ...] = ()  #: the uncertainty budget; empty if it was not requested
+
+    @property
+    def valid(self) -> bool:
+        """Return True if there is a force."""
+        return math.isfinite(self.force_n)
+
+
+def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> list[ForceRow]:
+    """Return each contact of a CSV file with its force, as the instrument would show it.
+
+    ΔP_i outside the validated range gives no force. Raises ConfigurationError, which names the line, if a
+    cell is not a number.
+    """
+    table = parse_table(read_file(path), str(path))
+    names = table.require_columns(*PRESSURE_COLUMNS)
+    read = [_read_row(row, names) for row in table.rows]
+    usable = [row for row in read if not row.reason]
+    forces = estimate_forces([(row.baseline_kpa, row.final_kpa) for row in usable], settings)
+    model = settings.force_model
+    estimated = iter(
+        _with_force(row, float(force_n), float(std_n), model.lowest_rise_kpa)
+        for row, force_n, std_n in zip(usable, *forces, strict=True)
+    )
+    rows = [row if row.reason else next(estimated) for row in read]
+    if not with_budget:
+        return rows
+    return [row._replace(budget=_budget(row, model, settings)) if row.valid else row for row in rows]
+
+
+def _read_row(row: CsvRow, names: Sequence[str]) -> ForceRow:
+    """Return a contact without its force, and the reason if its pressures give no valid force."""
+    baseline_kpa, final_kpa = (row.number(name) for name in names)
+    reason = pressure_problem(baseline_kpa, final_kpa, (names[0], names[1]))
+    if not reason and not VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA:
+        reason = range_reason(baseline_kpa)
+    return ForceRow(row.cells, baseline_kpa, final_kpa, math.nan, math.nan, reason)
+
+
+def _with_force(row: ForceRow, force_n: float, std_n: float, lowest_rise_kpa: float) -> ForceRow:
+    """Return the contact with its force, and the reason if the force does not exist or is interpolated."""
+    if not math.isfinite(force_n + std_n):
+        return row._replace(reason=NO_SOLUTION)
+    low = row.final_kpa - row.baseline_kpa < lowest_rise_kpa
+    return row._replace(
+        force_n=force_n, force_std_n=std_n, reason=low_rise_reason(lowest_rise_kpa) if low else ""
+    )
+
+
+def _budget(row: ForceRow, model: ForceModel, settings: ChainSettings) -> tuple[BudgetLine, ...]:
+    inputs, uncertainty = settings.input_uncertainties, settings.model_uncertainty
+    return compute_budget(row.baseline_kpa, row.final_kpa, model, settings.correction, inputs, uncertainty)
+
+
+def force_csv(rows: Sequence[ForceRow]) -> str:
+    """Return the table as CSV: the columns of the input file, then the results.
+
+    A cell is empty if its value is not available. With a budget, each source of uncertainty has a column with
+    its part of the force [N].
+    """
+    sources = next(([line.source for line in row.budget] for row in rows if row.budget), [])
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    inputs = list(rows[0].cells) if rows else []
+    results = [*RESULT_COLUMNS, *(f"{source} (N)" for source in sources)]
+    writer.writerow([*(INPUT_PREFIX + name if name in results else name for name in inputs), *results])
+    for row in rows:
+        forces = [f"{value:.6g}" if row.valid else "" for value in (row.force_n, row.force_std_n)]
+        parts = [f"{line.force_n:.6g}" for line in row.budget] or [""] * len(sources)
+        writer.writerow([*row.cells.values(), *forces, int(row.valid), row.reason, *parts])
+    return text.getvalue()
+
+
+def force_facts(rows: Sequence[ForceRow]) -> list[dict[str, Any]]:
+    """Return the table as JSON data, with null for a value that is not available."""
+    return [
+        {
+            "baseline_kpa": row.baseline_kpa,
+            "final_kpa": row.final_kpa,
+            "force_n": row.force_n if row.valid else None,
+            "force_std_n": row.force_std_n if row.valid else None,
+            "valid": row.valid,
+            "reason": row.reason or None,
+            **({"budget": [line._asdict() for line in row.budget]} if row.budget else {}),
+        }
+        for row in rows
+    ]

@@ -1,0 +1,1 @@
+"""Commands that operate a running instrument: status, vent, set, hold, release, clear, zero."""

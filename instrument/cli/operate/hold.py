@@ -1,0 +1,106 @@
+"""`pneuforce hold`: hold the balloon in the foreground, and vent at the end."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+from pneuforce.client.address import connect
+from pneuforce.client.holding import Hold
+from pneuforce.client.measurement import Measurement
+from pneuforce.client.sensor import ForceSensor
+from pneuforce.errors import AlreadyHeld, ConfigurationError, HoldEnded, Tripped
+from pneuforce.instrument.cli.operate.instrument_address import command
+from pneuforce.instrument.cli.operate.requests import INFLATED, confirmed_vent, explained, show_warning
+from pneuforce.instrument.cli.operate.status import force_text
+from pneuforce.instrument.cli.terminal.output import json_line, pressure_text, print_done, print_line
+from pneuforce.instrument.cli.terminal.stop_signals import at_stop_signal
+
+POLL_S, POLLS_PER_LINE = 0.2, 5
+
+
+def hold_until_stopped(
+    url: str,
+    setpoint_kpa: float | None,
+    lease_s: float,
+    seconds: float | None,
+    take_over: bool,
+    as_json: bool,
+) -> None:
+    """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent.
+
+    Raises ClientError if the hold fails, AlreadyHeld if another program holds the balloon and `take_over` is
+    False, ConfigurationError if there is no setpoint.
+    """
+    stop = threading.Event()
+    with connect(url) as sensor:
+        if not take_over:
+            _check_not_held(sensor)
+        setpoint = _stored_setpoint_kpa(sensor) if setpoint_kpa is None else setpoint_kpa
+        warning = show_warning(setpoint, as_json)
+        hold = sensor.hold(setpoint, lease_s=lease_s)
+        at_stop_signal(stop.set, hold.cancel)
+        print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
+        message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
+    print_done(message, as_json, warning=warning)
+
+
+def _held(
+    sensor: ForceSensor, hold: Hold, stop: threading.Event, seconds: float | None, as_json: bool
+) -> str:
+    """Hold the balloon and show the measurements. Return the confirmation of the vent at the end."""
+    try:
+        with hold:
+            _show_until_stopped(sensor, stop, seconds, as_json)
+    except HoldEnded as error:
+        if isinstance(error, Tripped) or not stop.is_set():
+            raise
+    return confirmed_vent(sensor)
+
+
+def _show_until_stopped(
+    sensor: ForceSensor, stop: threading.Event, seconds: float | None, as_json: bool
+) -> None:
+    """Read five times per second, and print each fifth measurement. The end of the hold raises an error."""
+    started_s, polls = time.monotonic(), 0
+    while not stop.is_set() and (seconds is None or time.monotonic() - started_s < seconds):
+        measurement = sensor.read()
+        if polls % POLLS_PER_LINE == 0:
+            print_line(_line(time.monotonic() - started_s, measurement, as_json))
+        polls += 1
+        stop.wait(POLL_S)
+
+
+def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:
+    if not as_json:
+        pressure = pressure_text(measurement.pressure_kpa)
+        return f"{held_s:6.1f} s  pressure {pressure}  force {force_text(measurement)}"
+    force_n, std_n = measurement.force_or_nan, measurement.force_std_or_nan
+    values = {"held_s": held_s, "force_n": force_n, "force_std_n": std_n}
+    return json_line(values | {"pressure_kpa": measurement.pressure_kpa})
+
+
+def _check_not_held(sensor: ForceSensor) -> None:
+    """Raise AlreadyHeld if the balloon is inflated, or if a client has the lease.
+
+    The instrument does not reject a second hold from the same computer, because both programs are one peer.
+    """
+    state, details = sensor.read().state, sensor.details()
+    lease = details.lease_left_s is not None
+    if state in INFLATED or lease:
+        holder = f"a client of {details.lease_holder} has the lease" if lease else "no client has a lease"
+        raise AlreadyHeld(
+            f"another program may hold the balloon (state {state}, {holder}), and nothing was changed: end "
+            f"that program, or vent and hold anyway with {command('hold --take-over', sensor.url)}"
+        )
+
+
+def _stored_setpoint_kpa(sensor: ForceSensor) -> float:
+    """Return the setpoint that the instrument has stored. Raises ConfigurationError."""
+    setpoint_kpa = sensor.details().setpoint_requested_kpa
+    if setpoint_kpa is None:
+        raise ConfigurationError(
+            "the instrument has no setpoint: give the setpoint in kPa, for example: pneuforce hold 6.5"
+        )
+    return setpoint_kpa

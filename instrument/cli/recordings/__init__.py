@@ -1,0 +1,1 @@
+"""Commands that make and use recordings: record, export, evaluate, plot, replay."""

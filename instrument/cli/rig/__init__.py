@@ -1,0 +1,1 @@
+"""Commands for a rig without a running instrument: doctor and flash."""

@@ -1,0 +1,1 @@
+"""Commands for the simulated rig: run, fault, press, truth."""

@@ -1,0 +1,1 @@
+"""Options, output, failures and exit codes of all commands."""

@@ -1,0 +1,1 @@
+"""Commands that show the traffic on Modbus and CAN: watch, canlog, hub."""

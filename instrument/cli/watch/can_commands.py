@@ -1,0 +1,74 @@
+"""The commands for a CAN bus: canlog, hub."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pneuforce.instrument.cli.terminal.options import Seconds
+
+commands = typer.Typer()
+
+
+class LogFormat(Enum):
+    """File formats of a CAN log."""
+
+    CANDUMP = "candump"
+    ASC = "asc"
+    BLF = "blf"
+
+
+@commands.command()
+def canlog(
+    form: Annotated[
+        LogFormat, typer.Option("--format", help="File format: that of candump -l, or Vector's ASC or BLF.")
+    ] = LogFormat.CANDUMP,
+    output: Annotated[
+        Path | None, typer.Option("--output", help="A new file; without it, stdout (not for BLF).")
+    ] = None,
+    seconds: Seconds = None,
+    interface: Annotated[str, typer.Option(help="python-can interface.")] = "socketcand",
+    channel: Annotated[str, typer.Option(help="Channel of the interface.")] = "can0",
+    host: Annotated[str, typer.Option(help="For socketcand only: address of the CAN hub.")] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(help="For socketcand only: TCP port of the CAN hub.", min=1, max=65535)
+    ] = 29536,
+) -> None:
+    """Record every frame on a CAN bus: the frames of the instrument and of all other nodes.
+
+    If the command is killed, the file contains all frames that were received before.
+    A BLF file is incomplete after a kill: end the command with Ctrl-C or --seconds.
+    To send the recorded frames again, use python -m can.player.
+
+    Example: pneuforce canlog --seconds 10 --output press.log
+    """
+    from pneuforce.instrument.cli.watch.canlog import record
+    from pneuforce.registers.can.bus import CanAddress
+
+    address = CanAddress(interface=interface, channel=channel, host=host, port=port)
+    record(address, form.value, output, seconds)
+
+
+@commands.command()
+def hub(
+    port: Annotated[
+        int, typer.Option(help="TCP port on the loopback interface; 0 selects a free port.", min=0, max=65535)
+    ] = 29536,
+) -> None:
+    """Run a CAN hub, a CAN bus between the programs on this computer, until Ctrl-C or SIGTERM.
+
+    For a computer whose kernel does not support CAN. Prints one JSON line with the port.
+    Programs connect with the interface socketcand and the channel can0.
+
+    Example: pneuforce hub --port 29536
+    """
+    from pneuforce.errors import ServerError
+    from pneuforce.registers.can.hub import run
+
+    try:
+        run(port)
+    except OSError as error:
+        raise ServerError(str(error)) from None

@@ -1,0 +1,47 @@
+"""Checks of the certificates that a configuration names: whether servers can use them, and their end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.service.processes.modbus_security_server import tls_files
+from pneuforce.instrument.service.processes.web_process import web_tls_files
+from pneuforce.support.certificate_days import days_left, renewal_warning
+from pneuforce.support.tls_files import TlsFiles
+
+
+def check_certificates(configuration: Configuration, path: Path) -> None:
+    """Raise ConfigurationError if the certificate files of a server cannot be used.
+
+    `path` is the configuration file, to which the names of files are relative.
+    """
+    web = configuration.web
+    if web.enabled and bool(web.certificate) != bool(web.key):
+        empty = "certificate" if web.key else "key"
+        raise ConfigurationError(f"web.{empty} is empty: name both certificate and key, or none of them")
+    for section, files in _files(configuration, path):
+        try:
+            files.load()
+        except OSError as error:
+            raise ConfigurationError(f"{section}: {error}") from None
+
+
+def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
+    """Return a clause for each certificate that has expired or expires soon."""
+    found = []
+    for section, files in _files(configuration, path):
+        warning = renewal_warning(days_left(files.own_certificate(), time.time()))
+        found += [f"{section}: {warning}"] if warning else []
+    return found
+
+
+def _files(configuration: Configuration, path: Path) -> Iterator[tuple[str, TlsFiles]]:
+    security, web = configuration.modbus_security, configuration.web
+    if security.enabled:
+        yield "modbus_security", TlsFiles(**tls_files(security, path))
+    if web.enabled and web.certificate:
+        yield "web", TlsFiles(**web_tls_files(web, path))

@@ -1,0 +1,160 @@
+"""Check of the files and folders of a configuration: what the instrument could not use later."""
+
+from __future__ import annotations
+
+import os
+import pwd
+import stat
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
+from pneuforce.instrument.config import Configuration
+from pneuforce.instrument.service.buses.parameter_file import storage_of
+from pneuforce.instrument.service.checks.configured_files import ConfiguredFile, configured_files
+from pneuforce.instrument.service.checks.service_user import SERVICE_USER, service_permissions
+from pneuforce.instrument.users.file import load_users
+from pneuforce.support.atomic_file import STDIN
+
+#: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
+#: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
+SERVICE_FOLDERS = (Path("/var/lib/pneuforce"), Path("/run/pneuforce"))
+
+
+class FileReport(NamedTuple):
+    """Result of the checks. Each problem and each remark is one clause that begins with the key."""
+
+    problems: list[str]  #: must be corrected before the start
+    remarks: list[str]  #: are correct if systemd starts the instrument
+
+
+def check_files(configuration: Configuration, path: Path, user: str = SERVICE_USER) -> FileReport:
+    """Check each file that a configuration names, without creating or changing a file.
+
+    `path` is the configuration file, to which the names of files are relative. Root checks the files with the
+    permissions of the user of the service, if this user exists.
+    """
+    report = FileReport([], [])
+    with service_permissions(user) as is_service_user:
+        for file in configured_files(configuration, path):
+            _check_file(file._replace(path=file.path.absolute()), path, is_service_user, report)
+    return report
+
+
+def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool, report: FileReport) -> None:
+    folder = file.path.parent
+    own_folders = [*SERVICE_FOLDERS, *(shared / configuration.stem for shared in SERVICE_FOLDERS)]
+    try:
+        if file.is_written and folder in own_folders and not os.path.lexists(folder):
+            report.remarks.append(
+                f"{file.key}: the folder {folder} is missing until systemd starts the service"
+            )
+        elif problem := _CHECKS.get(file.key, _read_problem)(file.path):
+            report.problems.append(f"{file.key}: {problem}")
+        elif file.is_written and is_service_user and not any(map(file.path.is_relative_to, SERVICE_FOLDERS)):
+            report.remarks.append(
+                f"{file.key}: the systemd unit permits no writing to {folder}: choose a folder in "
+                f"{SERVICE_FOLDERS[0]}, or add ReadWritePaths={folder} to the unit"
+            )
+    except PermissionError:
+        if is_service_user:  # otherwise the user of the service may have this permission
+            report.problems.append(
+                f"{file.key}: {_user()} cannot open the folders of {file.path}: chmod o+x them"
+            )
+
+
+def _read_problem(file: Path) -> str:
+    """Return why a file cannot be read, "" if this is possible."""
+    if file == STDIN or _is_permitted(file, os.R_OK):
+        return ""
+    return f"{_user()} cannot read {file}: chgrp {SERVICE_USER} {file} && chmod g+r {file}"
+
+
+def _folder_problem(folder: Path) -> str:
+    """Return why no file can be created in a folder, "" if this is possible. Raises PermissionError."""
+    try:
+        if not stat.S_ISDIR(folder.stat().st_mode):
+            return f"{folder} is a file, not a folder: choose another folder"
+    except (FileNotFoundError, NotADirectoryError):
+        return f"the folder {folder} is missing: create the folder, or choose another one"
+    if _is_permitted(folder, os.W_OK | os.X_OK):
+        return ""
+    return f"{_user()} cannot write to the folder {folder}: choose a folder in {SERVICE_FOLDERS[0]}"
+
+
+def _written_file_problem(file: Path) -> str:
+    """Return why a file cannot be created or written, "" if this is possible. Raises PermissionError."""
+    if (problem := _folder_problem(file.parent)) or not file.exists():
+        return problem
+    is_permitted = _is_permitted(file, os.R_OK | os.W_OK)
+    return "" if is_permitted else f"{_user()} cannot write to {file}: chown {SERVICE_USER} {file}"
+
+
+def _event_log_problem(file: Path) -> str:
+    if (problem := _written_file_problem(file)) or not file.exists():
+        return problem
+    try:
+        with open_event_log(file) as records:
+            next(records, None)
+    except ConfigurationError as error:
+        return str(error)
+    except DamagedLogError as error:
+        return f"{error}: name another file, or move this file away"
+    return ""
+
+
+def _socket_problem(file: Path) -> str:
+    if (problem := _folder_problem(file.parent)) or not file.exists() or file.is_socket():
+        return problem
+    return f"{file} is a file, not a socket: choose another name"
+
+
+def _parameter_problem(file: Path) -> str:
+    problem = storage_of(file, configured_node_id=1).problem
+    return f"{file}: {problem}: move the file away" if problem else _folder_problem(file.parent)
+
+
+def _users_problem(file: Path) -> str:
+    """Return why a file of users cannot be used, or that other users of the computer can read its hashes."""
+    if file.exists() and not _is_permitted(file, os.R_OK):
+        return f"{_user()} cannot read {file}: chown {SERVICE_USER} {file}"
+    try:
+        load_users(file)
+    except ConfigurationError as error:
+        return str(error)
+    if file.exists() and file.stat().st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+        return f"{file} contains hashes of passwords, and other users can read it: chmod 600 {file}"
+    return ""
+
+
+def _recordings_problem(folder: Path) -> str:
+    """Return why a folder of recordings cannot be used. The first recording creates a missing folder."""
+    if folder.exists() and not folder.is_dir():
+        return f"{folder} is a file, not a folder: choose another name"
+    return _folder_problem(next(existing for existing in (folder, *folder.parents) if existing.exists()))
+
+
+def _is_permitted(file: Path, access: int) -> bool:
+    return os.access(file, access, effective_ids=True)
+
+
+def _user() -> str:
+    """Return the user whose permissions apply, in words."""
+    number = os.geteuid()
+    try:
+        return f"the user {pwd.getpwuid(number).pw_name}"
+    except KeyError:
+        return f"the user {number}"
+
+
+#: Checks by the key of the file. Every other file is only read.
+_CHECKS: dict[str, Callable[[Path], str]] = {
+    "events.file": _event_log_problem,
+    "local.socket": _socket_problem,
+    "can.parameter_file": _parameter_problem,
+    "mqtt.store": _written_file_problem,
+    "web.users_file": _users_problem,
+    "web.recordings": _recordings_problem,
+}

@@ -1,0 +1,1 @@
+"""Event loop of the host: it connects the rig, the instrument and the output channels."""

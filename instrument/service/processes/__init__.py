@@ -1,0 +1,1 @@
+"""Processes beside the host: web page, MQTT, Modbus/TCP Security, recorder."""

@@ -1,0 +1,110 @@
+"""Process of MQTT with Sparkplug B, and the checks of its settings."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+from pneuforce.errors import ConfigurationError, ServerError
+from pneuforce.instrument.config import Configuration, MqttSection, resolve_path
+from pneuforce.instrument.service.processes.service_process import ServiceProcess
+from pneuforce.support.broker_url import broker_address
+from pneuforce.support.client_tls import client_context
+
+END_S = 1.0  #: time to publish the death and to store what the broker has not confirmed
+LIBRARIES = ("aiomqtt", "google.protobuf")  #: the extra `mqtt` installs them
+
+_FILES = ("ca", "certificate", "key", "password_file", "store")
+_SETTINGS = (
+    *("group", "device", "period_s", "force_deadband_n", "pressure_deadband_kpa", "primary_host", "user"),
+    *("store_max_mb", "store_max_age_h"),
+)
+
+
+class MqttProcess(ServiceProcess):
+    """MQTT process of a configuration, on the local socket of the host."""
+
+    def __init__(self, configuration: Configuration, socket: Path, files: Mapping[str, str]) -> None:
+        settings = configuration.mqtt
+        options = {
+            "socket": str(socket),
+            **broker_address(settings.broker)._asdict(),
+            "edge_node": edge_node_of(configuration),
+            **settings.model_dump(include=set(_SETTINGS)),
+            **files,
+        }
+        super().__init__("pneuforce.mqtt", "MQTT", options)
+        self._line = f"MQTT to {settings.broker} as {settings.group}/{options['edge_node']}/{settings.device}"
+
+    def serving_line(self) -> str:
+        """Return the line of the log when the process has started."""
+        return self._line
+
+    @property
+    def end_s(self) -> float:
+        """Return the time after which the process is killed if it does not end by itself [s]."""
+        return END_S
+
+
+def edge_node_of(configuration: Configuration) -> str:
+    """Return the name of the edge node: the configured one, or one with the serial or the host name."""
+    number = configuration.identity.serial_number
+    name = str(number) if number else re.sub(r"[^\w.-]", "-", socket.gethostname())
+    return configuration.mqtt.edge_node or f"pneuforce-{name}"
+
+
+def mqtt_files(settings: MqttSection, configuration_file: Path) -> dict[str, str]:
+    """Return the paths of the files of MQTT. The path of an unused file is empty."""
+    paths = {name: resolve_path(configuration_file, getattr(settings, name)) for name in _FILES}
+    return {name: str(path.absolute()) if path else "" for name, path in paths.items()}
+
+
+def mqtt_process_of(
+    configuration: Configuration, socket: Path | None, files: Mapping[str, str]
+) -> MqttProcess | None:
+    """Return the MQTT process of a configuration, or None if it is disabled or no files are given.
+
+    Raises ServerError if there is no local socket, or a library is missing.
+    """
+    if not configuration.mqtt.enabled or not files:
+        return None
+    if socket is None:
+        raise ServerError("mqtt.enabled = true needs the local socket, but local.socket is empty: set it")
+    if not all(map(_is_installed, LIBRARIES)):
+        raise ServerError(
+            "mqtt.enabled = true needs libraries that are not installed: pip install 'pneuforce[mqtt]'"
+        )
+    return MqttProcess(configuration, socket, files)
+
+
+def check_mqtt(configuration: Configuration, path: Path, socket: Path | None) -> None:
+    """Raise PneuforceError if the MQTT process of the configuration file `path` could not start."""
+    settings, files = configuration.mqtt, mqtt_files(configuration.mqtt, path)
+    if mqtt_process_of(configuration, socket, files) is None:
+        return
+    broker = broker_address(settings.broker)
+    if bool(settings.certificate) != bool(settings.key):
+        raise ConfigurationError("mqtt: set both certificate and key, or none of them")
+    if settings.password_file and not settings.user:
+        raise ConfigurationError("mqtt: password_file needs user: set it")
+    if not broker.tls and (settings.ca or settings.certificate):
+        raise ConfigurationError("mqtt: ca and certificate need TLS: set broker to mqtts://…")
+    try:
+        if broker.tls:
+            client_context(files["ca"], files["certificate"], files["key"])
+        if settings.password_file:
+            os.close(os.open(files["password_file"], os.O_RDONLY))
+    except OSError as error:
+        name = f"{error.filename}: {error.strerror}" if error.filename else error
+        raise ConfigurationError(f"mqtt: {name}") from None
+
+
+def _is_installed(library: str) -> bool:
+    try:
+        return find_spec(library) is not None
+    except ModuleNotFoundError:
+        return False

@@ -1,0 +1,63 @@
+"""Tests of the exit codes: the table in the document, the systemd unit, and the code of each failure."""
+
+import re
+import socket
+
+import pytest
+
+from pneuforce import errors
+from pneuforce.errors import PneuforceError
+from pneuforce.instrument.cli.files import FOLDER
+from pneuforce.instrument.cli.terminal.exit_codes import MEANINGS, ExitCode, exit_code_of
+from tests.command_runner import pneuforce
+from tests.source_tree import ROOT
+
+ERRORS = [
+    each for each in vars(errors).values() if isinstance(each, type) and issubclass(each, PneuforceError)
+]
+
+
+def test_the_document_contains_each_code_and_its_meaning():
+    page = (ROOT / "docs/how-to/command-line.md").read_text(encoding="utf-8")
+    listed = {int(code): text for code, text in re.findall(r"^\| (\d+) \| (.*) \|$", page, re.MULTILINE)}
+    assert listed == {int(code): MEANINGS[code] for code in ExitCode}
+
+
+def test_each_class_of_errors_has_its_own_code():
+    general = {each.__name__ for each in ERRORS if exit_code_of(each.__new__(each)) is ExitCode.FAILED}
+    assert general == {"PneuforceError", "ClientError", "InvalidForce"}
+    assert exit_code_of(OSError()) is ExitCode.IO_ERROR
+
+
+def test_systemd_does_not_restart_an_instrument_with_an_invalid_configuration():
+    unit = (FOLDER / "pneuforce.service").read_text(encoding="utf-8")
+    assert re.findall("^RestartPreventExitStatus=(.*)$", unit, re.MULTILINE) == [str(ExitCode.CONFIGURATION)]
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("--version", ExitCode.DONE),
+        ("estimate --dpi 8", ExitCode.USAGE),
+        ("estimate --dpi 8 --dpf 7", ExitCode.USAGE),
+        ("log verify nothing.sqlite", ExitCode.USAGE),
+        ("run --config {folder}/missing.toml", ExitCode.CONFIGURATION),
+        ("run --config {folder}/invalid.toml", ExitCode.CONFIGURATION),
+        ("run --config {folder}/uncalibrated.toml", ExitCode.CONFIGURATION),
+        ("log show --config {folder}/invalid.toml", ExitCode.CONFIGURATION),
+        ("run --config {folder}/foreign-log.toml", ExitCode.CONFIGURATION),
+        ("run --config {folder}/no-rig.toml", ExitCode.UNAVAILABLE),
+        ("watch modbus --port 1", ExitCode.UNAVAILABLE),
+        ("sim fault leak --control 1", ExitCode.UNAVAILABLE),
+        ("hub --port {taken}", ExitCode.UNAVAILABLE),
+    ],
+)
+def test_a_command_exits_with_the_code_of_its_failure(tmp_path, words, code):
+    (tmp_path / "invalid.toml").write_text("[modbus]\nport = 70000\n")
+    (tmp_path / "uncalibrated.toml").write_text('[measurement]\ncalibration = "missing.toml"\n')
+    (tmp_path / "foreign-log.toml").write_text('[events]\nfile = "invalid.toml"\n')
+    (tmp_path / "no-rig.toml").write_text(f'[rig]\nport = "{tmp_path}/nothing"\n')
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        taken = server.getsockname()[1]
+        done = pneuforce(*words.format(folder=tmp_path, taken=taken).split(), cwd=tmp_path, timeout_s=20)
+    assert (done.returncode, "Traceback" in done.stderr) == (code, False), done.stderr

@@ -1,0 +1,1 @@
+"""Login on the web page: users, passwords, sessions, rate limits."""

@@ -1,0 +1,1 @@
+"""Connections of the web server: limits, eviction, TLS, and requests in JSON."""
