@@ -141,7 +141,7 @@ class Instrument(InstrumentState):
         """Handle all effects of time: lost link, leases, delayed vents, commands in progress."""
         self.revision += 1
         self.check_stall(now_s)
-        if self.link_lost(now_s) and self.sample is not None and not self._resuming(now_s):
+        if self.link_lost(now_s) and self.sample is not None and not self.resuming(now_s):
             self.trip(HostFault.LINK_LOST)
         self._check_lease(now_s)
         self.command_monitor.set_command(self.holding, now_s)
@@ -157,7 +157,7 @@ class Instrument(InstrumentState):
         if self.sample is not None and (sentence := self._stall_report.update(stall_s, now_s)):
             log.warning(sentence)
 
-    def _resuming(self, now_s: float) -> bool:
+    def resuming(self, now_s: float) -> bool:
         """Return True shortly after a stall, because bytes from the stall may still be in the buffers.
 
         Repeated stalls postpone a trip at most until the host timeout. The board then vents by itself.
@@ -165,7 +165,7 @@ class Instrument(InstrumentState):
         return self.stalls.buffered_s(now_s) > 0 and self.age_s(now_s) <= self.settings.host_timeout_s
 
     def _check_lease(self, now_s: float) -> None:
-        if not self._resuming(now_s) and self.lease.expire(now_s):
+        if not self.resuming(now_s) and self.lease.expire(now_s):
             self.trip_after_contact(HostFault.LEASE_EXPIRED, now_s)
 
     # ---- output to the rig

@@ -86,9 +86,14 @@ class Session:
         self.instrument.tick(now_s)
 
     def outgoing(self, now_s: float) -> bytes:
-        """Return the bytes to send to the board now. Call this after each tick while the port is open."""
+        """Return the bytes to send to the board now. Call this after each tick while the port is open.
+
+        After a silence, the handshake starts again, which vents the balloon. A stall of this process is not
+        a silence, because samples from the stall may still be in the buffers.
+        """
         self.sink.record(EntryKind.COMMAND, now_s)
-        if now_s - self.heard_s > MAX_SILENCE_S and self.link.phase is not LinkPhase.GREETING:
+        silent = now_s - self.heard_s > MAX_SILENCE_S and not self.instrument.resuming(now_s)
+        if silent and self.link.phase is not LinkPhase.GREETING:
             self.link.restart()
         return self.link.tick(self.instrument.command(), now_s)
 

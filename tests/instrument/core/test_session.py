@@ -6,9 +6,11 @@ from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.protocol.frames import BoardKind, Hello, encode
+from pneuforce.protocol.frames import BoardKind, BoardState, Hello, encode
+from tests.instrument.recording.virtual_host import VirtualHost
 from tests.instrument.rig.test_link import hello, sample
 
+PTY_BYTES = 4095  #: bytes that a pseudo-terminal of Linux stores
 SLOW_TO_SHUT = encode(Hello(BoardKind.REAL, 0x100, 1200, 7, 400, 2000), 0)
 
 
@@ -27,3 +29,24 @@ def test_after_an_incompatible_board_samples_are_ignored_until_a_new_handshake(w
     session.attach(0.2)
     assert session.receive(sample(1) + sample(2), 0.3) == []
     assert session.receive(hello(1300) + sample(3), 0.4)
+
+
+@pytest.mark.parametrize("first", ["tick", "samples"])
+@pytest.mark.parametrize("stall_s", [0.3, 1.5, 1.9])
+def test_after_a_stall_the_balloon_is_still_held_whatever_the_host_does_first(stall_s, first):
+    """The samples of the stall fill the buffer of the port, so that the next bytes of the board are lost.
+
+    The host may tick before it reads the buffer.
+    """
+    host = VirtualHost()
+    host.inflate()
+    host.run(10.0, lambda: host.instrument.sample.state == BoardState.HOLDING)
+    buffered = b"".join([host.world.step(b"") for _ in range(round(stall_s / 0.002))])[:PTY_BYTES]
+    host.now_s += stall_s
+    if first == "tick":
+        host.session.tick(host.now_s)
+        host.world.step(host.session.outgoing(host.now_s))
+    for raw in host.session.receive(buffered, host.now_s):
+        host.session.process(raw, host.now_s)
+    host.run(2.0)
+    assert (host.instrument.sample.state, list(host.instrument.faults)) == (BoardState.HOLDING, [])
