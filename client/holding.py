@@ -29,6 +29,7 @@ INFLATION_START_S = 1.0  #: longest time from the request until the state of the
 FAULT_TIMEOUT_S = 0.2
 VALID_TIMEOUT_S = 1.0  #: longest wait for a valid force after the setpoint was reached
 RENEWALS_PER_LEASE = 3
+RECONNECT_S = 0.05  #: pause before another renewal of the lease, if the connection is lost
 INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
 NOT_INFLATED = (State.BOOT, State.VENTED, State.VENTING)
 
@@ -253,21 +254,25 @@ class Hold:
     # ---- thread that renews the lease
 
     def _renew_lease(self) -> None:
-        renewed_s = time.monotonic()
-        while not self._cancelled.wait(self._request.lease_s / RENEWALS_PER_LEASE):
+        """Renew the lease until the end of the hold, also after a time without a connection.
+
+        A stalled instrument keeps the lease, and accepts a renewal for 0.25 s after the stall. If the lease
+        has expired, the state of the rig shows it.
+        """
+        period_s = self._request.lease_s / RENEWALS_PER_LEASE
+        pause_s = period_s
+        while not self._cancelled.wait(pause_s):
+            pause_s = period_s
             try:
                 if self._settled:
                     self._check_state(self._connection.read())
                 if self._cancelled.is_set():
                     return
                 self._connection.renew_lease(self._request.lease_s)
-                renewed_s = time.monotonic()
                 if self._cancelled.is_set():  # the vent can have been sent before this renewal
                     self._connection.renew_lease(0.0)
-            except ConnectionLost as failure:  # the next renewal can still be in time
-                if time.monotonic() - renewed_s > self._request.lease_s:
-                    self._failure = failure
-                    return
+            except ConnectionLost:
+                pause_s = RECONNECT_S
             except ClientError as failure:
                 self._failure = failure
                 if isinstance(failure, HoldEnded | Tripped):
