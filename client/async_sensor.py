@@ -69,7 +69,7 @@ class AsyncForceSensor:
         return await run_in(self._executor, self._sensor.read)
 
     async def stream(self, timeout_s: float = 1.0) -> AsyncIterator[Measurement]:
-        """Yield each new measurement. See `ForceSensor.stream`."""
+        """Yield new measurements. See `ForceSensor.stream`."""
         samples = self._sensor.stream(timeout_s)
         step: asyncio.Future[Measurement] | None = None
         try:
@@ -104,6 +104,10 @@ class AsyncForceSensor:
     async def set_setpoint(self, setpoint_kpa: float) -> None:
         """Write the setpoint of the next hold. See `ForceSensor.set_setpoint`."""
         await run_in(self._executor, lambda: self._sensor.set_setpoint(setpoint_kpa))
+
+    async def set_force_limit(self, force_limit_n: float) -> None:
+        """Write the limit of the force alarm. See `ForceSensor.set_force_limit`."""
+        await run_in(self._executor, lambda: self._sensor.set_force_limit(force_limit_n))
 
     async def release(self) -> None:
         """Vent, and end the lease. See `ForceSensor.release`."""

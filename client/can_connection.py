@@ -128,6 +128,13 @@ class CanSensorConnection:
             "hold: end the hold and begin another, or connect to a tcp:// or rtu:// address"
         )
 
+    def set_force_limit(self, force_limit_n: float) -> None:  # noqa: ARG002
+        """Raise UsageError: a CAN Command has no field for the limit."""
+        raise UsageError(
+            f"{self._url} cannot write the force limit, because a CAN Command has no field for it: "
+            "connect to a tcp:// or rtu:// address, or set force_limit_n in the configuration"
+        )
+
     def renew_lease(self, lease_s: float) -> None:
         """Send the Command lease, if no other node has vented. Raises ConnectionLost, HoldEnded, Rejected."""
         if self._receiver.silent_s() > self.silence_s:

@@ -73,6 +73,10 @@ class SensorConnection(Protocol):
         """Write the setpoint of the present or of the next hold."""
         ...
 
+    def set_force_limit(self, force_limit_n: float) -> None:
+        """Write the limit of the force alarm."""
+        ...
+
     def run_command(self, command: Command, argument: int = 0) -> None:
         """Run a command, and wait until the command is done."""
         ...

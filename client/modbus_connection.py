@@ -138,6 +138,10 @@ class ModbusSensorConnection:
         """Write the setpoint. This write never inflates a balloon that is vented."""
         self._repeatable(lambda client: client.write("setpoint_requested", setpoint_kpa))
 
+    def set_force_limit(self, force_limit_n: float) -> None:
+        """Write the limit of the force alarm. This write moves no valve."""
+        self._repeatable(lambda client: client.write("force_limit", force_limit_n))
+
     def _allow_proof_tests(self, allowed: bool) -> None:
         proof_test = "allowed" if allowed else "forbidden"
         self._repeatable(lambda client: client.write("proof_test", proof_test))

@@ -162,6 +162,10 @@ class RdtSensorConnection:
         """Raise ReadOnlySensor."""
         self._reject("write a setpoint")
 
+    def set_force_limit(self, force_limit_n: float) -> None:  # noqa: ARG002
+        """Raise ReadOnlySensor."""
+        self._reject("write the force limit")
+
     def run_command(self, command: Command, argument: int = 0) -> None:  # noqa: ARG002
         """Raise ReadOnlySensor."""
         self._reject(command)

@@ -7,13 +7,13 @@ import time
 from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
-from pneuforce.client.details import VENT_FAULTS, Details, fault_of
+from pneuforce.client.details import Details
+from pneuforce.client.failed_vent import failed_vent
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
-from pneuforce.client.value_checks import check_setpoint
-from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentFailed, VentNotConfirmed
-from pneuforce.registers.advice import STATUS_ADVICE
+from pneuforce.client.value_checks import check_force_limit, check_setpoint
+from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentNotConfirmed
 
 VENT_POLL_S = 0.05
 MAX_BALLOON_ID = 0xFFFF  #: largest argument of a command
@@ -74,9 +74,11 @@ class ForceSensor:
         return self._checked(self._connection.read())
 
     def stream(self, timeout_s: float = 1.0) -> Iterator[Measurement]:
-        """Yield each new measurement. No sample is repeated.
+        """Yield new measurements. No sample is repeated.
 
-        If the program is slower than the instrument, samples are skipped, so that a measurement is never old.
+        If the program or the bus is slower than the instrument, samples are skipped, so that a measurement is
+        never old. Modbus is polled, and yields at most 100 measurements per second. CAN yields those of the
+        configured rate of the frame Force, 100 per second by default, and RDT yields all 500.
         If no new sample arrives for about 0.1 s, an invalid measurement without sample counter is yielded, so
         that the loop can react. If no new sample arrives for `timeout_s`, ConnectionLost is raised. HoldEnded
         or Tripped is raised if the balloon is no longer held.
@@ -140,8 +142,10 @@ class ForceSensor:
         stays inflated. A program of the same peer is not protected in this way, because it has the same
         lease. All nodes of one CAN bus together are one peer.
 
-        A background thread renews the lease. If the process dies, the lease expires, and the instrument
-        vents. If the program hangs, the thread still renews the lease, so the balloon stays inflated.
+        A background thread renews the lease three times in each `lease_s`. If the process dies, the lease
+        expires, and the instrument vents. If the program hangs, the thread still renews the lease, so the
+        balloon stays inflated. A process that is stopped for longer than `lease_s` loses the lease, and the
+        rig trips: choose `lease_s` longer than such a pause. A stall of the instrument ends no lease.
 
         Every 60 s without contact, a proof test makes the force invalid for 0.7 s. `proof_tests=False`
         forbids the proof tests during the hold, for example during a movement of a robot.
@@ -149,7 +153,7 @@ class ForceSensor:
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
         raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost. If it has
         already taken the lease, it then vents. A trip inside the context is raised by the next `read` or by
-        the stream.
+        the stream. After the end of the context, a measurement can show the held balloon for up to 20 ms.
         """
         self._check_open()
         request = HoldRequest(setpoint_kpa, lease_s, proof_tests)
@@ -189,17 +193,10 @@ class ForceSensor:
             if measurement.balloon_empty:
                 return measurement
             if Status.VENT_FAULT in measurement.status:
-                raise self._failed_vent(measurement)
+                raise failed_vent(self._connection.first_out_fault(), measurement.pressure_kpa)
             if not time.monotonic() < until_s:
                 raise VentNotConfirmed(timeout_s, measurement.pressure_kpa)
             time.sleep(VENT_POLL_S)
-
-    def _failed_vent(self, measurement: Measurement) -> VentFailed:
-        """Return the error of a failed vent. The first-out fault is named only if it is the cause."""
-        fault, advice = fault_of(self._connection.first_out_fault()), STATUS_ADVICE["vent_fault"]
-        if fault is None or fault.name not in VENT_FAULTS:
-            return VentFailed("vent_fault", advice.what, advice.do, measurement.pressure_kpa)
-        return VentFailed(fault.name, advice.what, fault.remedy, measurement.pressure_kpa)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:
         """Write the setpoint (2 to 12 kPa) of the next hold. A held balloon gets the setpoint at once.
@@ -210,6 +207,16 @@ class ForceSensor:
         self._check_open()
         check_setpoint(setpoint_kpa)
         self._connection.set_setpoint(setpoint_kpa)
+
+    def set_force_limit(self, force_limit_n: float) -> None:
+        """Write the limit of the force alarm (0.1 to 20 N), for the status `FORCE_HIGH_ALARM`.
+
+        The limit is valid until the instrument is started again. This call needs Modbus: over CAN, it raises
+        UsageError. Raises ConfigurationError, Rejected and ConnectionLost.
+        """
+        self._check_open()
+        check_force_limit(force_limit_n)
+        self._connection.set_force_limit(force_limit_n)
 
     def release(self) -> None:
         """Vent, and end the lease of this peer, as at the normal end of a program.
@@ -225,12 +232,12 @@ class ForceSensor:
     def details(self) -> Details:
         """Return the first-out fault with its remedy, the requested setpoint, the lease and the versions.
 
-        Raises ConnectionLost.
+        CAN transmits no faults that were latched before the connection was opened. Raises ConnectionLost.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
                 fault = sensor.details().first_out_fault
-                print(fault.remedy if fault else "no fault is latched")
+                print(fault.remedy if fault else "no fault is known")
         """
         self._check_open()
         return self._connection.details()

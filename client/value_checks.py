@@ -14,6 +14,11 @@ def check_setpoint(setpoint_kpa: float) -> None:
     _check_range(BY_NAME["setpoint_requested"], "setpoint_kpa", "kPa", setpoint_kpa, 1.0)
 
 
+def check_force_limit(force_limit_n: float) -> None:
+    """Raise ConfigurationError if the instrument would reject a force limit."""
+    _check_range(BY_NAME["force_limit"], "force_limit_n", "N", force_limit_n, 1.0)
+
+
 def check_lease(lease_s: float) -> None:
     """Raise ConfigurationError if the instrument would reject a lease time."""
     _check_range(BY_NAME["lease"], "lease_s", "s", lease_s, 1e-3)

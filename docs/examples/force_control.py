@@ -23,7 +23,7 @@ import pneuforce
 TARGET_N = 1.5
 FORCE_LIMIT_N = 1.8  # limit of this program, because not every bus transmits the force alarm
 WATCH_PERIOD_S = 0.1
-GAIN_MM_PER_S_N = 10.0  # gain × stiffness of the contact × delay must stay below 0.3
+GAIN_MM_PER_S_N = 10.0  # gain × stiffness of the contact × delay: below 0.3, see docs/how-to/force-control.md
 MAX_SPEED_MM_PER_S = 5.0
 BACK_OFF_MM_PER_S = -5.0
 

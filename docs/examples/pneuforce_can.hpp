@@ -13,8 +13,10 @@
 
 namespace pneuforce {
 
-constexpr std::uint32_t NODE_ID = 5, FORCE = 0x180 + NODE_ID, COMMAND = 0x200 + NODE_ID, STATE = 0x280 + NODE_ID,
-                        STATUS = 0x380 + NODE_ID, ANSWER = 0x480 + NODE_ID;
+// Node id of the instrument by default. For another instrument, give its node id as the last argument.
+constexpr std::uint32_t NODE_ID = 5;
+// Identifiers of the frames, to which the node id is added.
+constexpr std::uint32_t FORCE = 0x180, COMMAND = 0x200, STATE = 0x280, STATUS = 0x380, ANSWER = 0x480;
 enum Mode : std::uint8_t { VENT = 0, HOLD = 1, CLEAR_FAULTS = 2, ZERO_PRESSURE = 3, LEASE = 4 };
 enum ProofTests : std::uint8_t { ALLOWED = 0, FORBIDDEN = 1 };
 enum Result : std::uint8_t { ACCEPTED = 0, RENEWED = 4, REJECTED_LEASE = 19 };
@@ -75,33 +77,33 @@ inline bool has_layout(const Frame &frame, std::uint32_t id, std::size_t length)
     return frame.id == id && frame.length == length;
 }
 
-inline std::optional<Force> decode_force(const Frame &frame)
+inline std::optional<Force> decode_force(const Frame &frame, std::uint32_t node_id = NODE_ID)
 {
-    if (!has_layout(frame, FORCE, 8))
+    if (!has_layout(frame, FORCE + node_id, 8))
         return {};
     auto status = frame.data[6];
     return Force{status & FORCE_VALID ? read_i16(frame, 0) : Reading{}, read_i16(frame, 2), read_u16(frame, 4), status,
                  frame.data[7]};
 }
 
-inline std::optional<State> decode_state(const Frame &frame)
+inline std::optional<State> decode_state(const Frame &frame, std::uint32_t node_id = NODE_ID)
 {
-    if (!has_layout(frame, STATE, 8))
+    if (!has_layout(frame, STATE + node_id, 8))
         return {};
     return State{read_i16(frame, 0), read_i16(frame, 2), read_u16(frame, 4), read_i16(frame, 6)};
 }
 
-inline std::optional<Status> decode_status(const Frame &frame)
+inline std::optional<Status> decode_status(const Frame &frame, std::uint32_t node_id = NODE_ID)
 {
-    if (!has_layout(frame, STATUS, 8))
+    if (!has_layout(frame, STATUS + node_id, 8))
         return {};
     auto bits = read_code(frame, 0) | static_cast<std::uint32_t>(read_code(frame, 2)) << 16;
     return Status{bits, frame.data[4], frame.data[5], frame.data[6], frame.data[7]};
 }
 
-inline std::optional<Answer> decode_answer(const Frame &frame)
+inline std::optional<Answer> decode_answer(const Frame &frame, std::uint32_t node_id = NODE_ID)
 {
-    if (!has_layout(frame, ANSWER, 4))
+    if (!has_layout(frame, ANSWER + node_id, 4))
         return {};
     return Answer{frame.data[0], frame.data[1], read_i16(frame, 2)};
 }
@@ -118,12 +120,13 @@ inline std::uint16_t setpoint_code(double setpoint_kpa)
 
 // Return a Command. The setpoint is used only by the mode hold. `proof_tests` is stored by the modes hold and vent.
 inline Frame command(Mode mode, double setpoint_kpa, std::uint16_t lease_ms, std::uint8_t sequence,
-                     ProofTests proof_tests = ALLOWED)
+                     ProofTests proof_tests = ALLOWED, std::uint32_t node_id = NODE_ID)
 {
     std::uint16_t setpoint_pa = mode == HOLD ? setpoint_code(setpoint_kpa) : 0;
     auto low = [](std::uint16_t code) { return static_cast<std::uint8_t>(code & 0xFF); };
     auto high = [](std::uint16_t code) { return static_cast<std::uint8_t>(code >> 8); };
-    return {COMMAND, 8, {low(setpoint_pa), high(setpoint_pa), mode, sequence, low(lease_ms), high(lease_ms), proof_tests}};
+    return {COMMAND + node_id, 8,
+            {low(setpoint_pa), high(setpoint_pa), mode, sequence, low(lease_ms), high(lease_ms), proof_tests}};
 }
 
 // ---- latest force for a control loop, and the checks of its validity
@@ -175,8 +178,9 @@ class Inflation {
   public:
     // Begin with another sequence number at each start of your program: the instrument rejects a hold that it already
     // had before the last vent.
-    Inflation(double setpoint_kpa, std::uint8_t first_sequence, ProofTests proof_tests = ALLOWED)
-        : setpoint_kpa_(setpoint_kpa), sequence_(first_sequence), proof_tests_(proof_tests)
+    Inflation(double setpoint_kpa, std::uint8_t first_sequence, ProofTests proof_tests = ALLOWED,
+              std::uint32_t node_id = NODE_ID)
+        : setpoint_kpa_(setpoint_kpa), node_id_(node_id), sequence_(first_sequence), proof_tests_(proof_tests)
     {
     }
 
@@ -187,7 +191,7 @@ class Inflation {
             return {};
         next_s_ = now_s + (step_ == Step::held ? RENEW_S : RETRY_S);
         Mode mode = step_ == Step::venting ? VENT : step_ == Step::inflating ? HOLD : LEASE;
-        return command(mode, setpoint_kpa_, LEASE_MS, sequence_, proof_tests_);
+        return command(mode, setpoint_kpa_, LEASE_MS, sequence_, proof_tests_, node_id_);
     }
 
     // Handle an Answer frame.
@@ -227,7 +231,7 @@ class Inflation {
     {
         if (step_ == Step::rejected && (!leased_ || result_ == REJECTED_LEASE))
             return {};
-        return command(leased_ ? VENT : LEASE, 0, 0, static_cast<std::uint8_t>(sequence_ + 1));
+        return command(leased_ ? VENT : LEASE, 0, 0, static_cast<std::uint8_t>(sequence_ + 1), ALLOWED, node_id_);
     }
 
   private:
@@ -241,6 +245,7 @@ class Inflation {
     }
 
     double setpoint_kpa_, next_s_ = 0;
+    std::uint32_t node_id_;
     std::uint8_t sequence_, result_ = ACCEPTED, end_state_ = 0;
     ProofTests proof_tests_;
     bool leased_ = false, inflated_ = false;

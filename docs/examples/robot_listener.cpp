@@ -70,8 +70,9 @@ class SocketCan : public Link {
         sockaddr_can address{};
         address.can_family = AF_CAN;
         address.can_ifindex = static_cast<int>(if_nametoindex(name));
-        can_filter filters[] = {{pneuforce::FORCE, EXACT}, {pneuforce::STATE, EXACT},
-                                {pneuforce::STATUS, EXACT}, {pneuforce::ANSWER, EXACT}};
+        using namespace pneuforce;
+        can_filter filters[] = {{FORCE + NODE_ID, EXACT}, {STATE + NODE_ID, EXACT},
+                                {STATUS + NODE_ID, EXACT}, {ANSWER + NODE_ID, EXACT}};
         open = socket_ >= 0 && address.can_ifindex > 0 &&
                setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, filters, sizeof filters) == 0 &&
                bind(socket_, reinterpret_cast<sockaddr *>(&address), sizeof address) == 0;
@@ -292,12 +293,12 @@ int report(const std::optional<pneuforce::Inflation> &inflation)
     return 1;
 }
 
-// Return a number that differs at each start. For lines of candump it is always 1, so that a run can be repeated.
-std::uint8_t first_sequence(const char *interface)
+// Return a number that differs at each start. For a recorded file it is always 1, so that a run can be repeated.
+std::uint8_t first_sequence(const Link &link)
 {
     using namespace std::chrono;
     auto now = duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-    return std::strcmp(interface, "-") == 0 ? 1 : static_cast<std::uint8_t>(now);
+    return link.recorded ? 1 : static_cast<std::uint8_t>(now);
 }
 
 // Return the setpoint, or NaN if the text is not completely a number from 2 to 12.
@@ -334,7 +335,7 @@ int main(int argc, char **argv)
         std::signal(number, [](int) { stopped = 1; });
     Loop loop;
     if (argc > 2)
-        loop.inflation.emplace(setpoint_kpa, first_sequence(argv[1]),
+        loop.inflation.emplace(setpoint_kpa, first_sequence(*link),
                                no_proof_tests ? pneuforce::FORBIDDEN : pneuforce::ALLOWED);
     run(*link, loop);
     std::fflush(stdout);

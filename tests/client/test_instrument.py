@@ -81,6 +81,9 @@ def test_a_hold_on_a_serial_line_renews_its_lease_and_ends_it(instrument, sensor
         assert 0.0 < details.lease_left_s <= 0.6
         sensor.set_setpoint(LOW_KPA + 0.1)
         assert instrument.registers()["setpoint_requested"] == pytest.approx(LOW_KPA + 0.1)
+        for limit_n in (4.5, 5.0):
+            sensor.set_force_limit(limit_n)
+            assert sensor.details().force_limit_n == limit_n
         with pytest.raises(pneuforce.VentNotConfirmed) as caught:
             sensor.wait_until_vented(0.1)
         assert caught.value.pressure_kpa == pytest.approx(LOW_KPA, abs=0.3)
@@ -377,10 +380,17 @@ def test_a_stream_over_a_dead_line_becomes_invalid_then_raises_and_the_sensor_re
     sensor.close()
 
 
+def test_can_cannot_write_single_values(sensors):
+    sensor = sensors["can"]
+    for call in (partial(sensor.set_setpoint, 5.0), partial(sensor.set_force_limit, 5.0)):
+        with pytest.raises(pneuforce.UsageError, match=r"tcp://"):
+            call()
+
+
 def test_rdt_can_command_nothing(sensors):
     sensor = sensors["rdt"]
-    hold, set_setpoint = sensor.hold(5.0).__enter__, partial(sensor.set_setpoint, 5.0)
-    for call in (sensor.vent, sensor.release, sensor.clear, sensor.zero, hold, set_setpoint):
+    writes = [partial(sensor.set_setpoint, 5.0), partial(sensor.set_force_limit, 5.0)]
+    for call in (sensor.vent, sensor.release, sensor.clear, sensor.zero, sensor.hold(5.0).__enter__, *writes):
         with pytest.raises(pneuforce.ReadOnlySensor):
             call()
     assert sensor.details() == pneuforce.Details()

@@ -21,6 +21,7 @@ SENSOR = {
     "new_balloon": "(balloon_id)",
     "read": "()",
     "release": "()",
+    "set_force_limit": "(force_limit_n)",
     "set_setpoint": "(setpoint_kpa)",
     "stream": "(timeout_s=1.0)",
     "vent": "()",

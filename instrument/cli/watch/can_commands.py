@@ -1,4 +1,4 @@
-"""The commands for a CAN bus: canlog, hub."""
+"""The commands for a CAN bus: canlog, cansend, hub."""
 
 from __future__ import annotations
 
@@ -11,6 +11,13 @@ import typer
 from pneuforce.instrument.cli.terminal.options import Seconds
 
 commands = typer.Typer()
+
+Interface = Annotated[str, typer.Option(help="python-can interface.")]
+Channel = Annotated[str, typer.Option(help="Channel of the interface.")]
+HubHost = Annotated[str, typer.Option("--host", help="For socketcand only: address of the CAN hub.")]
+HubPort = Annotated[
+    int, typer.Option("--port", help="For socketcand only: TCP port of the CAN hub.", min=1, max=65535)
+]
 
 
 class LogFormat(Enum):
@@ -30,12 +37,10 @@ def canlog(
         Path | None, typer.Option("--output", help="A new file; without it, stdout (not for BLF).")
     ] = None,
     seconds: Seconds = None,
-    interface: Annotated[str, typer.Option(help="python-can interface.")] = "socketcand",
-    channel: Annotated[str, typer.Option(help="Channel of the interface.")] = "can0",
-    host: Annotated[str, typer.Option(help="For socketcand only: address of the CAN hub.")] = "127.0.0.1",
-    port: Annotated[
-        int, typer.Option(help="For socketcand only: TCP port of the CAN hub.", min=1, max=65535)
-    ] = 29536,
+    interface: Interface = "socketcand",
+    channel: Channel = "can0",
+    host: HubHost = "127.0.0.1",
+    port: HubPort = 29536,
 ) -> None:
     """Record every frame on a CAN bus: the frames of the instrument and of all other nodes.
 
@@ -50,6 +55,33 @@ def canlog(
 
     address = CanAddress(interface=interface, channel=channel, host=host, port=port)
     record(address, form.value, output, seconds)
+
+
+@commands.command()
+def cansend(
+    frames: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FRAME...", help="Frames to send, or - for lines of stdin.", show_default=False
+        ),
+    ],
+    interface: Interface = "socketcand",
+    channel: Channel = "can0",
+    host: HubHost = "127.0.0.1",
+    port: HubPort = 29536,
+) -> None:
+    """Send frames on a CAN bus, in the notation of cansend from can-utils or of candump -L.
+
+    The answer of the instrument is shown by pneuforce watch can.
+
+    Example: pneuforce cansend 205#0000000100000000
+
+    Example: pneuforce canlog | ./robot_listener - 6.0 | pneuforce cansend -
+    """
+    from pneuforce.instrument.cli.watch.cansend import send
+    from pneuforce.registers.can.bus import CanAddress
+
+    send(CanAddress(interface=interface, channel=channel, host=host, port=port), frames)
 
 
 @commands.command()

@@ -28,9 +28,12 @@ int main(int argc, char **argv)
 {
     for (int i = 1; i < argc; i++)
         print_hold(argv[i]);
-    Frame zeros{FORCE, 8, {}}, half_newton{FORCE, 8, {0xF4, 0x01, 0, 0, 0, 0, FORCE_VALID, 1}};
+    Frame zeros{FORCE + NODE_ID, 8, {}}, half_newton{FORCE + NODE_ID, 8, {0xF4, 0x01, 0, 0, 0, 0, FORCE_VALID, 1}};
     print_force("zeros", zeros, 0.01);
     print_force("new", half_newton, 0.01);
     print_force("old", half_newton, 0.11);
     print_force("future", half_newton, -0.01);
+    Inflation ninth(8, 1, ALLOWED, 9);
+    bool other = decode_force(half_newton, 9).has_value();
+    std::printf("node command=%X release=%X other=%d\n", ninth.due(0)->id, ninth.vent_and_release()->id, other);
 }

@@ -39,3 +39,8 @@ def test_a_force_without_its_valid_bit_or_with_an_unknown_age_is_nan(lines):
         "force old value=nan valid=0",
         "force future value=nan valid=0",
     ]
+
+
+@needs("g++")
+def test_the_frames_of_another_node_have_its_identifiers(lines):
+    assert lines[-1] == "node command=209 release=209 other=0"
