@@ -13,7 +13,8 @@ from pneuforce.instrument.stream.sample_record import SampleRecord
 from pneuforce.protocol.frames import BoardState
 from pneuforce.protocol.limits import HELD, HOST_SILENCE_S
 
-ENDED, OPEN, VENTED, TRIPPED, INTERRUPTED = "ended", "open", "vented", "tripped", "interrupted"
+ENDED, CUT, OPEN = "ended", "cut", "open"
+VENTED, TRIPPED, INTERRUPTED = "vented", "tripped", "interrupted"
 
 
 class RecordedContact(NamedTuple):
@@ -29,8 +30,8 @@ class RecordedContact(NamedTuple):
     force_n: float  #: force of the highest peak, which follows from `baseline_kpa` and `final_kpa`
     force_std_n: float  #: standard uncertainty of `force_n`
     peaks: int  #: number of peaks; a very short contact may have none
-    #: "ended"; "open" at the end of the samples; "vented", "tripped" or "interrupted" (missing samples) if
-    #: the contact did not end by itself
+    #: "ended" if the contact is complete; "cut" if its beginning is missing; "open" at the end of the
+    #: samples; "vented", "tripped" or "interrupted" (missing samples) if the contact did not end by itself
     state: str
     #: reasons why the contact has no force, separated by spaces; "" if it has a force
     reason: str
@@ -77,7 +78,7 @@ class ContactCollector:
             force_n=math.nan if reason else row.peak_n,
             force_std_n=math.nan if reason else row.peak_std_n,
             peaks=row.peaks,
-            state=OPEN if row.open else self._states[row.number],
+            state=CUT if row.cut else OPEN if row.open else self._states[row.number],
             reason=reason,
         )
 

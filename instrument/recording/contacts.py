@@ -26,7 +26,10 @@ from pneuforce.protocol.limits import HOST_SILENCE_S
 DEFAULT_CAPACITY = 200
 MAX_TUBE_TIME_CONSTANT_S = 1.0  #: a larger value in the header of a recording is not that of a tube
 DEFAULT_TUBE_TIME_CONSTANT_S = ChainSettings().tube_time_constant_s
-_SENSOR_FAULT = Quality.SENSOR_FAULT.value
+#: A contact that is detected within this number of samples after a gap or a proof test has begun before. If a
+#: contact begins after them, its pressure rises first, and it is detected later.
+DETECTION_SAMPLES = 5
+_SENSOR_FAULT, _TESTING = Quality.SENSOR_FAULT.value, Quality.TESTING.value
 
 
 class ContactRow(NamedTuple):
@@ -45,6 +48,7 @@ class ContactRow(NamedTuple):
     peaks: int  #: number of peaks; the peak in progress counts, and a very short contact may have none
     duration_s: float
     open: bool  #: True if the contact has not ended
+    cut: bool  #: True if the beginning is missing: before the first sample, in a gap or in a proof test
 
 
 @dataclass(slots=True)
@@ -58,6 +62,7 @@ class _OpenContact:
     peak: Peak  # highest peak, or the sample with the greatest force if there is no peak
     extremes: ContactExtremes
     trough_s: float  # time of the lowest pressure since the highest
+    cut: bool
     peaks: int = 0
     last_s: float = math.nan
 
@@ -90,6 +95,7 @@ class _OpenContact:
             self.peaks,
             self.last_s - self.begin_s,
             still_open,
+            self.cut,
         )
 
 
@@ -139,6 +145,7 @@ class ContactHistory:
         self._open: _OpenContact | None = None
         self._count = 0
         self._last_s = self._rest_s = self._smoothed_kpa = math.nan
+        self._complete_count = 0  # samples since the first sample, the last gap or the last proof test
 
     @property
     def rows(self) -> list[ContactRow]:
@@ -163,6 +170,8 @@ class ContactHistory:
         self._last_s = m.t_s
         if not continuous:
             self._rest_s = math.nan
+        missing = not continuous or m.quality & _TESTING
+        self._complete_count = 0 if missing else self._complete_count + 1
         self._smooth(m.unfiltered_kpa, dt_s, continuous)
         peaks = self._peaks.step(m)
         for peak in peaks:
@@ -223,6 +232,7 @@ class ContactHistory:
             _sample_peak(m),
             extremes,
             m.t_s,
+            self._complete_count < DETECTION_SAMPLES,
             last_s=m.t_s,
         )
 

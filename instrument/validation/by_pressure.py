@@ -57,11 +57,11 @@ def error_by_bin(rows: Iterable[ContactRow], reference: ReferenceForce) -> tuple
 
 
 def evaluable(rows: Iterable[ContactRow]) -> list[ContactRow]:
-    """Return the finished contacts with a force and a rise of at least 0.5 kPa, as the paper selects them."""
+    """Return the complete contacts with a force and a rise of at least 0.5 kPa, as the paper selects them."""
     return [
         row
         for row in rows
-        if not row.open and row.peak_n > 0 and row.final_kpa - row.baseline_kpa >= MIN_RISE_KPA
+        if not (row.open or row.cut) and row.peak_n > 0 and row.final_kpa - row.baseline_kpa >= MIN_RISE_KPA
     ]
 
 

@@ -190,6 +190,7 @@ def test_a_jump_in_time_longer_than_the_host_timeout_ends_a_contact(jump_s):
         stream.contacts.add_sample(m._replace(t_s=m.t_s + jump_s + 0.4))
     first, second = stream.rows
     assert (first.open, second.open) == (False, True)
+    assert (first.cut, second.cut) == (False, True)
     assert second.begin_s == second.initial_s == pytest.approx(first.begin_s + jump_s + 0.4)
     assert all(0 < row.duration_s < 0.4 for row in stream.rows)
 
@@ -212,6 +213,18 @@ def test_a_stream_can_begin_during_a_contact():
     assert (row.begin_s, row.initial_s) == (later[0].t_s, later[0].t_s)
     assert row.baseline_kpa == pytest.approx(complete.baseline_kpa, abs=0.01)
     assert row.radius_mm == pytest.approx(complete.radius_mm, abs=0.01)
+    assert (row.cut, complete.cut) == (True, False)
+
+
+@pytest.mark.parametrize("push_kpa", [0.15, 1.5])
+@pytest.mark.parametrize(("before_s", "cut"), [(0.7, True), (0.1, True), (0.0, False), (-0.5, False)])
+def test_a_proof_test_cuts_a_contact_that_begins_in_it(push_kpa, before_s, cut):
+    """`before_s` is the time from the beginning of the press to the end of the test."""
+    stream = Stream().run(0.5).run(0.72 - max(before_s, 0.0), state=BoardState.TESTING)
+    stream.run(max(-before_s, 0.0))
+    stream.harness.push_kpa = push_kpa
+    stream.run(max(before_s, 0.0), state=BoardState.TESTING).run(1.0).press(0.0, 1.0).press(push_kpa)
+    assert [row.cut for row in stream.rows] == [cut, False]
 
 
 def test_a_contact_without_a_force_has_no_peak():

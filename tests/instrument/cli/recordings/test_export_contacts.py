@@ -72,10 +72,20 @@ def test_a_contact_that_did_not_end_by_itself_has_another_state(pressed, tmp_pat
     [only] = collect_contacts(samples[:middle], TUBE_TIME_CONSTANT_S)
     assert only.state == "open"
     later = [m._replace(t_s=m.t_s + 5.0) for m in samples[middle:]]
-    first, *_ = collect_contacts(samples[:middle] + later, TUBE_TIME_CONSTANT_S)
-    assert first.state == "interrupted"
+    first, second, *_ = collect_contacts(samples[:middle] + later, TUBE_TIME_CONSTANT_S)
+    assert (first.state, second.state) == ("interrupted", "cut")
     vented = samples_of(record_story(tmp_path / "vented.recording", vent_during_a_contact))
     assert [contact.state for contact in collect_contacts(vented, TUBE_TIME_CONSTANT_S)] == ["vented"]
+
+
+def test_a_contact_that_began_before_the_table_is_cut(pressed, tmp_path):
+    [first, *_] = collect_contacts(samples_of(pressed), TUBE_TIME_CONSTANT_S)
+    with open_recording(pressed) as recording:
+        middle_s = first.begin_s + first.duration_s / 2 - recording.begin_s
+    exported(pressed, tmp_path / "part.csv", "--from-s", str(middle_s))
+    with (tmp_path / "part.csv").open() as file:
+        states = [row["state"] for row in csv.DictReader(file)]
+    assert states == ["cut", "ended", "ended", "ended"]
 
 
 def test_a_contact_without_a_force_has_the_reason(pressed):
