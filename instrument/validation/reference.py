@@ -53,18 +53,38 @@ _DEFAULT_COLUMNS = ReferenceColumns()
 def read(path: Path, columns: ReferenceColumns = _DEFAULT_COLUMNS) -> Points:
     """Return a reference force over time, with the columns t_s [s] and force_n [N].
 
-    Raises ConfigurationError if the file is invalid, or if the time does not rise from line to line.
+    Lines with the same time become one reading, the mean of their forces: a logger on a busy computer repeats
+    times, and so does a logger that rounds its times.
+
+    Raises ConfigurationError if the file is invalid, or if the time falls from line to line.
     """
     content = atomic_file.read_file(path)
     _check_columns(parse_table(content, str(path)), columns)
     points = parse_points(content, str(path), [(columns.time, columns.force)])
-    points.require_rows(2)
-    not_rising = np.flatnonzero(~(np.diff(points[columns.time]) > 0.0))
-    if len(not_rising):
-        raise points.error(f"{columns.time}: time must rise", int(not_rising[0]) + 1)
+    falling = np.flatnonzero(np.diff(points[columns.time]) < 0.0)
+    if len(falling):
+        raise points.error(f"{columns.time}: the time falls", int(falling[0]) + 1)
     newtons_per_unit = FORCE_UNITS_N[columns.unit] * (-1 if columns.inverted else 1)
     force_n = newtons_per_unit * points[columns.force]
-    return replace(points, columns={"t_s": points[columns.time], "force_n": force_n})
+    readings = _with_mean_of_equal_times(
+        replace(points, columns={"t_s": points[columns.time], "force_n": force_n})
+    )
+    readings.require_rows(2)
+    step_s = float(np.median(np.diff(readings["t_s"])))
+    if len(readings) < len(points) and step_s > MAX_REFERENCE_GAP_S:
+        raise points.error(
+            f"{columns.time}: the times have steps of {step_s:g} s, and several lines have the same time: "
+            f"use a column with steps of at most {MAX_REFERENCE_GAP_S:g} s"
+        )
+    return readings
+
+
+def _with_mean_of_equal_times(reference: Points) -> Points:
+    """Return one reading for each time. The times of `reference` do not fall."""
+    times_s, first, counts = np.unique(reference["t_s"], return_index=True, return_counts=True)
+    force_n = np.add.reduceat(reference["force_n"], first) / counts
+    lines = [reference.lines[row] for row in first]
+    return replace(reference, columns={"t_s": times_s, "force_n": force_n}, lines=lines)
 
 
 def _check_columns(table: CsvTable, columns: ReferenceColumns) -> None:

@@ -94,9 +94,19 @@ def test_a_reference_from_another_time_is_rejected(tmp_path):
         rows_of(samples(1.0), known)
 
 
+def test_readings_with_the_same_time_become_their_mean(tmp_path):
+    known = reference(tmp_path / "r.csv", [(0.0, 1.0), (0.1, 1.0), (0.1, 2.0), (0.1, 6.0), (0.2, 4.0)])
+    assert (known["t_s"].tolist(), known["force_n"].tolist()) == ([0.0, 0.1, 0.2], [1.0, 3.0, 4.0])
+
+
 @pytest.mark.parametrize(
     ("rows", "expected"),
-    [([(0.0, 1.0)], "at least 2"), ([(0.0, 1.0), (0.1, 1.0), (0.1, 2.0)], "line 4: t_s: time must rise")],
+    [
+        ([(0.0, 1.0)], "at least 2"),
+        ([(0.0, 1.0), (0.0, 1.0)], "at least 2"),
+        ([(0.0, 1.0), (0.1, 1.0), (0.09, 2.0)], "line 4: t_s: the time falls"),
+        ([(float(n // 10), 1.0) for n in range(50)], "t_s: the times have steps of 1 s"),
+    ],
 )
 def test_an_invalid_reference_is_rejected_with_its_line(tmp_path, rows, expected):
     with pytest.raises(ConfigurationError, match=expected):
