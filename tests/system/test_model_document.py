@@ -1,10 +1,12 @@
 """Tests that docs/model.md has the constants of the program and the lines of the uncertainty budget."""
 
+import math
 import re
 from pathlib import Path
 
 import pytest
 
+from pneuforce import force
 from pneuforce.instrument.measurement.chain import REFERENCE_TOLERANCE_KPA
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import (
@@ -29,7 +31,7 @@ from pneuforce.instrument.measurement.unexplained_rise import (
     MAX_UNEXPLAINED_KPA,
     max_slow_kpa_per_s,
 )
-from pneuforce.instrument.model import Balloon
+from pneuforce.instrument.model import Balloon, ForceLaw
 from pneuforce.instrument.model.balloon import MIN_RISE_KPA, VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.law import BLEND_KPA
 from pneuforce.instrument.model.uncertainty import InputUncertainties
@@ -94,6 +96,27 @@ def test_the_table_has_the_lines_of_the_uncertainty_budget():
     rows = re.findall(r"^\| ([^|]+) \|", section, re.MULTILINE)
     budget = compute_budget(8.0, 9.2, CHAIN.force_model)
     assert rows[2:] == [line.source.removesuffix(f" in {CONTACT_S:g} s") for line in budget]
+
+
+def test_the_step_of_the_force_at_the_switch_is_that_of_the_program():
+    percents = []
+    for rise_kpa in (0.5, 3.0, 4.0):
+        below, above = (
+            force(kpa, kpa + rise_kpa, switch="paper").force_n
+            for kpa in (BALLOON.switch_kpa, math.nextafter(BALLOON.switch_kpa, math.inf))
+        )
+        percents.append(f"{100 * (1 - above / below):.0f} %")
+    by_rise = "by {} at a rise of 0.5 kPa, by {} at 3 kPa, and by {} at 4 kPa".format(*percents)
+    assert by_rise in " ".join(DOCUMENT.split())
+    assert f"falls by {percents[0]} to {percents[2]} (rises of 0.5 to 4 kPa)" in DOCUMENT
+
+
+@pytest.mark.parametrize(("sides", "title"), [(1, "1 pressed side"), (2, "2 pressed sides")])
+def test_the_highest_forces_are_those_of_the_tables_of_the_method_membrane(sides, title):
+    baselines_kpa = re.search(r"^\| ΔP_i \[kPa\] \| (5 .*) \|$", DOCUMENT, re.MULTILINE)[1].split(" | ")
+    model = ChainSettings.of(ForceLaw(method="membrane", sides=sides)).force_model
+    forces = [f"{model.largest_contact(float(kpa)).force_n:.2f}" for kpa in baselines_kpa]
+    assert f"| highest force, {title} [N] | {' | '.join(forces)} |" in DOCUMENT
 
 
 def test_the_noise_of_the_live_pressure_is_that_of_its_filter():
