@@ -22,6 +22,9 @@ FITTED_CONSTANTS = 3  #: number of constants of the skin
 MAX_FALL_MM = 0.15
 #: Highest accepted standard uncertainty of the radius, at rest and at both ends of the validated range.
 MAX_STD_MM = 0.2
+#: If the lowest pressure of the points is higher, R_0 is extrapolated far. On a neo-Hookean balloon, R_0 is
+#: 0.1 mm too large with points from 2 kPa on, and 0.4 mm with points from 5 kPa on.
+MAX_LOWEST_KPA = 2.5
 MIN_SLOPE_MM_PER_KPA = 0.001
 RADIUS_RANGE_MM = (1.5, 30.0)
 
@@ -34,6 +37,19 @@ class RadiusFit:
     rubber: NeoHookeanFit
     skin: RubberSkin  #: Mooney–Rivlin skin, for the method "membrane"
     skin_residual_mm: float  #: standard deviation of the radii from the curve of the skin
+    lowest_kpa: float  #: lowest pressure of the points
+
+    @property
+    def extrapolation_warning(self) -> str:
+        """Return a warning if R_0 is extrapolated from points far above a pressure of zero, otherwise ""."""
+        if self.lowest_kpa <= MAX_LOWEST_KPA:
+            return ""
+        rest_mm = self.quadratic.coefficients[0]
+        return (
+            f"R_0 = {rest_mm:.3f} mm is extrapolated, because the lowest pressure of the points is "
+            f"{self.lowest_kpa:.2g} kPa; u does not contain the error of the extrapolation, and the skin of "
+            f"the method membrane has {self.skin.rest_radius_mm:.3f} mm: measure from 2 kPa on"
+        )
 
     def radius_mm(self, pressure_kpa: float) -> float:
         """Return R_i [mm] at ΔP_i."""
@@ -63,7 +79,7 @@ def fit_radius(points: Points) -> RadiusFit:
     quadratic = fit_linear(_basis(pressure), radius)
     neo_hookean = fit_neo_hookean(pressure, radius, quadratic.coefficients[0])
     skin = fit_skin(pressure, radius)
-    fit = RadiusFit(quadratic, neo_hookean, skin, _residual_mm(skin, pressure, radius))
+    fit = RadiusFit(quadratic, neo_hookean, skin, _residual_mm(skin, pressure, radius), float(pressure.min()))
     _check_validated_range(points, fit)
     return fit
 

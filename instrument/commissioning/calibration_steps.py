@@ -68,8 +68,8 @@ def calibrate_radius(data: Path, target: CalibrationTarget) -> CalibrationStep[R
     points, previous = _points(data, radii.COLUMNS), PreviousCalibration.of(target)
     found = radii.fit_radius(points)
     part = parts.radius_part(found, points, date.today())
-    warning = found.rubber.limit_warning(MAX_SETPOINT_KPA)
-    notes = [warning] if warning else []
+    warnings = found.extrapolation_warning, found.rubber.limit_warning(MAX_SETPOINT_KPA)
+    notes = [warning for warning in warnings if warning]
     return CalibrationStep(part, found, len(points), notes + _save("radius", part, previous, target))
 
 

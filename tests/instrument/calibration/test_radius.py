@@ -57,6 +57,15 @@ def test_setpoints_near_the_limit_point_cause_a_warning():
     assert soft.rubber.limit_warning(11.6) == ""
 
 
+@pytest.mark.parametrize(("lowest_kpa", "too_large_mm"), [(2.0, 0.1), (3.0, 0.2), (5.0, 0.4)])
+def test_a_radius_at_rest_that_is_extrapolated_far_causes_a_warning(lowest_kpa, too_large_mm):
+    kpa = np.linspace(lowest_kpa, 11.0, 12)
+    fit = fit_radius(points(pressure_kpa=kpa, radius_mm=free_radius_mm(kpa, 7.5, 20.88)))
+    assert fit.quadratic.coefficients[0] - 7.5 == pytest.approx(too_large_mm, abs=0.05)
+    assert bool(fit.extrapolation_warning) == (lowest_kpa > 2.5)
+    assert fit.skin.rest_radius_mm == pytest.approx(7.5, abs=0.05)
+
+
 def with_row(row, radius_mm):
     radii = PAPER_MM.copy()
     radii[row] = radius_mm
