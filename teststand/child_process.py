@@ -19,7 +19,9 @@ from pneuforce.errors import PneuforceError
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 0.6
-START_TIMEOUT_S = 20.0
+#: Longest time without a line on stderr until a process is ready. The first start on a slow computer computes
+#: tables for minutes, and prints its progress.
+START_TIMEOUT_S = 60.0
 
 
 class ChildProcessFailed(PneuforceError):
@@ -40,6 +42,7 @@ class ChildProcess:
         """Start `python -m` with these arguments. `name` describes the process in error messages."""
         self.name = name
         self.stderr_lines: deque[str] = deque(maxlen=200)
+        self._last_line_s = time.monotonic()
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", *arguments],
             stdin=subprocess.PIPE,
@@ -63,6 +66,7 @@ class ChildProcess:
     def _read(self, stream: IO[str]) -> None:
         for line in stream:
             self.stderr_lines.append(line.rstrip())
+            self._last_line_s = time.monotonic()
 
     @property
     def pid(self) -> int:
@@ -77,21 +81,31 @@ class ChildProcess:
     def ready(self, stop: Event | None = None) -> dict[str, Any]:
         """Wait until the process is ready. Return the JSON line that it then prints.
 
-        Raises ChildProcessFailed if the process ends or is not ready in time, StartCancelled if `stop` is
-        set.
+        Raises ChildProcessFailed if the process ends, or if it prints nothing for `START_TIMEOUT_S`;
+        StartCancelled if `stop` is set.
         """
         assert self._process.stdout is not None
-        until_s = time.monotonic() + START_TIMEOUT_S
+        begin_s = time.monotonic()
         with selectors.DefaultSelector() as selector:
             selector.register(self._process.stdout, selectors.EVENT_READ)
-            while not selector.select(0.05) and time.monotonic() < until_s:
+            while not selector.select(0.05):
                 if stop is not None and stop.is_set():
                     raise StartCancelled
-        line = self._process.stdout.readline() if time.monotonic() < until_s else ""
+                if time.monotonic() > max(begin_s, self._last_line_s) + START_TIMEOUT_S:
+                    raise self._not_ready()
+        line = self._process.stdout.readline()
         if not line:
             raise self.failure()
         answer: dict[str, Any] = json.loads(line)
         return answer
+
+    def _not_ready(self) -> ChildProcessFailed:
+        """Return an exception for a process that runs, but is not ready."""
+        last = f" after the line {self.stderr_lines[-1]!r}" if self.stderr_lines else ""
+        return ChildProcessFailed(
+            f"the {self.name} is not ready: it has printed nothing for {START_TIMEOUT_S:g} s{last}; the "
+            "computer is too busy or too slow: end other programs, and try again"
+        )
 
     def write_stdin(self, text: str) -> None:
         """Write the complete input of the process, and close its stdin."""

@@ -156,8 +156,9 @@ def _table(
         return cached_table(material, sides, contact, progress)
     if not 0 <= contact <= 1:
         raise ValueError(f"the contact is slide, stick or a number from 0 to 1, not {contact}")
-    slide = cached_table(material, sides, "slide", progress)
-    return blend(slide, cached_table(material, sides, "stick", progress), contact)
+    slide = cached_table(material, sides, "slide", lambda done, total: progress(done, 2 * total))
+    stick = cached_table(material, sides, "stick", lambda done, total: progress(total + done, 2 * total))
+    return blend(slide, stick, contact)
 
 
 def _interpolate(

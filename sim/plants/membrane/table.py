@@ -24,6 +24,7 @@ MIN_FREE_KPA, MAX_FREE_STRETCH = 0.05, 1.85
 MAX_WRINKLED_STRETCH = 1.1
 #: Contact fractions of the computed shapes.
 FRACTIONS = np.concatenate([SMALL_CONTACTS, np.linspace(0.1, 0.96, 44), [0.97, 0.98]])
+NODES = FRACTIONS.size + 2  #: nodes of a path; the first node is the free balloon, and the last node is flat
 FINE_POINTS = 20_001
 
 #: Callback that receives the number of finished steps and the total number of steps.
@@ -88,8 +89,8 @@ def compute_table(
     gas, stretch = _rows(rubber)
     nodes: list[tuple[Array, Array, Array]] = []
     for node in press_nodes(balloon, stretch, FRACTIONS):
-        progress(len(nodes), FRACTIONS.size)
         nodes.append((node.pressure_kpa, node.half_height_mm, node.contact_radius_mm))
+        progress(len(nodes), NODES)
     paths = _Paths(*np.stack(nodes, axis=2))
     # Beyond the limit point of the rubber, the force may have a maximum at which the path turns back.
     missing = ~paths.complete & ((stretch <= free_half(balloon.skin).limit_stretch) | (paths.last_nodes == 0))

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from pneuforce.sim.plants.membrane import cache as table_cache
-from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN
-from pneuforce.sim.plants.membrane.table import COLUMNS, ROWS, MembraneTable
+from pneuforce.sim.plants.membrane.material import MOONEY_RIVLIN, NEO_HOOKEAN, Skin
+from pneuforce.sim.plants.membrane.paths import PressedBalloon, press_nodes
+from pneuforce.sim.plants.membrane.plant import MembranePlant
+from pneuforce.sim.plants.membrane.table import COLUMNS, FRACTIONS, NODES, ROWS, MembraneTable
 
 
 @pytest.fixture
@@ -98,6 +100,20 @@ def test_a_file_with_a_damaged_header_is_replaced_and_closed(computed, damage):
     assert len(computed) == 2
     table()
     assert len(computed) == 2
+
+
+@pytest.mark.parametrize(("in_cache", "expected"), [([], [0.5, 1.0]), (["slide"], [1.0]), (["stick"], [0.5])])
+def test_the_progress_of_two_tables_is_one_progress(computed, in_cache, expected):
+    shares = []
+    for contact in in_cache:
+        table(contact=contact)
+    MembranePlant(contact=0.4, progress=lambda done, total: shares.append(done / total))
+    assert shares == expected
+
+
+def test_the_progress_of_a_table_ends_at_the_number_of_its_nodes():
+    nodes = press_nodes(PressedBalloon(Skin(MOONEY_RIVLIN)), np.array([1.3]), FRACTIONS)
+    assert len(list(nodes)) == NODES
 
 
 def test_two_threads_that_compute_at_once_both_get_a_table_and_leave_one_file(computed, monkeypatch):

@@ -1,0 +1,47 @@
+"""Tests of the start of child processes: progress extends the wait, and the message states the cause."""
+
+import pytest
+
+from pneuforce.teststand import child_process
+from pneuforce.teststand.child_process import ChildProcess, ChildProcessFailed
+
+#: The time without a line is longer than a stall of a busy computer, and shorter than the slow start.
+TIMEOUT_S = 3.0
+SLOW_START = """
+import sys, time
+for percent in range(5):
+    print(f"computing: {percent} %", file=sys.stderr, flush=True)
+    time.sleep(1.0)
+print("{}", flush=True)
+time.sleep(60)
+"""
+SILENT_START = "import sys, time; print('computing: 3 %', file=sys.stderr, flush=True); time.sleep(60)"
+FAILED_START = "import sys; sys.exit('pneuforce: no such file')"
+
+
+@pytest.fixture
+def start(monkeypatch, tmp_path):
+    """Return a function that starts a program, and waits until the process is ready."""
+    monkeypatch.setattr(child_process, "START_TIMEOUT_S", TIMEOUT_S)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+    def start_program(program):
+        (tmp_path / "started_program.py").write_text(program)
+        with ChildProcess("simulator", ["started_program"]) as child:
+            return child.ready()
+
+    return start_program
+
+
+def test_a_process_that_prints_its_progress_may_start_slowly(start):
+    assert start(SLOW_START) == {}
+
+
+def test_a_process_that_prints_nothing_is_not_ready(start):
+    with pytest.raises(ChildProcessFailed, match=r"not ready.*3 s after the line 'computing: 3 %'.*too slow"):
+        start(SILENT_START)
+
+
+def test_a_process_that_ends_is_reported_with_its_reason(start):
+    with pytest.raises(ChildProcessFailed, match="the simulator ended: no such file"):
+        start(FAILED_START)
