@@ -83,12 +83,13 @@ def force(
     `calibration` is the path of a calibration file (`pneuforce calibrate`). `method` is "energetic",
     "lulevich", "shanahan" or "membrane". `switch` ("paper", "blend") and `low` ("line", "smooth") are
     variants of the law. By default, these three are those of the force calibration, otherwise those of the
-    paper. `grip`, `grip_std` and `pressed_sides` apply to the method "membrane". docs/model.md explains all
-    of them.
+    paper. `grip`, `grip_std` and `pressed_sides` are valid only with the method "membrane". docs/model.md
+    explains all of them.
 
     The instrument shows no force if ΔP_i is outside 4.95–11.45 kPa. This function does the same, unless
     `extrapolate` is True. Without a valid force, two floats raise InvalidForce, and the element of an array
-    is NaN. Raises ConfigurationError for an invalid argument or calibration.
+    is NaN. The same applies to pressures that cannot belong to a contact: NaN, or ΔP_f below ΔP_i. Raises
+    ConfigurationError for another invalid argument or calibration.
 
     Example:
         estimate = pneuforce.force(8.0, 9.2)
@@ -141,7 +142,7 @@ def _scalar_force(
 ) -> ForceEstimate[float]:
     problem = pressure_problem(baseline_kpa, final_kpa, ("dpi_kpa", "dpf_kpa"))
     if problem:
-        raise ConfigurationError(problem)
+        raise InvalidForce(("out_of_range",), problem)
     if not (extrapolate or VALID_LOW_KPA <= baseline_kpa <= VALID_HIGH_KPA):
         raise InvalidForce(
             ("out_of_range",),

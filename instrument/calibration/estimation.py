@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.apply import apply_calibration
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
@@ -53,9 +54,10 @@ def estimation_settings(choice: LawChoice, grip: Grip, calibration: Calibration 
     """Return the settings of an estimate. The law is that of the calibration, if the user does not state it.
 
     A force calibration for another method is not used. Raises ConfigurationError if the calibration does not
-    fit to the law.
+    fit to the law, or if an argument does not apply to the method.
     """
     law = choice.law(calibration)
+    _check_applicable(law, choice, grip)
     chain = ChainSettings.of(law)
     if calibration is not None:
         if calibration.force and calibration.force.made_for.method != law.method:
@@ -66,6 +68,17 @@ def estimation_settings(choice: LawChoice, grip: Grip, calibration: Calibration 
     if grip.std is not None:
         chain = replace(chain, input_uncertainties=replace(chain.input_uncertainties, grip=grip.std))
     return chain
+
+
+def _check_applicable(law: ForceLaw, choice: LawChoice, grip: Grip) -> None:
+    """Raise ConfigurationError if the user states a property of the method membrane for another method."""
+    stated = {"grip": grip.value, "grip_std": grip.std, "pressed_sides": choice.sides}
+    names = [name for name, value in stated.items() if value is not None]
+    if names and law.method != "membrane":
+        raise ConfigurationError(
+            f"{', '.join(names)} cannot be used with the method {law.method}, which has no such property: "
+            "choose the method membrane"
+        )
 
 
 def pressure_problem(baseline_kpa: float, final_kpa: float, names: tuple[str, str]) -> str:

@@ -84,14 +84,18 @@ def test_two_floats_outside_the_range_raise_unless_extrapolated(dpi_kpa):
 
 
 @pytest.mark.parametrize(
+    "pressures",
+    [(8.0, 8.0), (9.2, 8.0), (0.0, 1.0), (math.nan, 9.0), (8.0, math.nan), (8.0, math.inf), (8.0, 51.0)],
+)
+@pytest.mark.parametrize("extrapolate", [False, True])
+def test_two_floats_that_cannot_belong_to_a_contact_raise_like_other_invalid_forces(pressures, extrapolate):
+    with pytest.raises(pneuforce.InvalidForce):
+        pneuforce.force(*pressures, extrapolate=extrapolate)
+
+
+@pytest.mark.parametrize(
     ("pressures", "options"),
     [
-        ((8.0, 8.0), {}),
-        ((8.0, 7.0), {}),
-        ((0.0, 1.0), {}),
-        ((math.nan, 9.0), {}),
-        ((8.0, math.inf), {}),
-        ((8.0, 51.0), {}),
         (("8 kPa", 9.0), {}),
         (([8.0, 8.0], [9.0, 9.0, 9.0]), {}),
         ((8.0, 9.0), {"method": "hertz"}),
@@ -100,6 +104,9 @@ def test_two_floats_outside_the_range_raise_unless_extrapolated(dpi_kpa):
         ((8.0, 9.0), {"grip": 1.1}),
         ((8.0, 9.0), {"grip_std": math.nan}),
         ((8.0, 9.0), {"pressed_sides": 3}),
+        ((8.0, 9.0), {"grip": 0.4}),
+        ((8.0, 9.0), {"grip_std": 0.1, "method": "lulevich"}),
+        ((8.0, 9.0), {"pressed_sides": 1, "method": "energetic"}),
         ((8.0, 9.0), {"calibration": "no-such-file.toml"}),
     ],
     ids=str,
