@@ -54,13 +54,15 @@ class RecordingEnd(NamedTuple):
 class Recording:
     """Recording that is open for reading, with the rows that existed when it was opened.
 
-    The iterators end before the first damaged row. `damage` then describes the damage.
+    The iterators end before the first damaged row. `damage` then describes the damage. Damage of the samples
+    takes precedence, so that all programs report the same damage.
     """
 
     def __init__(self, path: Path, db: sqlite3.Connection) -> None:
         """Read the header of the recording. Raises ConfigurationError if the header cannot be read."""
         self.path = path
         self.damage = ""
+        self._are_samples_damaged = False
         self._db = db
         self._last = self._last_numbers()
         self.metadata: Mapping[str, Any] = {}  #: header of the instrument, and `begin_s`
@@ -199,6 +201,9 @@ class Recording:
         return rows, ""
 
     def _set_damage(self, table: str, intact: int, why: str) -> None:
+        if self._are_samples_damaged and table != "samples":
+            return
+        self._are_samples_damaged = table == "samples"
         in_time = table == "samples" and intact
         until = f", up to {self._time_of(intact) - self.begin_s:.1f} s," if in_time else ""
         rows = f"{counted(intact, 'row')} of {table}{until}" if intact else f"no row of {table}"

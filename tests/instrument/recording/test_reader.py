@@ -139,6 +139,22 @@ def test_the_remark_on_a_damaged_recording_says_how_much_is_intact(intact, tmp_p
     assert "600 rows of samples, up to 1.2 s, are intact (row 601 " in contents.remark
 
 
+def test_the_remark_on_samples_and_events_that_are_damaged_is_about_the_samples(intact, tmp_path):
+    altered = tmp_path / "altered.recording"
+    shutil.copyfile(intact, altered)
+    db = sqlite3.connect(altered)
+    db.execute("UPDATE events SET t_s = 0 WHERE number = 1")
+    db.execute("UPDATE samples SET force_n = 9.9 WHERE number = 601")
+    db.commit()
+    db.close()
+    with open_recording(altered) as recording:
+        assert list(recording.events()) == []
+        assert "no row of events is intact" in recording.remark()
+        assert len(list(recording.samples())) == 600
+        assert list(recording.events()) == []
+        assert "600 rows of samples" in recording.remark()
+
+
 def test_a_removed_sample_is_detected(intact, tmp_path):
     altered = tmp_path / "altered.recording"
     shutil.copyfile(intact, altered)
