@@ -48,6 +48,16 @@ def test_the_reason_why_a_hold_is_blocked(page):
         assert blocked is None or blocked["text"].endswith(".")
 
 
+def test_the_duration_of_a_contact_without_its_beginning_is_a_lower_limit(page):
+    script = """import("/static/contacts.js").then(({ durationText }) => [
+      durationText({ open: false, cut: false, duration_s: 1.23 }, 5),
+      durationText({ open: false, cut: true, duration_s: 1.23 }, 5),
+      durationText({ open: true, cut: true, duration_s: 1.23 }, 5),
+      durationText({ open: true, cut: false, duration_s: 1.23 }, NaN),
+    ])"""
+    assert page.evaluate(script) == ["1.2", "> 1.2", "in contact", "–"]
+
+
 def test_the_reason_why_there_is_no_force(page):
     held, outside = {"state": "holding"}, {"status": ["out_of_range"], "setpoint_kpa": 3.0}
     cases = [

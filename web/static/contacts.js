@@ -29,8 +29,14 @@ const cells = (row, now_s) => [
   formatNumber(row.baseline_kpa, 2),
   formatNumber(row.final_kpa, 2),
   formatNumber(row.radius_mm, 2),
-  row.open && Number.isFinite(now_s) ? "in contact" : formatNumber(row.open ? NaN : row.duration_s, 1),
+  durationText(row, now_s),
 ];
+
+/** Return the duration [s]. If the beginning is missing, the contact is longer than the shown part. */
+export function durationText(row, now_s) {
+  if (row.open) return Number.isFinite(now_s) ? "in contact" : NOT_AVAILABLE;
+  return `${row.cut ? "> " : ""}${formatNumber(row.duration_s, 1)}`;
+}
 
 /** Return the peak force [N] with its uncertainty. A touch has no number that could be read as a measurement. */
 export function peakText(row) {
