@@ -125,11 +125,14 @@ class ChildProcess:
         return json.loads(self._process.stdout.readlines()[-1])
 
     def failure(self) -> ChildProcessFailed:
-        """Return an exception with the last line on stderr as the reason."""
+        """Return an exception with the signal or the last line on stderr as the reason."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         self._reader.join(1.0)
-        if self.stderr_lines:
+        code = self._process.returncode or 0
+        if code < 0:
+            reason = f"another process ended it with {signal.Signals(-code).name}"
+        elif self.stderr_lines:
             reason = self.stderr_lines[-1].removeprefix("pneuforce: ")
         else:
             reason = "it printed no error message"

@@ -12,6 +12,8 @@ const COMMAND_KEY = 0x5046;
 const MAX_WORD = 0xffff; // of the sequence number, and of the number of a balloon
 const COMMAND_TIMEOUT_MS = 10000;
 const STATE_DELAY_S = 1; // time until the state shows the effect of an accepted request
+/** Advice after a command. The sensor does not see a balloon behind a blocked tube. */
+const ADVICE = { clear_faults: " Look at the balloon before you inflate it." };
 const ACTIONS = ["setpoint", "limit", "hold", "clear", "zero", "balloon"];
 
 /** Panel of controls. `getModel()` returns the current link, info, session and state. */
@@ -181,7 +183,7 @@ export class Controls {
     if (!isAnswered)
       this.#showError("command_timeout", `${name}: no answer within ${COMMAND_TIMEOUT_MS / 1e3} s.`);
     else if (state.answer_state === "done")
-      this.#showResult("command_done", `${name}: done.`, holdsAfter(command.code));
+      this.#showResult("command_done", `${name}: done.${ADVICE[command.code] ?? ""}`, holdsAfter(command.code));
     else this.#showError("command_failed", `${name} failed. ${rejectText(info, state.answer_result)}`);
   }
 

@@ -5,6 +5,8 @@ import { faultTitle } from "./faults.js";
 import { NOT_AVAILABLE, formatName, formatNumber, formatTime } from "./format.js";
 import { belowText, isTouchState } from "./touch.js";
 
+const STOP_SWITCH = "To vent without this page, press the stop switch at the rig.";
+
 /** Show the link, the state and the alarms. `link` is {up, reason, since}; `state` is null if it is unknown. */
 export function showStateBar({ link, info, state }) {
   showLinks(link, info, state);
@@ -13,8 +15,12 @@ export function showStateBar({ link, info, state }) {
   setText(byId("summary"), state ? summaryText(state) : NOT_AVAILABLE);
   showFirstOutFault(state?.faults ?? [], info);
   showText(byId("force-limit"), forceLimitText(state));
-  const reason = link.reason && ` ${link.reason}`;
-  showText(byId("disconnected"), link.up ? "" : `No values since ${formatTime(link.since)}.${reason}`);
+  showText(byId("disconnected"), link.up ? "" : lostText(link));
+}
+
+function lostText({ since, reason }) {
+  const parts = [`No values since ${formatTime(since)}.`, reason, STOP_SWITCH];
+  return parts.filter(Boolean).join(" ");
 }
 
 /** Return the state of the rig in words, with a contact or a proof test in progress. */

@@ -30,6 +30,8 @@ COLUMN_WIDTHS = {"number": 7, "time (UTC)": 26, "who": 24, "result": 16}
 NESTED_BYTES = 100  #: shown bytes of a record that is nested too deeply
 PIPED_WIDTH = 200  #: width of the table if stdout is not a terminal
 COLOURS = {"accepted": "green", "done": "green"}
+#: Kinds of records whose result is a reject reason, unless the request was executed.
+REJECTABLE = ("write", "request", "answer")
 
 Shown = TypeVar("Shown")
 
@@ -116,11 +118,18 @@ def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
 
 
 def _cells(fields: Mapping[str, Any]) -> list[Text]:
-    result = str(fields.get("result", ""))
+    result = _result_of(fields)
     at = str(fields.get("at", "")).replace("T", " ").removesuffix("Z")
     texts = (at, str(fields.get("who", "")), result, describe_record(fields))
     styles = ("", "", COLOURS.get(result, "yellow"), "")
     return [Text(printable(text), style) for text, style in zip(texts, styles, strict=True)]
+
+
+def _result_of(fields: Mapping[str, Any]) -> str:
+    """Return the result of a request. A reject reason such as "state" is not understood without its kind."""
+    result = str(fields.get("result", ""))
+    is_rejected = fields.get("kind") in REJECTABLE and result not in (*COLOURS, "", "vented")
+    return f"rejected: {result}" if is_rejected else result
 
 
 def _fields_of(body: Any) -> dict[str, Any]:

@@ -108,7 +108,8 @@ def _clear(sensor: ForceSensor, cleared: Sequence[str]) -> str:
     """Clear the faults, whose names are `cleared`."""
     sensor.clear()
     result = f"Cleared: {', '.join(cleared)}" if cleared else "No fault was latched, so nothing was cleared"
-    return f"{result}. No valve was moved. To inflate: {command('hold', sensor.url)}"
+    inflate = command("hold", sensor.url)
+    return f"{result}. No valve was moved. Look at the balloon before you inflate it: {inflate}"
 
 
 def make_zero_adjustment(sensor: ForceSensor) -> str:

@@ -62,8 +62,8 @@ def control_port_of(link: Path) -> int:
         port = 0
     if not 1 <= port <= MAX_PORT or is_left_behind(link):
         raise RigError(
-            f"no simulator has its port at {link}: start pneuforce sim run, or give --link "
-            "or --control-port PORT"
+            f"no simulator has its port at {link}: start pneuforce sim run, or give --link or --control-port "
+            "PORT (make run and pneuforce demo print the control port)"
         )
     return port
 

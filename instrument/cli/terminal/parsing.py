@@ -31,6 +31,7 @@ def run(app: typer.Typer) -> int:
         if not message:  # words without a command: typer has printed the help
             return int(error.exit_code)
         help_command = f" (help: {error.ctx.command_path} -h)" if error.ctx else ""
+        message = " ".join(message.split())  # typer writes a list of choices in several lines
         raise ConfigurationError(f"{message[0].lower()}{message[1:].rstrip('.')}{help_command}") from None
 
 
