@@ -65,7 +65,8 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     9: Advice(
         "The vent valve was opened, but the pressure did not fall for 3 s: the vent valve is stuck.",
-        _INFLATED + "Check the vent valve and its relay. Clear when the rig is vented.",
+        _INFLATED + "Check the vent valve and its relay. Clear when the pressure "
+        "has been below 0.3 kPa for 0.5 s.",
     ),
     10: Advice(
         "The tube is blocked: the pressure changed in less than 60 % of the expected time, or too much in "

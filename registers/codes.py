@@ -9,7 +9,11 @@ STATUS = BitField(
         StatusBit(0, "in_contact", "An object presses on the balloon."),
         StatusBit(1, "inflating", "The balloon is being inflated, or the pressure is settling."),
         StatusBit(2, "holding", "The setpoint was reached, and both valves are closed."),
-        StatusBit(3, "vented", "The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s."),
+        StatusBit(
+            3,
+            "vented",
+            "The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s, and bit 21 is not set.",
+        ),
         StatusBit(4, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
         StatusBit(
             5,

@@ -23,6 +23,8 @@ def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset
     """
     names = {name for name, is_true in _conditions(state, m, now_s) if is_true}
     names |= state.faults.status
+    if "vent_fault" in names:
+        names.discard("vented")  # behind a blocked tube, the sensor does not measure the balloon
     if state.faults or "stale_or_lost" in names:
         names |= {"failure", "any_failure"}
     if "out_of_range" in names:

@@ -102,6 +102,41 @@ def test_a_tube_that_is_blocked_in_a_contact_is_found_by_the_vent(kpa):
     assert host.world.rig.truth.balloon_kpa > 3  # the balloon is still inflated
 
 
+def clear(host, sequence=1):
+    """Clear the faults. Return the first-out fault that remains."""
+    command = {"command_key": COMMAND_KEY, "command_code": "clear_faults", "command_sequence": sequence}
+    host.session.write(PLC, command, host.now_s)
+    host.run(0.5)
+    return host.instrument.snapshot(PLC, host.now_s).first_out_fault
+
+
+@pytest.mark.parametrize("in_contact", [False, True])
+@pytest.mark.parametrize("fault", ["occluded", "vent_shut"])
+def test_a_failed_vent_is_never_shown_as_verified_and_can_be_cleared(fault, in_contact):
+    host = pressed(8.0).copied() if in_contact else Holding.at(8.0)
+    host.world.faults.inject(fault)
+    host.run(0.5)
+    host.write({"mode": "vent"})
+    for _ in range(80):
+        host.run(0.1)
+        assert "vented" not in host.seen.status
+    assert "vent_fault" in host.seen.status
+    assert host.world.rig.truth.balloon_kpa > 7
+    host.world.faults.remove(fault)
+    host.world.rig.hand.release()
+    host.run(3.0)
+    assert "vented" not in host.seen.status  # the fault is still latched
+    new_balloon = {"command_key": COMMAND_KEY, "command_code": "new_balloon", "command_sequence": 1}
+    host.write(new_balloon | {"command_argument": 7})  # advised before the faults are cleared
+    assert (host.seen.answer_state, host.seen.balloon_id) == ("done", 7)
+    assert clear(host, 2) == 0
+    assert "vented" in host.seen.status
+    host.write({"mode": "vent"})
+    host.write(HOLD)
+    host.run(10.0, lambda: host.seen.state == "holding")
+    assert host.seen.state == "holding"
+
+
 @pytest.mark.parametrize("kpa", [5.0, 8.0, 11.0])
 @pytest.mark.parametrize("release_s", [0.0, 0.2, 0.4, None])
 def test_a_vent_of_a_pressed_balloon_is_no_blocked_tube(kpa, release_s):
@@ -242,19 +277,13 @@ def test_a_trip_by_a_contact_during_the_inflation_is_cleared_in_the_documented_o
         host.run(2.0)
         host.session.write(PLC, HOLD | {"setpoint_requested_kpa": 8.0}, host.now_s)
 
-    def clear(sequence):
-        command = {"command_key": COMMAND_KEY, "command_code": "clear_faults", "command_sequence": sequence}
-        host.session.write(PLC, command, host.now_s)
-        host.run(0.5)
-        return host.instrument.snapshot(PLC, host.now_s).first_out_fault
-
     hold_after_vent()
     host.run(0.6)
     host.world.rig.hand.press(force_n)
     host.run(5.0, lambda: host.instrument.tripped)
     assert host.instrument.snapshot(PLC, host.now_s).first_out_fault == Fault.OCCLUSION
     host.world.rig.hand.release()
-    assert clear(1) == 0
+    assert clear(host) == 0
     hold_after_vent()
     host.run(10.0, lambda: host.instrument.snapshot(PLC, host.now_s).state == "holding")
     assert host.instrument.snapshot(PLC, host.now_s).state == "holding"
