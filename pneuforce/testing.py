@@ -1,5 +1,6 @@
 """Instrument on a simulated rig, for tests of programs. docs/integrators.md describes the pytest fixture."""
 
+from pneuforce.errors import VentFailed
 from pneuforce.registers.modbus.client import ModbusClientError, WriteRejectedError
 from pneuforce.sim.faults import SimulatorRequestError
 from pneuforce.sim.server.client import SimulatorNotResponding
@@ -15,6 +16,7 @@ __all__ = [
     "RigTripped",
     "SimulatorNotResponding",
     "SimulatorRequestError",
+    "VentFailed",
     "WaitTimeout",
     "WriteRejectedError",
     "simulated_rig",

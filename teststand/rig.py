@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
-from pneuforce.errors import PneuforceError
-from pneuforce.instrument.core.faults import name_of
+from pneuforce.errors import PneuforceError, VentFailed
+from pneuforce.instrument.core.faults import STATUS_OF, name_of
+from pneuforce.registers.codes import FAULTS
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.teststand.stack import Stack
@@ -127,9 +128,12 @@ class LiveRig:
             )
 
     def vent(self) -> None:
-        """Vent, and wait until the instrument has verified the vent. Raises WaitTimeout."""
+        """Vent, and wait until the instrument has verified the vent.
+
+        Raises VentFailed as soon as the instrument reports a failed vent, and WaitTimeout.
+        """
         self.write("mode", "vent")
-        self.wait_for(lambda registers: "vented" in registers["status"], VENT_TIMEOUT_S, allow_trip=True)
+        self.wait_for(_vented, VENT_TIMEOUT_S, allow_trip=True)
 
     # ---- simulated rig
 
@@ -232,6 +236,21 @@ def _poll(
             )
         time.sleep(POLL_S)
     return values
+
+
+def _vented(registers: Mapping[str, Any]) -> bool:
+    """Return True if the vent is verified. Raises VentFailed if the instrument reports a failed vent."""
+    if "vent_fault" in registers["status"]:
+        raise _failed_vent(registers)
+    return "vented" in registers["status"]
+
+
+def _failed_vent(registers: Mapping[str, Any]) -> VentFailed:
+    """Return the error of a failed vent. The first-out fault is named only if it is the cause."""
+    code = registers["first_out_fault"]
+    fault = FAULTS.names[code] if STATUS_OF.get(code) == "vent_fault" else "vent_fault"
+    remedy = "Remove the cause. When the pressure has been below 0.3 kPa for 0.5 s, clear the fault and vent."
+    return VentFailed(fault, "The balloon may be inflated.", remedy, registers["pressure"])
 
 
 def _vented_and_zeroed(registers: Mapping[str, Any]) -> bool:

@@ -128,6 +128,7 @@ SUBMODULES = {
         "RigTripped",
         "SimulatorNotResponding",
         "SimulatorRequestError",
+        "VentFailed",
         "WaitTimeout",
         "WriteRejectedError",
         "simulated_rig",

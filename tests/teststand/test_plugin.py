@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import pytest
 
@@ -14,10 +15,19 @@ from pneuforce.testing import (
     ModbusClientError,
     RigTripped,
     SimulatorRequestError,
+    VentFailed,
     WaitTimeout,
 )
 from tests.system.test_demo import running
 from tests.system.waiting import wait_for
+
+
+def is_cleared(sensor):
+    """Clear the faults. Return True if the instrument accepted this command."""
+    with suppress(pneuforce.Rejected):
+        sensor.clear()
+        return True
+    return False
 
 
 def pytest_in(folder, program):
@@ -132,6 +142,23 @@ def test_a_press_that_trips_the_rig_raises_an_error(pneuforce_rig):
     assert tripped["state"] == "tripped"
     assert pneuforce_rig.wait_for(lambda registers: "vented" in registers["status"], allow_trip=True)
     pneuforce_rig.release()
+
+
+@pytest.mark.parametrize(("fault", "name"), [("occluded", "occlusion"), ("vent_shut", "vent_shut")])
+def test_a_failed_vent_raises_an_error_until_the_fault_is_cleared(pneuforce_rig, fault, name):
+    pneuforce_rig.inflate(8.0)
+    pneuforce_rig.inject_fault(fault)
+    with pytest.raises(VentFailed, match="FAILED") as caught:
+        pneuforce_rig.vent()
+    assert caught.value.fault == name
+    assert pneuforce_rig.truth()["balloon_kpa"] > 7
+    pneuforce_rig.remove_fault(fault)
+    with pytest.raises(VentFailed):
+        pneuforce_rig.vent()
+    with pneuforce.connect(pneuforce_rig.url) as sensor:
+        wait_for(lambda: is_cleared(sensor), bool)  # the pressure must first be low for 0.5 s
+    pneuforce_rig.vent()
+    assert pneuforce_rig.truth()["balloon_kpa"] < 0.3
 
 
 @pytest.mark.pneuforce(scenario="taps")
