@@ -29,6 +29,7 @@ def test_mine(pneuforce_rig):
 """
 
 WITH_OLDEST_LIBRARIES = """
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from urllib.request import Request, urlopen
 import can, pymodbus, pytest
@@ -47,6 +48,8 @@ def test_mine(pneuforce_rig):
         pneuforce_rig.press(2.0)
         assert pneuforce_rig.read()["force"] == pytest.approx(pneuforce_rig.truth()["force_n"], abs=0.3)
         assert bus.recv(1.0) is not None
+    with ThreadPoolExecutor() as executor:
+        assert executor.submit(pneuforce_rig.read).result()["state"] == "holding"
     program = Program(pneuforce_rig.modbus_port)
     program.cycle()
     assert program.valid and program.force_n > 1.5
