@@ -97,9 +97,8 @@ wheel deb sbom test-deb: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format
 wheel: export PIP_CONSTRAINT = $(CURDIR)/release/build-constraints.txt
 wheel: export PIP_BUILD_CONSTRAINT = $(PIP_CONSTRAINT)
 
-# Stale files of an earlier build in build/lib would otherwise get into the wheel.
 wheel: $(VENV)/installed
-	@rm -rf build/lib build/bdist.* build/wheel
+	@rm -rf build/wheel
 	@$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
 	@$(BIN)/python -m release.reproducible_wheel build/wheel/pneuforce-*.whl
 	@mkdir -p dist && cp build/wheel/*.whl dist && ls dist/$$(basename build/wheel/*.whl)

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import zipfile
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -37,17 +38,17 @@ PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 COMMIT_S = 1_795_000_000  # stands for the time of the last commit
 
 
-def build(source):
+def build(source, folder="dist"):
     """Return the command that builds a wheel without network access."""
-    return (*PIP, "wheel", "--no-build-isolation", "--no-deps", "--wheel-dir", source / "dist", source)
+    return (*PIP, "wheel", "--no-build-isolation", "--no-deps", "--wheel-dir", source / folder, source)
 
 
 def copy_of_the_source(source):
     """Copy the source tree to a folder, because setuptools writes files into the tree."""
-    for name in ("pneuforce", *PARTS):
+    for name in ("pneuforce", "release", *PARTS):
         generated = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, source / name, symlinks=True, ignore=generated)
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "MANIFEST.in", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
 
 
@@ -89,6 +90,12 @@ def elsewhere(tmp_path):
     }
 
 
+def files_of(wheel):
+    """Return the sorted names of the files in a wheel."""
+    with zipfile.ZipFile(wheel) as archive:
+        return sorted(name for name in archive.namelist() if not name.endswith("/"))
+
+
 def data_in(folder):
     """Return the content of the files of a folder that are not Python files."""
     files = [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
@@ -102,6 +109,18 @@ def test_the_same_source_gives_the_same_bytes_in_another_folder_with_another_tim
     finally:
         os.umask(umask)
     assert again.read_bytes() == wheel.read_bytes()
+
+
+def test_two_builds_at_the_same_time_succeed_and_contain_no_file_of_an_earlier_build(wheel, tmp_path):
+    copy_of_the_source(tmp_path)
+    (tmp_path / "support/deleted.py").touch()
+    run(*build(tmp_path))
+    (tmp_path / "support/deleted.py").unlink()
+    builds = [subprocess.Popen(build(tmp_path, folder)) for folder in ("first", "second")]
+    assert [each.wait() for each in builds] == [0, 0]
+    for folder in ("first", "second"):
+        (built,) = (tmp_path / folder).glob("*.whl")
+        assert files_of(built) == files_of(wheel)
 
 
 def test_nothing_but_pneuforce_is_installed(installed):
