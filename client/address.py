@@ -90,7 +90,8 @@ def connect(url: str) -> ForceSensor:
     after which a missing Force frame makes the force invalid. For a Force rate below 30 Hz, choose three
     periods of the frame.
 
-    Raises ConfigurationError for an invalid address, and ConnectionFailed if no instrument answers.
+    Raises ConfigurationError for an invalid address. Raises ConnectionFailed if no instrument answers, or if
+    the map hash of the instrument differs from `pneuforce.MAP_HASH`. RDT transmits no map hash.
 
     Example:
         import pneuforce
@@ -102,8 +103,18 @@ def connect(url: str) -> ForceSensor:
     return ForceSensor(url, SCHEMES[address.scheme].open(address))
 
 
+def connect_any_map(url: str) -> ForceSensor:
+    """Connect like `connect`, over Modbus also to an instrument with another register map.
+
+    Some values can then be wrong. Only a program that reports the difference may use this function.
+    """
+    address = parse_url(url)
+    is_modbus = address.scheme in _MODBUS_CLIENTS
+    return ForceSensor(url, _open_modbus(address, any_map=True)) if is_modbus else connect(url)
+
+
 def send_vent(url: str) -> None:
-    """Vent the instrument at `url` (tcp, tls or rtu), also if it has another version of the register map.
+    """Vent the instrument at `url` (tcp, tls or rtu), also if it has another register map.
 
     Register 516 is the same in all versions, and a vent must not depend on the version of a program. The vent
     is tried twice. Raises ConfigurationError for an invalid address, and ConnectionFailed if it was not sent.
@@ -157,10 +168,10 @@ def _check_options(url: Url, names: list[str]) -> None:
 # ---- one function for each scheme
 
 
-def _open_modbus(url: Url) -> SensorConnection:
+def _open_modbus(url: Url, any_map: bool = False) -> SensorConnection:
     from pneuforce.client.modbus_connection import ModbusSensorConnection
 
-    return ModbusSensorConnection(url.text, *_MODBUS_CLIENTS[url.scheme](url))
+    return ModbusSensorConnection(url.text, *_MODBUS_CLIENTS[url.scheme](url), any_map=any_map)
 
 
 def _tcp_client(url: Url) -> ModbusOpener:

@@ -9,7 +9,7 @@ from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from pneuforce.client.can_receiver import CanReceiver
-from pneuforce.client.connection import Command, HoldRequest
+from pneuforce.client.connection import OTHER_MAP, Command, HoldRequest
 from pneuforce.client.details import Details, fault_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement
@@ -68,10 +68,7 @@ class CanSensorConnection:
                 f"{self._url}: node {node_id} does not send all frames; check that the instrument runs, that "
                 "the node id is right, and that the mode of its CAN section is raw"
             )
-        raise ConnectionFailed(
-            f"{self._url}: the frames of node {node_id} belong to another version of the register map: "
-            "install the same version of pneuforce on both computers"
-        )
+        raise ConnectionFailed(f"{self._url}: the frames of node {node_id} {OTHER_MAP}")
 
     def close(self) -> None:
         """Send the waiting frames and close the interface."""

@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
-from pneuforce.client.connection import Command, HoldRequest
+from pneuforce.client.connection import OTHER_MAP, Command, HoldRequest
 from pneuforce.client.details import Details, details_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, number_or_none, state_of, status_of
 from pneuforce.client.rejection import rejected
 from pneuforce.errors import ConnectionFailed, ConnectionLost, Rejected
-from pneuforce.registers.map import MAP_VERSION
+from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.modbus.client import (
     ModbusClient,
     ModbusClientError,
@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 
 POLL_S = 0.01
 _MEASURED = range(26)
-_MAP_VERSION = range(768, 769)
+_MAP_HASH = range(770, 772)
 _FIRST_OUT_FAULT = range(778, 779)
 _REQUESTED = range(512, 547)
 _IDENTITY = range(768, 800)
@@ -39,8 +39,10 @@ class ModbusSensorConnection:
 
     transmits_status = True
 
-    def __init__(self, url: str, open_client: Callable[[], ModbusClient], silence_s: float) -> None:
-        """Open the connection. Raises ConnectionFailed."""
+    def __init__(
+        self, url: str, open_client: Callable[[], ModbusClient], silence_s: float, *, any_map: bool = False
+    ) -> None:
+        """Open the connection. Raises ConnectionFailed, also for another register map unless `any_map`."""
         self.silence_s = silence_s
         self._url = url
         self._open_client = open_client
@@ -49,16 +51,13 @@ class ModbusSensorConnection:
         self._client: ModbusClient | None = None
         try:
             self._client = open_client()
-            version = self._client.read_block(_MAP_VERSION)["map_version"]
+            map_hash = self._client.read_block(_MAP_HASH)["map_hash"]
         except ModbusClientError as error:
             self.close()
             raise ConnectionFailed(f"{url}: {error}; {_hint(url)}") from None
-        if version != MAP_VERSION:
+        if map_hash != MAP_HASH and not any_map:
             self.close()
-            raise ConnectionFailed(
-                f"{url}: the instrument has version {version} of the register map, and this program needs "
-                f"version {MAP_VERSION}: install the same version of pneuforce on both computers"
-            )
+            raise ConnectionFailed(f"{url}: the registers of the instrument {OTHER_MAP}")
 
     def close(self) -> None:
         """Close the connection."""

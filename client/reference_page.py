@@ -62,6 +62,15 @@ _SECTIONS = (
     ("Force of two pressures", ("force", "ForceEstimate")),
     ("Recordings", ("Recording",)),
 )
+_CONSTANTS = """\
+## Constants
+
+| name | meaning |
+| --- | --- |
+| `pneuforce.MAP_HASH` | hash of the register map, of the CAN frames and of the CANopen objects of this installation. `connect` raises `ConnectionFailed` if the hash of the instrument differs. `Details.map_hash` is the hash of the instrument |
+| `pneuforce.__version__` | version of this installation |
+
+"""  # noqa: E501
 _SUBMODULES = ("aio", "testing")
 #: Classes of a submodule whose methods have their own documents.
 _SUMMARIZED = frozenset({"LiveRig"})
@@ -82,6 +91,7 @@ def render() -> str:
             _entry(f"pneuforce.{name}.{each}", value) for each, value in members if not _is_error(value)
         ]
         parts += _error_table([value for _, value in members if _is_error(value)])
+    parts.append(_CONSTANTS)
     errors = [getattr(pneuforce, name) for name in pneuforce.__all__]
     parts.append("## Exceptions\n\nThe message of each exception says what happened and what to do.\n\n")
     parts += _error_table([error for error in errors if _is_error(error)])

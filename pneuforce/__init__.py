@@ -33,8 +33,12 @@ if TYPE_CHECKING:
         UsageError,
         VentNotConfirmed,
     )
+    from pneuforce.registers.map_hash import MAP_HASH
+
+    __version__: str
 
 __all__ = [
+    "MAP_HASH",
     "AlreadyHeld",
     "ClientError",
     "ConfigurationError",
@@ -71,6 +75,7 @@ _MODULES = {
     "ForceSensor": "client.sensor",
     "Hold": "client.holding",
     "LatchedFault": "client.details",
+    "MAP_HASH": "registers.map_hash",
     "Measurement": "client.measurement",
     "Recording": "client.recording",
     "State": "client.measurement",
@@ -83,6 +88,8 @@ _SUBMODULES = ("aio", "testing")
 
 def __getattr__(name: str) -> Any:
     """Load a public name at its first use (PEP 562)."""
+    if name == "__version__":
+        return import_module("importlib.metadata").version(__name__)
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name in _SUBMODULES:

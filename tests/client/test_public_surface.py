@@ -3,9 +3,11 @@
 import inspect
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pneuforce
+from pneuforce.registers import map_hash
 
 CHANGELOG = Path(__file__).parents[2] / "CHANGELOG.md"
 FORCE = (
@@ -117,6 +119,7 @@ ERRORS = {
     "UsageError": CLIENT_ERROR,
     "VentNotConfirmed": CLIENT_ERROR,
 }
+CONSTANTS = {"MAP_HASH"}
 ENUMERATIONS = {"State", "Status"}  # test_measurement.py compares their members with the register map
 SUBMODULES = {
     "aio": {"AsyncForceSensor", "AsyncHold", "connect"},
@@ -159,7 +162,7 @@ def members(value):
 
 def test_the_public_names_are_listed():
     top = {name for name in (*FUNCTIONS, *METHODS, *ATTRIBUTES) if "." not in name}
-    assert set(pneuforce.__all__) == top | set(ERRORS) | ENUMERATIONS | set(SUBMODULES)
+    assert set(pneuforce.__all__) == top | set(ERRORS) | CONSTANTS | ENUMERATIONS | set(SUBMODULES)
     assert {name: set(public(name).__all__) for name in SUBMODULES} == SUBMODULES
     assert set(pneuforce.__all__) <= set(dir(pneuforce))
 
@@ -194,6 +197,11 @@ def test_the_import_loads_no_other_module():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_constants_are_those_of_the_installation():
+    assert pneuforce.MAP_HASH == map_hash.MAP_HASH
+    assert pneuforce.__version__ == version("pneuforce")
 
 
 def test_the_changelog_names_each_public_name():

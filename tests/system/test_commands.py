@@ -15,7 +15,9 @@ from importlib.metadata import version
 
 import pytest
 
-from pneuforce.errors import VentNotConfirmed
+from pneuforce.client.address import connect
+from pneuforce.errors import ConnectionFailed, VentNotConfirmed
+from pneuforce.instrument.cli.operate.status import show_status
 from pneuforce.instrument.cli.operate.vent import vent_and_confirm
 from pneuforce.instrument.cli.terminal.command_words import in_command_words
 from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
@@ -494,10 +496,28 @@ def test_a_vent_is_sent_to_an_instrument_of_another_version(shared_stack, monkey
     with shared_stack.plc() as plc:
         plc.write("setpoint_requested", 2.0)
         plc.write("mode", "hold")
-        monkeypatch.setattr("pneuforce.client.modbus_connection.MAP_VERSION", 99)
+        monkeypatch.setattr("pneuforce.client.modbus_connection.MAP_HASH", 99)
         with pytest.raises(VentNotConfirmed, match="the vent was sent"):
             vent_and_confirm(f"tcp://127.0.0.1:{shared_stack.modbus_port}", 5.0, as_json=True)
         wait_for(plc.read, lambda registers: registers["state"] == "vented")
+
+
+def test_the_status_of_an_instrument_with_another_register_map_contains_a_warning(
+    shared_stack, operate, monkeypatch, capsys
+):
+    assert printed_json(operate("status", "--json"))["warning"] is None
+    url = f"tcp://127.0.0.1:{shared_stack.modbus_port}"
+    monkeypatch.setattr("pneuforce.client.modbus_connection.MAP_HASH", 0xFACADE)
+    monkeypatch.setattr("pneuforce.instrument.cli.operate.status.MAP_HASH", 0xFACADE)
+    with pytest.raises(ConnectionFailed, match="another version of the register map"):
+        connect(url)
+    show_status(url, as_json=True)
+    shown = json.loads(capsys.readouterr().out)
+    assert f"{MAP_HASH:08x}" in shown["warning"]
+    assert "00facade" in shown["warning"]
+    assert shown["pressure_kpa"] is not None
+    show_status(url, as_json=False)
+    assert capsys.readouterr().out.startswith("warning ")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from pneuforce.client.address import connect
+from pneuforce.client.address import connect_any_map
 from pneuforce.client.details import Details, LatchedFault
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.operate.instrument_address import command
@@ -19,6 +19,7 @@ from pneuforce.registers.advice import (
     STATUS_ADVICE,
 )
 from pneuforce.registers.map import BY_NAME
+from pneuforce.registers.map_hash import MAP_HASH
 
 NOT_AVAILABLE = "not available"
 EXAMPLE_SETPOINT_KPA = 6.5  #: shown if the instrument has no setpoint yet
@@ -44,7 +45,7 @@ _OF_FAULTS = frozenset(Status(bit.name) for bit in _STATUS_BITS.bits if bit.latc
 
 def show_status(url: str, as_json: bool) -> None:
     """Read the instrument at `url` and print its status. Raises ClientError."""
-    with connect(url) as sensor:
+    with connect_any_map(url) as sensor:
         measurement, details = sensor.read(), sensor.details()
     if as_json:
         print_text(json_line(facts(url, measurement, details)))
@@ -59,7 +60,10 @@ def _own_words(text: str) -> str:
 
 
 def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any]:
-    """Return the status for JSON, with None or NaN for everything that is not available."""
+    """Return the status for JSON, with None or NaN for everything that is not available.
+
+    `warning` describes another register map, and is None otherwise.
+    """
     fault, status = details.first_out_fault, measurement.status_or_none
     return {
         "ok": True,
@@ -82,11 +86,14 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
         "sample_age_s": measurement.age_s,
         "lease": None if details.lease_left_s is None else _lease(details),
         "versions": _versions(details),
+        "warning": _map_warning(details),
     }
 
 
 def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each line."""
+    if warning := _map_warning(details):
+        yield "warning", warning
     state = str(measurement.state or "unknown")
     yield "state", f"{state}: {STATE_DESCRIPTIONS.get(state, 'this program does not know the state.')}"
     yield "fault", _fault_text(details)
@@ -104,6 +111,17 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
         yield "attention", "the status is unknown, because this bus does not transmit it"
     versions = {name: value for name, value in _versions(details).items() if not name.startswith("firmware")}
     yield "versions", ", ".join(f"{name} {value}" for name, value in versions.items() if value)
+
+
+def _map_warning(details: Details) -> str | None:
+    """Return a warning if the instrument and this program have different register maps."""
+    if details.map_hash in (None, MAP_HASH):
+        return None
+    return (
+        f"the map hash of the instrument is {_hexadecimal(details.map_hash)}, and that of this program is "
+        f"{_hexadecimal(MAP_HASH)}. Values can therefore be wrong: install the same version of pneuforce on "
+        "both computers. The commands vent and watch also work."
+    )
 
 
 def force_text(measurement: Measurement) -> str:
