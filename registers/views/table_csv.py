@@ -16,13 +16,14 @@ from pneuforce.registers.document_text import (
 )
 from pneuforce.registers.field import Field
 from pneuforce.registers.map import REGISTERS
+from pneuforce.registers.map_hash import MAP_HASH
 
 #: Modbus: `address` counts from 0 and `number` from 1. A register is both an input and a holding register.
-#: CAN: `address` is the first byte within the frame.
+#: CAN: `address` is the first byte within the frame. `map_hash` is the same in all rows.
 COLUMNS = (
     "bus", "frame", "can_id", "address", "address_hex", "number", "input_register", "holding_register",
     "words", "name", "type", "unit", "low", "high", "also_allowed", "not_available", "values", "access",
-    "meaning",
+    "meaning", "map_hash",
 )  # fmt: skip
 
 
@@ -73,4 +74,5 @@ def _field_columns(field: Field) -> dict[str, str]:
         "not_available": format_not_available(field),
         "values": "; ".join(f"{code} {name}" for code, name in field.code_names.items()),
         "meaning": field.doc,
+        "map_hash": str(MAP_HASH),
     }

@@ -93,6 +93,7 @@ def test_the_table_contains_unit_range_and_not_available_code():
     assert rows["modbus", "", "answer_state"]["values"] == "0 idle; 1 busy; 2 done; 3 failed"
     assert "; 11 leak; " in rows["modbus", "", "first_out_fault"]["values"]
     assert "; 65291 leak; " in rows["can", "Emergency", "error_code"]["values"]
+    assert {int(row["map_hash"]) for row in rows.values()} == {MAP_HASH}
 
 
 def test_the_json_document_agrees_with_the_map():
