@@ -28,7 +28,9 @@ def writable_register(name: str) -> Register:
     if repeats_quantity(BY_NAME[name]):
         raise ModbusClientError(f"{name} repeats another register: write {name.rpartition('_')[0]} instead")
     if not BY_NAME[name].writable:
-        raise ModbusClientError(f"{name} is read-only")
+        requested = f"{name}_requested"
+        hint = f": write {requested} instead" if requested in BY_NAME else ""
+        raise ModbusClientError(f"{name} is read-only{hint}")
     return BY_NAME[name]
 
 

@@ -64,6 +64,7 @@ def test_the_client_sets_the_pressure_holds_and_vents(plc, source):
         ("setpoint_requested_pa", 6.5, "write setpoint_requested instead"),
         ("lease", 70.0, "allowed: 0 or 0.2 … 60 s"),
         ("force", 1.0, "force is read-only"),
+        ("setpoint", 6.0, "read-only: write setpoint_requested instead"),
         ("mode", "hodl", "mode = hodl: invalid value; allowed: vent, hold"),
         ("mode", [], "mode = []: invalid value; allowed: vent, hold"),
         ("setpoint_requested", 1e40, "invalid value; allowed: 2 … 12 kPa"),
