@@ -429,8 +429,9 @@ def test_a_hold_is_shown_changed_pressed_and_ended_by_a_vent(shared_stack, opera
         assert unconfirmed.returncode == ExitCode.VENT_NOT_CONFIRMED
         assert printed_json(unconfirmed)["code"] == "vent_not_confirmed"
         assert operate("vent").returncode == ExitCode.DONE
-        last = json.loads(process.communicate(timeout=10)[0].splitlines()[-1])
-        assert (process.returncode, last["code"]) == (ExitCode.HOLD_ENDED, "hold_ended")
+        stdout, stderr = process.communicate(timeout=10)
+        last = json.loads(stdout.splitlines()[-1])
+        assert (process.returncode, last["code"], stderr) == (ExitCode.HOLD_ENDED, "hold_ended", "")
     registers = shared_stack.plc().read()
     assert (registers["state"], registers["lease_holder"]) == ("vented", "none")
 

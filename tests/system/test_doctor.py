@@ -45,6 +45,7 @@ def test_a_simulated_rig_passes_with_exit_code_0(rig):
         out, err = process.communicate(timeout=60)
     found = results(out)
     assert (process.returncode, json.loads(out)["ok"], "fail" in found.values()) == (0, True, False), err
+    assert err == ""
     assert {found[name] for name in ("port", "board", "sensor zero", "supply", "faults")} == {"pass"}
 
 

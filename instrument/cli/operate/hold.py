@@ -41,7 +41,8 @@ def hold_until_stopped(
         warning = show_warning(setpoint, as_json)
         hold = sensor.hold(setpoint, lease_s=lease_s)
         at_stop_signal(stop.set, hold.cancel)
-        print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
+        if not as_json:
+            print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
         message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
     print_done(message, as_json, warning=warning)
 

@@ -95,7 +95,7 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
             "remark": remark,
         }
         damaged = bool(recording.damage)
-    if remark:
+    if remark and not as_json:
         print_text(f"pneuforce: {remark}", sys.stderr)
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
     rows = counted(sample_count, "sample") if contact_count is None else counted(contact_count, "contact")

@@ -38,7 +38,7 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     if any(check.result is CheckResult.FAIL for check in checks):
         checks.append(unchecked("board", "see the checks above"))
     else:
-        checks += asyncio.run(examine_rig(port, inflate_kpa, _print_stage))
+        checks += asyncio.run(examine_rig(port, inflate_kpa, _ignore_stage if as_json else _print_stage))
     failed = any(check.result is CheckResult.FAIL or check.name == INTERRUPTED for check in checks)
     if as_json:
         values = checked_values(not failed, _conclusion(checks))
@@ -51,6 +51,10 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
 
 def _print_stage(stage: ExaminationStage) -> None:
     print(STAGE_TEXTS[stage], file=sys.stderr, flush=True)
+
+
+def _ignore_stage(stage: ExaminationStage) -> None:
+    """Print nothing, because a program reads the result."""
 
 
 def print_checks(checks: list[Check]) -> None:
