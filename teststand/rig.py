@@ -153,7 +153,7 @@ class LiveRig:
         self._request(press=force_n)
         if wait:
             self._wait_settled(force_n)
-            self._read_untripped()
+            _check_untripped(self.read(), ". The hand presses until release() is called")
 
     def release(self, wait: bool = True) -> None:
         """End the contact. With `wait`, return `SETTLED_S` after the hand has left the balloon."""

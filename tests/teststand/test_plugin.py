@@ -132,6 +132,7 @@ def test_a_press_that_trips_the_rig_raises_an_error(pneuforce_rig):
         pneuforce_rig.press(21.0)
     with pytest.raises(RigTripped, match=r"the rig has tripped: overpressure \(fault 4\)"):
         pneuforce_rig.press(8.0)
+    assert pneuforce_rig.truth()["applied_n"] == 8.0  # until the release
     with pytest.raises(RigTripped, match="clear the fault"):
         pneuforce_rig.press(1.0, wait=False)
     begun_s = time.monotonic()
