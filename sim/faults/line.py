@@ -80,7 +80,8 @@ LINE = (
         "cable_pulled",
         "The cable is unplugged: the port and its symlink disappear. When the cable is plugged in again, the "
         "port has another name.",
-        LOST,
+        "The host reports that the port has disappeared, and trips the rig at once. After 250 ms, the board "
+        "closes the inlet. After 2 s, the board vents the balloon.",
         {"line.unplugged": True},
         effect="link_lost",
     ),

@@ -26,7 +26,9 @@ SENSOR = (
     FaultKind(
         "sensor_frozen",
         "The sensor repeats its last reading.",
-        "The board trips if the reading is constant for 200 ms while an open valve must change the pressure.",
+        "The board trips if the reading is constant for 200 ms while an open valve must change the pressure. "
+        "While the balloon is held, both valves are closed, so the instrument shows the last force as valid "
+        "until the next proof test or vent.",
         {"rig.sensor.frozen": True},
         board_fault=Fault.SENSOR_FROZEN,
         phase="inflating",
