@@ -30,7 +30,7 @@ def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredR
     Raises ConfigurationError if the file is missing or is the database of another program. Raises
     DamagedLogError if SQLite cannot read the file. This error can also occur later, while records are read.
     """
-    with _converted_errors(path), closing(open_readonly(path)) as db:
+    with converted_errors(path), closing(open_readonly(path)) as db:
         db.text_factory = bytes  # text as bytes, so that text with invalid UTF-8 can be verified
         yield _rows(db, path, first)
 
@@ -45,7 +45,7 @@ def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredReco
 
 
 @contextmanager
-def _converted_errors(path: Path) -> Iterator[None]:
+def converted_errors(path: Path) -> Iterator[None]:
     """Convert errors of SQLite to DamagedLogError."""
     try:
         yield

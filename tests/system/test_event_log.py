@@ -49,6 +49,7 @@ def finished(tmp_path_factory):
             rig.write("setpoint_requested", 99.0)
         time.sleep(0.3)
         while_running = records(logs / "log")
+        assert log("copy", folder / "copied", "--file", logs / "log").returncode == 0
         shutil.move(logs, folder / "gone")
         rig.wait_for(lambda registers: "maintenance_required" in registers["status"])
         measured = rig.wait_for(lambda registers: not math.isnan(registers["force"]))
@@ -80,6 +81,13 @@ def test_the_log_contains_the_run_from_start_to_stop(finished):
 def test_the_log_is_readable_while_it_is_written(finished):
     _, while_running, _ = finished
     assert while_running[-1]["result"] == "illegal_value"
+
+
+def test_a_copy_of_the_log_of_a_running_instrument_is_verified(finished):
+    file, while_running, _ = finished
+    copy = file.parents[1] / "copied"
+    assert records(copy)[: len(while_running)] == while_running
+    assert log("verify", "--file", file, "--head", verify_log(copy).head).returncode == 0
 
 
 def test_measuring_continues_without_the_log_and_no_record_is_lost(finished):
@@ -182,6 +190,7 @@ def test_since_selects_the_records_from_a_time_on(finished):
         (("show", "--file", "/nowhere/log"), "does not exist"),
         (("verify", "--file", "/nowhere/log"), "does not exist"),
         (("show",), "--config"),
+        (("copy", "/nowhere/copy", "--file", "{log}"), "cannot be written"),
         (("verify", "--file", "{log}", "--head", "abc"), "64 hexadecimal digits"),
         (("show", "--file", "{log}", "--config", "x"), "--file"),
         (("show", "--config", "{config}"), "events"),

@@ -1,1 +1,1 @@
-"""Commands for the event log: show and verify."""
+"""Commands for the event log: show, verify and copy."""

@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli.terminal.options import Json
+from pneuforce.instrument.cli.terminal.options import Json, Overwrite
 
 commands = typer.Typer(
-    help="Show or verify the event log: every write request with its result, faults, start and stop.",
+    help="Show, verify or copy the event log: every write request with its result, faults, start and stop.",
     no_args_is_help=True,
 )
 
@@ -129,6 +129,26 @@ def verify(
 
     known = Verification(head, anchors, tuple(earlier or ()), tuple(noted or ()), witness, instance)
     raise typer.Exit(verify_events(_log_file(file, config), known, as_json))
+
+
+@commands.command()
+def copy(
+    target: Annotated[Path, typer.Argument(help="File of the copy.", metavar="TARGET")],
+    file: File = None,
+    config: Config = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Copy the log to another file, even while the instrument is running, and verify the copy.
+
+    The copy is one file that only its owner can read, and contains all records of one time.
+    If a record is wrong, the exit code is 1 and no copy is written.
+
+    Example: pneuforce log copy backup/events.sqlite --config instrument.toml
+    """
+    from pneuforce.instrument.cli.log.copying import copy_events
+
+    raise typer.Exit(copy_events(_log_file(file, config), target, overwrite, as_json))
 
 
 def _log_file(file: Path | None, config: Path | None) -> Path:

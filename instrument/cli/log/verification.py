@@ -167,5 +167,10 @@ def _format(chain: VerifiedChain, anchors: list[Anchor], noted_heads: int) -> st
         *(["the noted head" if noted_heads == 1 else f"{noted_heads} noted heads"] if noted_heads else []),
         *([f"{counted(len(anchors), 'anchor')} from {anchors[0].at} to {anchors[-1].at}"] if anchors else []),
     ]
+    return format_chain(chain, included)
+
+
+def format_chain(chain: VerifiedChain, included: Iterable[str] = ()) -> str:
+    """Return one sentence about an unbroken chain, with the noted heads that the chain contains."""
     extent = f"{counted(chain.records, 'record')} from {chain.first_at} to {chain.last_at}, unbroken"
     return f"{extent}{''.join(f', including {text}' for text in included)}, head {chain.head}"

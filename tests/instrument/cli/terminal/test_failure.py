@@ -43,6 +43,7 @@ KEYS = ["ok", "code", "exit_code", "message", "reason", "remedy", "fault"]
         ("vent --bogus", ExitCode.USAGE),
         ("bogus", ExitCode.USAGE),
         ("log verify --file missing.sqlite", ExitCode.USAGE),
+        ("log copy a.sqlite --file missing.sqlite", ExitCode.USAGE),
         ("config --check missing.toml", ExitCode.CONFIGURATION),
     ],
 )
