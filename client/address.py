@@ -12,6 +12,7 @@ from urllib.parse import SplitResult, parse_qsl, urlsplit
 from pneuforce.client.connection import SensorConnection
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import ConfigurationError, ConnectionFailed
+from pneuforce.support.user_part import without_user
 
 if TYPE_CHECKING:
     from pneuforce.registers.modbus.client import ModbusClient
@@ -45,7 +46,9 @@ class Url(NamedTuple):
     def invalid(self, problem: str) -> ConfigurationError:
         """Return the error for an invalid address."""
         example = SCHEMES[self.scheme].example
-        return ConfigurationError(f"the address {self.text!r} is invalid: {problem}; example: {example!r}")
+        return ConfigurationError(
+            f"the address {_shown(self.text)} is invalid: {problem}; example: {example!r}"
+        )
 
     def integer(self, name: str, default: int, allowed: range) -> int:
         """Return an option that is an integer. Raises ConfigurationError."""
@@ -139,17 +142,22 @@ def parse_url(text: str) -> Url:
     examples = ", ".join(repr(scheme.example) for scheme in SCHEMES.values())
     scheme = text.partition(":")[0].lower() if isinstance(text, str) else ""
     if scheme not in SCHEMES or not text[len(scheme) :].startswith("://"):
-        raise ConfigurationError(f"the address {text!r} is invalid: it must be like one of {examples}")
+        raise ConfigurationError(f"the address {_shown(text)} is invalid: it must be like one of {examples}")
     try:
         parts = urlsplit(text)
         pairs = parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query))
     except ValueError as error:
         raise ConfigurationError(
-            f"the address {text!r} is invalid: {error}; it must be like one of {examples}"
+            f"the address {_shown(text)} is invalid: {without_user(str(error))}; it must be like one of "
+            f"{examples}"
         ) from None
     url = Url(text, scheme, parts, dict(pairs))
     _check_options(url, [name for name, _ in pairs])
     return url
+
+
+def _shown(text: object) -> str:
+    return without_user(repr(text))
 
 
 def _check_options(url: Url, names: list[str]) -> None:

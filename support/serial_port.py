@@ -14,6 +14,7 @@ from pneuforce.protocol.frames import BAUD
 from pneuforce.support.network_name import is_socket_url
 from pneuforce.support.readiness import is_writable
 from pneuforce.support.simulator_link import is_left_behind
+from pneuforce.support.user_part import without_user
 
 MAX_READ_BYTES = 4096
 #: Time after which a board that accepts no bytes counts as disconnected.
@@ -48,7 +49,7 @@ class SerialPort:
         """Open `url`. Raises PortBusy or PortUnavailable."""
         self.url = url
         if not is_port_name(url):
-            raise PortUnavailable(url, "it is neither a device nor socket://host:port")
+            raise PortUnavailable(without_user(url), "it is neither a device nor socket://host:port")
         if is_left_behind(Path(url)):
             raise PortUnavailable(
                 url,

@@ -10,6 +10,7 @@ from typing import Annotated, Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from pneuforce.support.printable import printable
+from pneuforce.support.user_part import without_user
 
 #: Longest text of a value in an error message, in characters.
 MAX_VALUE_CHARACTERS = 80
@@ -84,9 +85,9 @@ def _unknown_tag(place: str, error: Any) -> str:
 
 
 def format_input(value: object) -> str:
-    """Return the text of a rejected value, cut after `MAX_VALUE_CHARACTERS`."""
+    """Return the text of a rejected value without user and password, cut after `MAX_VALUE_CHARACTERS`."""
     try:
-        text = repr(value)
+        text = without_user(repr(value))
     except ValueError:  # repr() fails for integers of more than 4300 digits
         return "a number with thousands of digits"
     except RecursionError:

@@ -14,6 +14,7 @@ from urllib.request import urlopen
 
 from pneuforce.errors import ConfigurationError, ConnectionFailed
 from pneuforce.instrument.audit.witness import HeadSample
+from pneuforce.support.user_part import without_user
 
 METRIC = "pneuforce_event_log_info"
 TIMEOUT_S = 60.0
@@ -33,8 +34,8 @@ def stored_heads(url: str, instance: str | None) -> list[HeadSample]:
     """
     if not _is_web_address(url):
         raise ConfigurationError(
-            f"--witness {url} is invalid: an address of Prometheus begins with http:// or https://, for "
-            "example http://127.0.0.1:9090"
+            f"--witness {without_user(url)} is invalid: an address of Prometheus begins with http:// or "
+            "https:// and has neither user nor password, for example http://127.0.0.1:9090"
         )
     matched = METRIC if instance is None else f"{METRIC}{{instance={json.dumps(instance)}}}"
     parts = [_query(url, "query", query=f"{matched}[{PART_S}s]", time=at) for at in _times(url, matched)]
@@ -54,7 +55,8 @@ def stored_heads(url: str, instance: str | None) -> list[HeadSample]:
 def _is_web_address(url: str) -> bool:
     try:
         parts = urlsplit(url)
-        return parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+        is_server = bool(parts.hostname) and parts.username is None and parts.port != 0
+        return parts.scheme in ("http", "https") and is_server
     except ValueError:  # brackets or a port that are invalid
         return False
 
