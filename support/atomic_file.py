@@ -9,6 +9,7 @@ from pathlib import Path
 from secrets import token_hex
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.support.permissions import unreadable
 from pneuforce.support.write_error import write_error
 
 MAX_BYTES = 100_000_000
@@ -44,6 +45,8 @@ def read_file(path: Path, remedy: str = "") -> bytes:
             content = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise ConfigurationError(f"{path}: no such file{f' ({remedy})' if remedy else ''}") from None
+    except PermissionError:
+        raise ConfigurationError(f"{path}: {unreadable(path)}") from None
     except OSError as error:
         raise ConfigurationError(f"{path}: cannot be read: {error.strerror or error}") from None
     if len(content) > MAX_BYTES:
@@ -97,4 +100,5 @@ def _errors_of(path: Path) -> Iterator[None]:
 def _check_regular(path: Path, action: str) -> None:
     """Raise ConfigurationError for a device or a pipe, which may be endless and must not be replaced."""
     if not path.is_file():
-        raise ConfigurationError(f"{path}: cannot be {action}: not a regular file")
+        reason = "it is a folder: name a file" if path.is_dir() else "not a regular file"
+        raise ConfigurationError(f"{path}: cannot be {action}: {reason}")

@@ -18,7 +18,7 @@ from pneuforce.instrument.cli.recordings import commands as recording_commands
 from pneuforce.instrument.cli.rig import commands as rig_commands
 from pneuforce.instrument.cli.sim import commands as sim_commands
 from pneuforce.instrument.cli.sim.commands import BoardName, BoardOption, ScenarioName, Seed
-from pneuforce.instrument.cli.terminal.options import Json, RequireSignedBy, Seconds
+from pneuforce.instrument.cli.terminal.options import CHECKED_LATER, Json, RequireSignedBy, Seconds
 from pneuforce.instrument.cli.watch import can_commands
 from pneuforce.instrument.cli.watch import command as watch_command
 
@@ -135,7 +135,12 @@ def demo(
 @app.command()
 def run(
     config: Annotated[
-        Path, typer.Option("--config", help="The instrument.toml; pneuforce config --example prints one.")
+        Path,
+        typer.Option(
+            "--config",
+            help="The instrument.toml; pneuforce config --example prints one.",
+            readable=CHECKED_LATER,
+        ),
     ],
     record: Annotated[
         Path | None, typer.Option(help="Record everything from the start into this new file.")
@@ -197,7 +202,11 @@ def config(
     ] = False,
     check: Annotated[
         list[Path] | None,
-        typer.Option("--check", help="Check this file; repeat it for all instruments of a computer."),
+        typer.Option(
+            "--check",
+            help="Check this file; repeat it for all instruments of a computer.",
+            readable=CHECKED_LATER,
+        ),
     ] = None,
     require_signed_by: RequireSignedBy = None,
     as_json: Json = False,

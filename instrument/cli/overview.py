@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pneuforce.instrument.cli.terminal.options import CHECKED_LATER
+
 if TYPE_CHECKING:
     from pneuforce.support.renewed_context import RenewedContext
     from pneuforce.web.overview.watched_instrument import WatchedInstrument
@@ -18,7 +20,10 @@ commands = typer.Typer()
 
 @commands.command()
 def overview(
-    configurations: Annotated[list[Path], typer.Argument(help="The instrument.toml of each instrument.")],
+    configurations: Annotated[
+        list[Path],
+        typer.Argument(help="The instrument.toml of each instrument.", readable=CHECKED_LATER),
+    ],
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 selects a free port.", min=0, max=65535)] = 8000,
     allow: Annotated[

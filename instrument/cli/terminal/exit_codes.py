@@ -46,7 +46,7 @@ MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.VENT_NOT_CONFIRMED: "the vent was sent, but the balloon was not confirmed to be empty",
     ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers, or it cannot be opened",
     ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk",
-    ExitCode.CONFIGURATION: "the configuration file of the instrument is invalid; systemd does not retry",
+    ExitCode.CONFIGURATION: "the configuration file is invalid or cannot be read; systemd does not retry",
     ExitCode.INTERRUPTED: "Ctrl-C ended the command before it could react",
 }
 

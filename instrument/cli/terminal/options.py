@@ -10,6 +10,10 @@ import typer
 
 from pneuforce.instrument.model import law
 
+#: For files of the service. An unreadable file is an invalid configuration, not a wrong option: systemd must
+#: not start the instrument again.
+CHECKED_LATER = False
+
 Parity = Literal["even", "odd", "none"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
@@ -28,6 +32,7 @@ RequireSignedBy = Annotated[
     typer.Option(
         help="Refuse a configuration or a calibration that no key in this file of trusted keys has signed.",
         metavar="TRUSTED-KEYS",
+        readable=CHECKED_LATER,
     ),
 ]
 Switch = Annotated[

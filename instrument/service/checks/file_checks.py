@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pwd
 import stat
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ from pneuforce.instrument.service.checks.configured_files import ConfiguredFile,
 from pneuforce.instrument.service.checks.service_user import SERVICE_USER, service_permissions
 from pneuforce.instrument.users.file import load_users
 from pneuforce.support.atomic_file import STDIN
+from pneuforce.support.permissions import unreadable, user_name
 
 #: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
 #: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
@@ -61,7 +61,7 @@ def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool
     except PermissionError:
         if is_service_user:  # otherwise the user of the service may have this permission
             report.problems.append(
-                f"{file.key}: {_user()} cannot open the folders of {file.path}: chmod o+x them"
+                f"{file.key}: {user_name()} cannot open the folders of {file.path}: chmod o+x them"
             )
 
 
@@ -69,7 +69,7 @@ def _read_problem(file: Path) -> str:
     """Return why a file cannot be read, "" if this is possible."""
     if file == STDIN or _is_permitted(file, os.R_OK):
         return ""
-    return f"{_user()} cannot read {file}: chgrp {SERVICE_USER} {file} && chmod g+r {file}"
+    return unreadable(file)
 
 
 def _folder_problem(folder: Path) -> str:
@@ -81,7 +81,7 @@ def _folder_problem(folder: Path) -> str:
         return f"the folder {folder} is missing: create the folder, or choose another one"
     if _is_permitted(folder, os.W_OK | os.X_OK):
         return ""
-    return f"{_user()} cannot write to the folder {folder}: choose a folder in {SERVICE_FOLDERS[0]}"
+    return f"{user_name()} cannot write to the folder {folder}: choose a folder in {SERVICE_FOLDERS[0]}"
 
 
 def _written_file_problem(file: Path) -> str:
@@ -89,7 +89,7 @@ def _written_file_problem(file: Path) -> str:
     if (problem := _folder_problem(file.parent)) or not file.exists():
         return problem
     is_permitted = _is_permitted(file, os.R_OK | os.W_OK)
-    return "" if is_permitted else f"{_user()} cannot write to {file}: chown {SERVICE_USER} {file}"
+    return "" if is_permitted else f"{user_name()} cannot write to {file}: chown {SERVICE_USER} {file}"
 
 
 def _event_log_problem(file: Path) -> str:
@@ -119,7 +119,7 @@ def _parameter_problem(file: Path) -> str:
 def _users_problem(file: Path) -> str:
     """Return why a file of users cannot be used, or that other users of the computer can read its hashes."""
     if file.exists() and not _is_permitted(file, os.R_OK):
-        return f"{_user()} cannot read {file}: chown {SERVICE_USER} {file}"
+        return f"{user_name()} cannot read {file}: chown {SERVICE_USER} {file}"
     try:
         load_users(file)
     except ConfigurationError as error:
@@ -138,15 +138,6 @@ def _recordings_problem(folder: Path) -> str:
 
 def _is_permitted(file: Path, access: int) -> bool:
     return os.access(file, access, effective_ids=True)
-
-
-def _user() -> str:
-    """Return the user whose permissions apply, in words."""
-    number = os.geteuid()
-    try:
-        return f"the user {pwd.getpwuid(number).pw_name}"
-    except KeyError:
-        return f"the user {number}"
 
 
 #: Checks by the key of the file. Every other file is only read.

@@ -1,8 +1,10 @@
 """Tests of `pneuforce config --check`: what would stop the start of the instrument is reported before."""
 
 import contextlib
+import grp
 import json
 import os
+import pwd
 import socket
 import sqlite3
 import tempfile
@@ -270,6 +272,19 @@ def test_root_checks_with_the_permissions_of_the_service(etc):
     assert check_files(configuration, file, "no-such-user").problems == []
     (etc / "pki").chmod(0o700)
     assert any("modbus_security.ca: " in problem for problem in check_files(configuration, file, "nobody")[0])
+
+
+def test_an_unreadable_configuration_names_the_user_and_the_remedy(etc):
+    file = etc / "instrument.toml"
+    file.touch()
+    file.chmod(0o640)
+    group = grp.getgrgid(pwd.getpwnam("nobody").pw_gid).gr_name
+    for path, mode, remedy in ((file, 0o640, f"chgrp {group} {file}"), (etc, 0o700, f"chgrp {group} {etc} ")):
+        path.chmod(mode)
+        with service_permissions("nobody"), pytest.raises(ConfigurationFileError) as caught:
+            load_checked(file)
+        assert str(caught.value).startswith(f"{file}: the user nobody cannot")
+        assert remedy in str(caught.value)
 
 
 def test_the_folders_of_an_instance_may_be_missing_before_its_first_start(tmp_path):

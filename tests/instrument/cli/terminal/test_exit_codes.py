@@ -2,12 +2,15 @@
 
 import re
 import socket
+from typing import get_type_hints
 
 import pytest
 
 from pneuforce import errors
 from pneuforce.errors import PneuforceError
+from pneuforce.instrument.cli.app import config, run
 from pneuforce.instrument.cli.files import FOLDER
+from pneuforce.instrument.cli.overview import overview
 from pneuforce.instrument.cli.terminal.exit_codes import MEANINGS, ExitCode, exit_code_of
 from tests.command_runner import pneuforce
 from tests.source_tree import ROOT
@@ -34,6 +37,18 @@ def test_systemd_does_not_restart_an_instrument_with_an_invalid_configuration():
     assert re.findall("^RestartPreventExitStatus=(.*)$", unit, re.MULTILINE) == [str(ExitCode.CONFIGURATION)]
 
 
+def test_the_command_line_leaves_an_unreadable_file_of_the_service_to_the_program():
+    """The check of the command line would give exit code 2, after which systemd starts the service again."""
+    files = {
+        (command.__name__, name): hint.__metadata__[0].readable
+        for command in (run, config, overview)
+        for name, hint in get_type_hints(command, include_extras=True).items()
+        if name in ("config", "check", "require_signed_by", "configurations")
+    }
+    assert len(files) == 5
+    assert not any(files.values())
+
+
 @pytest.mark.parametrize(
     ("words", "code"),
     [
@@ -43,6 +58,8 @@ def test_systemd_does_not_restart_an_instrument_with_an_invalid_configuration():
         ("log verify nothing.sqlite", ExitCode.USAGE),
         ("run --config {folder}/missing.toml", ExitCode.CONFIGURATION),
         ("run --config {folder}/invalid.toml", ExitCode.CONFIGURATION),
+        ("run --config {folder}", ExitCode.CONFIGURATION),
+        ("config --check {folder}", ExitCode.CONFIGURATION),
         ("run --config {folder}/uncalibrated.toml", ExitCode.CONFIGURATION),
         ("log show --config {folder}/invalid.toml", ExitCode.CONFIGURATION),
         ("run --config {folder}/foreign-log.toml", ExitCode.CONFIGURATION),

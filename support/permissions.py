@@ -1,0 +1,39 @@
+"""Sentence about a file that a user has no permission to read, with the command that corrects this."""
+
+from __future__ import annotations
+
+import grp
+import os
+import pwd
+from pathlib import Path
+
+
+def unreadable(path: Path) -> str:
+    """Return which user cannot read a file, and the remedy: permission for the group of this user."""
+    path = path.absolute()
+    closed = next((folder for folder in reversed(path.parents) if not _permitted(folder, os.X_OK)), None)
+    if closed is None:
+        return f"{user_name()} cannot read {path}: {_remedy(path, 'r')}"
+    return f"{user_name()} cannot open the folder {closed}: move the file, or {_remedy(closed, 'x')}"
+
+
+def user_name() -> str:
+    """Return the user whose permissions apply, in words."""
+    number = os.geteuid()
+    try:
+        return f"the user {pwd.getpwuid(number).pw_name}"
+    except KeyError:
+        return f"the user {number}"
+
+
+def _permitted(folder: Path, access: int) -> bool:
+    return os.access(folder, access, effective_ids=True)
+
+
+def _remedy(path: Path, permission: str) -> str:
+    number = os.getegid()
+    try:
+        group = grp.getgrgid(number).gr_name
+    except KeyError:
+        group = str(number)
+    return f"chgrp {group} {path} && chmod g+{permission} {path}"
