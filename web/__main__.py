@@ -9,7 +9,6 @@ missing heartbeat means that the process hangs.
 from __future__ import annotations
 
 import asyncio
-import errno
 import logging
 import socket
 import sys
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.listening import listen_failure
 from pneuforce.support.priority import reduce_priority
 from pneuforce.support.renewed_context import RenewedContext
 from pneuforce.support.tls_files import TlsFiles
@@ -158,9 +158,8 @@ def main() -> int:
     try:
         listener = open_listener(options.host, options.port)
     except OSError as error:
-        in_use = error.errno == errno.EADDRINUSE
-        reason = "another program uses the port; change [web] port" if in_use else error.strerror or error
-        sentence = f"the web server cannot listen on {options.host}:{options.port}: {reason}"
+        why = listen_failure(error, "web", options.port)
+        sentence = f"the web server cannot listen on {options.host}:{options.port}: {why}"
         send({"port": None, "why": sentence})
         return 1
     asyncio.run(_run(services, listener))

@@ -11,6 +11,7 @@ from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.checks.certificate_checks import certificate_warnings
 from pneuforce.instrument.service.checks.file_checks import check_files
 from pneuforce.instrument.service.checks.instruments_on_one_host import check_instruments
+from pneuforce.instrument.service.checks.port_checks import port_remarks
 from pneuforce.instrument.service.checks.start_checks import load_checked
 
 
@@ -73,5 +74,10 @@ def _warning(configuration: Configuration, path: Path) -> str:
     if problems:
         raise ConfigurationFileError(f"{path}: {'; '.join(problems)}")
     return "; ".join(
-        [*filter(None, [configuration.warning]), *certificate_warnings(configuration, path), *remarks]
+        [
+            *filter(None, [configuration.warning]),
+            *certificate_warnings(configuration, path),
+            *remarks,
+            *port_remarks(configuration),
+        ]
     )

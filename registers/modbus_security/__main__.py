@@ -8,7 +8,6 @@ listen. Then one object each second, see `_heartbeat`. The process ends when std
 from __future__ import annotations
 
 import asyncio
-import errno
 import logging
 import socket
 import sys
@@ -20,6 +19,7 @@ from typing import Any, NamedTuple
 
 from pneuforce.registers.modbus_security.gateway import Gateway
 from pneuforce.support.child_messages import call_at_end_of_stdin, read_options, send, send_heartbeat
+from pneuforce.support.listening import listen_failure
 from pneuforce.support.priority import reduce_priority
 from pneuforce.support.tls_files import TlsFiles
 
@@ -88,14 +88,14 @@ def main() -> int:
     files = TlsFiles(ca=options.ca, certificate=options.certificate, key=options.key, crl=options.crl)
     try:
         gateway = Gateway(files, Path(options.instrument), options.allow)
+    except OSError as error:
+        send({"port": None, "why": str(error)})
+        return 1
+    try:
         listener = open_listener(options.host, options.port)
     except OSError as error:
-        reason: object = error
-        if error.errno == errno.EADDRINUSE:
-            reason = f"another program uses port {options.port}; change [modbus_security] port"
-        elif error.errno == errno.EACCES:
-            reason = f"port {options.port} needs CAP_NET_BIND_SERVICE: see docs/how-to/modbus-security.md"
-        send({"port": None, "why": str(reason)})
+        why = listen_failure(error, "modbus_security", options.port)
+        send({"port": None, "why": f"it cannot listen on {options.host}:{options.port}: {why}"})
         return 1
     asyncio.run(_run(gateway, listener))
     return 0

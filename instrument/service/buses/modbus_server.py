@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import errno
 import logging
 from importlib.metadata import version
 
-from pneuforce.errors import ServerError
+from pneuforce.errors import ConfigurationFileError, ServerError
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.buses.interface_lines import modbus_tcp_line
 from pneuforce.registers.modbus.device_identification import IdentityObject
 from pneuforce.registers.modbus.tcp import ModbusTcpOptions, ModbusTcpServer
 from pneuforce.registers.source import Source
+from pneuforce.support.listening import listen_failure, needs_privilege
 
 log = logging.getLogger("pneuforce")
 
@@ -36,16 +36,17 @@ def modbus_server_of(configuration: Configuration, source: Source) -> ModbusTcpS
 
 
 async def open_modbus(modbus: ModbusTcpServer, configuration: Configuration) -> None:
-    """Listen on the configured address. Raises ServerError, with the remedy, if that is not possible."""
+    """Listen on the configured address.
+
+    Raises ConfigurationFileError if the port needs a privilege, ServerError for every other reason.
+    """
     settings = configuration.modbus
     try:
         await modbus.start()
     except OSError as error:
-        in_use = error.errno == errno.EADDRINUSE
-        why = "it is in use; end the other instrument, or change [modbus] port"
-        if not in_use:
-            why = f"{error.strerror or error}; correct [modbus] host, or set [modbus] enabled = false"
-        raise ServerError(f"Modbus cannot listen on {settings.host}:{settings.port}: {why}") from None
+        why = listen_failure(error, "modbus", settings.port)
+        kind = ConfigurationFileError if needs_privilege(error) else ServerError
+        raise kind(f"Modbus cannot listen on {settings.host}:{settings.port}: {why}") from None
     log.info("%s", modbus_tcp_line(configuration, modbus.port))
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import errno
 import logging
 
-from pneuforce.errors import ServerError
+from pneuforce.errors import ConfigurationFileError, ServerError
 from pneuforce.instrument.config import RdtSection
 from pneuforce.registers.rdt.options import RdtOptions
 from pneuforce.registers.rdt.server import RdtServer
 from pneuforce.registers.source import Source
 from pneuforce.support.background import run_in_background
+from pneuforce.support.listening import listen_failure, needs_privilege
 
 log = logging.getLogger("pneuforce")
 
@@ -29,14 +29,15 @@ def rdt_server_of(source: Source, settings: RdtSection) -> RdtServer | None:
 
 
 async def open_rdt(server: RdtServer) -> None:
-    """Open the port. Raises ServerError if the port is in use or the address is not available."""
-    at = f"{server.options.host}:{server.options.port}"
+    """Open the port.
+
+    Raises ConfigurationFileError if the port needs a privilege, ServerError for every other reason.
+    """
+    host, port = server.options.host, server.options.port
     try:
         await run_in_background(server.open)  # the name of the host may need a name server
     except OSError as error:
-        in_use = error.errno == errno.EADDRINUSE
-        why = "it is in use; end the other program, or change [rdt] port"
-        if not in_use:
-            why = f"{error.strerror or error}; correct [rdt] host, or set [rdt] enabled = false"
-        raise ServerError(f"RDT cannot use UDP port {at}: {why}") from None
+        kind = ConfigurationFileError if needs_privilege(error) else ServerError
+        why = listen_failure(error, "rdt", port)
+        raise kind(f"RDT cannot use UDP port {host}:{port}: {why}") from None
     log.info("RDT on UDP %s:%d, read-only", server.options.host, server.port)
