@@ -108,7 +108,11 @@ class ModbusSensorConnection:
         self.vent()
 
     def begin_hold(self, request: HoldRequest) -> None:
-        """Write the setpoint, then request the inflation. The last write must not be repeated."""
+        """Write the setpoint, then request the inflation. The last write must not be repeated.
+
+        One request for both registers would also write the force limit between them, for which a client with
+        a role may have no right. After a rejected inflation, the setpoint therefore stays.
+        """
         self._allow_proof_tests(request.proof_tests)
         self.set_setpoint(request.setpoint_kpa)
         self._once(lambda client: client.write("mode", "hold"))

@@ -41,7 +41,7 @@ MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.DONE: "the command is done",
     ExitCode.FAILED: "a check failed, no force is valid, a file is damaged, or the command was not completed",
     ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
-    ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was changed",
+    ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was inflated",
     ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
     ExitCode.VENT_NOT_CONFIRMED: "the vent was sent, but the balloon was not confirmed to be empty",
     ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers, or it cannot be opened",
