@@ -27,7 +27,7 @@ class FileReport(NamedTuple):
     """Result of the checks. Each problem and each remark is one clause that begins with the key."""
 
     problems: list[str]  #: must be corrected before the start
-    remarks: list[str]  #: are correct if systemd starts the instrument
+    remarks: list[str]  #: do not prevent the start, or are correct if systemd starts the instrument
 
 
 def check_files(configuration: Configuration, path: Path, user: str = SERVICE_USER) -> FileReport:
@@ -58,11 +58,19 @@ def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool
                 f"{file.key}: the systemd unit permits no writing to {folder}: choose a folder in "
                 f"{SERVICE_FOLDERS[0]}, or add ReadWritePaths={folder} to the unit"
             )
+        elif file.key in _SECRETS and _is_public(file.path):
+            report.remarks.append(f"{file.key}: every user can read {file.path}: chmod o-r {file.path}")
     except PermissionError:
         if is_service_user:  # otherwise the user of the service may have this permission
             report.problems.append(
                 f"{file.key}: {user_name()} cannot open the folders of {file.path}: chmod o+x them"
             )
+
+
+def _is_public(file: Path) -> bool:
+    """Return True if every user of the computer can open the folders of a file and read the file."""
+    modes = [folder.stat().st_mode for folder in file.parents]
+    return bool(file.stat().st_mode & stat.S_IROTH) and all(mode & stat.S_IXOTH for mode in modes)
 
 
 def _read_problem(file: Path) -> str:
@@ -139,6 +147,9 @@ def _recordings_problem(folder: Path) -> str:
 def _is_permitted(file: Path, access: int) -> bool:
     return os.access(file, access, effective_ids=True)
 
+
+#: Keys of the files that only the service may read. `_users_problem` checks the file of the users.
+_SECRETS = frozenset({"modbus_security.key", "web.key", "mqtt.key", "mqtt.password_file"})
 
 #: Checks by the key of the file. Every other file is only read.
 _CHECKS: dict[str, Callable[[Path], str]] = {

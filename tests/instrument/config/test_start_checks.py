@@ -274,6 +274,31 @@ def test_root_checks_with_the_permissions_of_the_service(etc):
     assert any("modbus_security.ca: " in problem for problem in check_files(configuration, file, "nobody")[0])
 
 
+def test_a_key_or_a_password_that_every_user_can_read_is_a_remark(etc):
+    Pki(etc / "pki")
+    folder, password, key = etc / "pki", etc / "password", etc / "pki/instrument.key"
+    password.write_text("secret-12345")
+    file = etc / "instrument.toml"
+    names = 'certificate = "pki/instrument.pem"\nkey = "pki/instrument.key"\n'
+    file.write_text(
+        f'[modbus_security]\nenabled = true\nca = "pki/ca.pem"\n{names}[web]\nenabled = true\n{names}'
+        f'[mqtt]\nenabled = true\nbroker = "mqtts://b"\nuser = "a"\npassword_file = "password"\n{names}'
+    )
+    configuration = load_checked(file)
+    keys = ["modbus_security.key", "mqtt.key", "mqtt.password_file", "web.key"]
+    for folder_mode, mode, expected in (
+        (0o755, 0o644, keys),
+        (0o755, 0o640, []),
+        (0o750, 0o644, ["mqtt.password_file"]),
+    ):
+        folder.chmod(folder_mode)
+        key.chmod(mode)
+        password.chmod(mode)
+        problems, remarks = check_files(configuration, file, "no-such-user")
+        assert [remark.partition(":")[0] for remark in remarks] == expected
+        assert problems == []
+
+
 def test_an_unreadable_configuration_names_the_user_and_the_remedy(etc):
     file = etc / "instrument.toml"
     file.touch()
