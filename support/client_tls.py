@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ssl
 
+from pneuforce.support.pem_problem import pem_problem
+
 
 def client_context(ca: str, certificate: str, key: str) -> ssl.SSLContext:
     """Return a context that verifies the certificate and the name of the server, with TLS 1.2 or newer.
@@ -26,9 +28,7 @@ def client_context(ca: str, certificate: str, key: str) -> ssl.SSLContext:
         try:
             context.load_cert_chain(certificate, key, password=_no_password)
         except (ssl.SSLError, ValueError):
-            raise OSError(
-                f"{certificate} and {key} are not a certificate and its key without a password"
-            ) from None
+            raise OSError(pem_problem(certificate, key)) from None
     return context
 
 

@@ -7,6 +7,7 @@ import ssl
 from typing import NamedTuple
 
 from pneuforce.support.certificate_purpose import is_server_certificate
+from pneuforce.support.pem_problem import pem_problem
 
 #: Cipher suites of TLS 1.2 with forward secrecy and authenticated encryption. TLS 1.3 has no others.
 CIPHERS = "ECDHE+AESGCM:ECDHE+CHACHA20"
@@ -45,9 +46,9 @@ class TlsFiles:
         self._load_own(context)
         if "ca" in self._paths:
             context.verify_mode = ssl.CERT_REQUIRED
-            self._load_verification(context, "ca")
+            _load_verification(context, self._paths["ca"], "x509", "certificate")
         if "crl" in self._paths:
-            self._load_verification(context, "crl")
+            _load_verification(context, self._paths["crl"], "crl", "list of revoked certificates (CRL)")
             context.verify_flags |= ssl.VERIFY_CRL_CHECK_LEAF
         return context
 
@@ -67,31 +68,32 @@ class TlsFiles:
             _check_readable(path)
         try:
             context.load_cert_chain(certificate, key, password=_no_password)
-        except (ssl.SSLError, ValueError) as error:
-            raise OSError(f"{certificate} and {key} are not a certificate and its key: {error}") from None
+        except (ssl.SSLError, ValueError):
+            raise OSError(pem_problem(certificate, key)) from None
         if not is_server_certificate(self.own_certificate()):
             raise OSError(
                 f"{certificate} is not for server authentication (extended key usage): use the certificate "
                 "of a server, not that of a client"
             )
 
-    def _load_verification(self, context: ssl.SSLContext, name: str) -> None:
-        path = self._paths[name]
-        _check_readable(path)
-        before = sum(context.cert_store_stats().values())
-        try:
-            context.load_verify_locations(path)
-        except ssl.SSLError as error:
-            raise OSError(f"{path} contains no certificates in PEM format: {error}") from None
-        if sum(context.cert_store_stats().values()) == before:
-            raise OSError(f"{path} contains nothing that is not in another file")
-
     def _read_versions(self) -> dict[str, _Version | None]:
         return {name: _version(path) for name, path in self._paths.items()}
 
 
+def _load_verification(context: ssl.SSLContext, path: str, kind: str, content: str) -> None:
+    """Load a file for the verification of clients. Raises OSError if it has no object of this kind."""
+    _check_readable(path)
+    before = context.cert_store_stats()[kind]
+    try:
+        context.load_verify_locations(path)
+    except ssl.SSLError:
+        raise OSError(f"{path} contains no valid {content} in PEM format") from None
+    if context.cert_store_stats()[kind] == before:
+        raise OSError(f"{path} contains no {content}: name another file")
+
+
 def _no_password() -> str:
-    raise ValueError("the key is encrypted: remove its password, and protect the file with its permissions")
+    raise ValueError("the key is encrypted")
 
 
 def _check_readable(path: str) -> None:

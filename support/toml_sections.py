@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import tomllib
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.support.toml_errors import encoding_problem, syntax_problem
 from pneuforce.support.validation_errors import format_errors, format_key
 
 
@@ -25,11 +27,18 @@ AnySection = TypeVar("AnySection", bound=Section)
 
 
 def decode_text(content: bytes, name: str) -> str:
-    """Return the text in the content of the file `name`. Raises ConfigurationError if it is not UTF-8."""
+    """Return the text in the content of the file `name`.
+
+    Raises ConfigurationError if the content is not UTF-8, or begins with a byte order mark (BOM).
+    """
+    if content.startswith(BOM_UTF8):
+        raise ConfigurationError(
+            f"{name}: line 1 begins with a byte order mark (BOM): save the file as UTF-8 (without BOM)"
+        )
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{name}: cannot be read: {error}") from None
+        raise ConfigurationError(f"{name}: {encoding_problem(content, error)}") from None
 
 
 def parse_tables(text: str, name: str) -> dict[str, Any]:
@@ -40,7 +49,7 @@ def parse_tables(text: str, name: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{name}: not TOML: {error}") from None
+        raise ConfigurationError(f"{name}: {syntax_problem(text, error)}") from None
     except ValueError:  # Python rejects integers of more than 4300 digits
         raise ConfigurationError(f"{name}: not TOML: a number with thousands of digits") from None
     except RecursionError:

@@ -29,3 +29,27 @@ def test_an_invalid_file_is_reported_in_a_short_sentence(tmp_path, content, reas
     assert str(error.value).startswith(f"{path}: ")
     assert reason in str(error.value)
     assert len(str(error.value)) < len(str(path)) + 300
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"\xef\xbb\xbf[rig]\n", "line 1 begins with a byte order mark (BOM): save the file as UTF-8"),
+        (
+            "[rig]\n# Prüfstand\n".encode("latin-1"),
+            "line 2 is not UTF-8: save the file as UTF-8 (without BOM)",
+        ),
+        ("[rig]\n".encode("utf-16"), "line 1 is not UTF-8: save the file as UTF-8 (without BOM)"),
+        (b"[modbus]\nport = 1\n\nport = 2\nunit = 1\n", "line 4: the key port has a value already"),
+        (b"[modbus]\nport = 1\nport = 2", "line 3: the key port has a value already"),
+        (b"[web]\nallow = []\nallow = [\n  '::1'\n]\nport = 1\n", "the key allow has a value already"),
+        (b"[web]\nport = 1\n[web]\n", "line 3: the table [web] is there already"),
+        (b"[web]\n= 1\n", "not TOML: Invalid"),
+    ],
+)
+def test_an_encoding_or_a_duplicate_is_reported_with_its_line(tmp_path, content, reason):
+    path = tmp_path / "instrument.toml"
+    path.write_bytes(content)
+    with pytest.raises(ConfigurationError) as error:
+        load(path)
+    assert reason in str(error.value)

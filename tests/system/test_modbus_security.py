@@ -169,8 +169,8 @@ def test_mbpoll_reads_through_socat(instrument, connect, folder):
     ("change", "sentence"),
     [
         ({"certificate": "missing.pem"}, "missing.pem: No such file or directory"),
-        ({"key": "plc.key"}, "are not a certificate and its key"),
-        ({"ca": "instrument.key"}, "contains no certificates in PEM format"),
+        ({"key": "plc.key"}, "plc.key is not the key of the certificate"),
+        ({"ca": "instrument.key"}, "instrument.key contains no valid certificate"),
         ({"roles": {"operator": ["everything"]}}, "everything of the role operator is not a right"),
         ({"host": "0.0.0.0"}, "list the clients that may connect"),
     ],

@@ -213,7 +213,7 @@ def test_a_certificate_that_has_expired_is_a_warning_and_one_without_its_key_is_
     with pytest.raises(ConfigurationFileError, match="not for server authentication"):
         check_config([file], as_json=False)
     (pki.folder / "instrument.key").write_bytes(key_pem(pki.authority.key))
-    with pytest.raises(ConfigurationFileError, match="are not a certificate and its key"):
+    with pytest.raises(ConfigurationFileError, match="is not the key of the certificate"):
         check_config([file], as_json=False)
 
 
