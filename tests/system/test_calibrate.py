@@ -346,7 +346,7 @@ def test_the_uncertainty_covers_the_error_where_no_contact_was_calibrated(tmp_pa
         (("radius", "absent.csv"), "absent.csv: no such file"),
         (("radius", "docs/examples/volume.csv"), "the first line must name the columns pressure_kpa"),
         (("volume",), "--displaced-ml, --before-kpa and --after-kpa"),
-        (("lag", "docs"), "docs: cannot be read: not a regular file"),
+        (("lag", "docs"), "docs: cannot be read: it is a folder"),
         (("lag", "/dev/zero"), "/dev/zero: cannot be read: not a regular file"),
         (("lag", "docs/examples/lag.csv", "--out", "/dev/full"), "/dev/full: cannot be written"),
         (("volume", *["--displaced-ml", "1e308", "--before-kpa", "0", "--after-kpa", "8"]), "numbers up to"),

@@ -92,5 +92,5 @@ def test_a_file_that_is_not_text_or_not_a_file_gives_one_sentence(tmp_path):
     path.write_bytes(b"\xff")
     with pytest.raises(ConfigurationError, match="damaged"):
         load_users(path)
-    with pytest.raises(ConfigurationError, match="not a regular file"):
+    with pytest.raises(ConfigurationError, match="is a folder"):
         load_users(tmp_path)
