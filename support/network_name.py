@@ -7,6 +7,8 @@ from ipaddress import ip_address
 
 MAX_HOST_CHARACTERS = 253
 MAX_PORT = 65535
+#: Hosts that stand for every address of a computer. A server listens on them, and no client connects to them.
+WILDCARDS = frozenset({"0.0.0.0", "::"})
 _LABEL = r"[A-Za-z0-9_]([A-Za-z0-9_-]{0,61}[A-Za-z0-9_])?"
 _NAME = re.compile(rf"{_LABEL}(\.{_LABEL})*\.?")
 _SOCKET_URL = re.compile(r"socket://(\[(?P<address>[^][]+)]|(?P<name>[^]/?#:@[]+)):(?P<port>[0-9]{1,5})")

@@ -55,6 +55,7 @@ class EventLogWriter:
         # Digest of the last record if a commit failed but nevertheless has written its records.
         self._expected_head: bytes | None = None
         self._anchor_due_s = -math.inf  # time at which the next anchor is due
+        self._anchored_head: bytes | None = None  # head in the last anchor
         self._end = Event()
         try:
             self._open()
@@ -92,7 +93,8 @@ class EventLogWriter:
         if unwritten:
             log.error("event log %s: %s could not be written", self.path, counted(unwritten, "record"))
         if self._file is not None:
-            self._log_anchor(self._file)
+            if self._file.head != self._anchored_head:
+                self._log_anchor(self._file)
             self._file.close()
 
     def _try(self) -> None:
@@ -139,6 +141,7 @@ class EventLogWriter:
             anchor = Anchor(file.record_count, file.head.hex(), iso_utc(_now()))
             state_log.info("%s", format_anchor(anchor))
             self._anchor_due_s = time.monotonic() + ANCHOR_INTERVAL_S
+            self._anchored_head = file.head
 
     def _check_in_place(self, file: EventLogFile) -> None:
         try:

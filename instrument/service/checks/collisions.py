@@ -17,9 +17,8 @@ from pneuforce.instrument.config import (
     WebSection,
 )
 from pneuforce.instrument.service.checks.configured_files import ConfiguredFile, configured_files
-from pneuforce.support.network_name import is_socket_url
+from pneuforce.support.network_name import WILDCARDS, is_socket_url
 
-_WILDCARDS = frozenset({"0.0.0.0", "::"})
 _LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 
 
@@ -33,7 +32,7 @@ class TcpPort(NamedTuple):
     def collides_with(self, other: TcpPort) -> bool:
         """Return True if both addresses cannot be used at the same time."""
         hosts = {self.host, other.host}
-        same = len(hosts) == 1 or hosts <= _LOOPBACK or hosts & _WILDCARDS
+        same = len(hosts) == 1 or hosts <= _LOOPBACK or hosts & WILDCARDS
         return self.port == other.port and bool(same)
 
 

@@ -13,6 +13,7 @@ from pneuforce.instrument.config import WebSection, absolute_paths
 from pneuforce.instrument.service.processes.service_process import END_S, SILENCE_S
 from pneuforce.instrument.service.processes.tls_process import TlsProcess
 from pneuforce.instrument.service.processes.web_libraries import installed_versions, untested
+from pneuforce.support.network_name import WILDCARDS
 
 RECORDING_END_S = 4.0  #: time for the end of the process if it ends a recording
 
@@ -63,8 +64,10 @@ class WebProcess(TlsProcess):
 
     def serving_line(self) -> str:
         """Return the line of the log when the page is served."""
-        scheme = "https" if self._options["certificate"] else "http"
-        return f"the web page is at {scheme}://{self._options['host']}:{self.port}/"
+        scheme, host = "https" if self._options["certificate"] else "http", self._options["host"]
+        if host in WILDCARDS:  # a browser cannot open this address
+            return f"the web page is on port {self.port} of every address of this computer ({scheme})"
+        return f"the web page is at {scheme}://{f'[{host}]' if ':' in host else host}:{self.port}/"
 
     def on_heartbeat(self, message: Mapping[str, Any]) -> None:
         """Remember whether the page records, and when its certificate expires."""

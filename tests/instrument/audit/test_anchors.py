@@ -102,16 +102,28 @@ class TestAnchorLines:
             return find_anchors(lines)
 
     def test_the_start_and_the_end_are_anchored_with_the_complete_digest(self, tmp_path, journal):
+        writer = EventLogWriter(tmp_path / "log")
+        heads = []
+        for number in range(2):
+            writer.append(make_record(number))
+            wait_until(lambda: writer.head.records and self.anchors(journal))
+            wait_until(lambda number=number: writer.head.records == number + 1)
+            heads.append(verify_log(tmp_path / "log").head)
+        writer.close()
+        anchors = self.anchors(journal)
+        assert [(anchor.records, anchor.head) for anchor in anchors] == [(1, heads[0]), (2, heads[1])]
+        assert all(anchor.at.endswith("Z") for anchor in anchors)
+
+    def test_a_writer_that_ends_at_once_does_not_log_the_same_anchor_twice(self, tmp_path, journal):
         file = run_writer(tmp_path / "log", range(5))
         anchors = self.anchors(journal)
-        assert [anchor.records for anchor in anchors] == [5, 5]
-        assert {anchor.head for anchor in anchors} == {verify_log(file).head}
-        assert all(anchor.at.endswith("Z") for anchor in anchors)
+        assert anchors[-1].head == verify_log(file).head
+        assert len({anchor.head for anchor in anchors}) == len(anchors)
 
     def test_the_first_anchor_of_a_start_contains_its_first_record(self, tmp_path, journal):
         file = run_writer(tmp_path / "log", range(5))
         run_writer(file, range(5, 6))
-        assert [anchor.records for anchor in self.anchors(journal)] == [5, 5, 6, 6]
+        assert [anchor.records for anchor in self.anchors(journal)][-2:] == [5, 6]
 
     def test_each_interval_is_anchored(self, tmp_path, journal, monkeypatch):
         monkeypatch.setattr("pneuforce.instrument.audit.writer.ANCHOR_INTERVAL_S", 0.2)
@@ -227,9 +239,12 @@ class TestManipulatedLogs:
         assert verify(file, path) == 1
 
     def test_the_time_of_the_first_missing_anchor_is_reported(self, tmp_path, journal, capsys):
-        run_writer(tmp_path / "log", range(10))
+        file = run_writer(tmp_path / "log", range(10))
         with journal().open("rb") as lines:
-            first, second = find_anchors(lines)
+            first = find_anchors(lines)[0]
+        run_writer(file, range(10, 20))
+        with journal().open("rb") as lines:
+            second = find_anchors(lines)[-1]
         cut = make_log(tmp_path / "cut", range(4))
         assert verify(cut, journal()) == 1
         why = result_of(capsys)["message"]
@@ -338,6 +353,6 @@ def test_the_command_reads_anchors_and_earlier_logs(tmp_path, journal):
     assert pneuforce(*words).returncode == 1
     done = pneuforce(*words, "--earlier", tmp_path / "2026", "--json")
     assert done.returncode == 0
-    assert json.loads(done.stdout)["anchors"] == 4
+    assert json.loads(done.stdout)["anchors"] >= 2
     done = pneuforce("log", "verify", "--file", file, "--earlier", tmp_path / "2026")
     assert done.returncode == 2

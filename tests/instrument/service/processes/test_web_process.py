@@ -29,6 +29,24 @@ async def running(folder, port, silence_s=60.0):
         await web.close()
 
 
+@pytest.mark.parametrize(
+    ("host", "words"),
+    [
+        ("127.0.0.1", "http://127.0.0.1:80/"),
+        ("::1", "http://[::1]:80/"),
+        ("0.0.0.0", "port 80 of every"),
+        ("::", "port 80 of every"),
+    ],
+)
+def test_the_line_of_the_log_contains_only_an_address_that_a_browser_can_open(tmp_path, host, words):
+    web = WebProcess(
+        WebSection(enabled=True, host=host, allow=["10.0.0.1"], allow_plain_http=True), tmp_path / "socket"
+    )
+    web.port = 80
+    assert words in web.serving_line()
+    assert ("://" in web.serving_line()) is ("://" in words)
+
+
 async def until(condition):
     async with asyncio.timeout(TIMEOUT_S):
         while not condition():
