@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from pneuforce.client.latest_sample import LatestSample
-from pneuforce.client.measurement import Measurement, Status, number_or_none, state_of, status_of
+from pneuforce.client.measurement import Measurement, State, Status, number_or_none, state_of, status_of
 from pneuforce.registers.can.frames import (
     ANSWER,
     COMMAND,
@@ -117,7 +117,8 @@ class CanReceiver:
                 status_or_none=measurement.status | {Status.STALE},
                 sample_counter=None,
             )
-        if "force_valid" not in force["condensed_status"] or not math.isfinite(force["force"]):
+        is_valid = "force_valid" in force["condensed_status"] and measurement.state is not State.TRIPPED
+        if not is_valid or not math.isfinite(force["force"]):
             return measurement
         return replace(measurement, force_or_nan=force["force"], force_std_or_nan=force["force_uncertainty"])
 

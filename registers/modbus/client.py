@@ -195,10 +195,7 @@ class ModbusClient:
         `timeout_s`, and ModbusClientError.
         """
         sequence = (self.read_block(_ANSWER)["answer_sequence"] + 1) % 0x10000
-        self.write("command_key", COMMAND_KEY)
-        self.write("command_code", code)
-        self.write("command_argument", argument)
-        self.write("command_sequence", sequence)
+        self._start_command(code, argument, sequence)
         until_s = time.monotonic() + timeout_s
         while time.monotonic() < until_s:
             answer = self.read_block(_ANSWER)
@@ -206,6 +203,17 @@ class ModbusClient:
                 return str(answer["answer_result"])
             time.sleep(_COMMAND_POLL_S)
         raise NoAnswerError(f"the command {code} was not finished within {timeout_s:g} s")
+
+    def _start_command(self, code: str, argument: int, sequence: int) -> None:
+        """Write the registers of a command. The error of a rejection names the command, not its registers."""
+        try:
+            self.write("command_key", COMMAND_KEY)
+            self.write("command_code", code)
+            self.write("command_argument", argument)
+            self.write("command_sequence", sequence)
+        except WriteRejectedError as error:
+            reason = str(error).partition(" was rejected: ")[2]
+            raise WriteRejectedError(f"{code} was rejected: {reason}", error.reason) from None
 
     def _determine_word_order(self) -> None:
         words = self._read_words(range(_TEST.address, _TEST.end))

@@ -97,6 +97,12 @@ def test_every_invalid_force_frame_gives_no_force(receiver, invalid):
     assert not receiver.measurement().valid
 
 
+def test_after_a_trip_the_last_force_is_not_valid(receiver):
+    receiver.receive(frame(STATUS_FRAME, state="tripped"))
+    assert not receiver.measurement().valid
+    assert receiver.measurement().state is State.TRIPPED
+
+
 def test_frames_of_other_nodes_and_malformed_frames_are_ignored(receiver):
     before = receiver.measurement().sample_counter
     receiver.receive(CanFrame(FORCE.base_id + 6, force(0).data))

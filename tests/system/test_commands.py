@@ -10,13 +10,14 @@ import socket
 import subprocess
 import sys
 import tomllib
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.metadata import version
 
 import pytest
 
 from pneuforce.client.address import connect
-from pneuforce.errors import ConnectionFailed, VentNotConfirmed
+from pneuforce.client.measurement import State
+from pneuforce.errors import ConnectionFailed, HoldEnded, VentNotConfirmed
 from pneuforce.instrument.cli.operate.status import show_status
 from pneuforce.instrument.cli.operate.vent import vent_and_confirm
 from pneuforce.instrument.cli.terminal.command_words import in_command_words
@@ -208,7 +209,7 @@ def test_a_control_port_in_use_is_reported_with_its_option(tmp_path):
 
 def test_a_modbus_port_in_use_is_reported_with_its_key(shared_stack, tmp_path):
     taken = {"modbus": {"port": shared_stack.modbus_port}}
-    why = r"it is in use; end the other instrument, or change \[modbus\] port"
+    why = r"another program uses port \d+; end this program, or change \[modbus\] port"
     with ExitStack() as children, pytest.raises(ChildProcessFailed, match=why):
         start(children, tmp_path / "rig", ["--no-hand"], taken)
 
@@ -483,6 +484,27 @@ def test_a_balloon_without_a_lease_is_taken_over_only_on_request(shared_stack, o
         assert operate("hold", "2.5").returncode == ExitCode.REJECTED
         assert plc.read()["mode"] == "hold"
     assert operate("hold", "2.5", "--take-over", "--seconds", "0").returncode == ExitCode.DONE
+
+
+def test_while_a_robot_has_the_lease_each_rejection_says_what_was_done(shared_stack, operate):
+    url = f"can://socketcand/can0?host=127.0.0.1&port={shared_stack.can_port}"
+    with connect(url) as robot, suppress(HoldEnded), robot.hold(2.0):
+        second = printed_json(operate("hold", "2.5", "--json"))
+        assert "--take-over" not in second["message"]
+        assert "a client of can" in second["message"]
+        assert printed_json(operate("zero", "--json"))["message"].startswith("zero_pressure was rejected")
+        assert robot.read().state is State.HOLDING
+        released = printed_json(operate("release", "--json"))
+        assert (released["code"], released["reason"]) == ("rejected", "lease")
+        assert released["message"].startswith("The balloon was vented, but the end of the lease was rejected")
+    wait_for(shared_stack.plc().read, lambda registers: registers["state"] == "vented")
+
+
+def test_the_force_limit_is_written(shared_stack, operate):
+    assert printed_json(operate("limit", "4.5", "--json"))["force_limit_n"] == 4.5
+    assert shared_stack.plc().read_all()["force_limit"] == 4.5
+    assert operate("limit", "0").returncode == ExitCode.USAGE
+    assert operate("limit", "5").returncode == ExitCode.DONE
 
 
 def test_a_setpoint_without_a_force_gives_a_warning(operate):

@@ -73,6 +73,28 @@ def set_(
 
 @commands.command()
 @expand_options
+def limit(
+    *,
+    force_limit_n: Annotated[float, typer.Argument(help="Limit of the force alarm in N.", min=0.1, max=20.0)],
+    as_json: Json = False,
+    address: InstrumentAddress,
+) -> None:
+    """Write the limit of the force alarm. No valve is moved.
+
+    Example: pneuforce limit 4.5
+    """
+    from pneuforce.instrument.cli.operate.requests import execute, set_force_limit
+
+    execute(
+        address.url,
+        lambda sensor: set_force_limit(sensor, force_limit_n),
+        as_json,
+        force_limit_n=force_limit_n,
+    )
+
+
+@commands.command()
+@expand_options
 def hold(
     *,
     setpoint_kpa: Annotated[

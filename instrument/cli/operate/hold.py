@@ -8,7 +8,7 @@ import time
 
 from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
-from pneuforce.client.measurement import Measurement
+from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import AlreadyHeld, ConfigurationError, HoldEnded, Tripped
 from pneuforce.instrument.cli.operate.instrument_address import command
@@ -18,6 +18,13 @@ from pneuforce.instrument.cli.terminal.output import json_line, pressure_text, p
 from pneuforce.instrument.cli.terminal.stop_signals import at_stop_signal
 
 POLL_S, POLLS_PER_LINE = 0.2, 5
+#: Holder of a lease that a program of this computer has taken, by the scheme of the address.
+HOLDERS = {"tcp": "modbus_tcp", "rtu": "modbus_rtu", "tls": "modbus_tls"}
+#: Remarks behind a force that must not be used as a normal measurement.
+REMARKS = {
+    Status.INTERPOLATED: "touch only: do not use this value",
+    Status.FORCE_HIGH_ALARM: "FORCE ALARM: stop pushing, and back off",
+}
 
 
 def hold_until_stopped(
@@ -76,10 +83,30 @@ def _show_until_stopped(
 def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:
     if not as_json:
         pressure = pressure_text(measurement.pressure_kpa)
-        return f"{held_s:6.1f} s  pressure {pressure}  force {force_text(measurement)}"
-    force_n, std_n = measurement.force_or_nan, measurement.force_std_or_nan
-    values = {"held_s": held_s, "force_n": force_n, "force_std_n": std_n}
-    return json_line(values | {"pressure_kpa": measurement.pressure_kpa})
+        return f"{held_s:6.1f} s  pressure {pressure}  force {_force_text(measurement)}"
+    return json_line(
+        {
+            "held_s": held_s,
+            "state": measurement.state,
+            "status": sorted(measurement.status),
+            "force_n": measurement.force_or_nan,
+            "force_std_n": measurement.force_std_or_nan,
+            "pressure_kpa": measurement.pressure_kpa,
+        }
+    )
+
+
+def _force_text(measurement: Measurement) -> str:
+    """Return the force with remarks about its use, or why there is no force."""
+    if measurement.state in (State.INFLATING, State.SETTLING):
+        return f"not available while the balloon is {measurement.state}"
+    remarks = [text for status, text in REMARKS.items() if status in measurement.status]
+    return "; ".join([force_text(measurement), *remarks])
+
+
+def _is_of_other_bus(holder: str | None, url: str) -> bool:
+    """Return True if a client of another bus than that of `url` has the lease: a vent does not end it."""
+    return holder != HOLDERS[url.partition("://")[0]]
 
 
 def _check_not_held(sensor: ForceSensor) -> None:
@@ -91,9 +118,12 @@ def _check_not_held(sensor: ForceSensor) -> None:
     lease = details.lease_left_s is not None
     if state in INFLATED or lease:
         holder = f"a client of {details.lease_holder} has the lease" if lease else "no client has a lease"
+        anyway = f", or vent and hold anyway with {command('hold --take-over', sensor.url)}"
+        if lease and _is_of_other_bus(details.lease_holder, sensor.url):
+            anyway = ". The instrument rejects every hold until this client ends its lease"
         raise AlreadyHeld(
             f"another program may hold the balloon (state {state}, {holder}), and nothing was changed: end "
-            f"that program, or vent and hold anyway with {command('hold --take-over', sensor.url)}"
+            f"that program{anyway}"
         )
 
 

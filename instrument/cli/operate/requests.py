@@ -81,9 +81,29 @@ def write_setpoint(sensor: ForceSensor, setpoint_kpa: float) -> str:
 
 
 def release_lease(sensor: ForceSensor) -> str:
-    """Vent, end the lease, and wait for the confirmation of the vent."""
-    sensor.release()
+    """Vent, end the lease, and wait for the confirmation of the vent.
+
+    Raises Rejected, after the vent, if another peer has the lease.
+    """
+    try:
+        sensor.release()
+    except Rejected as error:
+        holder = sensor.details().lease_holder or "unknown"
+        raise Rejected(
+            "The balloon was vented, but the end of the lease",
+            error.reason,
+            f"The lease belongs to another peer, a client of {holder}. End its program.",
+        ) from None
     return f"The lease has ended. {confirmed_vent(sensor)}"
+
+
+def set_force_limit(sensor: ForceSensor, force_limit_n: float) -> str:
+    """Write the limit of the force alarm."""
+    sensor.set_force_limit(force_limit_n)
+    return (
+        f"The limit of the force alarm is {force_limit_n:g} N until the next start of the instrument, which "
+        "uses force_limit_n of its configuration."
+    )
 
 
 def confirmed_vent(sensor: ForceSensor) -> str:
