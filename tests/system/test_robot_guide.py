@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -11,11 +12,12 @@ from pneuforce.client import measurement
 from pneuforce.registers.views import dbc
 from pneuforce.teststand.stack import free_port
 from tests.command_runner import pneuforce
+from tests.system.waiting import wait_for
 from tests.tools import needs
 
 TOP = Path(__file__).parents[2]
 GUIDE = (TOP / "docs/robot.md").read_text(encoding="utf-8")
-FIVE_MINUTES, IN_CPP, ON_HARDWARE, PLAYBACK = re.findall(r"```sh\n(.*?)```", GUIDE, re.DOTALL)
+FIVE_MINUTES, IN_CPP, WITH_COMMANDS, ON_HARDWARE, PLAYBACK = re.findall(r"```sh\n(.*?)```", GUIDE, re.DOTALL)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +36,7 @@ def run_commands(folder, shared_stack):
         assert robot.recv(5.0)  # the instrument listens for 1.2 s before it sends
 
     def run(block):
-        block = re.sub(r"(watch can|canlog)(?! --port)", rf"\1 --port {shared_stack.can_port}", block)
+        block = re.sub(r"(watch can|canlog|cansend)(?! --port)", rf"\1 --port {shared_stack.can_port}", block)
         block = re.sub(r"(canlog.*)--seconds 5", r"\1--seconds 2", block)
         block = block.replace("--seconds 5", "--seconds 3")
         block = block.replace("29536", str(shared_stack.can_port)).replace("29540", hub)
@@ -85,6 +87,20 @@ def test_the_cpp_listener_builds_and_runs(run_commands):
     assert "error" not in done.stderr, done.stderr
     assert done.stdout.count("Loop ") == done.stdout.count("speed=-5.000") == 1
     assert len(re.findall("^Force force=-?nan .*valid=0$", done.stdout, re.MULTILINE)) > 30
+
+
+@needs("g++")
+def test_the_cpp_listener_inflates_the_balloon_over_the_hub(run_commands, folder, shared_stack):
+    if not (folder / "robot_listener").exists():
+        run_commands(IN_CPP.splitlines()[0])
+    block = WITH_COMMANDS.replace("--seconds 20", "--seconds 10")
+    with shared_stack.plc() as plc:
+        running = threading.Thread(target=run_commands, args=(block,))
+        running.start()
+        wait_for(plc.read, lambda registers: registers["state"] == "holding")
+        running.join()
+        wait_for(plc.read, lambda registers: registers["state"] == "vented")
+        assert plc.read()["lease_holder"] == "none"
 
 
 def test_a_recording_can_be_played_back(run_commands, folder):
