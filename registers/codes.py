@@ -12,7 +12,7 @@ STATUS = BitField(
         StatusBit(
             3,
             "vented",
-            "The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s, and no failed vent is reported.",
+            "The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s, and no vent has failed.",
         ),
         StatusBit(4, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
         StatusBit(

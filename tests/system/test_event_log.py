@@ -171,7 +171,7 @@ def test_a_file_without_a_record_fails_the_verification(tmp_path):
 def test_the_table_describes_the_records(finished):
     shown = log("show", "--file", finished[0], "--last", "0").stdout
     assert re.search(r"modbus_tcp 127\.0\.0\.1 +accepted +setpoint_requested nan → 8 kPa", shown)
-    assert re.search(r"illegal_value +request setpoint_requested 99", shown)
+    assert re.search(r"rejected: illegal_value +request setpoint_requested 99", shown)
     assert "state: settling → holding" in shown
     assert "stop: stop requested" in shown
     assert len(log("show", "--file", finished[0], "--last", "2").stdout.splitlines()) == 3

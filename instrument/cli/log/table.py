@@ -29,6 +29,7 @@ FOLLOW_PERIOD_S = 0.5
 COLUMN_WIDTHS = {"number": 7, "time (UTC)": 26, "who": 24, "result": 16}
 NESTED_BYTES = 100  #: shown bytes of a record that is nested too deeply
 PIPED_WIDTH = 200  #: width of the table if stdout is not a terminal
+PIPED_COLUMN_WIDTHS = COLUMN_WIDTHS | {"result": 28}  #: wide enough for each result in one line
 COLOURS = {"accepted": "green", "done": "green"}
 #: Kinds of records whose result is a reject reason, unless the request was executed.
 REJECTABLE = ("write", "request", "answer")
@@ -102,12 +103,14 @@ def _shown(body: Any, format_fields: Callable[[Mapping[str, Any]], Shown]) -> Sh
 
 def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
     """Return a function that prints rows as a table. Only its first call prints the column headings."""
-    console = Console(width=None if sys.stdout.isatty() else PIPED_WIDTH)
+    is_terminal = sys.stdout.isatty()
+    console = Console(width=None if is_terminal else PIPED_WIDTH)
+    widths = COLUMN_WIDTHS if is_terminal else PIPED_COLUMN_WIDTHS
     headings = iter((True,))
 
     def show(rows: Iterable[StoredRecord]) -> None:
         table = Table(box=None, show_header=next(headings, False), pad_edge=False)
-        for name, width in COLUMN_WIDTHS.items():
+        for name, width in widths.items():
             table.add_column(name, width=width, overflow="fold")
         table.add_column("what", overflow="fold", ratio=1)
         for row in rows:
