@@ -256,6 +256,7 @@ def test_the_compact_view_shows_the_force_and_vents_without_a_login(shown, brows
         browser("resize", **size)
         missing = not_in_view(browser, "#vent-button", "#bar-state", "#bar-fault", "#vent-failed")
         assert (name, missing) == (name, [])
+        assert browser.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0, name
 
 
 #: Position of the last digit of the force and of its uncertainty.
