@@ -163,8 +163,14 @@ class Measurement:
 
     @property
     def remedy(self) -> str:
-        """Return what to do about a missing force, for the most important reason; "" without a reason."""
-        return STATUS_ADVICE[self.reasons[0]].do if self.reasons else ""
+        """Return what to do about a missing force, for the most important reason; "" without a reason.
+
+        After a trip, the fault is the most important reason: a vent alone does not end the trip.
+        """
+        if not self.reasons:
+            return ""
+        tripped = self.state is State.TRIPPED and Status.FAILURE in self.reasons
+        return STATUS_ADVICE[Status.FAILURE if tripped else self.reasons[0]].do
 
 
 def number_or_none(value: float) -> float | None:

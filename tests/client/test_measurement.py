@@ -69,3 +69,9 @@ def test_a_measurement_cannot_be_changed():
     with pytest.raises(dataclasses.FrozenInstanceError):
         Measurement().force_or_nan = 0.0
     assert not Measurement().valid
+
+
+def test_after_a_trip_the_remedy_is_that_of_the_fault():
+    status = frozenset({Status.NOT_ZEROED, Status.FAILURE})
+    assert "zero" in Measurement(state=State.VENTED, status_or_none=status - {Status.FAILURE}).remedy
+    assert "fault" in Measurement(state=State.TRIPPED, status_or_none=status).remedy

@@ -77,7 +77,7 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
         "force_n": measurement.force_or_nan,
         "force_std_n": measurement.force_std_or_nan,
         "no_force_because": in_command_words(measurement.explanation) or None,
-        "remedy": in_command_words(measurement.remedy) or None,
+        "remedy": in_command_words(_remedy(measurement, fault)) or None,
         "pressure_kpa": measurement.pressure_kpa,
         "radius_mm": measurement.radius_mm,
         "setpoint_kpa": measurement.setpoint_kpa,
@@ -88,6 +88,11 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
         "versions": _versions(details),
         "warning": _map_warning(details),
     }
+
+
+def _remedy(measurement: Measurement, fault: LatchedFault | None) -> str:
+    """Return what to do about a missing force. After a trip, this is the remedy of the first-out fault."""
+    return fault.remedy if fault and measurement.state is State.TRIPPED else measurement.remedy
 
 
 def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tuple[str, str]]:
