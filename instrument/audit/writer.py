@@ -170,7 +170,8 @@ class EventLogWriter:
         why = _reason(error)
         if not self.write_error or (isinstance(error, EventLogFileError) and why != self.write_error):
             log.warning(
-                "event log %s cannot be written: %s; measuring continues, and records are kept in memory",
+                "event log %s cannot be written: %s; measuring continues, and records are kept in memory: "
+                "check the free space, the disk and the permissions",
                 self.path,
                 why,
             )

@@ -58,7 +58,7 @@ def client(
     folder: Folder,
     name: Annotated[str, typer.Argument(help="Name of the client and of the new files.")],
     role: Annotated[
-        str, typer.Option(help="Role in [modbus_security] roles: viewer, operator, or your own.")
+        str, typer.Option(help=r"Role in \[modbus_security] roles: viewer, operator, or your own.")
     ] = "viewer",
     days: Days = 730,
 ) -> None:

@@ -68,7 +68,7 @@ class ForceOptions(NamedTuple):
         Path | None,
         typer.Option(
             "--calibration",
-            help="Calibration file of the balloon, which also determines the method and its variants; by "
-            "default, the paper's balloon.",
+            help="Calibration file of the balloon; by default, that of the paper. The method and its "
+            "variants are those of its force calibration. Without one, --method membrane uses its grip.",
         ),
     ] = None
