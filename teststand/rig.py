@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
-from pneuforce.errors import PneuforceError, VentFailed
-from pneuforce.instrument.core.faults import STATUS_OF, name_of
-from pneuforce.registers.codes import FAULTS
+from pneuforce.client.failed_vent import failed_vent
+from pneuforce.errors import PneuforceError
+from pneuforce.instrument.core.faults import name_of
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.sim.server.client import SimulatorClient
 from pneuforce.teststand.stack import Stack
@@ -241,16 +241,8 @@ def _poll(
 def _vented(registers: Mapping[str, Any]) -> bool:
     """Return True if the vent is verified. Raises VentFailed if the instrument reports a failed vent."""
     if "vent_fault" in registers["status"]:
-        raise _failed_vent(registers)
+        raise failed_vent(registers["first_out_fault"], registers["pressure"])
     return "vented" in registers["status"]
-
-
-def _failed_vent(registers: Mapping[str, Any]) -> VentFailed:
-    """Return the error of a failed vent. The first-out fault is named only if it is the cause."""
-    code = registers["first_out_fault"]
-    fault = FAULTS.names[code] if STATUS_OF.get(code) == "vent_fault" else "vent_fault"
-    remedy = "Remove the cause. When the pressure has been below 0.3 kPa for 0.5 s, clear the fault and vent."
-    return VentFailed(fault, "The balloon may be inflated.", remedy, registers["pressure"])
 
 
 def _vented_and_zeroed(registers: Mapping[str, Any]) -> bool:
