@@ -106,6 +106,18 @@ def test_a_fault_is_named_for_the_eye_and_the_ear(shown, browser):
     assert browser.evaluate(f"{spoken}.map((n) => n.textContent).join('').trim()") == FAULT_TITLES[BURST]
 
 
+def test_the_fault_in_the_bar_is_a_link_to_its_remedy(shown, browser):
+    shown.set(state="tripped", faults=[BURST], status=["burst", "failure"], force_n=None)
+    shown.open()
+    browser.wait_for_visible("#bar-fault")
+    for size in SIZES.values():
+        browser("resize", **size)
+        browser.evaluate("scrollTo(0, document.body.scrollHeight)")
+        browser("click", on="#bar-fault-text")
+        browser.wait("document.activeElement.id === 'faults'")
+        assert browser.evaluate(NOT_IN_VIEW_NOW % '["#faults-title", "#faults h3", "#vent-button"]') == []
+
+
 def test_the_link_to_the_rig_has_its_own_state(shown, browser):
     links = "['link', 'rig-link'].map((id) => document.getElementById(id).dataset.link).join()"
     shown.set()

@@ -60,11 +60,13 @@ export function sourceTag({ replay, simulated }, state) {
   return simulated || state?.status.includes("simulated") ? "SIMULATED" : "";
 }
 
+/** Show the first fault. Its text is a link to the list of faults, which tells the remedy. */
 function showFirstOutFault([first, ...others], info) {
   const box = byId("bar-fault");
   box.dataset.fault = info.faults[first]?.name ?? "";
+  box.hidden = first === undefined;
   const more = others.length ? ` (+ ${others.length} more)` : "";
-  showText(box, first === undefined ? "" : `Fault: ${faultTitle(first, info)}${more}`);
+  setText(byId("bar-fault-text"), box.hidden ? "" : `Fault: ${faultTitle(first, info)}${more}`);
 }
 
 function forceLimitText(state) {
