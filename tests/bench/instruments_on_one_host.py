@@ -23,7 +23,7 @@ from pneuforce.teststand.child_process import ChildProcess
 from pneuforce.teststand.stack import free_port, toml
 from tests.system.waiting import inflate
 
-NUMBER, BRIEF_NUMBER = 8, 2
+NUMBER, BRIEF_NUMBER = 8, 1
 SECONDS, BRIEF_SECONDS = 60.0, 1.0
 CLIENTS, POLL_HZ, SCRAPE_S = 2, 20, 5.0
 SETPOINT_KPA = 8.0
