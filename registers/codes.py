@@ -39,7 +39,11 @@ STATUS = BitField(
         StatusBit(16, "not_zeroed", "The pressure sensor has no zero adjustment: an inflation is rejected."),
         StatusBit(17, "write_protect", "The configuration disables writing."),
         StatusBit(18, "board_watchdog", "The watchdog or a brown-out restarted the board.", latches=True),
-        StatusBit(19, "can_down", "The CAN interface does not work."),
+        StatusBit(
+            19,
+            "can_down",
+            "The CAN interface does not work. Also in the first 1.2 s after a start, until the node sends.",
+        ),
         StatusBit(20, "inlet_fault", "The inlet valve is stuck, or there is no gas supply.", latches=True),
         StatusBit(
             21,

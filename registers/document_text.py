@@ -10,11 +10,13 @@ from pneuforce.registers.codes import (
     ANSWERS,
     COMMANDS,
     FAULTS,
+    FIRMWARE_ORIGINS,
     HOLDERS,
     METHODS,
     MODES,
     PROOF_TESTS,
     REJECT_REASONS,
+    SIGNATURES,
     STATES,
 )
 from pneuforce.registers.field import Enumeration, Field, WireType
@@ -41,6 +43,8 @@ ENUMERATIONS: Mapping[str, Enumeration] = {
     "fault": FAULTS,
     "proof test": PROOF_TESTS,
     "ambient source": AMBIENT_SOURCES,
+    "firmware origin": FIRMWARE_ORIGINS,
+    "signature": SIGNATURES,
 }
 
 

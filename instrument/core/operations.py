@@ -32,10 +32,10 @@ def run(state: InstrumentState, code: str, argument: int, now_s: float) -> Rejec
 
 
 def _zero_pressure(state: InstrumentState, argument: int, now_s: float) -> RejectReason:  # noqa: ARG001
-    if state.measurement.in_contact:
-        return RejectReason.IN_CONTACT
     if state.link_lost(now_s):
         return RejectReason.LINK_LOST
+    if state.measurement.in_contact:
+        return RejectReason.IN_CONTACT
     if not state.chain.zero.take():
         return RejectReason.STATE
     log.info("zero taken: the sensor reads %.3f kPa when vented", state.chain.zero.zero_kpa)

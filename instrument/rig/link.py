@@ -37,7 +37,8 @@ KEEP_ALIVE_PERIOD_S = 0.05
 #: Tolerance of the board's uptime, in addition to its clock error. A smaller uptime means a restart.
 UPTIME_TOLERANCE_MS = 250
 UPTIME_WRAP_MS = 2**32
-#: Longest time since the previous sample that is counted [s].
+#: Longest time since the previous sample that is counted [s]. It is longer than the memory of each filter of
+#: the measuring chain.
 MAX_STEP_S = 0.5
 #: Longest time since the previous sample for which a sample proves the state of the rig [s]. The events in a
 #: longer gap are unknown.
@@ -65,7 +66,8 @@ class RawSample:
     sequence: int
     t_s: float  #: time at which the board took the sample, on the host clock
     message: Sample
-    elapsed_s: float = 1 / SAMPLES_PER_S  #: board time since the previous sample, at most 0.5 s
+    #: Board time since the previous sample, at most 0.5 s. After a handshake, the first sample has 0.5 s.
+    elapsed_s: float = 1 / SAMPLES_PER_S
     clock_invalid: bool = False  #: the board's clock has stopped, jumps or runs far too fast
     clock_off: bool = False  #: the rate error of the board's clock is above 1 %
 
@@ -180,10 +182,12 @@ class Link:
         if invalid:
             self.clock.restart()
         t_s = self.clock.host_time_s(message.board_time_us, now_s, latest_s)
-        if before is None or invalid:
-            return RawSample(sequence, t_s, message, clock_invalid=invalid)
-        passed_us = (message.board_time_us - before[1].board_time_us) % WRAP_US
-        elapsed_s = min(passed_us * 1e-6, MAX_STEP_S)
+        if invalid:
+            return RawSample(sequence, t_s, message, clock_invalid=True)
+        elapsed_s = MAX_STEP_S
+        if before is not None:
+            passed_us = (message.board_time_us - before[1].board_time_us) % WRAP_US
+            elapsed_s = min(passed_us * 1e-6, MAX_STEP_S)
         return RawSample(sequence, t_s, message, elapsed_s, clock_off=self.clock.out_of_tolerance)
 
     def _receive_hello(self, hello: Hello, version: int, now_s: float, buffered_s: float) -> None:

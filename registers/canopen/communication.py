@@ -118,7 +118,7 @@ def _cob_id(index: int, cob_id: int, subindex: int = 1) -> ObjectEntry:
     return ObjectEntry(
         index=index, subindex=subindex, name="COB-ID", type=DataType.U32, access="rw", default=cob_id,
         adds_node_id=True, allowed=_only_disabled_changes(cob_id),
-        doc="Bit 31 disables the PDO; the identifier is fixed.",
+        doc="Bit 31 disables the PDO; all other bits are fixed.",
     )  # fmt: skip
 
 

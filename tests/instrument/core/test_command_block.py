@@ -325,6 +325,12 @@ class TestZero:
             "link_lost",
         )
 
+    def test_a_link_that_was_lost_in_contact_is_the_reason_not_the_contact(self):
+        harness = InstrumentHarness.holding()
+        harness.push_kpa = 1.0
+        harness.run(0.5).run_without_samples(0.3)
+        assert harness.run_command("zero_pressure") == ("failed", "link_lost")
+
 
 def test_a_new_balloon_starts_its_count_of_inflations_only_when_vented():
     harness = InstrumentHarness.holding()

@@ -93,6 +93,13 @@ def test_the_alarm_stays_while_no_samples_arrive():
     assert {"stale", "force_high_alarm_2"} <= harness.snapshot().status
 
 
+def test_the_alarm_ends_with_the_trip_of_a_lost_link():
+    harness = alarmed().run_without_samples(0.3)
+    seen = harness.snapshot()
+    assert seen.state == "tripped"
+    assert not seen.status & {"force_high_alarm_2", "interpolated"}
+
+
 def test_the_alarm_ends_with_a_vent():
     harness = alarmed()
     harness.write_ok(VENT)

@@ -31,6 +31,21 @@ def test_after_an_incompatible_board_samples_are_ignored_until_a_new_handshake(w
     assert session.receive(hello(1300) + sample(3), 0.4)
 
 
+def test_the_pressure_after_a_lost_port_has_no_memory_of_the_pressure_before_it():
+    """The board vents while the cable is pulled."""
+    host = VirtualHost()
+    host.inflate()
+    host.run(10.0, lambda: host.instrument.sample.state == BoardState.HOLDING)
+    host.session.detach(host.now_s)
+    for _ in range(3000):
+        host.world.step(b"")
+        host.now_s += 0.002
+    host.session.attach(host.now_s)
+    counted = host.instrument.sample_counter
+    host.run(1.0, lambda: host.instrument.sample_counter > counted)
+    assert abs(host.instrument.measurement.pressure_kpa) < 0.3
+
+
 @pytest.mark.parametrize("first", ["tick", "samples"])
 @pytest.mark.parametrize("stall_s", [0.3, 1.5, 1.9])
 def test_after_a_stall_the_balloon_is_still_held_whatever_the_host_does_first(stall_s, first):

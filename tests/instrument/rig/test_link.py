@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
 from pneuforce.instrument.rig.firmware import CURRENT_VERSION, Firmware
-from pneuforce.instrument.rig.link import Link, LinkPhase
+from pneuforce.instrument.rig.link import MAX_STEP_S, Link, LinkPhase
 from pneuforce.protocol.firmware_images import IMAGES
 from pneuforce.protocol.frames import (
     FRAME_BYTES,
@@ -210,8 +210,9 @@ class TestRestart:
     def test_samples_after_a_restart_are_used_without_a_false_gap(self):
         link = ready()
         link.feed(b"".join(sample(n) for n in range(1, 1000)), 2.0)
-        link.feed(hello(10) + sample(0) + sample(1), 5.0)
+        first, second = link.feed(hello(10) + sample(0) + sample(1), 5.0)
         assert link.lost_frames == 0
+        assert (first.elapsed_s, second.elapsed_s) == (MAX_STEP_S, pytest.approx(0.002))
 
 
 class TestKeepAlive:
