@@ -152,7 +152,7 @@
 #define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero adjustment: an inflation is rejected. */
 #define PNEUFORCE_STATUS_WRITE_PROTECT UINT32_C(0x00020000) /* The configuration disables writing. */
 #define PNEUFORCE_STATUS_BOARD_WATCHDOG UINT32_C(0x00040000) /* The watchdog or a brown-out restarted the board. */
-#define PNEUFORCE_STATUS_CAN_DOWN UINT32_C(0x00080000) /* The CAN interface does not work. */
+#define PNEUFORCE_STATUS_CAN_DOWN UINT32_C(0x00080000) /* The CAN interface does not work. Also in the first 1.2 s after a start, until the node sends. */
 #define PNEUFORCE_STATUS_INLET_FAULT UINT32_C(0x00100000) /* The inlet valve is stuck, or there is no gas supply. */
 #define PNEUFORCE_STATUS_VENT_FAULT UINT32_C(0x00200000) /* The vent valve is stuck, or the tube is blocked: the balloon may be inflated. */
 #define PNEUFORCE_STATUS_BOARD_RESET UINT32_C(0x00400000) /* The board restarted. */
@@ -268,6 +268,21 @@ enum pneuforce_proof_test {
 enum pneuforce_ambient_source {
     PNEUFORCE_AMBIENT_SOURCE_CONFIGURED = 0,
     PNEUFORCE_AMBIENT_SOURCE_MEASURED = 1
+};
+
+enum pneuforce_firmware_origin {
+    PNEUFORCE_FIRMWARE_ORIGIN_NOT_REPORTED = 0,
+    PNEUFORCE_FIRMWARE_ORIGIN_CURRENT = 1,
+    PNEUFORCE_FIRMWARE_ORIGIN_OTHER_VERSION = 2,
+    PNEUFORCE_FIRMWARE_ORIGIN_UNKNOWN = 3
+};
+
+enum pneuforce_signature {
+    PNEUFORCE_SIGNATURE_UNSIGNED = 0,
+    PNEUFORCE_SIGNATURE_SIGNED = 1,
+    PNEUFORCE_SIGNATURE_ALTERED = 2,
+    PNEUFORCE_SIGNATURE_UNKNOWN_KEY = 3,
+    PNEUFORCE_SIGNATURE_NO_FILE = 4
 };
 
 static inline uint32_t pneuforce_bits(const uint16_t *words, bool low_word_first)
