@@ -2,7 +2,7 @@
 
 Section IV-B of the paper: ΔP_i is the lowest filtered pressure before the peak, ΔP_f is the highest filtered
 pressure, and the true force is the peak of the filtered reference. The contact tracker of the instrument
-finds the contacts.
+finds the contacts. The errors of a configured instrument are those of its own peaks (`instrument_peaks.py`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
+from pneuforce.instrument.validation.instrument_peaks import MeasuredPeak, TrialPeaks
 from pneuforce.instrument.validation.processed_trial import ProcessedTrial
 from pneuforce.instrument.validation.trial import Floats
 
@@ -25,14 +26,17 @@ class EvaluatedContact(NamedTuple):
     force_n: float  #: peak of the filtered reference force
     initial_s: float  #: time of ΔP_i
     final_s: float  #: time of ΔP_f
+    instrument: MeasuredPeak  #: the same contact, as the instrument measures it
 
 
 def find_contacts(processed: ProcessedTrial, settings: ChainSettings) -> list[EvaluatedContact]:
     """Return the contacts of one trial in order of time."""
+    tube_time_constant_s = settings.tube_time_constant_s
+    peaks = TrialPeaks(processed, tube_time_constant_s)
     bounds = [*_trough_indices(processed), len(processed.trial.t_s)]
     return [
-        _contact_between(processed, start, end, settings.tube_time_constant_s)
-        for start, end in pairwise(bounds)
+        _contact_between(processed, peaks, slice(*between), tube_time_constant_s)
+        for between in pairwise(bounds)
     ]
 
 
@@ -59,21 +63,23 @@ def _index_of_maximum(values: Floats, span: slice) -> int:
 
 
 def _contact_between(
-    processed: ProcessedTrial, start: int, end: int, tube_time_constant_s: float
+    processed: ProcessedTrial, peaks: TrialPeaks, samples: slice, tube_time_constant_s: float
 ) -> EvaluatedContact:
-    """Return the contact between the sample indices of two troughs.
+    """Return the contact in the samples between two troughs.
 
     The reference force does not pass through the tube. Its troughs are therefore earlier by the lag.
     """
     t_s, pressure_kpa = processed.trial.t_s, processed.filtered_kpa
-    peak = _index_of_maximum(pressure_kpa, slice(start, end))
+    start, end = samples.start, samples.stop
+    peak = _index_of_maximum(pressure_kpa, samples)
     end_s = t_s[end] if end < len(t_s) else np.inf
     first, last = np.searchsorted(t_s, [t_s[start] - tube_time_constant_s, end_s - tube_time_constant_s])
-    peak_n = processed.filtered_n[first : max(last, first + 1)].max()
+    reference = slice(first, max(last, first + 1))
     return EvaluatedContact(
         float(pressure_kpa[start]),
         float(pressure_kpa[peak]),
-        float(peak_n),
+        float(processed.filtered_n[reference].max()),
         float(t_s[start]),
         float(t_s[peak]),
+        peaks.highest(samples, reference),
     )

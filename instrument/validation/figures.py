@@ -95,7 +95,7 @@ def draw_contacts(
     _draw_line(above, t_s, processed.filtered_kpa, BLUE)
     _draw_line(below, t_s, processed.filtered_n, GREEN, label="reference")
     shown = [contact for contact in trial.evaluable_contacts if contact.final_s - begin_s < SHOWN_S]
-    initial, final, reference_n, initial_s, final_s = np.array(shown).T
+    initial, final, reference_n, initial_s, final_s = np.array([contact[:5] for contact in shown]).T
     estimate_n, _ = estimate_forces(zip(initial, final, strict=True), settings)
     above.plot(
         initial_s - begin_s, initial, "*", color=YELLOW, markeredgecolor=GREY, markersize=9, label="ΔP_i"
@@ -132,8 +132,11 @@ def draw_continuous(trial: TrialEvaluation) -> Figure:
 
 
 def draw_error_bars(peaks: PeakForces, settings: ChainSettings) -> Figure:
-    """Return Fig. 7: the mean absolute error in each pressure bin, of the force by the law in effect."""
-    bins = instrument_errors(peaks, settings, PRESSURE_BINS)
+    """Return Fig. 7: the mean absolute error in each pressure bin, of the force by the law in effect.
+
+    The pressures are filtered, as in the paper.
+    """
+    bins = instrument_errors(peaks, peaks.filtered, settings, PRESSURE_BINS)
     names = [f"{errors.group}\nn = {errors.contacts}" for errors in bins]
     quantity = f"mean absolute error{_force_name(settings)} [%]"
     figure = pressure_bin_bars(

@@ -18,6 +18,7 @@ from pneuforce.instrument.model.balloon import (
 )
 from pneuforce.instrument.model.law import PublishedMethod
 from pneuforce.instrument.validation.contacts import EvaluatedContact
+from pneuforce.instrument.validation.instrument_peaks import MeasuredPeak
 from pneuforce.instrument.validation.paper import GROUPS, HYSTERESIS_KPA, ContactGroup
 from pneuforce.instrument.validation.trial import Bools, Floats
 
@@ -50,6 +51,12 @@ class PeakForces:
     #: sphere before the contact. V_si is the volume of the sphere alone.
     volume_change: Floats
     estimates_n: Mapping[PublishedMethod, Floats]  #: estimated force by method; NaN if there is no solution
+    instrument: tuple[MeasuredPeak, ...] = ()  #: the same contacts, as the instrument measures them
+
+    @property
+    def filtered(self) -> tuple[MeasuredPeak, ...]:
+        """Return the contacts as the paper measures them, from filtered signals."""
+        return tuple(map(MeasuredPeak, self.baseline_kpa, self.final_kpa, self.force_n))
 
     def errors_percent(self, method: PublishedMethod) -> Floats:
         """Return the relative error of each contact [%]."""
@@ -84,7 +91,9 @@ def select_peaks(
     evaluated = ~(too_small | out_of_range | without_force)
     masks = (too_small, out_of_range, without_force, evaluated)
     counts = ContactCounts(len(contacts), *(int(mask.sum()) for mask in masks))
-    return estimate_peaks(baseline[evaluated], final[evaluated], force[evaluated], settings), counts
+    peaks = estimate_peaks(baseline[evaluated], final[evaluated], force[evaluated], settings)
+    measured = tuple(contact.instrument for contact, used in zip(contacts, evaluated, strict=True) if used)
+    return replace(peaks, instrument=measured), counts
 
 
 def _in_range(baseline_kpa: Floats) -> Bools:

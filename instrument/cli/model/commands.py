@@ -81,7 +81,7 @@ def validate(
 
     Example: pneuforce validate --plant membrane
 
-    Example: pneuforce validate --data cell.csv --config instrument.toml
+    Example: pneuforce validate --data campaign.csv --config instrument.toml
     """
     from pneuforce.instrument.cli.model import validate
     from pneuforce.instrument.cli.model.validation_source import SourceOptions

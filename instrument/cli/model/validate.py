@@ -54,7 +54,7 @@ def validate(options: SourceOptions, force: ForceOptions, files: OutputFiles, as
     trials = evaluate_trials(source.trials, settings)
     report, peaks = build_report(trials, settings)
     if force.config is not None:
-        report = report._replace(instrument=instrument_errors(peaks, settings))
+        report = report._replace(instrument=instrument_errors(peaks, peaks.instrument, settings))
     _check_contacts(report, options.name)
     if files.figures is not None:
         from pneuforce.instrument.cli.model.validation_figures import draw_figures

@@ -41,7 +41,9 @@ def render_report(report: ValidationReport, facts: Mapping[str, Any], note: str)
 
 def _instrument_table(errors_by_group: tuple[InstrumentErrors, ...]) -> Table:
     table = Table(
-        title="peak force of the instrument, with its calibration", box=SIMPLE_HEAD, title_justify="left"
+        title="peak force of the instrument, with its calibration (peaks without lag)",
+        box=SIMPLE_HEAD,
+        title_justify="left",
     )
     table.add_column("contacts by ΔP_i", no_wrap=True)
     for name in ("n", "error %", "signed %", "RMSE N", "in ±u %", "in ±2u %"):

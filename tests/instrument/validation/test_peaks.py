@@ -8,6 +8,7 @@ import pytest
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, ForceLaw, estimate
 from pneuforce.instrument.validation.contacts import EvaluatedContact
+from pneuforce.instrument.validation.instrument_peaks import MeasuredPeak
 from pneuforce.instrument.validation.paper import (
     ABOVE_SWITCH,
     ALL_CONTACTS,
@@ -22,7 +23,8 @@ SETTINGS = ChainSettings(law=ForceLaw())
 
 
 def contact(baseline_kpa, rise_kpa, force_n=1.0):
-    return EvaluatedContact(baseline_kpa, baseline_kpa + rise_kpa, force_n, 0.0, 1.0)
+    pressures = baseline_kpa, baseline_kpa + rise_kpa
+    return EvaluatedContact(*pressures, force_n, 0.0, 1.0, MeasuredPeak(*pressures, force_n))
 
 
 def peaks(baseline_kpa, force_n, energetic_n):
