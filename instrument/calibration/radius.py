@@ -8,6 +8,7 @@ from statistics import median
 import numpy as np
 
 from pneuforce.instrument.calibration.least_squares import LinearFit, fit_linear
+from pneuforce.instrument.calibration.ranges import REST_RADIUS_RANGE_MM
 from pneuforce.instrument.calibration.rubber import NeoHookeanFit, fit_neo_hookean
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 from pneuforce.instrument.model.membrane.rubber import RubberSkin, fit_skin
@@ -77,6 +78,7 @@ def fit_radius(points: Points) -> RadiusFit:
             f"{MIN_POINTS // 2} different pressures, are needed to fit a curve"
         )
     quadratic = fit_linear(_basis(pressure), radius)
+    _check_rest_radius(points, float(quadratic.coefficients[0]))
     neo_hookean = fit_neo_hookean(pressure, radius, quadratic.coefficients[0])
     skin = fit_skin(pressure, radius)
     fit = RadiusFit(quadratic, neo_hookean, skin, _residual_mm(skin, pressure, radius), float(pressure.min()))
@@ -96,7 +98,12 @@ def _residual_mm(skin: RubberSkin, pressure_kpa: Numbers, radius_mm: Numbers) ->
 
 def radii_mm(points: Points) -> Numbers:
     """Return the radii [mm]. Measured diameters are halved."""
-    return points["radius_mm"] if "radius_mm" in points.columns else points["diameter_mm"] / 2
+    return points["radius_mm"] if _length_column(points) == "radius_mm" else points["diameter_mm"] / 2
+
+
+def _length_column(points: Points) -> str:
+    """Return the name of the column with the radii or diameters."""
+    return "radius_mm" if "radius_mm" in points.columns else "diameter_mm"
 
 
 def suspected_pressure_unit(pressure_kpa: Numbers) -> str:
@@ -126,6 +133,25 @@ def _check_units(points: Points, pressure_kpa: Numbers, radius_mm: Numbers) -> N
         unit = _suspected_length_unit(median_mm)
         reason = f"looks like {unit}: it must be in mm" if unit else "is not the radius of a balloon"
         raise points.error(f"a radius of {median_mm:g} {reason} ({low_mm:g} to {high_mm:g} mm)")
+
+
+def _check_rest_radius(points: Points, rest_mm: float) -> None:
+    """Raise ConfigurationError if R_0 is not that of a balloon, for example if diameters are called radii."""
+    low_mm, high_mm = REST_RADIUS_RANGE_MM
+    if low_mm <= rest_mm <= high_mm:
+        return
+    column, row = _length_column(points), int(points["pressure_kpa"].argmin())
+    right, content, corrected_mm = {
+        "radius_mm": ("diameter_mm", "diameters", rest_mm / 2),
+        "diameter_mm": ("radius_mm", "radii", 2 * rest_mm),
+    }[column]
+    mixed_up = low_mm <= corrected_mm <= high_mm
+    remedy = f"if these are {content}, name the column {right}" if mixed_up else "check the unit"
+    raise points.error(
+        f"{column} = {points[column][row]:g} at {points['pressure_kpa'][row]:g} kPa belongs to a balloon "
+        f"with a radius of {rest_mm:.2f} mm at rest (allowed: {low_mm:g} to {high_mm:g} mm): {remedy}",
+        row,
+    )
 
 
 def _suspected_length_unit(radius_mm: float) -> str:

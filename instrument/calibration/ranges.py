@@ -21,6 +21,9 @@ LAG_RELATIVE_STD_RANGE, STEP_RANGE_KPA, LAG_RESIDUAL_RANGE = (0.0, 0.5), (0.5, 5
 #: Plausible standard deviation of a force of 1 N [N]. Contacts with smaller errors do not exist.
 STD_AT_1_N_RANGE_N = (0.0002, 1.2)
 
+#: A smaller balloon cannot measure 1 N. In a larger balloon, the force at a rise of 0.5 kPa exceeds 3.5 N.
+REST_RADIUS_RANGE_MM = (4.5, 12.0)
+
 
 def require_range(name: str, value: float, allowed: tuple[float, float]) -> None:
     """Raise ValueError if a value that follows from several keys is outside its range, or is NaN."""

@@ -14,6 +14,7 @@ from pneuforce.instrument.calibration.ranges import (
     LAG_RELATIVE_STD_RANGE,
     LAG_RESIDUAL_RANGE,
     MIN_RADIUS_SPAN_KPA,
+    REST_RADIUS_RANGE_MM,
     SLOPE_RANGE_MM_PER_KPA,
     STD_AT_1_N_RANGE_N,
     STEP_RANGE_KPA,
@@ -66,8 +67,7 @@ class CalibrationPart(Section):
 class RadiusPart(CalibrationPart):
     """Radius of the free balloon: R_i = rest + linear ΔP + quadratic ΔP²."""
 
-    # A smaller balloon cannot measure 1 N. In a larger balloon, the force at a rise of 0.5 kPa exceeds 3.5 N.
-    rest_radius_mm: Annotated[float, Field(ge=4.5, le=12), Rounded]
+    rest_radius_mm: Annotated[float, Field(ge=REST_RADIUS_RANGE_MM[0], le=REST_RADIUS_RANGE_MM[1]), Rounded]
     rest_radius_std_mm: Annotated[float, Field(ge=0, le=0.2), Rounded]
     radius_linear_mm_per_kpa: Annotated[float, Field(ge=-1, le=1), Rounded]
     radius_linear_std_mm_per_kpa: Annotated[float, Field(ge=0, le=0.15), Rounded]

@@ -57,6 +57,16 @@ def test_setpoints_near_the_limit_point_cause_a_warning():
     assert soft.rubber.limit_warning(11.6) == ""
 
 
+@pytest.mark.parametrize(
+    ("column", "other", "factor", "cell"),
+    [("radius_mm", "diameter_mm", 2, "15.2"), ("diameter_mm", "radius_mm", 1, "7.6")],
+)
+def test_diameters_in_place_of_radii_are_rejected_with_the_column_and_the_value(column, other, factor, cell):
+    message = error_message(fit_radius, points(pressure_kpa=PRESSURES_KPA, **{column: factor * PAPER_MM}))
+    assert f"{column} = {cell}" in message
+    assert f"name the column {other}" in message
+
+
 @pytest.mark.parametrize(("lowest_kpa", "too_large_mm"), [(2.0, 0.1), (3.0, 0.2), (5.0, 0.4)])
 def test_a_radius_at_rest_that_is_extrapolated_far_causes_a_warning(lowest_kpa, too_large_mm):
     kpa = np.linspace(lowest_kpa, 11.0, 12)
