@@ -19,7 +19,7 @@ from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceCorrection
 from pneuforce.instrument.model.balloon import SkinConstants
 from pneuforce.instrument.model.correction import REFERENCE_BASELINE_KPA
-from pneuforce.instrument.model.law import BLEND_KPA
+from pneuforce.instrument.model.law import BLEND_KPA, MethodName
 from pneuforce.instrument.model.method_uncertainty import GRIP_CALIBRATED, without_force_reference
 from pneuforce.instrument.model.pressure_bins import RiseSpans
 from pneuforce.instrument.model.uncertainty import MEMBRANE_POLYTROPIC_STD, ModelUncertainty
@@ -207,6 +207,11 @@ def _check_agreement(key: str, configured: float, default: float, measured: floa
             f"{_display_name(key)} = {configured!r} contradicts the calibration, which "
             f"measured {measured!r}: delete one of the two values"
         )
+
+
+def is_grip_unused(method: MethodName, calibration: Calibration) -> bool:
+    """Return True if the method does not use the grip, and the calibration has no force that replaces it."""
+    return calibration.grip is not None and calibration.force is None and method != "membrane"
 
 
 def _apply_grip(settings: ChainSettings, calibration: Calibration) -> ChainSettings:

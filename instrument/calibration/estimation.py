@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.calibration.apply import apply_calibration
+from pneuforce.instrument.calibration.apply import apply_calibration, is_grip_unused
 from pneuforce.instrument.calibration.file import Calibration
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import ForceLaw
@@ -54,10 +54,15 @@ def estimation_settings(choice: LawChoice, grip: Grip, calibration: Calibration 
     """Return the settings of an estimate. The law is that of the calibration, if the user does not state it.
 
     A force calibration for another method is not used. Raises ConfigurationError if the calibration does not
-    fit to the law, or if an argument does not apply to the method.
+    fit to the law, or if an argument or the calibrated grip does not apply to the method.
     """
     law = choice.law(calibration)
     _check_applicable(law, choice, grip)
+    if choice.method is None and calibration is not None and is_grip_unused(law.method, calibration):
+        raise ConfigurationError(
+            "the calibration has a grip but no force, and only the method membrane uses a grip: choose the "
+            f"method membrane, or choose the method {law.method} to calculate without the grip"
+        )
     chain = ChainSettings.of(law)
     if calibration is not None:
         if calibration.force and calibration.force.made_for.method != law.method:
@@ -71,13 +76,18 @@ def estimation_settings(choice: LawChoice, grip: Grip, calibration: Calibration 
 
 
 def _check_applicable(law: ForceLaw, choice: LawChoice, grip: Grip) -> None:
-    """Raise ConfigurationError if the user states a property of the method membrane for another method."""
-    stated = {"grip": grip.value, "grip_std": grip.std, "pressed_sides": choice.sides}
+    """Raise ConfigurationError if the user states a property that the method does not have."""
+    stated: dict[str, object]
+    if law.method == "membrane":
+        stated, remedy = {"switch": choice.switch, "low": choice.low}, "omit them, or choose another method"
+    else:
+        stated = {"grip": grip.value, "grip_std": grip.std, "pressed_sides": choice.sides}
+        remedy = "choose the method membrane"
     names = [name for name, value in stated.items() if value is not None]
-    if names and law.method != "membrane":
+    if names:
         raise ConfigurationError(
             f"{', '.join(names)} cannot be used with the method {law.method}, which has no such property: "
-            "choose the method membrane"
+            f"{remedy}"
         )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -25,6 +24,7 @@ from pneuforce.instrument.config.network_sections import (
     RdtSection,
     WebSection,
 )
+from pneuforce.instrument.config.paths import absolute_paths, resolve_path
 from pneuforce.instrument.config.sections import (
     BalloonSection,
     CircuitSection,
@@ -35,6 +35,7 @@ from pneuforce.instrument.config.sections import (
     RigSection,
     SafetySection,
 )
+from pneuforce.instrument.config.unused_settings import unused_settings
 from pneuforce.instrument.core.settings import Identity, Settings
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.model import Balloon, Circuit, ForceLaw
@@ -130,7 +131,13 @@ class Configuration(Section):
             (canopen and not self.identity.serial_number, unnumbered),
             (self.mqtt.sends_password_openly, "mqtt: the password is sent without encryption: use mqtts://"),
         )
-        return "; ".join([*(text for applies, text in remarks if applies), *self._file_warnings])
+        texts = [text for applies, text in remarks if applies]
+        return "; ".join([*texts, *self.unused_settings, *self._file_warnings])
+
+    @property
+    def unused_settings(self) -> list[str]:
+        """Return a sentence for each setting of the force that the force model does not use."""
+        return unused_settings(self.measurement, self._calibration)
 
     @property
     def calibration_date(self) -> int:
@@ -199,22 +206,6 @@ class Configuration(Section):
             require_released_firmware=self.rig.require_released_firmware,
             **self.safety.model_dump(),
         )
-
-
-def resolve_path(configuration_file: Path, name: str) -> Path | None:
-    """Return the path of a file that a configuration names, None for an empty name.
-
-    Relative names are relative to the folder of the configuration file. A configuration that is read
-    from a pipe (/dev/stdin) has no folder, so the current folder is used.
-    """
-    folder = Path() if configuration_file.is_relative_to("/dev") else configuration_file.parent
-    return folder / name if name else None
-
-
-def absolute_paths(configuration_file: Path, section: Section, keys: Iterable[str]) -> dict[str, str]:
-    """Return the absolute path of the file that each key of a section names, "" for an empty name."""
-    paths = {key: resolve_path(configuration_file, getattr(section, key)) for key in keys}
-    return {key: str(path.absolute()) if path else "" for key, path in paths.items()}
 
 
 def load(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> Configuration:

@@ -107,6 +107,8 @@ def test_two_floats_that_cannot_belong_to_a_contact_raise_like_other_invalid_for
         ((8.0, 9.0), {"grip": 0.4}),
         ((8.0, 9.0), {"grip_std": 0.1, "method": "lulevich"}),
         ((8.0, 9.0), {"pressed_sides": 1, "method": "energetic"}),
+        ((8.0, 9.0), {"switch": "blend", "method": "membrane"}),
+        ((8.0, 9.0), {"low": "line", "method": "membrane"}),
         ((8.0, 9.0), {"calibration": "no-such-file.toml"}),
     ],
     ids=str,

@@ -83,6 +83,15 @@ def test_the_method_membrane_uses_the_grip_and_the_calibration(tmp_path):
     assert calibrated["grip"] not in (0.5, None)
     assert calibrated["force_std_n"] < middle["force_std_n"]
     assert estimate("--dpi", "8", "--dpf", "9.2")["grip"] is None
+    unstated = ("--dpi", "8", "--dpf", "9.2", "--calibration", file)
+    refused = pneuforce("estimate", *unstated)
+    assert (refused.returncode, "membrane" in refused.stderr) == (2, True)
+    assert estimate(*unstated, "--method", "energetic")["grip"] is None
+    config = tmp_path / "instrument.toml"
+    config.write_text('[measurement]\ncalibration = "calibration.toml"\n')
+    assert "grip" in pneuforce("config", "--check", str(config)).stdout
+    config.write_text('[measurement]\ncalibration = "calibration.toml"\nmethod = "membrane"\n')
+    assert "grip" not in pneuforce("config", "--check", str(config)).stdout
 
 
 def test_outside_the_validated_pressures_the_answer_is_invalid_with_a_reason():

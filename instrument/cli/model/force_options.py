@@ -69,6 +69,6 @@ class ForceOptions(NamedTuple):
         typer.Option(
             "--calibration",
             help="Calibration file of the balloon; by default, that of the paper. The method and its "
-            "variants are those of its force calibration. Without one, --method membrane uses its grip.",
+            "variants are those of its force calibration. If it has a grip but no force, state --method.",
         ),
     ] = None

@@ -121,7 +121,8 @@ def evaluate(given: EvaluationInput, files: EvaluationFiles, as_json: bool) -> i
         if files.contacts is not None:
             types, contact_rows = _contact_table(contacts, comparison)
             write_table(files.contacts, _form(files.contacts), contact_rows, types, recording.metadata)
-        remarks = (remark, version_remark(recording), _own_recording_remark(recording, configuration))
+        remarks = [remark, version_remark(recording), _own_recording_remark(recording, configuration)]
+        remarks += configuration.unused_settings
         remark = "; ".join(filter(None, remarks))
     names = {"config": given.config, "calibration": given.calibration}
     facts = {

@@ -304,6 +304,22 @@ def test_a_canopen_node_without_a_serial_number_is_warned_of(can, serial_number,
     assert ("identity.serial_number is 0" in configuration.warning) is warned
 
 
+@pytest.mark.parametrize(
+    ("measurement", "named"),
+    [
+        ({"method": "membrane", "switch": "paper", "low": "smooth"}, ["switch", "low"]),
+        ({"method": "membrane", "switch": "blend", "low": "line"}, []),  # the defaults
+        ({"method": "membrane", "grip": 0.2, "grip_std": 0.1}, []),
+        ({"grip": 0.2, "grip_std": 0.1}, ["grip", "grip_std"]),
+        ({"switch": "paper", "low": "smooth"}, []),
+    ],
+)
+def test_a_setting_that_the_force_model_does_not_use_is_warned_of(measurement, named):
+    configuration = parse({"measurement": measurement}, "my.toml")
+    assert len(configuration.unused_settings) == bool(named)
+    assert [name for name in named if f"measurement.{name}" not in configuration.warning] == []
+
+
 def test_the_requirement_of_a_released_firmware_reaches_the_instrument():
     assert not parse({}, "my.toml").settings().require_released_firmware
     strict = parse({"rig": {"require_released_firmware": True}}, "my.toml")

@@ -29,6 +29,7 @@ from tests.instrument.calibration.test_golden import GOLDEN
 from tests.instrument.recording.recording_files import comparable
 from tests.instrument.recording.virtual_host import VirtualHost, write_recording
 
+RADII = Path(__file__).parents[4] / "docs/examples/radius.csv"
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -122,6 +123,15 @@ def test_the_command_compares_the_contacts_and_writes_both_tables(recording, con
     shown = pneuforce("evaluate", recording, "--config", config)
     assert shown.returncode == 0
     assert len(shown.stdout.splitlines()) == 2 + len(expected)
+
+
+def test_a_calibrated_grip_that_the_method_does_not_use_is_named(recording, tmp_path):
+    file = tmp_path / "calibration.toml"
+    assert pneuforce("calibrate", "radius", RADII, "--out", file).returncode == 0
+    weight = ("--mass-g", "120", "--before-kpa", "8", "--after-kpa", "9.1", "--out", file)
+    assert pneuforce("calibrate", "grip", *weight).returncode == 0
+    done = pneuforce("evaluate", recording, "--calibration", file, "--json")
+    assert (done.returncode, "grip" in json.loads(done.stdout)["remark"]) == (0, True)
 
 
 def test_a_file_is_replaced_only_on_request_and_an_invalid_file_is_rejected(recording, config, tmp_path):
