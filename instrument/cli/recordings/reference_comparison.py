@@ -14,7 +14,7 @@ from pneuforce.instrument.recording.evaluation import EvaluatedSample
 from pneuforce.instrument.recording.reader import Recording
 from pneuforce.instrument.validation.plateau_forces import PlateauForces, reference_errors
 from pneuforce.instrument.validation.reference_alignment import AlignedReference, ReferenceInput
-from pneuforce.instrument.validation.reference_pairs import pair_reference
+from pneuforce.instrument.validation.reference_pairs import UnpairedContact, pair_reference
 from pneuforce.support.counted import counted
 
 
@@ -32,6 +32,7 @@ class PlateauRow(NamedTuple):
 
 
 NO_PLATEAU = PlateauRow(*[math.nan] * len(PlateauRow._fields))
+NO_FORCE_REASON = "the instrument does not show a force in the whole plateau"
 PLATEAU_TYPES = dict.fromkeys(PlateauRow._fields, float)
 
 
@@ -41,6 +42,7 @@ class ReferenceComparison:
 
     aligned: AlignedReference | None
     forces: PlateauForces
+    unpaired: tuple[UnpairedContact, ...] = ()  #: contacts without a plateau
 
     @classmethod
     def of(
@@ -53,8 +55,8 @@ class ReferenceComparison:
         if reference is None:
             return cls(None, PlateauForces([]))
         course, aligned = read_aligned(recording, reference)
-        paired, _ = pair_reference(course, aligned.force)
-        return cls(aligned, PlateauForces(paired, gain_std))
+        paired, unpaired = pair_reference(course, aligned.force)
+        return cls(aligned, PlateauForces(paired, gain_std), tuple(unpaired))
 
     @property
     def is_doubtful(self) -> bool:
@@ -84,6 +86,17 @@ class ReferenceComparison:
         share = f" ({100 * errors.within_2u / errors.with_force:.0f} %)" if errors.with_force else ""
         compared = counted(errors.with_force, "contact")
         yield f"reference force within ±2u: {errors.within_2u} of {compared}{share}"
+        for contact in self.left_out():
+            yield f"contact {contact.contact} at {contact.begin_s:.2f} s is not compared: {contact.reason}"
+
+    def left_out(self) -> list[UnpairedContact]:
+        """Return the recorded contacts that are not compared, with the reason, in order of time."""
+        without_force = [
+            UnpairedContact(row.contact, row.plateau_begin_s, NO_FORCE_REASON)
+            for row in self.forces.results()
+            if not math.isfinite(row.error_n)
+        ]
+        return sorted([*self.unpaired, *without_force], key=lambda contact: contact.begin_s)
 
     def rows(self, contacts: Iterable[RecordedContact]) -> list[PlateauRow]:
         """Return the plateau in each contact of the evaluation, NaN if a contact has none."""
@@ -106,5 +119,6 @@ class ReferenceComparison:
                 **self.aligned.facts(),
                 "contacts": [{**row._asdict(), "within_2u": row.is_within} for row in results],
                 **reference_errors(results)._asdict(),
+                "left_out": [contact._asdict() for contact in self.left_out()],
             }
         }
