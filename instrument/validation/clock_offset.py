@@ -63,6 +63,10 @@ def estimate_offset(recorded: Signal, reference: Signal, expected_s: float = mat
         raise ConfigurationError(
             "the reference force falls when the pressure rises, so its sign is opposite: use --invert"
         )
+    if math.isnan(highest):
+        raise ConfigurationError(
+            f"the clock offset cannot be estimated, because {unknown_reason(reference)}: check the files"
+        )
     if not highest >= MIN_CORRELATION:
         raise ConfigurationError(
             "the clock offset cannot be estimated: the course of the reference force does not resemble "
@@ -92,6 +96,13 @@ def correlation_at(offset_s: float, recorded: Signal, reference: Signal) -> floa
     if len(t_s) < 2 or not (np.ptp(rise) > 0.0 and np.ptp(force) > 0.0):
         return math.nan
     return float(np.corrcoef(rise, force)[0, 1])
+
+
+def unknown_reason(reference: Signal) -> str:
+    """Return the probable reason why a correlation with this reference is NaN."""
+    if not np.ptp(reference.value) > 0.0:
+        return f"the reference force is constant ({reference.value[0]:g} N)"
+    return "recording and reference have too little in common"
 
 
 def _greatest(values: Floats) -> float:

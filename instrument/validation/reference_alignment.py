@@ -55,7 +55,7 @@ class AlignedReference(NamedTuple):
     def summary(self) -> Iterator[str]:
         """Yield one sentence for each step of the alignment, and for each warning."""
         offset_s, correlation = self.offset
-        known = f"{correlation:.3f}" if math.isfinite(correlation) else "unknown"
+        known = f"{correlation:.3f}" if math.isfinite(correlation) else "n/a"
         how = "given" if self.offset_given else "estimated"
         yield (
             f"clock offset: {offset_s:+.3f} s ({how}, correlation {known}); "

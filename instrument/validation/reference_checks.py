@@ -15,6 +15,7 @@ from pneuforce.instrument.validation.clock_offset import (
     ClockOffset,
     Signal,
     estimate_offset,
+    unknown_reason,
 )
 from pneuforce.instrument.validation.reference import FORCE_UNITS_N
 from pneuforce.instrument.validation.reference_pairs import PressureCourse
@@ -39,9 +40,11 @@ def offset_warning(given: ClockOffset, course: PressureCourse, reference: Signal
     if not differs and given.correlation >= MIN_CORRELATION:
         return ""
     if math.isnan(given.correlation):
-        why = "the correlation of reference and pressure is not known with the given --offset"
-    else:
-        why = f"the correlation of reference and pressure is {given.correlation:.2f} with the given --offset"
+        return (
+            "the correlation of reference and pressure is not available with the given --offset, because "
+            f"{unknown_reason(reference)}: check the offset and the files"
+        )
+    why = f"the correlation of reference and pressure is {given.correlation:.2f} with the given --offset"
     if best is not None and differs:
         better = f"with --offset {best.offset_s:.3f}, it is {best.correlation:.2f}"
         return f"{why}; {better}: check the offset"

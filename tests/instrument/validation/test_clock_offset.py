@@ -48,6 +48,11 @@ def test_a_reference_without_the_presses_is_rejected(reference):
         estimate_offset(presses(PAUSES_S), reference)
 
 
+def test_the_message_about_a_constant_reference_states_the_reason():
+    with pytest.raises(ConfigurationError, match=r"constant \(3 N\)"):
+        estimate_offset(presses(PAUSES_S), Signal(np.arange(0.0, 20.0, 0.01), np.full(2000, 3.0)))
+
+
 def test_a_reference_with_the_opposite_sign_is_rejected_with_the_option_that_reverses_it():
     signal = presses(PAUSES_S)
     with pytest.raises(ConfigurationError, match="--invert"):
