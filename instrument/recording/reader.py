@@ -169,8 +169,16 @@ class Recording:
         why = "has no end (it is still written, or its recorder was killed)"
         if ending is not None:
             why = f"ended unexpectedly ({ending.how}: {ending.why})"
-        samples = counted(self.sample_count or 0, "sample is", "samples are")
-        return f"{self.path} {why}: {self.extent_s:.1f} s, {samples} intact"
+        return f"{self.path} {why}: {self._intact_part()}"
+
+    def _intact_part(self) -> str:
+        count = self.sample_count or 0
+        if not count:
+            return "it contains no sample"
+        samples = counted(count, "sample is", "samples are")
+        if math.isnan(self.extent_s):
+            return f"the last of {counted(count, 'sample')} cannot be read"
+        return f"{self.extent_s:.1f} s, {samples} intact"
 
     # ---- rows
 

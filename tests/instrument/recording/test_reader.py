@@ -290,3 +290,21 @@ def test_a_board_that_connects_later_decides_whether_the_rig_is_simulated(tmp_pa
     file.close()
     with open_recording(tmp_path / "a.recording") as recording:
         assert recording.simulated == is_simulated
+
+
+def test_a_recording_without_samples_and_without_an_end_is_described_without_a_number(tmp_path):
+    begin_recording(tmp_path / "a.recording").close()
+    with open_recording(tmp_path / "a.recording") as recording:
+        assert recording.remark().endswith("it contains no sample")
+
+
+def test_a_last_sample_that_cannot_be_read_has_no_duration(intact, tmp_path):
+    altered = tmp_path / "altered.recording"
+    shutil.copyfile(intact, altered)
+    db = sqlite3.connect(altered)
+    db.execute("DELETE FROM ending")
+    db.execute("UPDATE samples SET t_s = NULL WHERE number = ?", (COUNT,))
+    db.commit()
+    db.close()
+    with open_recording(altered) as recording:
+        assert f"the last of {COUNT} samples cannot be read" in recording.remark()
