@@ -123,12 +123,13 @@ def _format_force(found: ForceCalibration) -> list[str]:
     ]
     return [
         *coefficients,
-        f"{'contacts':<28}{'bare law':>10}{'calibrated':>12}   (each contact held out of the fit)",
+        f"{'contacts':<28}{'uncalibrated':>12}{'calibrated':>12}   (each contact held out of the fit)",
         _row("1 to 3.5 N, mean error", before.mean_error_percent, after.mean_error_percent, ".1f", "%"),
         _row("below 1 N, rms", before.rmse_n, after.rmse_n, ".3f", "N"),
+        "1 to 3.5 N by ΔP_i, mean error (number of these contacts)",
         *(
             _row(
-                f"{b.low_kpa:.2f}–{b.high_kpa:.2f} kPa ({b.contacts})",
+                f"  {b.low_kpa:.2f}–{b.high_kpa:.2f} kPa ({b.contacts})",
                 b.before_percent,
                 b.after_percent,
                 ".1f",
@@ -154,4 +155,4 @@ def _format_residuals(rows: Sequence[ContactResidual]) -> list[str]:
 
 
 def _row(label: str, before: float, after: float, form: str, unit: str) -> str:
-    return f"{label:<28}{before:>8{form}} {unit}{after:>10{form}} {unit}"
+    return f"{label:<28}{before:>10{form}} {unit}{after:>10{form}} {unit}"
