@@ -140,7 +140,11 @@ def draw_error_bars(peaks: PeakForces, settings: ChainSettings) -> Figure:
     names = [f"{errors.group}\nn = {errors.contacts}" for errors in bins]
     quantity = f"mean absolute error{_force_name(settings)} [%]"
     figure = pressure_bin_bars(
-        names, [errors.absolute for errors in bins], "inflating pressure ΔP_i", quantity
+        names,
+        [errors.absolute for errors in bins],
+        "inflating pressure ΔP_i",
+        quantity,
+        two_energies=settings.law.method == "energetic",
     )
     figure.axes[0].tick_params(axis="x", labelsize=8)
     return figure
@@ -153,13 +157,17 @@ def _force_name(settings: ChainSettings) -> str:
     return "" if settings.law.method == "energetic" else f", {settings.law.method}"
 
 
-def pressure_bin_bars(names: Sequence[str], percent: Sequence[float], x_label: str, y_label: str) -> Figure:
+def pressure_bin_bars(
+    names: Sequence[str], percent: Sequence[float], x_label: str, y_label: str, *, two_energies: bool
+) -> Figure:
     """Return a figure with a bar for each pressure bin. A value of NaN is shown as a dash.
 
-    The bins above 8.85 kPa have a different colour, because stretching energy (4) applies there.
+    With `two_energies`, the bins above 8.85 kPa have a different colour, because the energetic method uses
+    stretching energy (4) there.
     """
     figure, [axes] = _figure(1)
-    colours = [YELLOW] * (len(names) - BINS_ABOVE_SWITCH) + [BLUE] * BINS_ABOVE_SWITCH
+    low_bins = len(names) - BINS_ABOVE_SWITCH if two_energies else 0
+    colours = [YELLOW] * low_bins + [BLUE] * (len(names) - low_bins)
     bars = axes.bar(names, np.nan_to_num(percent), color=colours, edgecolor=GREY)
     axes.bar_label(bars, ["–" if np.isnan(height) else f"{height:.2f}" for height in percent], padding=2)
     axes.set(xlabel=x_label, ylabel=y_label)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.model import ForceLaw
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.plot_drawing import draw_figure, reproducible_style, set_title
 from pneuforce.instrument.recording.reader import Recording, short_text
@@ -97,19 +98,31 @@ def _names(value: Any) -> tuple[str, ...]:
     return tuple(short_text(name)[:MAX_NAME_LENGTH] for name in names)
 
 
-def write(data: PlotData, options: PlotOptions, title: str, reference: Points | None = None) -> None:
+def recorded_method(recording: Recording) -> str:
+    """Return the force model in the configuration of a recording, otherwise the default."""
+    tables: Any = recording.metadata
+    for name in ("configuration", "measurement"):
+        tables = tables.get(name)
+        if not isinstance(tables, Mapping):
+            return ForceLaw().method
+    return str(tables.get("method", ForceLaw().method))
+
+
+def write(
+    data: PlotData, options: PlotOptions, title: str, method: str, reference: Points | None = None
+) -> None:
     """Draw the figure and write the file. Raises ConfigurationError if a file cannot be used.
 
-    The times of the reference force count from the beginning of the recording.
+    `method` is the force model. The times of the reference force count from the beginning of the recording.
     """
     with reproducible_style():
         _save(
-            _draw_bars(data, reference, title) if options.by_pressure else draw_figure(data, title),
+            _draw_bars(data, reference, title, method) if options.by_pressure else draw_figure(data, title),
             options.file,
         )
 
 
-def _draw_bars(data: PlotData, reference: Points | None, title: str) -> Figure:
+def _draw_bars(data: PlotData, reference: Points | None, title: str, method: str) -> Figure:
     """Draw one bar per pressure bin: the error if there is a reference, else the reported uncertainty."""
     if reference is None:
         quantity, bars = "mean relative uncertainty u [%]", by_pressure.uncertainty_by_bin(data.contacts)
@@ -120,7 +133,9 @@ def _draw_bars(data: PlotData, reference: Points | None, title: str) -> Figure:
         )
     names = [f"{bar.name}\nn = {bar.contacts}" for bar in bars]
     percents = [bar.percent for bar in bars]
-    figure = pressure_bin_bars(names, percents, "inflating pressure ΔP_i [kPa]", quantity)
+    figure = pressure_bin_bars(
+        names, percents, "inflating pressure ΔP_i [kPa]", quantity, two_energies=method == "energetic"
+    )
     axes = figure.axes[0]
     set_title(axes, title)
     axes.margins(y=0.1)

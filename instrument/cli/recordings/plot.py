@@ -15,7 +15,7 @@ from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.plot_data import PlotData
 from pneuforce.instrument.recording.reader import Recording
 from pneuforce.instrument.stream.sample_record import SampleRecord
-from pneuforce.instrument.validation.recording_plot import PlotOptions, collect, write
+from pneuforce.instrument.validation.recording_plot import PlotOptions, collect, recorded_method, write
 from pneuforce.support.counted import counted
 
 PROGRESS_SAMPLES = 5000  #: number of samples between two progress reports
@@ -35,8 +35,9 @@ def plot(options: PlotOptions, config: Path | None = None) -> int:
         data = collect(recording, _with_progress(samples, recording.sample_count), tube_s)
         title = options.title or _title(recording, config)
         remarks = [recording.remark(), version_remark(recording) if configuration else ""]
+        method = configuration.measurement.method if configuration else recorded_method(recording)
         damaged = bool(recording.damage)
-    write(data, options, title, aligned.force if aligned else None)
+    write(data, options, title, method, aligned.force if aligned else None)
     for remark in filter(None, remarks):
         print_text(f"pneuforce: {remark}", sys.stderr)
     lines = [f"{options.file}: {_summary(data)}", *(aligned.summary() if aligned else ())]

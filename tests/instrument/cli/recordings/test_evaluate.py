@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 import shutil
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -23,6 +24,7 @@ from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.replay import replay_input
 from pneuforce.instrument.service.replay_verification import initial_session
 from pneuforce.instrument.stream.sample_record import pack, unpack
+from pneuforce.instrument.validation.figures import BLUE, YELLOW
 from pneuforce.instrument.validation.recording_plot import PlotOptions
 from tests.command_runner import pneuforce
 from tests.instrument.calibration.test_golden import GOLDEN
@@ -199,6 +201,20 @@ def test_a_plot_with_a_configuration_shows_the_evaluated_forces(recording, confi
     assert any(config.name in text for text in texts)
     assert mean not in drawn(recording, out, by_pressure=True)[0]
     assert drawn(recording, out, config)[1] == len(contacts)
+
+
+@pytest.mark.parametrize(("method", "colours"), [("energetic", 2), ("lulevich", 1)])
+def test_only_the_energetic_method_has_two_colours_of_bars(recording, tmp_path, method, colours):
+    config, out = tmp_path / "instrument.toml", tmp_path / "a.svg"
+    config.write_text(f'[measurement]\nmethod = "{method}"\n')
+    drawn(recording, out, config, by_pressure=True)
+    fills = set(re.findall(r"fill: (#[0-9a-f]{6})", out.read_text())) & {YELLOW, BLUE}
+    assert len(fills) == colours
+
+
+def test_a_plot_of_a_part_has_the_contacts_of_this_part(recording, config, tmp_path):
+    contacts = json.loads(pneuforce("evaluate", recording, "--config", config, "--json").stdout)["contacts"]
+    out = tmp_path / "a.svg"
     assert drawn(recording, out, config, to_s=contacts[-1]["begin_s"] - 0.1)[1] == len(contacts) - 1
 
 
@@ -238,3 +254,24 @@ def test_the_share_of_contacts_within_2u_of_a_reference_is_shown(recording, tmp_
     assert facts["reference"]["within_2u"] == (len(rows) if within else 0)
     assert all(row["reference_n"] == pytest.approx(factor * row["force_n"], rel=0.01) for row in rows)
     assert all(row["reference_std_n"] >= 0.005 * row["reference_n"] for row in rows)
+
+
+def test_each_contact_that_is_not_compared_is_named_with_the_reason(recording, tmp_path):
+    reference = tmp_path / "cell.csv"
+    reference.write_text("t_s,force_n\n" + "".join(f"{n / 10},1.0\n" for n in range(20)))
+    _, facts = with_reference(recording, reference)
+    left_out = facts["reference"]["left_out"]
+    compared = [row["contact"] for row in facts["reference"]["contacts"]]
+    assert len(left_out) > 0
+    assert sorted([*compared, *(row["contact"] for row in left_out)]) == [
+        row["number"] for row in facts["contacts"]
+    ]
+    assert all(row["reason"] for row in left_out)
+    assert facts["reference"]["correlation"] is None
+    assert "constant" in facts["reference"]["warnings"][0]
+    options = ("--calibration", recording.with_name("empty.toml"), "--reference", reference, "--offset", "0")
+    text = pneuforce("evaluate", recording, *options).stdout
+    assert "nan" not in text
+    assert [
+        row for row in left_out if f"contact {row['contact']} at {row['begin_s']:.2f} s" not in text
+    ] == []
