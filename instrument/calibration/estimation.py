@@ -79,7 +79,10 @@ def _check_applicable(law: ForceLaw, choice: LawChoice, grip: Grip) -> None:
     """Raise ConfigurationError if the user states a property that the method does not have."""
     stated: dict[str, object]
     if law.method == "membrane":
-        stated, remedy = {"switch": choice.switch, "low": choice.low}, "omit them, or choose another method"
+        stated, remedy = (
+            {"switch": choice.switch, "low": choice.low},
+            "state only what it has, or choose another method",
+        )
     else:
         stated = {"grip": grip.value, "grip_std": grip.std, "pressed_sides": choice.sides}
         remedy = "choose the method membrane"
