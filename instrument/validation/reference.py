@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneuforce.errors import ConfigurationError
+from pneuforce.instrument.measurement.lag import SAMPLE_S
 from pneuforce.instrument.validation.recording import REQUIRED_COLUMNS
 from pneuforce.support import atomic_file
 from pneuforce.support.columns import CsvTable, Numbers, Points, parse_points, parse_table
@@ -111,7 +112,7 @@ def recording_lines(samples: Iterable[PressureSample], reference: Points) -> Ite
     """
     yield ",".join([*REQUIRED_COLUMNS, "phase"]) + "\n"
     row_count, before_s = 0, -np.inf
-    numbered = _with_phase(samples)
+    numbered = _with_phase(spread_times(samples))
     while batch := list(islice(numbered, BATCH_SIZE)):
         t_s = np.array([sample.t_s for sample, _ in batch])
         force_n = force_at(t_s, reference)
@@ -126,6 +127,22 @@ def recording_lines(samples: Iterable[PressureSample], reference: Points) -> Ite
             f"{reference.name}: the reference from {first_s:g} s to {last_s:g} s covers no sample: "
             "its t_s must count from the beginning of the recording"
         )
+
+
+def spread_times(samples: Iterable[PressureSample]) -> Iterator[PressureSample]:
+    """Yield the samples, and distribute samples with the same time up to the time of the next sample.
+
+    The times of a recording stand still while the host is busy. Without these samples, the recording would
+    have a gap, which begins a new trial in the middle of a contact.
+    """
+    run: list[PressureSample] = []
+    for sample in samples:
+        if run and sample.t_s != run[0].t_s:
+            step_s = min(max((sample.t_s - run[0].t_s) / len(run), 0.0), SAMPLE_S)
+            yield from (each._replace(t_s=each.t_s + n * step_s) for n, each in enumerate(run))
+            run = []
+        run.append(sample)
+    yield from run
 
 
 def force_at(t_s: Numbers, reference: Points) -> Numbers:

@@ -13,6 +13,7 @@ from pneuforce.instrument.validation.reference import (
     force_at,
     read,
     recording_lines,
+    spread_times,
 )
 
 STEP_S = 0.002
@@ -86,6 +87,12 @@ def test_a_sample_without_pressure_or_with_an_earlier_time_is_skipped(tmp_path):
         PressureSample(0.005, 8.0, True),
     ]
     assert [row[0] for row in rows_of(pressures, known)] == ["0.010000"]
+
+
+def test_samples_whose_times_stand_still_are_distributed_up_to_the_next_time():
+    times_s = [0.0, 0.002, 0.002, 0.002, 0.008, 5.0, 5.0]
+    spread = spread_times(PressureSample(t_s, 8.0, True) for t_s in times_s)
+    assert [sample.t_s for sample in spread] == pytest.approx([0.0, 0.002, 0.004, 0.006, 0.008, 5.0, 5.0])
 
 
 def test_a_reference_from_another_time_is_rejected(tmp_path):
