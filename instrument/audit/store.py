@@ -7,12 +7,13 @@ import fcntl
 import os
 import sqlite3
 import stat
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.record import GENESIS, chain_digest
+from pneuforce.support.readonly_sqlite import open_readonly, reject_generated_columns
 
 APPLICATION = 0x504E4576  #: application id in the header of the file, which identifies an event log
 VERSION = 1
@@ -58,15 +59,9 @@ class EventLogFile:
         # this file.
         self._lock = _open_locked(path)
         try:
-            self._open()
+            with _reported_damage(path):
+                self._open()
             self._side_files = {file: _identity(file) for file in (wal, Path(f"{path}-shm"))}
-        except sqlite3.DatabaseError as error:
-            os.close(self._lock)
-            if getattr(error, "sqlite_errorcode", 0) & 0xFF in _DAMAGE_CODES:
-                raise EventLogFileError(
-                    f"{path} is not an event log, or it is damaged ({error}): move the file away"
-                ) from None
-            raise
         except BaseException:
             os.close(self._lock)
             raise
@@ -77,20 +72,10 @@ class EventLogFile:
         )
         try:
             self._prepare()
-            self._last = self._read_last()
+            self._last = _read_last(self._db, self._path)
         except BaseException:
             self._db.close()
             raise
-
-    def _read_last(self) -> tuple[int, bytes]:
-        """Return the number and the digest of the last record."""
-        query = "SELECT number, digest FROM records ORDER BY number DESC LIMIT 1"
-        number, digest = self._db.execute(query).fetchone() or (0, GENESIS)
-        if not isinstance(digest, bytes) or len(digest) != len(GENESIS):
-            raise EventLogFileError(
-                f"{self._path} is a damaged event log (record {number} has no digest): move the file away"
-            )
-        return number, digest
 
     def _prepare(self) -> None:
         for pragma in ("journal_size_limit = 8000000", "synchronous = FULL"):
@@ -162,6 +147,44 @@ class EventLogFile:
         with suppress(sqlite3.Error):
             self._db.execute(f"PRAGMA busy_timeout = {CLOSE_WAIT_MS}")
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+def check_event_log(path: Path) -> None:
+    """Raise ConfigurationError if no instrument could append to the file. The file is only read.
+
+    A missing or empty file can be used.
+    """
+    _reject_orphaned_log(path, Path(f"{path}-wal"))
+    if not path.exists():
+        return
+    with _reported_damage(path), closing(open_readonly(path)) as db:
+        if check_file_type(db, path):
+            reject_generated_columns(db, path)
+            _read_last(db, path)
+
+
+@contextmanager
+def _reported_damage(path: Path) -> Iterator[None]:
+    """Convert the errors of SQLite about a damaged file to EventLogFileError."""
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        if getattr(error, "sqlite_errorcode", 0) & 0xFF not in _DAMAGE_CODES:
+            raise
+        raise EventLogFileError(
+            f"{path} is not an event log, or it is damaged ({error}): move the file away"
+        ) from None
+
+
+def _read_last(db: sqlite3.Connection, path: Path) -> tuple[int, bytes]:
+    """Return the number and the digest of the last record."""
+    query = "SELECT number, digest FROM records ORDER BY number DESC LIMIT 1"
+    number, digest = db.execute(query).fetchone() or (0, GENESIS)
+    if not isinstance(digest, bytes) or len(digest) != len(GENESIS):
+        raise EventLogFileError(
+            f"{path} is a damaged event log (record {number} has no digest): move the file away"
+        )
+    return number, digest
 
 
 def _reject_orphaned_log(path: Path, wal: Path) -> None:

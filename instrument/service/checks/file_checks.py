@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.audit.reading import DamagedLogError, open_event_log
+from pneuforce.instrument.audit.store import check_event_log
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.buses.parameter_file import storage_of
 from pneuforce.instrument.service.checks.configured_files import ConfiguredFile, configured_files
@@ -101,15 +102,14 @@ def _written_file_problem(file: Path) -> str:
 
 
 def _event_log_problem(file: Path) -> str:
-    if (problem := _written_file_problem(file)) or not file.exists():
+    if problem := _written_file_problem(file):
         return problem
     try:
-        with open_event_log(file) as records:
-            next(records, None)
+        check_event_log(file)
     except ConfigurationError as error:
         return str(error)
-    except DamagedLogError as error:
-        return f"{error}: name another file, or move this file away"
+    except sqlite3.Error as error:
+        return f"{file} cannot be read: {error}: move the file away"
     return ""
 
 

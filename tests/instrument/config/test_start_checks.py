@@ -23,6 +23,7 @@ from pneuforce.instrument.service.checks.start_checks import load_checked
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
+from tests.instrument.audit.event_log_files import make_log
 from tests.registers.modbus_security.serving import Pki
 from tests.source_tree import ROOT
 
@@ -110,6 +111,8 @@ FILES = [
     ("events.file", "folder", '[events]\nfile = "folder"\n'),
     ("events.file", "event log", '[events]\nfile = "text"\n'),
     ("events.file", "another program", '[events]\nfile = "other.sqlite"\n'),
+    ("events.file", "it is damaged", '[events]\nfile = "damaged.sqlite"\n'),
+    ("events.file", "was moved without this file", '[events]\nfile = "moved.sqlite"\n'),
     ("events.file", "not a folder", '[events]\nfile = "text/events.sqlite"\n'),
     ("local.socket", "missing", '[local]\nsocket = "absent/socket"\n'),
     ("local.socket", "not a socket", '[local]\nsocket = "text"\n'),
@@ -130,6 +133,9 @@ def test_a_file_that_cannot_be_used_is_reported_with_its_key(tmp_path, key, why,
     with contextlib.closing(sqlite3.connect(tmp_path / "other.sqlite")) as db:
         db.execute("CREATE TABLE other (a)")
     EventLogFile(tmp_path / "log.sqlite").close()
+    damaged = make_log(tmp_path / "damaged.sqlite", range(60)).read_bytes()
+    (tmp_path / "damaged.sqlite").write_bytes(damaged[:-8192] + bytes(8192))
+    (tmp_path / "moved.sqlite-wal").write_text("records")
     file = tmp_path / "instrument.toml"
     file.write_text(text)
     before = sorted(tmp_path.iterdir())
@@ -137,6 +143,16 @@ def test_a_file_that_cannot_be_used_is_reported_with_its_key(tmp_path, key, why,
     assert [problem.partition(":")[0] for problem in problems] == ([key] if key else [])
     assert all(why in problem for problem in problems)
     assert (remarks, sorted(tmp_path.iterdir())) == ([], before)
+
+
+def test_the_check_and_the_start_report_a_damaged_event_log_with_the_same_sentence(tmp_path):
+    log = make_log(tmp_path / "log.sqlite", range(60))
+    log.write_bytes(log.read_bytes()[:-8192] + bytes(8192))
+    file = tmp_path / "instrument.toml"
+    file.write_text('[events]\nfile = "log.sqlite"\n[local]\nsocket = ""\n')
+    check, start = pneuforce("config", "--check", file), pneuforce("run", "--config", file)
+    assert (check.returncode, start.returncode) == (78, 78)
+    assert check.stderr.replace(f"{file}: ", "") == start.stderr
 
 
 def test_the_command_reports_each_file_that_cannot_be_used(tmp_path):
