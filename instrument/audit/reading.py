@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 from pneuforce.instrument.audit.store import check_file_type
-from pneuforce.instrument.audit.verification import StoredRecord
+from pneuforce.instrument.audit.verification import BrokenChainError, StoredRecord
 from pneuforce.support.readonly_sqlite import open_readonly, reject_generated_columns
 
 #: Lowest row number that SQLite allows. A manipulated file can contain record numbers below 1.
 LOWEST = -(2**63)
+HEADER_BYTES = 100  #: header of a SQLite file
+
+Result = TypeVar("Result")
 
 
 class DamagedLogError(Exception):
-    """Damaged event log. SQLite cannot read the file any further."""
+    """Damaged event log: it is cut short, its structure is invalid, or SQLite cannot read it any further."""
 
 
 class NotAnEventLogError(DamagedLogError):
@@ -29,6 +33,7 @@ def open_event_log(path: Path, first: int = LOWEST) -> Iterator[Iterator[StoredR
 
     Raises ConfigurationError if the file is missing or is the database of another program. Raises
     DamagedLogError if SQLite cannot read the file. This error can also occur later, while records are read.
+    It replaces the BrokenChainError of a caller if the file itself is damaged.
     """
     with converted_errors(path), closing(open_readonly(path)) as db:
         db.text_factory = bytes  # text as bytes, so that text with invalid UTF-8 can be verified
@@ -46,10 +51,63 @@ def _rows(db: sqlite3.Connection, path: Path, first: int) -> Iterator[StoredReco
 
 @contextmanager
 def converted_errors(path: Path) -> Iterator[None]:
-    """Convert errors of SQLite to DamagedLogError."""
+    """Convert errors of SQLite, and a broken chain in a damaged file, to DamagedLogError."""
     try:
         yield
     except sqlite3.Error as error:
+        if cut := _missing_end(path):
+            raise DamagedLogError(cut) from None
         if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_NOTADB:
             raise NotAnEventLogError(f"{path} is not an event log, or its beginning is destroyed") from None
         raise DamagedLogError(f"{path} is damaged and cannot be read further: {error}") from None
+    except BrokenChainError as error:
+        if damage := _missing_end(path) or _damaged_structure(path):
+            raise DamagedLogError(f"{damage}; {error}") from None
+        raise
+
+
+def _missing_end(path: Path) -> str:
+    """Return that a file is shorter than its header says, "" if it is complete."""
+    with path.open("rb") as file:
+        header = file.read(HEADER_BYTES)
+    page_bytes, pages = int.from_bytes(header[16:18], "big"), int.from_bytes(header[28:32], "big")
+    expected = max(HEADER_BYTES, (65_536 if page_bytes == 1 else page_bytes) * pages)
+    size = path.stat().st_size
+    if not header.startswith(b"SQLite format 3\0") or size >= expected:
+        return ""
+    return f"{path} is cut short: it has {size} of {expected} bytes, as after an incomplete copy"
+
+
+def _damaged_structure(path: Path) -> str:
+    """Return that the structure of a file is damaged, "" if it is intact. SQL cannot cause such damage."""
+    try:
+        with closing(open_readonly(path)) as db:
+            reject_generated_columns(db, path)
+            db.execute("PRAGMA ignore_check_constraints = ON")  # a constraint from the file could take hours
+            (found,) = db.execute("PRAGMA quick_check(1)").fetchone()
+    except sqlite3.Error as error:
+        found = str(error)
+    return (
+        "" if found == "ok" else f"{path} is damaged, as after an error of the disk: its structure is invalid"
+    )
+
+
+def repeated_if_changed(path: Path, read: Callable[[], Result]) -> Result:
+    """Return the result of `read`. Repeat a failed read once if the log was written at the same time.
+
+    The log of a stopped instrument is opened as immutable, so that reading creates no file. If an instrument
+    starts during such a read, SQLite may read pages of two states.
+    """
+    before = _state(path)
+    try:
+        return read()
+    except (BrokenChainError, DamagedLogError):
+        if _state(path) == before:
+            raise
+    return read()
+
+
+def _state(path: Path) -> list[tuple[int, int, int]]:
+    """Return inode, size and time of the log and of its write-ahead log, if they exist."""
+    files = (file.stat() for file in (path, Path(f"{path}-wal")) if file.exists())
+    return [(status.st_ino, status.st_size, status.st_mtime_ns) for status in files]

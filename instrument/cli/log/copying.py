@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.audit.copying import copy_event_log
-from pneuforce.instrument.audit.reading import DamagedLogError
-from pneuforce.instrument.audit.verification import BrokenChainError
+from pneuforce.instrument.audit.reading import DamagedLogError, repeated_if_changed
+from pneuforce.instrument.audit.verification import BrokenChainError, VerifiedChain
 from pneuforce.instrument.cli.log.verification import format_chain
 from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.cli.terminal.output import json_text, print_done, print_text
@@ -24,8 +25,7 @@ def copy_events(source: Path, target: Path, overwrite: bool, as_json: bool) -> i
     """
     _check_target(source, target, overwrite)
     try:
-        with replaced_user_file(target) as temporary:
-            chain = copy_event_log(source, temporary)
+        chain = repeated_if_changed(source, partial(_copied, source, target))
     except (BrokenChainError, DamagedLogError) as error:
         message = (
             f"{source}: NOT GOOD: {error}; no copy was written. To keep this log as evidence, stop the "
@@ -36,6 +36,11 @@ def copy_events(source: Path, target: Path, overwrite: bool, as_json: bool) -> i
     values = {"file": str(target), **chain._asdict()}
     print_done(f"{target}: {format_chain(chain)}", as_json, **values)
     return 0
+
+
+def _copied(source: Path, target: Path) -> VerifiedChain:
+    with replaced_user_file(target) as temporary:
+        return copy_event_log(source, temporary)
 
 
 def _check_target(source: Path, target: Path, overwrite: bool) -> None:

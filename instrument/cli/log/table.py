@@ -19,7 +19,13 @@ from rich.table import Table
 from rich.text import Text
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.audit.reading import LOWEST, DamagedLogError, NotAnEventLogError, open_event_log
+from pneuforce.instrument.audit.reading import (
+    LOWEST,
+    DamagedLogError,
+    NotAnEventLogError,
+    open_event_log,
+    repeated_if_changed,
+)
 from pneuforce.instrument.audit.verification import StoredRecord, record_time
 from pneuforce.instrument.audit.wording import describe_record
 from pneuforce.instrument.cli.terminal.output import json_text, print_text
@@ -67,9 +73,7 @@ def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[St
         since = since.astimezone(UTC)
     from_time = since.isoformat() if since else ""
     try:
-        with open_event_log(path, first) as rows:
-            selected = (row for row in rows if not from_time or record_time(row.body) >= from_time)
-            return list(deque(selected, selection.last or None))
+        return repeated_if_changed(path, partial(_selected, path, selection.last, from_time, first))
     except DamagedLogError as error:
         is_log = not isinstance(error, NotAnEventLogError)
         hint = (
@@ -78,6 +82,12 @@ def _read(path: Path, selection: EventSelection, first: int = LOWEST) -> list[St
             else ""
         )
         raise ConfigurationError(f"{error}{hint}") from None
+
+
+def _selected(path: Path, last: int, from_time: str, first: int) -> list[StoredRecord]:
+    with open_event_log(path, first) as rows:
+        selected = (row for row in rows if not from_time or record_time(row.body) >= from_time)
+        return list(deque(selected, last or None))
 
 
 # ---- formatting

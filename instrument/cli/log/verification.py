@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +17,12 @@ from pneuforce.instrument.audit.anchor import (
     collect_heads,
     find_anchors,
 )
-from pneuforce.instrument.audit.reading import DamagedLogError, NotAnEventLogError, open_event_log
+from pneuforce.instrument.audit.reading import (
+    DamagedLogError,
+    NotAnEventLogError,
+    open_event_log,
+    repeated_if_changed,
+)
 from pneuforce.instrument.audit.verification import (
     BrokenChainError,
     StoredRecord,
@@ -64,9 +70,9 @@ def verify_events(path: Path, known: Verification, as_json: bool) -> int:
         heads: list[dict[int, str]] = []
         for earlier in known.earlier:
             heads.append({})
-            _verify_file(earlier, None, wanted, heads[-1])
+            repeated_if_changed(earlier, partial(_verify_file, earlier, None, wanted, heads[-1]))
         heads.append({})
-        chain = _verify_file(path, head, wanted, heads[-1])
+        chain = repeated_if_changed(path, partial(_verify_file, path, head, wanted, heads[-1]))
         check_anchors(anchors, heads)
         check_noted(noted, heads)
         if witness:

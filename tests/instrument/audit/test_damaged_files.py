@@ -8,11 +8,12 @@ import subprocess
 import sys
 import time
 from datetime import datetime
+from functools import partial
 
 import pytest
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.audit.reading import DamagedLogError
+from pneuforce.instrument.audit.reading import DamagedLogError, repeated_if_changed
 from pneuforce.instrument.audit.store import EventLogFile, EventLogFileError
 from pneuforce.instrument.audit.verification import BrokenChainError
 from pneuforce.instrument.cli.log.table import EventSelection, show_events
@@ -197,3 +198,38 @@ def test_a_damaged_log_names_the_command_that_counts_its_intact_records(tmp_path
     assert verify_events(file, Verification(), as_json=False) == 1
     intact = int(re.search(r"intact before the damage: (\d+) records", capsys.readouterr().out)[1])
     assert 200 < intact < 300
+
+
+@pytest.mark.parametrize("size", [2000, 8192, 9000])
+def test_a_log_that_is_cut_short_is_reported_as_cut_and_not_as_changed(tmp_path, size):
+    log = make_log(tmp_path / "log", range(RECORDS))
+    complete = log.read_bytes()
+    log.write_bytes(complete[:size])
+    with pytest.raises(DamagedLogError, match=f"cut short: it has {size} of {len(complete)} bytes"):
+        verify_log(log)
+
+
+def test_an_invalid_structure_is_reported_as_damage_and_the_first_wrong_record_is_named(tmp_path):
+    log = make_log(tmp_path / "log", range(RECORDS))
+    complete = log.read_bytes()
+    log.write_bytes(complete[:-2048] + bytes(2048))
+    with pytest.raises(DamagedLogError, match=r"structure is invalid; record \d+ "):
+        verify_log(log)
+
+
+def test_a_failed_read_is_repeated_only_if_the_log_was_written_at_the_same_time(tmp_path):
+    log, reads = make_log(tmp_path / "log", range(3)), []
+
+    def read(is_written):
+        reads.append(1)
+        if len(reads) > 1:
+            return "good"
+        if is_written:
+            (tmp_path / "log-wal").write_bytes(b"the first record of a new start")
+        raise BrokenChainError("pages of two states")
+
+    with pytest.raises(BrokenChainError):
+        repeated_if_changed(log, partial(read, False))
+    assert len(reads) == 1
+    reads.clear()
+    assert repeated_if_changed(log, partial(read, True)) == "good"
