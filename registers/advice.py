@@ -184,8 +184,8 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "register 518 periodically.",
     "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
     "board, a failed event log or recording, a certificate that expires within 30 days, a missing ambient "
-    "pressure (ambient_required), or a firmware that is not released (register 795). The log of the host "
-    "process names the other causes.",
+    "pressure (ambient_required), or a firmware that is not released (register 795). The log of the "
+    "instrument names the cause and the remedy (journalctl -u pneuforce).",
     "out_of_specification": "See bit 5 (out_of_range).",
     "function_check": "No force is available now. If a proof test is in progress, wait for up to 5 s. "
     "Otherwise inflate the balloon, or wait until the setpoint is reached.",

@@ -35,6 +35,7 @@ from pneuforce.instrument.service.health import (
 )
 from pneuforce.instrument.service.host.host import Host
 from pneuforce.instrument.service.host.loop import HostLoop, ServedSource
+from pneuforce.instrument.service.host.maintenance_log import MaintenanceLog
 from pneuforce.instrument.service.local_socket.server import WEB, LocalServer
 from pneuforce.instrument.service.processes.modbus_security_server import health as modbus_security_health
 from pneuforce.instrument.service.processes.modbus_security_server import modbus_security_of
@@ -123,7 +124,12 @@ class Servers:
         self._started_utc_s = time.time()
         self.web = web_process_of(configuration.web, files.socket, files.web)
         tls = [each for each in (self.security and self.security.gateway, self.web) if each]
-        host.channels += [self.local, self.systemd, CertificateMonitor(host, tls)]
+        host.channels += [
+            self.local,
+            self.systemd,
+            CertificateMonitor(host, tls),
+            MaintenanceLog(host.instrument),
+        ]
 
     def _health(self, now_s: float) -> dict[str, Any]:
         instrument = self.host.instrument

@@ -111,7 +111,9 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
     yield "lease", _lease_text(details)
     yield "firmware", _firmware_text(details)
     for each in attention:
-        yield "attention", f"{each}: {STATUS_ADVICE[each].what} {STATUS_ADVICE[each].do}".rstrip()
+        what, do = STATUS_ADVICE[each]
+        do = (each is Status.MAINTENANCE_REQUIRED and _maintenance_causes(measurement, details)) or do
+        yield "attention", f"{each}: {what} {do}".rstrip()
     if measurement.status_or_none is None:
         yield "attention", "the status is unknown, because this bus does not transmit it"
     versions = {name: value for name, value in _versions(details).items() if not name.startswith("firmware")}
@@ -149,6 +151,19 @@ def _attention(measurement: Measurement, details: Details) -> list[Status]:
     if Status.LINK_LOST in status:
         shown.add(Status.STALE)
     return sorted(status - shown)
+
+
+def _maintenance_causes(measurement: Measurement, details: Details) -> str:
+    """Return the causes of maintenance that the registers show, "" if they show none."""
+    causes = {
+        "the CAN interface (see can_down)": Status.CAN_DOWN in (measurement.status_or_none or ()),
+        "the firmware of the board (see the line firmware)": details.firmware_origin == "unknown",
+    }
+    shown = " and ".join(cause for cause, is_present in causes.items() if is_present)
+    return shown and (
+        f"A cause is {shown}. If the condition remains after the repair, the log of the instrument names "
+        "another cause (journalctl -u pneuforce)."
+    )
 
 
 def _force_text(measurement: Measurement, details: Details, attention: Sequence[Status], url: str) -> str:

@@ -58,3 +58,23 @@ def test_each_condition_is_explained_once(shown, attention):
 def test_a_proof_test_is_explained_in_the_line_of_the_force():
     force = dict(texts(State.HOLDING, Status.HOLDING, Status.FUNCTION_CHECK))["force"]
     assert "proof test" in force
+
+
+@pytest.mark.parametrize(
+    ("status", "origin", "words"),
+    [
+        ((), "current", "journalctl"),
+        ((Status.CAN_DOWN,), "current", "A cause is the CAN interface (see can_down)."),
+        ((), "unknown", "A cause is the firmware of the board (see the line firmware)."),
+    ],
+)
+def test_the_causes_of_maintenance_that_the_registers_show_are_named(status, origin, words):
+    measurement = Measurement(
+        state=State.VENTED, status_or_none=frozenset({Status.MAINTENANCE_REQUIRED, *status})
+    )
+    details = Details(firmware_version=0x102, firmware_origin=origin, firmware_image=1)
+    text = next(
+        text for _, text in lines(measurement, details, URL) if text.startswith("maintenance_required")
+    )
+    assert words in text
+    assert ("certificate" in text) == (words == "journalctl")
