@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
+from pneuforce.support.float32_text import float32_text
+
 #: Wire unit → (unit suffix of the quantity's name, wire counts per unit of the quantity).
 UNITS: Mapping[str, tuple[str, float]] = {
     "N": ("n", 1.0),
@@ -192,7 +194,8 @@ class Field:
 
     def describe(self, code: float) -> str:
         """Return the name of the field and a value in words, for example "setpoint_pa 8000 Pa"."""
-        value = self.values.names.get(int(code), f"{code:g}") if self.values else f"{code:.9g}"
+        text = float32_text(code) if self.wire is WireType.F32 else f"{code:.9g}"
+        value = self.values.names.get(int(code), text) if self.values else text
         return f"{self.name} {value} {self.unit}".rstrip()
 
     @property

@@ -6,6 +6,7 @@ import logging
 from collections import defaultdict
 from typing import NamedTuple
 
+from pneuforce.support.float32_text import float32_text
 from pneuforce.support.throttle import RateLimitedLogger
 
 _UNITS = {"kpa": "kPa", "n": "N", "s": "s"}  #: units of the written quantities, by the suffix of the name
@@ -52,5 +53,5 @@ def register_and_unit(quantity: str) -> tuple[str, str]:
 def describe_quantity(quantity: str, value: object) -> str:
     """Return the register name of a written quantity and its value, for example "lease 1 s"."""
     name, unit = register_and_unit(quantity)
-    shown = f"{value:.9g}" if isinstance(value, float) else str(value)
+    shown = float32_text(value) if isinstance(value, float) else str(value)
     return f"{name} {shown} {unit}".rstrip()
