@@ -29,6 +29,7 @@ from pneuforce.sim.contacts.tool import MovedTool, ToolTable
 from pneuforce.sim.faults.injection import validate_arguments
 from pneuforce.sim.pneumatics import PneumaticSettings
 from pneuforce.sim.sensor import SensorSettings
+from pneuforce.support.toml_sections import decode_text, parse_tables
 from pneuforce.support.validation_errors import format_errors, format_input
 
 TOO_LARGE = "a whole number may have at most 64 bits"
@@ -158,17 +159,13 @@ def _tables(path: Path) -> dict[str, Any]:
     try:
         if path.exists() and not path.is_file():
             raise OSError("not a regular file")
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = parse_tables(decode_text(path.read_bytes(), str(path)), str(path))
     except FileNotFoundError:
         raise ScenarioError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
-    except RecursionError:
-        raise ScenarioError(f"{path}: not TOML: brackets are nested too deeply") from None
-    except ValueError:  # Python converts no integer of more than 4300 digits
-        raise ScenarioError(f"{path}: not TOML: {TOO_LARGE}") from None
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None
     if not _fits(tables):
         raise ScenarioError(f"{path}: not TOML: {TOO_LARGE}")
     return tables

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.users.password import PasswordHash
 from pneuforce.registers.rights import DEFAULT_ROLES
 from pneuforce.support.atomic_file import read_file, replaced_user_file
+from pneuforce.support.toml_sections import decode_text, parse_tables
 
 MAX_USERS = 64
 MAX_FILE_BYTES = 65_536
@@ -45,21 +45,31 @@ def load_users(path: Path) -> dict[str, User]:
     with suppress(PermissionError):  # read_file reports this error
         if not path.exists():
             return {}
-    content = read_file(path)
+    content, name = read_file(path), f"{path}: the file of the users is damaged"
     try:
         if len(content) > MAX_FILE_BYTES:
-            raise ValueError(f"it is larger than {MAX_FILE_BYTES} bytes")
-        return parse_users(content.decode())
-    except (ValueError, RecursionError) as error:
+            raise ValueError(f"{name}: it is larger than {MAX_FILE_BYTES} bytes")
+        return parse_users(decode_text(content, name), name)
+    except ValueError as error:
         raise ConfigurationError(
-            f"{path}: the file of the users is damaged: {error}; restore a copy, or move the file away and "
-            "create the users again with: pneuforce users add"
+            f"{error}; restore a copy, or move the file away and create the users again with: "
+            "pneuforce users add"
         ) from None
 
 
-def parse_users(text: str) -> dict[str, User]:
-    """Return the users in a TOML document by name. Raises ValueError if the document is damaged."""
-    document = tomllib.loads(text)
+def parse_users(text: str, name: str = "the users") -> dict[str, User]:
+    """Return the users in a TOML document by name.
+
+    Raises ValueError if the document is damaged. `name` begins the message.
+    """
+    document = parse_tables(text, name)
+    try:
+        return _users_of(document)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def _users_of(document: dict[str, Any]) -> dict[str, User]:
     tables = document.pop("users", {})
     if document or not isinstance(tables, dict):
         raise ValueError("only tables [users.NAME] are allowed")
