@@ -204,7 +204,7 @@ def _tls_client(url: Url) -> ModbusOpener:
             host, ClientFiles(*(Path(url.options[name]) for name in ClientFiles._fields))
         )
     except OSError as error:
-        raise ConfigurationError(f"the address {url.text!r}: {error}") from None
+        raise ConfigurationError(f"the address {_shown(url.text)}: {error}") from None
     return lambda: ModbusClient.connect_tls(host, port, context, unit=unit, wait_s=TCP_WAIT_S), TCP_SILENCE_S
 
 

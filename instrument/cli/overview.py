@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pneuforce.instrument.cli.terminal.options import CHECKED_LATER
+from pneuforce.instrument.cli.terminal.options import CHECKED_LATER, checked_host
 
 if TYPE_CHECKING:
     from pneuforce.support.renewed_context import RenewedContext
@@ -24,7 +24,7 @@ def overview(
         list[Path],
         typer.Argument(help="The instrument.toml of each instrument.", readable=CHECKED_LATER),
     ],
-    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    host: Annotated[str, typer.Option(help="Address to listen on.", callback=checked_host)] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 selects a free port.", min=0, max=65535)] = 8000,
     allow: Annotated[
         list[str] | None,

@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 
 import typer
 
-from pneuforce.instrument.cli.terminal.options import Parity
+from pneuforce.instrument.cli.terminal.options import Parity, checked_host
 
 _TLS = ("ca", "certificate", "key")
 
@@ -23,7 +23,10 @@ def command(words: str, url: str) -> str:
 class InstrumentAddress(NamedTuple):
     """Address of an instrument. An option that is not given is None."""
 
-    host: Annotated[str | None, typer.Option(help="Address of the instrument; default 127.0.0.1.")] = None
+    host: Annotated[
+        str | None,
+        typer.Option(help="Address of the instrument; default 127.0.0.1.", callback=checked_host),
+    ] = None
     port: Annotated[int | None, typer.Option(help="TCP port; default 5020.", min=1, max=65535)] = None
     ca: Annotated[Path | None, typer.Option(help="For Modbus/TCP Security: authority (PEM).")] = None
     certificate: Annotated[

@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 import typer
 
 from pneuforce.instrument.model import law
+from pneuforce.support.network_name import is_host
+from pneuforce.support.user_part import without_user
 
 #: For files of the service. An unreadable file is an invalid configuration, not a wrong option: systemd must
 #: not start the instrument again.
@@ -59,6 +61,16 @@ Out = Annotated[
     Path | None, typer.Option("--out", "-o", help="Write the result to this file, instead of the terminal.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an output file that exists.")]
+
+
+def checked_host(host: str | None) -> str | None:
+    """Return `host`. Raises BadParameter if it is neither an IP address nor a host name.
+
+    A part of the text before an @ is not repeated, because it can contain a password.
+    """
+    if host is None or is_host(host):
+        return host
+    raise typer.BadParameter(f"{without_user(host)} is neither an IP address nor a host name")
 
 
 def span(from_s: float | None, to_s: float | None) -> tuple[float, float]:

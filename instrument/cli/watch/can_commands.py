@@ -8,13 +8,16 @@ from typing import Annotated
 
 import typer
 
-from pneuforce.instrument.cli.terminal.options import Seconds
+from pneuforce.instrument.cli.terminal.options import Seconds, checked_host
 
 commands = typer.Typer()
 
 Interface = Annotated[str, typer.Option(help="python-can interface.")]
 Channel = Annotated[str, typer.Option(help="Channel of the interface.")]
-HubHost = Annotated[str, typer.Option("--host", help="For socketcand only: address of the CAN hub.")]
+HubHost = Annotated[
+    str,
+    typer.Option("--host", help="For socketcand only: address of the CAN hub.", callback=checked_host),
+]
 HubPort = Annotated[
     int, typer.Option("--port", help="For socketcand only: TCP port of the CAN hub.", min=1, max=65535)
 ]

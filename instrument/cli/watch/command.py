@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from pneuforce.instrument.cli.operate.instrument_address import InstrumentAddress
-from pneuforce.instrument.cli.terminal.options import Json, Parity, Seconds
+from pneuforce.instrument.cli.terminal.options import Json, Parity, Seconds, checked_host
 
 commands = typer.Typer()
 
@@ -31,7 +31,10 @@ VALID_OPTIONS: Mapping[str, set[str]] = {
 
 
 Host = Annotated[
-    str | None, typer.Option(help="Address of the instrument or of the CAN hub; default 127.0.0.1.")
+    str | None,
+    typer.Option(
+        help="Address of the instrument or of the CAN hub; default 127.0.0.1.", callback=checked_host
+    ),
 ]
 Port = Annotated[
     int | None, typer.Option(help="TCP port; default 5020 (Modbus), 29536 (CAN).", min=1, max=65535)
