@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ssl
+from pathlib import Path
 
 from pneuforce.support.pem_problem import pem_problem
+from pneuforce.support.permissions import read_problem
 
 
 def client_context(ca: str, certificate: str, key: str) -> ssl.SSLContext:
@@ -13,12 +15,8 @@ def client_context(ca: str, certificate: str, key: str) -> ssl.SSLContext:
     The arguments are paths of PEM files. Without `ca`, the authorities of the operating system are trusted.
     Without `certificate`, the client has none. Raises OSError with a sentence that names the file.
     """
-    for path in filter(None, (ca, certificate, key)):
-        try:
-            with open(path, "rb"):
-                pass
-        except OSError as error:
-            raise OSError(f"{path}: {error.strerror}") from None
+    if problems := [*filter(None, map(read_problem, map(Path, filter(None, (ca, certificate, key)))))]:
+        raise OSError("; ".join(problems))
     try:
         context = ssl.create_default_context(cafile=ca or None)
     except ssl.SSLError:

@@ -1,4 +1,4 @@
-"""Sentence about a file that a user has no permission to read, with the command that corrects this."""
+"""Sentence about a file that a user cannot read, with the command that corrects its permissions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,19 @@ import grp
 import os
 import pwd
 from pathlib import Path
+
+
+def read_problem(path: Path) -> str:
+    """Return why a file cannot be read, with the remedy; "" if this is possible."""
+    try:
+        with path.open("rb"):
+            return ""
+    except FileNotFoundError:
+        return f"{path}: no such file: create the file, or correct its name"
+    except PermissionError:
+        return unreadable(path)
+    except OSError as error:
+        return f"{path}: {error.strerror}"
 
 
 def unreadable(path: Path) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import ssl
+from pathlib import Path
 from typing import NamedTuple
 
 from pneuforce.support.certificate_purpose import is_server_certificate
 from pneuforce.support.pem_problem import pem_problem
+from pneuforce.support.permissions import read_problem
 
 #: Cipher suites of TLS 1.2 with forward secrecy and authenticated encryption. TLS 1.3 has no others.
 CIPHERS = "ECDHE+AESGCM:ECDHE+CHACHA20"
@@ -31,12 +33,20 @@ class TlsFiles:
             self._paths |= {"ca": ca} | ({"crl": crl} if crl else {})
         self._versions: dict[str, _Version | None] = {}
 
+    def unreadable(self) -> dict[str, str]:
+        """Return why files cannot be read, with the remedy, by the names of the arguments."""
+        empty = "the name of the file is empty: name a file"
+        problems = {name: read_problem(Path(path)) if path else empty for name, path in self._paths.items()}
+        return {name: problem for name, problem in problems.items() if problem}
+
     def load(self) -> ssl.SSLContext:
         """Return a context for a server.
 
         Raises OSError with a sentence that names the file.
         """
         self._versions = self._read_versions()
+        if problems := self.unreadable():
+            raise OSError("; ".join(problems.values()))
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_ciphers(CIPHERS)
@@ -64,8 +74,6 @@ class TlsFiles:
 
     def _load_own(self, context: ssl.SSLContext) -> None:
         certificate, key = self._paths["certificate"], self._paths["key"]
-        for path in (certificate, key):
-            _check_readable(path)
         try:
             context.load_cert_chain(certificate, key, password=_no_password)
         except (ssl.SSLError, ValueError):
@@ -82,7 +90,6 @@ class TlsFiles:
 
 def _load_verification(context: ssl.SSLContext, path: str, kind: str, content: str) -> None:
     """Load a file for the verification of clients. Raises OSError if it has no object of this kind."""
-    _check_readable(path)
     before = context.cert_store_stats()[kind]
     try:
         context.load_verify_locations(path)
@@ -94,15 +101,6 @@ def _load_verification(context: ssl.SSLContext, path: str, kind: str, content: s
 
 def _no_password() -> str:
     raise ValueError("the key is encrypted")
-
-
-def _check_readable(path: str) -> None:
-    """Raise OSError with the name of the file if it cannot be read."""
-    try:
-        with open(path, "rb"):
-            pass
-    except OSError as error:
-        raise OSError(f"{path}: {error.strerror}") from None
 
 
 def _version(path: str) -> _Version | None:

@@ -58,12 +58,21 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
         return f"{place} = {format_input(value)}: must be a table{_header(location)}"
     if error["type"].startswith("union_tag"):
         return _unknown_tag(place, error)
+    if error["type"] == "value_error" and _is_default(table_type, location, value):
+        return f"{place} is not set: {error['msg'].removeprefix('Value error, ')}"
     shown = "" if error["type"] == "value_error" and isinstance(value, dict) else f" = {format_input(value)}"
     allowed = _allowed_values_at(table_type, location)
     message = error["msg"].removeprefix("Value error, ")
     return f"{place}{shown}: {message[:1].lower()}{message[1:]}" + (
         f"; allowed: {allowed}" if allowed else ""
     )
+
+
+def _is_default(table_type: Any, location: Location, value: object) -> bool:
+    """Return True if a value is the default of its key: the file probably does not contain the key."""
+    table = model_at(table_type, location[:-1]) if location else None
+    field = table.model_fields.get(str(location[-1])) if table else None
+    return field is not None and field.get_default(call_default_factory=True) == value
 
 
 def _header(location: Location) -> str:

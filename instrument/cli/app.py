@@ -151,7 +151,7 @@ def run(
 
     Example: pneuforce run --config instrument.toml
     """
-    from pneuforce.errors import ConfigurationError
+    from pneuforce.errors import ConfigurationFileError
     from pneuforce.instrument.config import resolve_path
     from pneuforce.instrument.service.checks.start_checks import load_checked
     from pneuforce.instrument.service.processes.modbus_security_server import tls_files
@@ -161,8 +161,8 @@ def run(
 
     configuration = load_checked(config, require_signed_by)
     if record and not configuration.local.socket:
-        raise ConfigurationError(
-            "--record needs the local socket, and local.socket is empty: set it in the configuration"
+        raise ConfigurationFileError(
+            f"{config}: --record needs the local socket, and local.socket is empty: set local.socket"
         )
     serve(
         configuration,

@@ -12,19 +12,19 @@ from pneuforce.instrument.service.checks.certificate_checks import certificate_w
 from pneuforce.instrument.service.checks.file_checks import check_files
 from pneuforce.instrument.service.checks.instruments_on_one_host import check_instruments
 from pneuforce.instrument.service.checks.port_checks import port_remarks
-from pneuforce.instrument.service.checks.start_checks import load_checked
+from pneuforce.instrument.service.checks.start_checks import load_trusted, reject, start_problems
 
 
 def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | None = None) -> None:
     """Print that the files are valid, with their warnings. With several files, each is one instrument.
 
-    Raises ConfigurationFileError with one line for each invalid file, and one for the instruments that
-    use the same port or file.
+    Raises ConfigurationFileError with one line for each invalid file, which names all its problems, and one
+    line for the instruments that use the same port or file.
     """
     configurations, warnings, problems = {}, {}, []
     for path in paths:
         try:
-            configurations[path] = load_checked(path, require_signed_by)
+            configurations[path] = load_trusted(path, require_signed_by)
             warnings[path] = _warning(configurations[path], path)
         except ConfigurationFileError as error:
             problems.append(str(error))
@@ -71,8 +71,7 @@ def _notes(configuration: Configuration) -> list[str]:
 def _warning(configuration: Configuration, path: Path) -> str:
     """Return the warnings about a configuration. Raises ConfigurationFileError if a file cannot be used."""
     problems, remarks = check_files(configuration, path)
-    if problems:
-        raise ConfigurationFileError(f"{path}: {'; '.join(problems)}")
+    reject(path, (*start_problems(configuration, path), *problems))
     return "; ".join(
         [
             *filter(None, [configuration.warning]),

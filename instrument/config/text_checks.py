@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from ipaddress import ip_address, ip_network
+from ipaddress import ip_address
 from typing import Annotated
 
 from pydantic import AfterValidator, ValidationInfo
 
 from pneuforce.registers.rights import RIGHTS
+from pneuforce.support.allow_list import parse_network
 from pneuforce.support.broker_url import broker_address
 from pneuforce.support.network_name import is_host
 from pneuforce.support.serial_port import is_port_name
@@ -50,7 +51,7 @@ def check_channel(text: str) -> str:
 
 def check_network(text: str) -> str:
     """Return `text`. Raises ValueError if it is not an IP address or network."""
-    ip_network(check_text(text))
+    parse_network(check_text(text))
     return text
 
 
@@ -72,7 +73,7 @@ def check_allow(allow: list[str], section: ValidationInfo) -> list[str]:
     host = section.data.get("host", "localhost")  # an invalid host has its own error message
     if not allow and not is_loopback(host):
         raise ValueError(
-            f"host {host} can be reached from the network: list the clients that may connect, "
+            f"host {host} can be reached from the network: add the clients that may connect, "
             'allow = ["192.168.1.0/24"] (all: ["0.0.0.0/0", "::/0"])'
         )
     return allow
@@ -83,8 +84,8 @@ def check_plain_http(allowed: bool, section: ValidationInfo) -> bool:
     host = section.data.get("host", "localhost")
     if not (allowed or section.data.get("certificate", "invalid") or is_loopback(host)):
         raise ValueError(
-            f"host {host} can be reached from the network, and the page has no certificate: set certificate "
-            "and key (pneuforce certificates instrument makes them), or allow_plain_http = true"
+            f"host {host} can be reached from the network, and the page has no certificate: add certificate "
+            "and key (pneuforce certificates instrument makes them), or add allow_plain_http = true"
         )
     return allowed
 

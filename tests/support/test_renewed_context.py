@@ -101,5 +101,5 @@ def test_only_authorities_make_client_certificates_necessary(tls, pki):
 
 
 def test_an_empty_name_of_the_authorities_is_an_error(pki):
-    with pytest.raises(OSError, match="No such file"):
+    with pytest.raises(OSError, match="name of the file is empty"):
         TlsFiles(**pki.own, ca="").load()

@@ -168,11 +168,11 @@ def test_mbpoll_reads_through_socat(instrument, connect, folder):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"certificate": "missing.pem"}, "missing.pem: No such file or directory"),
+        ({"certificate": "missing.pem"}, "missing.pem: no such file"),
         ({"key": "plc.key"}, "plc.key is not the key of the certificate"),
         ({"ca": "instrument.key"}, "instrument.key contains no valid certificate"),
         ({"roles": {"operator": ["everything"]}}, "everything of the role operator is not a right"),
-        ({"host": "0.0.0.0"}, "list the clients that may connect"),
+        ({"host": "0.0.0.0"}, "add the clients that may connect"),
     ],
 )
 def test_a_wrong_configuration_is_explained(folder, change, sentence):

@@ -56,7 +56,7 @@ def test_the_overview_shows_each_instrument_and_notices_its_end(tmp_path):
     [
         (["--host", "0.0.0.0"], 2, "name the clients with --allow"),
         (["--certificate", "page.pem"], 2, "--certificate and --key belong together"),
-        (["--certificate", "absent.pem", "--key", "absent.key"], 2, "absent.pem: No such file"),
+        (["--certificate", "absent.pem", "--key", "absent.key"], 2, "absent.pem: no such file"),
         (["--allow", "nonsense"], 2, "--allow: 'nonsense' does not appear to be"),
         (["--host", "203.0.113.1", "--allow", "203.0.113.0/24"], 69, "the overview cannot listen"),
     ],

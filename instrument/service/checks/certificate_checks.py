@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.processes.modbus_security_server import tls_files
 from pneuforce.instrument.service.processes.web_process import web_tls_files
@@ -14,20 +13,24 @@ from pneuforce.support.certificate_days import days_left, renewal_warning
 from pneuforce.support.tls_files import TlsFiles
 
 
-def check_certificates(configuration: Configuration, path: Path) -> None:
-    """Raise ConfigurationError if the certificate files of a server cannot be used.
+def certificate_problems(configuration: Configuration, path: Path) -> Iterator[str]:
+    """Yield a clause for each certificate file of a server that cannot be used.
 
     `path` is the configuration file, to which the names of files are relative.
     """
     web = configuration.web
     if web.enabled and bool(web.certificate) != bool(web.key):
         empty = "certificate" if web.key else "key"
-        raise ConfigurationError(f"web.{empty} is empty: name both certificate and key, or none of them")
+        yield f"web.{empty} is empty: name both certificate and key, or none of them"
+        return
     for section, files in _files(configuration, path):
+        unreadable = files.unreadable()
+        yield from (f"{section}.{name}: {problem}" for name, problem in unreadable.items())
         try:
-            files.load()
+            if not unreadable:
+                files.load()
         except OSError as error:
-            raise ConfigurationError(f"{section}: {error}") from None
+            yield f"{section}: {error}"
 
 
 def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:

@@ -17,7 +17,7 @@ from pneuforce.instrument.service.checks.configured_files import ConfiguredFile,
 from pneuforce.instrument.service.checks.service_user import SERVICE_USER, service_permissions
 from pneuforce.instrument.users.file import load_users
 from pneuforce.support.atomic_file import STDIN
-from pneuforce.support.permissions import unreadable, user_name
+from pneuforce.support.permissions import read_problem, user_name
 
 #: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
 #: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
@@ -59,13 +59,15 @@ def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool
                 f"{file.key}: the systemd unit permits no writing to {folder}: choose a folder in "
                 f"{SERVICE_FOLDERS[0]}, or add ReadWritePaths={folder} to the unit"
             )
-        elif file.key in _SECRETS and _is_public(file.path):
+        elif file.key in _SECRETS and file.path.exists() and _is_public(file.path):
             report.remarks.append(f"{file.key}: every user can read {file.path}: chmod o-r {file.path}")
     except PermissionError:
         if is_service_user:  # otherwise the user of the service may have this permission
             report.problems.append(
                 f"{file.key}: {user_name()} cannot open the folders of {file.path}: chmod o+x them"
             )
+    except OSError as error:
+        report.problems.append(f"{file.key}: {file.path}: {error.strerror}: choose another name")
 
 
 def _is_public(file: Path) -> bool:
@@ -78,7 +80,7 @@ def _read_problem(file: Path) -> str:
     """Return why a file cannot be read, "" if this is possible."""
     if file == STDIN or _is_permitted(file, os.R_OK):
         return ""
-    return unreadable(file)
+    return read_problem(file)
 
 
 def _folder_problem(folder: Path) -> str:
@@ -125,15 +127,15 @@ def _parameter_problem(file: Path) -> str:
 
 
 def _users_problem(file: Path) -> str:
-    """Return why a file of users cannot be used, or that other users of the computer can read its hashes."""
+    """Return why a file of users cannot be used."""
     if file.exists() and not _is_permitted(file, os.R_OK):
         return f"{user_name()} cannot read {file}: chown {SERVICE_USER} {file}"
     try:
         load_users(file)
     except ConfigurationError as error:
         return str(error)
-    if file.exists() and file.stat().st_mode & (stat.S_IRWXG | stat.S_IRWXO):
-        return f"{file} contains hashes of passwords, and other users can read it: chmod 600 {file}"
+    if file.exists() and file.stat().st_mode & stat.S_IWOTH:
+        return f"every user can write {file}, and so create a user of the page: chmod 600 {file}"
     return ""
 
 
@@ -148,8 +150,8 @@ def _is_permitted(file: Path, access: int) -> bool:
     return os.access(file, access, effective_ids=True)
 
 
-#: Keys of the files that only the service may read. `_users_problem` checks the file of the users.
-_SECRETS = frozenset({"modbus_security.key", "web.key", "mqtt.key", "mqtt.password_file"})
+#: Keys of the files that only the service may read. An instrument starts nevertheless.
+_SECRETS = frozenset({"modbus_security.key", "web.key", "mqtt.key", "mqtt.password_file", "web.users_file"})
 
 #: Checks by the key of the file. Every other file is only read.
 _CHECKS: dict[str, Callable[[Path], str]] = {

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
 from pneuforce.instrument.config import Configuration, load, resolve_path
 from pneuforce.instrument.service.buses.can_server import options_of
 from pneuforce.instrument.service.buses.rtu_server import check_ports
-from pneuforce.instrument.service.checks.certificate_checks import check_certificates
+from pneuforce.instrument.service.checks.certificate_checks import certificate_problems
 from pneuforce.instrument.service.checks.collisions import check_collisions
 from pneuforce.instrument.service.processes.modbus_security_server import gateway_socket, required
-from pneuforce.instrument.service.processes.mqtt_process import check_mqtt
+from pneuforce.instrument.service.processes.mqtt_process import check_mqtt, mqtt_file_problems
 from pneuforce.instrument.service.processes.web_process import web_process_of
 from pneuforce.instrument.signing.trusted_keys import trusted_keys_of
 
@@ -22,6 +24,16 @@ MAX_SOCKET_PATH_BYTES = 107  #: longest path of a Unix socket (sun_path in sys/u
 def load_checked(path: Path, require_signed_by: Path | None = None) -> Configuration:
     """Return the configuration of a TOML file after all checks that need no port.
 
+    Raises ConfigurationFileError with file, keys and remedies.
+    """
+    configuration = load_trusted(path, require_signed_by)
+    reject(path, start_problems(configuration, path))
+    return configuration
+
+
+def load_trusted(path: Path, require_signed_by: Path | None = None) -> Configuration:
+    """Return the configuration of a TOML file.
+
     If `require_signed_by` is a file of trusted keys, only files that are signed with these keys are accepted.
     Raises ConfigurationFileError with file, key and remedy.
     """
@@ -29,22 +41,44 @@ def load_checked(path: Path, require_signed_by: Path | None = None) -> Configura
         trusted = trusted_keys_of(path, require_signed_by)
     except ConfigurationError as error:
         raise ConfigurationFileError(str(error)) from None
-    configuration = load(path, trusted)
-    try:
-        if configuration.can.enabled:
-            options_of(configuration.can)
-        check_ports(configuration)
-        check_collisions(configuration, path)
-        socket = resolve_path(path, configuration.local.socket)
-        check_socket_path(socket)
-        web_process_of(configuration.web, socket)
-        if configuration.modbus_security.enabled:
-            check_socket_path(gateway_socket(required(socket)))
-        check_certificates(configuration, path)
-        check_mqtt(configuration, path, socket)
-    except PneuforceError as error:
-        raise ConfigurationFileError(f"{path}: {error}") from None
-    return configuration
+    return load(path, trusted)
+
+
+def reject(path: Path, problems: Iterable[str]) -> None:
+    """Raise ConfigurationFileError with all problems of a configuration file, if there are any."""
+    if text := "; ".join(dict.fromkeys(problems)):
+        raise ConfigurationFileError(f"{path}: {text}")
+
+
+def start_problems(configuration: Configuration, path: Path) -> Iterator[str]:
+    """Yield a clause for each reason for which the instrument cannot start."""
+    socket = resolve_path(path, configuration.local.socket)
+    checks: tuple[Callable[[], object], ...] = (
+        partial(_check_can, configuration),
+        partial(check_ports, configuration),
+        partial(check_collisions, configuration, path),
+        partial(check_socket_path, socket),
+        partial(web_process_of, configuration.web, socket),
+        partial(_check_gateway_socket, configuration, socket),
+        partial(check_mqtt, configuration, path, socket),
+    )
+    for check in checks:
+        try:
+            check()
+        except PneuforceError as error:
+            yield str(error)
+    yield from certificate_problems(configuration, path)
+    yield from mqtt_file_problems(configuration.mqtt, path)
+
+
+def _check_can(configuration: Configuration) -> None:
+    if configuration.can.enabled:
+        options_of(configuration.can)
+
+
+def _check_gateway_socket(configuration: Configuration, socket: Path | None) -> None:
+    if configuration.modbus_security.enabled:
+        check_socket_path(gateway_socket(required(socket)))
 
 
 def check_socket_path(socket: Path | None) -> None:

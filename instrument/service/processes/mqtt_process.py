@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import socket
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,11 +13,13 @@ from pneuforce.instrument.config import Configuration, MqttSection, resolve_path
 from pneuforce.instrument.service.processes.service_process import ServiceProcess
 from pneuforce.support.broker_url import broker_address
 from pneuforce.support.client_tls import client_context
+from pneuforce.support.permissions import read_problem
 
 END_S = 1.0  #: time to publish the death and to store what the broker has not confirmed
 LIBRARIES = ("aiomqtt", "google.protobuf")  #: the extra `mqtt` installs them
 
-_FILES = ("ca", "certificate", "key", "password_file", "store")
+_READ_FILES = ("ca", "certificate", "key", "password_file")
+_FILES = (*_READ_FILES, "store")
 _SETTINGS = (
     *("group", "device", "period_s", "force_deadband_n", "pressure_deadband_kpa", "primary_host", "user"),
     *("store_max_mb", "store_max_age_h"),
@@ -83,8 +84,8 @@ def mqtt_process_of(
 
 def check_mqtt(configuration: Configuration, path: Path, socket: Path | None) -> None:
     """Raise PneuforceError if the MQTT process of the configuration file `path` could not start."""
-    settings, files = configuration.mqtt, mqtt_files(configuration.mqtt, path)
-    if mqtt_process_of(configuration, socket, files) is None:
+    settings = configuration.mqtt
+    if mqtt_process_of(configuration, socket, mqtt_files(settings, path)) is None:
         return
     broker = broker_address(settings.broker)
     if bool(settings.certificate) != bool(settings.key):
@@ -93,14 +94,20 @@ def check_mqtt(configuration: Configuration, path: Path, socket: Path | None) ->
         raise ConfigurationError("mqtt: password_file needs user: set it")
     if not broker.tls and (settings.ca or settings.certificate):
         raise ConfigurationError("mqtt: ca and certificate need TLS: set broker to mqtts://…")
+
+
+def mqtt_file_problems(settings: MqttSection, path: Path) -> Iterator[str]:
+    """Yield a clause for each file of MQTT that cannot be used. `path` is the configuration file."""
+    if not settings.enabled:
+        return
+    files = mqtt_files(settings, path)
+    problems = {name: read_problem(Path(files[name])) for name in _READ_FILES if files[name]}
+    yield from (f"mqtt.{name}: {problem}" for name, problem in problems.items() if problem)
     try:
-        if broker.tls:
+        if not any(problems.values()) and broker_address(settings.broker).tls:
             client_context(files["ca"], files["certificate"], files["key"])
-        if settings.password_file:
-            os.close(os.open(files["password_file"], os.O_RDONLY))
     except OSError as error:
-        name = f"{error.filename}: {error.strerror}" if error.filename else error
-        raise ConfigurationError(f"mqtt: {name}") from None
+        yield f"mqtt: {error}"
 
 
 def _is_installed(library: str) -> bool:

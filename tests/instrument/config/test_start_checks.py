@@ -20,6 +20,7 @@ from pneuforce.instrument.config import load
 from pneuforce.instrument.service.checks.file_checks import SERVICE_FOLDERS, check_files
 from pneuforce.instrument.service.checks.service_user import service_permissions
 from pneuforce.instrument.service.checks.start_checks import load_checked
+from pneuforce.instrument.users.file import write_users
 from pneuforce.support.network_name import is_host, is_socket_url
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
@@ -294,6 +295,8 @@ def test_a_key_or_a_password_that_every_user_can_read_is_a_remark(etc):
     Pki(etc / "pki")
     folder, password, key = etc / "pki", etc / "password", etc / "pki/instrument.key"
     password.write_text("secret-12345")
+    users = etc / "users.toml"
+    write_users(users, {})
     file = etc / "instrument.toml"
     names = 'certificate = "pki/instrument.pem"\nkey = "pki/instrument.key"\n'
     file.write_text(
@@ -301,18 +304,23 @@ def test_a_key_or_a_password_that_every_user_can_read_is_a_remark(etc):
         f'[mqtt]\nenabled = true\nbroker = "mqtts://b"\nuser = "a"\npassword_file = "password"\n{names}'
     )
     configuration = load_checked(file)
-    keys = ["modbus_security.key", "mqtt.key", "mqtt.password_file", "web.key"]
+    keys = ["modbus_security.key", "mqtt.key", "mqtt.password_file", "web.key", "web.users_file"]
     for folder_mode, mode, expected in (
         (0o755, 0o644, keys),
         (0o755, 0o640, []),
-        (0o750, 0o644, ["mqtt.password_file"]),
+        (0o750, 0o644, ["mqtt.password_file", "web.users_file"]),
     ):
         folder.chmod(folder_mode)
         key.chmod(mode)
         password.chmod(mode)
+        users.chmod(mode)
         problems, remarks = check_files(configuration, file, "no-such-user")
-        assert [remark.partition(":")[0] for remark in remarks] == expected
+        assert sorted(remark.partition(":")[0] for remark in remarks) == expected
         assert problems == []
+    users.chmod(0o666)
+    assert [
+        problem.partition(":")[0] for problem in check_files(configuration, file, "no-such-user").problems
+    ] == ["web.users_file"]
 
 
 def test_an_unreadable_configuration_names_the_user_and_the_remedy(etc):
@@ -337,3 +345,58 @@ def test_the_folders_of_an_instance_may_be_missing_before_its_first_start(tmp_pa
         found.append(check_files(load_checked(file), file))
     assert (len(found[0].problems), len(found[0].remarks)) == (0, 1)
     assert len(found[1].problems) == 1
+
+
+def test_all_problems_are_reported_together_and_each_unreadable_file_with_its_remedy(etc):
+    Pki(etc / "pki")
+    (etc / "pki").chmod(0o755)
+    for name in ("instrument.pem", "instrument.key"):
+        (etc / "pki" / name).chmod(0o600)
+    file = etc / "instrument.toml"
+    names = 'certificate = "pki/instrument.pem"\nkey = "pki/instrument.key"\n'
+    file.write_text(
+        f'[modbus_security]\nenabled = true\nca = "pki/ca.pem"\ncrl = "pki/absent.pem"\n{names}'
+        f'[web]\nenabled = true\n{names}[mqtt]\nenabled = true\nbroker = "mqtts://b"\n{names}'
+        '[events]\nfile = "absent/events.sqlite"\n'
+    )
+    with service_permissions("nobody"), pytest.raises(ConfigurationFileError) as caught:
+        check_config([file], as_json=False)
+    text = str(caught.value)
+    group = grp.getgrgid(pwd.getpwnam("nobody").pw_gid).gr_name
+    for section in ("modbus_security", "web", "mqtt"):
+        assert (
+            text.count(f"{section}.key: the user nobody cannot read {etc}/pki/instrument.key: chgrp {group} ")
+            == 1
+        )
+        assert text.count(f"{section}.certificate: the user nobody cannot read ") == 1
+    assert text.count(f"modbus_security.crl: {etc}/pki/absent.pem: no such file") == 1
+    assert "events.file: the folder" in text
+
+
+def test_a_recording_without_a_local_socket_is_an_error_of_the_configuration(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text('[local]\nsocket = ""\n')
+    done = pneuforce("run", "--config", file, "--record", tmp_path / "new.recording")
+    assert (done.returncode, done.stdout) == (78, "")
+    assert done.stderr.startswith(f"pneuforce: {file}: --record ")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            '[web]\nenabled = true\nhost = "0.0.0.0"\nallow = ["10.0.0.1"]\n',
+            "web.allow_plain_http is not set: ",
+        ),
+        ('[modbus]\nhost = "0.0.0.0"\n', "modbus.allow is not set: "),
+        ('[modbus]\nallow = ["192.168.1.20/24"]\n', "write the network 192.168.1.0/24"),
+        ('[modbus]\nallow = ["fd00::1/64"]\n', "write the network fd00::/64"),
+    ],
+)
+def test_the_message_says_what_to_write(tmp_path, text, words):
+    file = tmp_path / "instrument.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError) as caught:
+        load(file)
+    assert words in str(caught.value)
+    assert "= False" not in str(caught.value)
