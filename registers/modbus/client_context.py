@@ -7,6 +7,9 @@ import ssl
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pneuforce.support.permissions import read_problem
+from pneuforce.support.tls_failure import client_failure_reason
+
 
 class ClientFiles(NamedTuple):
     """Files of a client in PEM format: authority of the instrument, own certificate and its key."""
@@ -28,9 +31,8 @@ class ClientContext(ssl.SSLContext):
 
 def client_context(host: str, files: ClientFiles) -> ClientContext:
     """Return the context for the instrument `host`. Raises OSError with a sentence that names the file."""
-    for path in files:
-        with path.open("rb"):
-            pass
+    if problems := [*filter(None, map(read_problem, files))]:
+        raise OSError("; ".join(problems))
     context = ClientContext(ssl.PROTOCOL_TLS_CLIENT)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     context.server_hostname = host
@@ -48,10 +50,17 @@ def client_context(host: str, files: ClientFiles) -> ClientContext:
 def handshake_problem(host: str, port: int, context: ssl.SSLContext, wait_s: float) -> str:
     """Return why a connection fails, empty if it does not fail."""
     try:
-        with socket.create_connection((host, port), timeout=wait_s) as plain:
-            context.wrap_socket(plain).close()
-    except ssl.SSLCertVerificationError as error:
-        return f"its certificate is not accepted: {error.verify_message}"
+        with (
+            socket.create_connection((host, port), timeout=wait_s) as plain,
+            context.wrap_socket(plain) as secured,
+        ):
+            secured.recv(
+                1
+            )  # with TLS 1.3, the server rejects a certificate after the handshake of the client
+    except ssl.SSLError as error:
+        return client_failure_reason(error)
+    except TimeoutError:
+        return ""
     except OSError as error:
         return str(error.strerror or error)
     return ""

@@ -12,6 +12,8 @@ import pytest
 from pymodbus.client import ModbusTlsClient
 
 from pneuforce.instrument.commissioning.certificates import new_authority, new_client, revocation_list
+from pneuforce.registers.modbus.client import ModbusClient, NoAnswerError
+from pneuforce.registers.modbus.client_context import ClientFiles, client_context, handshake_problem
 from pneuforce.registers.modbus_security import gateway as gateway_module
 from pneuforce.registers.modbus_security.__main__ import heartbeat
 from tests.registers.modbus.memory_source import MemorySource
@@ -131,6 +133,23 @@ def test_a_bad_certificate_is_counted_and_the_client_learns_why(server, pki, sou
     assert [each for each in server.gateway.counters.failed if re.fullmatch(reason, each)]
     assert heartbeat(1, server.gateway)["failed"] == 1  # a number, as all metrics
     assert source.write_requests == []
+
+
+@pytest.mark.parametrize(
+    ("name", "alert"), [("expired", "certificate expired"), ("foreign", "unknown ca"), ("plc", "")]
+)
+def test_a_client_reports_in_words_that_its_certificate_is_rejected(server, pki, name, alert):
+    files = ClientFiles(*(pki.folder / file for file in ("ca.pem", f"{name}.pem", f"{name}.key")))
+    context = client_context("localhost", files)
+    if not alert:
+        assert handshake_problem("127.0.0.1", server.port, context, 0.2) == ""
+        return
+    with pytest.raises(NoAnswerError) as caught:
+        ModbusClient.connect_tls("127.0.0.1", server.port, context, wait_s=5.0)
+    assert re.search(
+        rf"does not accept the certificate of this client \(\w+ alert {alert}\)", str(caught.value)
+    )
+    assert "pneuforce certificates show" in str(caught.value)
 
 
 @pytest.mark.parametrize("options", [["-tls1_1"], ["-tls1_2", "-cipher", "AES128-SHA256:AES256-GCM-SHA384"]])
