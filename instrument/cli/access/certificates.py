@@ -104,7 +104,14 @@ def show(path: Path, as_json: bool) -> str:
             "days_left": days_left,
         }
         return json.dumps(facts)
-    return f"name {name}\nrole {role or 'none'}\nvalid until {end:%Y-%m-%d} ({days_left} days)"
+    return f"name {name}\nrole {role or 'none'}\nvalid until {end:%Y-%m-%d} ({_days_text(days_left)})"
+
+
+def _days_text(days_left: int) -> str:
+    """Return the time until or since the end of validity. A negative number of days is rounded down."""
+    if days_left >= 0:
+        return counted(days_left, "day")
+    return f"expired {counted(-days_left - 1, 'day')} ago" if days_left < -1 else "expired today"
 
 
 def _authority(folder: Path) -> KeyPair:
