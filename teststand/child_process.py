@@ -125,18 +125,14 @@ class ChildProcess:
         return json.loads(self._process.stdout.readlines()[-1])
 
     def failure(self) -> ChildProcessFailed:
-        """Return an exception with the signal or the last line on stderr as the reason."""
+        """Return an exception with the exit code or the signal, and with the last line on stderr."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         self._reader.join(1.0)
         code = self._process.returncode or 0
-        if code < 0:
-            reason = f"another process ended it with {signal.Signals(-code).name}"
-        elif self.stderr_lines:
-            reason = self.stderr_lines[-1].removeprefix("pneuforce: ")
-        else:
-            reason = "it printed no error message"
-        return ChildProcessFailed(f"the {self.name} ended: {reason}")
+        how = f"the signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        printed = self.stderr_lines[-1].removeprefix("pneuforce: ") if self.stderr_lines else "no message"
+        return ChildProcessFailed(f"the {self.name} ended with {how}; it last printed: {printed}")
 
     def stop(self) -> None:
         """End the process by SIGTERM. Kill the process if it does not end within 0.6 s."""

@@ -116,7 +116,7 @@ class LiveRig:
     def inflate(self, setpoint_kpa: float) -> None:
         """Vent, take the zero, inflate, and wait until the balloon is held.
 
-        Raises WaitTimeout, RigTripped.
+        A balloon that another client holds is vented too. Raises WaitTimeout, RigTripped.
         """
         with self._plc() as plc:
             plc.write("mode", "vent")
@@ -184,24 +184,28 @@ class LiveRig:
 
     def truth(self) -> Values:
         """Return the true state at the next sample: `force_n`, `baseline_kpa`, `indentation_mm` and more."""
-        self._stack.check()
-        return self._simulator.truth()
+        with self._stack.checked():
+            return self._simulator.truth()
 
     # ---- implementation
 
     @contextmanager
     def _plc(self) -> Iterator[ModbusClient]:
         """Connect for one request, because the instrument closes idle connections."""
-        self._stack.check()
-        with ModbusClient.connect(port=self.modbus_port, unit=self._unit) as plc:
+        with (
+            self._stack.checked(),
+            ModbusClient.connect(port=self.modbus_port, unit=self._unit) as plc,
+        ):
             yield plc
 
     def _request(self, **request: Any) -> None:
-        self._stack.check()
-        self._simulator.request(**request)
+        with self._stack.checked():
+            self._simulator.request(**request)
 
     def _remove_if_active(self, name: str) -> None:
-        if any(fault["name"] == name for fault in self._simulator.faults()):
+        with self._stack.checked():
+            active = self._simulator.faults()
+        if any(fault["name"] == name for fault in active):
             self.remove_fault(name)
 
     def _read_untripped(self) -> Values:

@@ -6,16 +6,19 @@ import errno
 import json
 import secrets
 import socket
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, suppress
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event
 from typing import Any
 
-from pneuforce.errors import ServerError
+from pneuforce.errors import PneuforceError, ServerError
 from pneuforce.registers.can.frames import DEFAULT_NODE_ID
+from pneuforce.registers.modbus.client_errors import NoAnswerError
 from pneuforce.sim.line.proxy import SerialProxy
+from pneuforce.sim.server.client import SimulatorNotResponding
 from pneuforce.teststand.child_process import ChildProcess
 
 PORT_ERRORS: Mapping[int | None, str] = {
@@ -26,6 +29,9 @@ Tables = Mapping[str, Mapping[str, Any]]
 #: Ports below those that Linux assigns to clients (32768 to 60999, net.ipv4.ip_local_port_range).
 _SERVER_PORTS = range(10_000, 32_768)
 _ATTEMPTS = 100
+#: Longest time from the lost connection of a killed process to its end. A busy computer needs the most.
+END_TIMEOUT_S = 0.5
+END_POLL_S = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +51,27 @@ class Stack:
 
     def check(self) -> None:
         """Raise ChildProcessFailed, with the reason, if one of the processes has ended."""
-        for child in (self.host, self.sim, self.hub):
+        for child in (self.hub, self.sim, self.host):  # the instrument ends when the hub has ended
             if not child.running:
                 raise child.failure()
+
+    @contextmanager
+    def checked(self) -> Iterator[None]:
+        """Raise ChildProcessFailed instead of another error if one of the processes has ended.
+
+        Linux closes the connections of a killed process before its parent process can see the end.
+        """
+        self.check()
+        try:
+            yield
+        except PneuforceError as error:
+            waits = isinstance(error, NoAnswerError | SimulatorNotResponding)
+            until_s = time.monotonic() + (END_TIMEOUT_S if waits else 0.0)
+            self.check()
+            while time.monotonic() < until_s:
+                time.sleep(END_POLL_S)
+                self.check()
+            raise
 
 
 def start(

@@ -43,5 +43,5 @@ def test_a_process_that_prints_nothing_is_not_ready(start):
 
 
 def test_a_process_that_ends_is_reported_with_its_reason(start):
-    with pytest.raises(ChildProcessFailed, match="the simulator ended: no such file"):
+    with pytest.raises(ChildProcessFailed, match=r"simulator ended with exit code 1; .*: no such file"):
         start(FAILED_START)

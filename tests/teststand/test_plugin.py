@@ -12,6 +12,7 @@ import pytest
 import pneuforce
 from pneuforce.testing import (
     BalloonNotHeld,
+    ChildProcessFailed,
     ModbusClientError,
     RigTripped,
     SimulatorRequestError,
@@ -75,13 +76,11 @@ def test_with_an_invalid_configuration(pneuforce_rig): pass
 
 def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
     output = pytest_in(tmp_path, WRONG).stdout
-    assert "the simulator ended: " in output
+    assert "the simulator ended with exit code " in output
     assert "'palpate'" in output
     assert "the marker pneuforce: pressure; use pneuforce(*, scenario=None, " in output
     assert "__init__" not in output
-    assert (
-        "the instrument ended: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in output
-    )
+    assert "printed: instrument={…} of the marker pneuforce: modbus.word_order = 'BADC'" in output
     assert "3 errors" in output
     assert "Traceback" not in output
     assert "teststand/" not in output
@@ -124,6 +123,25 @@ def test_registers_are_read_and_written_by_name_and_errors_are_explained(pneufor
     with pytest.raises(BalloonNotHeld, match=r"not held: state vented, pressure .*inflate"):
         rig.press(2.0)
     assert rig.truth()["applied_n"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("child", "call"),
+    [
+        ("instrument", lambda rig: rig.read()),
+        ("instrument", lambda rig: rig.inflate(8.0)),
+        ("simulator", lambda rig: rig.truth()),
+        ("simulator", lambda rig: rig.start_contact(kind="tap")),
+        ("simulator", lambda rig: rig.inflate(8.0)),
+        ("CAN hub", lambda rig: rig.inflate(8.0)),
+    ],
+)
+def test_the_first_call_after_the_end_of_a_process_names_the_process(pneuforce_rig, child, call):
+    pneuforce_rig.wait_for(lambda registers: "not_zeroed" not in registers["status"])
+    stack = pneuforce_rig._stack
+    {"instrument": stack.host, "simulator": stack.sim, "CAN hub": stack.hub}[child].send(signal.SIGKILL)
+    with pytest.raises(ChildProcessFailed, match=f"the {child} ended with the signal SIGKILL; .* printed: "):
+        call(pneuforce_rig)
 
 
 def test_a_press_that_trips_the_rig_raises_an_error(pneuforce_rig):
