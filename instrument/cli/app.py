@@ -182,16 +182,30 @@ def run(
 def map_(
     form: Annotated[MapFormat, typer.Option("--format", help="Document to print.")] = MapFormat.MD,
     node_id: Annotated[
-        int, typer.Option(help="For dbc only: CAN node id of the instrument.", min=1, max=127)
-    ] = 5,
+        int | None,
+        typer.Option(
+            help="For dbc and csv: CAN node id of the instrument.", min=1, max=127, show_default="5"
+        ),
+    ] = None,
 ) -> None:
     """Print the register map and the CAN frames, as a document or as code for PLC and C programs.
 
     Example: pneuforce map --format dbc > pneuforce.dbc
     """
-    from pneuforce.registers.views import VIEWS, dbc
+    from pneuforce.errors import UsageError
+    from pneuforce.registers.views import VIEWS
 
-    text = dbc.render(node_id) if form is MapFormat.DBC else VIEWS[form.value].render()
+    view = VIEWS[form.value]
+    if node_id is None:
+        text = view.render()
+    elif view.render_node is None:
+        formats = " and ".join(name for name, other in VIEWS.items() if other.render_node)
+        raise UsageError(
+            f"--node-id has no effect on the format {form.value}, which is the same for each node id: omit "
+            f"--node-id, or use one of the formats {formats}"
+        )
+    else:
+        text = view.render_node(node_id)
     typer.echo(text, nl=False)
 
 

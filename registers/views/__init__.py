@@ -31,15 +31,17 @@ class View(NamedTuple):
 
     render: Callable[[], str]
     path: str  #: path of the committed copy, relative to the root of the repository
+    #: Render for a CAN node id. None: the document is the same for each node id.
+    render_node: Callable[[int], str] | None = None
 
 
 #: Documents by the names that `pneuforce map --format` accepts.
 VIEWS = {
     "md": View(markdown.render, "docs/registers.md"),
     "faults": View(faults_page.render, "docs/faults.md"),
-    "csv": View(table_csv.render, "docs/registers.csv"),
+    "csv": View(table_csv.render, "docs/registers.csv", table_csv.render),
     "json": View(tree_json.render, "docs/registers.json"),
-    "dbc": View(dbc.render, "docs/pneuforce.dbc"),
+    "dbc": View(dbc.render, "docs/pneuforce.dbc", dbc.render),
     "eds": View(eds.render, "docs/pneuforce.eds"),
     "objects": View(object_table.render, "docs/canopen-objects.md"),
     "st": View(structured_text.render, "docs/plc/pneuforce.st"),

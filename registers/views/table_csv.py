@@ -27,16 +27,16 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def render() -> str:
-    """Return the table: one row for each register, then one for each frame field at the default node id."""
+def render(node_id: int = DEFAULT_NODE_ID) -> str:
+    """Return the table: one row for each register, then one for each field of the frames of the node."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_rows())
+    writer.writerows(_rows(node_id))
     return text.getvalue()
 
 
-def _rows() -> Iterator[dict[str, str]]:
+def _rows(node_id: int) -> Iterator[dict[str, str]]:
     for register in REGISTERS:
         yield _field_columns(register) | {
             "bus": "modbus",
@@ -50,14 +50,14 @@ def _rows() -> Iterator[dict[str, str]]:
         }
     for frame in FRAMES:
         for offset, field in frame.field_offsets:
-            yield _field_columns(field) | _frame_columns(frame, offset)
+            yield _field_columns(field) | _frame_columns(frame, offset, node_id)
 
 
-def _frame_columns(frame: FrameDefinition, offset: int) -> dict[str, str]:
+def _frame_columns(frame: FrameDefinition, offset: int, node_id: int) -> dict[str, str]:
     return {
         "bus": "can",
         "frame": frame.name,
-        "can_id": f"{frame.base_id + DEFAULT_NODE_ID:03X}",
+        "can_id": f"{frame.base_id + node_id:03X}",
         "address": str(offset),
         "access": "W" if frame.received else "R",
     }

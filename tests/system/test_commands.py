@@ -152,6 +152,16 @@ def test_map_prints_the_committed_document(form):
     assert pneuforce("map", "--format", form).stdout == VIEWS[form].render()
 
 
+@pytest.mark.parametrize("form", ["dbc", "csv", "eds", "h"])
+def test_map_prints_the_document_of_a_node_or_rejects_the_node_id(form):
+    done = pneuforce("map", "--format", form, "--node-id", "9")
+    if render := VIEWS[form].render_node:
+        assert done.stdout == render(9) != VIEWS[form].render()
+    else:
+        assert (done.returncode, done.stdout) == (2, "")
+        assert f"--node-id has no effect on the format {form}" in done.stderr
+
+
 def test_the_example_configuration_is_accepted(tmp_path):
     file = tmp_path / "instrument.toml"
     file.write_text(pneuforce("config", "--example").stdout)

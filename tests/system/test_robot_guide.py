@@ -11,7 +11,6 @@ import pytest
 from pneuforce.client import measurement
 from pneuforce.registers.views import dbc
 from pneuforce.teststand.stack import free_port
-from tests.command_runner import pneuforce
 from tests.system.waiting import wait_for
 from tests.tools import needs
 
@@ -113,7 +112,3 @@ def test_a_recording_can_be_played_back(run_commands, folder):
 
 def test_on_hardware_only_standard_tools_are_used():
     assert {line.split()[0] for line in ON_HARDWARE.splitlines()} == {"sudo", "candump", "cansend"}
-
-
-def test_the_dbc_for_another_node_id():
-    assert pneuforce("map", "--format", "dbc", "--node-id", "9").stdout == dbc.render(9)
