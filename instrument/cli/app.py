@@ -73,6 +73,7 @@ class MapFormat(Enum):
     FAULTS = "faults"
     CSV = "csv"
     JSON = "json"
+    MAP_FILES = "map-files"
     DBC = "dbc"
     EDS = "eds"
     OBJECTS = "objects"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from pneuforce.registers.can.frames import DEFAULT_NODE_ID, FRAMES, FrameDefinition
 from pneuforce.registers.document_text import (
@@ -18,13 +18,30 @@ from pneuforce.registers.field import Field
 from pneuforce.registers.map import REGISTERS
 from pneuforce.registers.map_hash import MAP_HASH
 
-#: Modbus: `address` counts from 0 and `number` from 1. A register is both an input and a holding register.
-#: CAN: `address` is the first byte within the frame. `map_hash` is the same in all rows.
-COLUMNS = (
-    "bus", "frame", "can_id", "address", "address_hex", "number", "input_register", "holding_register",
-    "words", "name", "type", "unit", "low", "high", "also_allowed", "not_available", "values", "access",
-    "meaning", "map_hash",
-)  # fmt: skip
+#: Columns and their meanings. A register is both an input and a holding register.
+COLUMNS: Mapping[str, str] = {
+    "bus": "`modbus` or `can`",
+    "frame": "CAN: name of the frame",
+    "can_id": "CAN: identifier of the frame for the node id, hexadecimal",
+    "address": "Modbus: address of the first word, from 0. CAN: first byte of the field within the frame",
+    "address_hex": "Modbus: the address, hexadecimal with four digits",
+    "number": "Modbus: address + 1, for programs that count from 1",
+    "input_register": "Modbus: number from 30001, for function 04",
+    "holding_register": "Modbus: number from 40001, for function 03",
+    "words": "Modbus: number of 16-bit words",
+    "name": "name of the value",
+    "type": "`float32`, `uint32`, `int32`, `uint16`, `int16` or `uint8`",
+    "unit": "unit of the number on the wire, for example `mN`; empty for a number without unit",
+    "low": "smallest accepted or meaningful value, in `unit`",
+    "high": "largest accepted or meaningful value, in `unit`",
+    "also_allowed": "accepted values outside `low` to `high`, separated by spaces",
+    "not_available": "code of a value that is not available: `NaN`, or hexadecimal as `7FFFh`; empty if "
+    "the field always has a value",
+    "values": "codes of an enumeration as `0 idle; 1 busy`",
+    "access": "Modbus: `R` or `RW`. CAN: `R` for frames that the instrument sends, `W` for the frame Command",
+    "meaning": "description in one or two sentences",
+    "map_hash": "map hash, decimal, the same in each row",
+}
 
 
 def render(node_id: int = DEFAULT_NODE_ID) -> str:

@@ -22,7 +22,12 @@ from pneuforce.registers.map_hash import MAP_HASH
 
 def render() -> str:
     """Return the JSON text."""
-    tree = {
+    return json.dumps(tree(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def tree() -> dict[str, Any]:
+    """Return the content of the JSON text. The page map_files_page describes its keys."""
+    return {
         "map_version": MAP_VERSION,
         "map_hash": MAP_HASH,
         "word_order": "ABCD",
@@ -44,7 +49,6 @@ def render() -> str:
             "frames": [_frame(frame) for frame in FRAMES],
         },
     }
-    return json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _field(field: Field) -> dict[str, Any]:

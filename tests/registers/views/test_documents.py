@@ -13,6 +13,8 @@ from pneuforce.registers.document_text import ENUMERATIONS
 from pneuforce.registers.map import REGISTERS
 from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.views import VIEWS
+from pneuforce.registers.views.map_files_page import json_objects
+from pneuforce.registers.views.tree_json import tree
 
 TOP = Path(__file__).parents[3]
 
@@ -96,9 +98,25 @@ def test_the_table_contains_unit_range_and_not_available_code():
     assert {int(row["map_hash"]) for row in rows.values()} == {MAP_HASH}
 
 
+@pytest.mark.parametrize("kind", json_objects(tree()), ids=lambda kind: kind.title)
+def test_each_key_of_the_json_document_is_described_and_each_described_key_exists(kind):
+    assert set(kind.keys) == set().union(*kind.objects)
+    rows = VIEWS["map-files"].render().split(f"### {kind.title}\n")[1].split("###")[0]
+    always = {key for key in kind.keys if f"| `{key}` | always |" in rows}
+    assert always == set(kind.objects[0]).intersection(*kind.objects)
+
+
+def test_each_column_of_the_table_is_described():
+    head = VIEWS["csv"].render().partition("\n")[0].split(",")
+    section = VIEWS["map-files"].render().split("## Columns")[1].split("## ")[0]
+    assert re.findall(r"^\| `(\w+)` \| \S", section, re.MULTILINE) == head
+
+
 def test_the_json_document_agrees_with_the_map():
-    tree = json.loads(VIEWS["json"].render())
-    assert tree["map_hash"] == MAP_HASH
-    assert [(r["address"], r["name"]) for r in tree["registers"]] == [(r.address, r.name) for r in REGISTERS]
-    assert tree["enumerations"]["state"]["4"] == "holding"
-    assert {f["name"]: f["base_id"] for f in tree["can"]["frames"]} == {f.name: f.base_id for f in FRAMES}
+    parsed = json.loads(VIEWS["json"].render())
+    assert parsed["map_hash"] == MAP_HASH
+    assert [(r["address"], r["name"]) for r in parsed["registers"]] == [
+        (r.address, r.name) for r in REGISTERS
+    ]
+    assert parsed["enumerations"]["state"]["4"] == "holding"
+    assert {f["name"]: f["base_id"] for f in parsed["can"]["frames"]} == {f.name: f.base_id for f in FRAMES}
