@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from pneuforce.client.measurement import number_or_none
-from pneuforce.registers.advice import FAULT_ADVICE
+from pneuforce.errors import Tripped
+from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE
 from pneuforce.registers.codes import FAULTS
 
 #: Names of the faults that set the status bit `vent_fault`: the balloon may still be inflated.
@@ -57,6 +58,14 @@ def fault_of(code: int) -> LatchedFault | None:
         return None
     advice = FAULT_ADVICE[code]
     return LatchedFault(code, FAULTS.names[code], advice.what, advice.do)
+
+
+def trip_of(code: int) -> Tripped:
+    """Return the error of a trip with this first-out fault."""
+    fault = fault_of(code)
+    if fault is None:
+        return Tripped("", "", REJECT_REASON_ADVICE["fault_latched"])
+    return Tripped(fault.name, fault.cause, fault.remedy)
 
 
 def _faults_of(mask: int, first: int) -> tuple[LatchedFault, ...]:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from types import TracebackType
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
-from pneuforce.client.details import fault_of
+from pneuforce.client.details import trip_of
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.value_checks import check_lease, check_setpoint, check_timeout
 from pneuforce.errors import (
@@ -21,7 +21,6 @@ from pneuforce.errors import (
     Rejected,
     Tripped,
 )
-from pneuforce.registers.advice import REJECT_REASON_ADVICE
 
 POLL_S = 0.02
 VENT_TIMEOUT_S = 10.0
@@ -236,18 +235,16 @@ class Hold:
         ):  # the state can change some milliseconds before the fault
             code = self._connection.first_out_fault()
             time.sleep(0 if code else POLL_S)
-        fault = fault_of(code)
-        if fault is None:
-            return Tripped("", "", REJECT_REASON_ADVICE["fault_latched"])
-        return Tripped(fault.name, fault.cause, fault.remedy)
+        return trip_of(code)
 
     def _end_after(self, error: BaseException) -> None:
         """End the hold after `error`. A vent that cannot be sent is noted in `error`."""
         try:
             self.end()
         except ConnectionFailed as failure:
+            cause = "" if isinstance(error, ConnectionFailed) else f": {failure}"  # not the same twice
             error.add_note(
-                f"The vent could not be sent: {failure}. If the instrument runs, it vents when the lease of "
+                f"The vent could not be sent{cause}. If the instrument runs, it vents when the lease of "
                 f"{self._request.lease_s:g} s expires. Otherwise press the stop switch at the rig"
             )
 

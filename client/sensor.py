@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 from pneuforce.client.connection import HoldRequest, SensorConnection
 from pneuforce.client.details import Details
-from pneuforce.client.failed_vent import failed_vent
+from pneuforce.client.failed_vent import failed_vent, unconfirmed_vent
 from pneuforce.client.holding import CurrentHold, Hold
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, Status
 from pneuforce.client.value_checks import check_force_limit, check_setpoint
-from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed, VentNotConfirmed
+from pneuforce.errors import ConfigurationError, ConnectionLost, SensorClosed
 
 VENT_POLL_S = 0.05
 MAX_BALLOON_ID = 0xFFFF  #: largest argument of a command
@@ -179,7 +179,7 @@ class ForceSensor:
         """Wait after a vent until the instrument has verified that the balloon is empty.
 
         Returns the measurement that shows the empty balloon. Raises VentFailed when the instrument reports a
-        failed vent, VentNotConfirmed after `timeout_s`, and ConnectionLost.
+        failed vent, VentNotConfirmed after `timeout_s` (with the fault of a trip), and ConnectionLost.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -195,7 +195,7 @@ class ForceSensor:
             if Status.VENT_FAULT in measurement.status:
                 raise failed_vent(self._connection.first_out_fault(), measurement.pressure_kpa)
             if not time.monotonic() < until_s:
-                raise VentNotConfirmed(timeout_s, measurement.pressure_kpa)
+                raise unconfirmed_vent(timeout_s, measurement, self._connection.first_out_fault)
             time.sleep(VENT_POLL_S)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:

@@ -140,21 +140,24 @@ class VentNotConfirmed(ClientError):
     """Vent that was sent, but after which the instrument did not verify that the balloon is empty.
 
     `pressure_kpa` is the last measured pressure, None if no pressure is available. `fault` is the name of the
-    fault if the instrument has reported a failed vent; the error is then raised at once.
+    fault if the rig has tripped. If the instrument has reported a failed vent, VentFailed is raised at once.
     """
 
     fault = ""
     remedy: str | None = None
 
-    def __init__(self, waited_s: float, pressure_kpa: float | None) -> None:
+    def __init__(self, waited_s: float, pressure_kpa: float | None, trip: Tripped | None = None) -> None:
         pressure = (
             "no pressure is available" if pressure_kpa is None else f"the pressure is {pressure_kpa:.2f} kPa"
         )
         super().__init__(
             f"the vent was sent, but the instrument did not verify within {waited_s:g} s that the balloon is "
             f"empty ({pressure}): press the stop switch at the rig, then check the vent valve and the tube"
+            + (f"; {trip}" if trip else "")
         )
         self.pressure_kpa = pressure_kpa
+        if trip:
+            self.fault, self.remedy = trip.fault, trip.remedy
 
 
 class VentFailed(VentNotConfirmed):

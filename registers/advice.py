@@ -177,7 +177,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "board_watchdog": "Check the supply of the board. Then clear.",
     "can_down": "Check the CAN bus and its adapter. The other buses continue to work.",
     "inlet_fault": "Check the gas supply and the inlet valve. Then clear.",
-    "vent_fault": _INFLATED + "Check the vent valve and the tube.",
+    "vent_fault": _INFLATED + "Check the vent valve and the tube. Then clear.",
     "board_reset": "Find out why the board restarted. Then clear.",
     "baseline_old": "Interrupt the contact for a moment, so that the baseline pressure is measured again. If "
     "the force stays invalid, vent and inflate again. If the configuration sets reference_timeout_s, write "

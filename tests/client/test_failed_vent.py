@@ -3,9 +3,9 @@
 import pytest
 
 from pneuforce.client.details import VENT_FAULTS
-from pneuforce.client.measurement import Measurement, Status
+from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import VentFailed
+from pneuforce.errors import VentFailed, VentNotConfirmed
 from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.core.faults import STATUS_OF
 from pneuforce.registers.codes import FAULTS
@@ -47,3 +47,22 @@ def test_a_failed_vent_is_reported_at_once_with_its_fault_and_remedy(fault):
     assert (values["code"], values["fault"]["name"]) == ("vent_not_confirmed", fault)
     assert values["remedy"] == values["fault"]["remedy"]
     assert "inflated" in values["message"]
+
+
+class LinkLost:
+    """Connection to an instrument that receives no samples, so that no vent can be verified."""
+
+    def read(self):
+        return Measurement(state=State.TRIPPED, status_or_none=frozenset({Status.LINK_LOST}))
+
+    def first_out_fault(self):
+        return FAULTS.codes["link_lost"]
+
+
+def test_a_vent_of_a_tripped_rig_that_is_not_verified_names_the_trip_and_its_remedy():
+    with pytest.raises(VentNotConfirmed, match=r"the rig has tripped \(link_lost\): ") as caught:
+        ForceSensor("tcp://127.0.0.1", LinkLost()).wait_until_vented(0.01)
+    assert not isinstance(caught.value, VentFailed)
+    values = failure_values(caught.value)
+    assert (values["code"], values["fault"]["name"]) == ("vent_not_confirmed", "link_lost")
+    assert values["remedy"] in values["message"]

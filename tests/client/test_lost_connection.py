@@ -8,6 +8,7 @@ import pytest
 from pneuforce.client.measurement import Measurement, State
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import ConnectionLost, Tripped
+from pneuforce.instrument.cli.terminal.failure import failure_text
 from pneuforce.registers.codes import FAULTS
 
 LEASE_S = 0.2
@@ -43,6 +44,13 @@ class Interrupted:
         return FAULTS.codes["lease_expired"]
 
 
+class Killed(Interrupted):
+    """Connection to an instrument that is killed during the hold."""
+
+    def end_hold(self):
+        raise ConnectionLost("lost")
+
+
 def lose(connection):
     """Let the connection be lost for longer than the lease."""
     connection.lost = True
@@ -71,3 +79,11 @@ def test_a_lease_that_has_expired_meanwhile_is_reported_as_a_trip():
         with pytest.raises(Tripped, match="lease_expired"):
             sensor.read()
     assert connection.state is not State.HOLDING
+
+
+def test_a_lost_connection_is_described_once_if_the_vent_cannot_be_sent_either():
+    sensor = ForceSensor("tcp://127.0.0.1", Killed())
+    with pytest.raises(ConnectionLost) as caught, sensor.hold(5.0):
+        raise ConnectionLost("lost")
+    assert failure_text(caught.value).count("lost") == 1
+    assert "The vent could not be sent. If the instrument runs" in failure_text(caught.value)
