@@ -331,7 +331,7 @@ int main(int argc, char **argv)
         link = std::make_unique<SocketCan>(argv[1]);
     if (!link->open)
         return 1;
-    for (int number : {SIGINT, SIGTERM})
+    for (int number : {SIGINT, SIGTERM, SIGPIPE}) // SIGPIPE: the program that reads the output has ended
         std::signal(number, [](int) { stopped = 1; });
     Loop loop;
     if (argc > 2)

@@ -10,6 +10,7 @@ robot_listener.cpp is the same program in C++. docs/robot.md describes both prog
 import argparse
 import logging
 import math
+import os
 import signal
 import socket
 import sys
@@ -197,8 +198,15 @@ def run(bus, inflation, stopped):
             print_speed(Reading(), BACK_OFF_MM_PER_S, force_input.lost)
 
 
+class OutputFailed(Exception):
+    """Error of stdout, for example because the program that reads the output has ended."""
+
+
 def print_speed(force, speed, lost):
-    print(f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {lost} lost")
+    try:
+        print(f"force {force.value:.3f} N, valid {force.valid}: {speed:+.3f} mm/s, {lost} lost", flush=True)
+    except OSError as error:  # not an error of the bus
+        raise OutputFailed from error
 
 
 def setpoint_kpa(text):
@@ -240,6 +248,12 @@ def main():
                 command = inflation.vent_and_release() if inflation else None
                 if command is not None:
                     bus.send(command)
+    except OutputFailed as error:
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # the text is flushed again at the exit
+        cause = error.__cause__
+        sys.exit(1 if isinstance(cause, BrokenPipeError) else f"The output failed: {cause.strerror}")
     except (can.CanError, OSError) as error:
         reason = str(error).partition("\n")[0]
         sys.exit(f"The CAN bus failed: {reason}. Check the instrument, and the CAN interface or the CAN hub")

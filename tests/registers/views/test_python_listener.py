@@ -1,6 +1,7 @@
 """Tests of the Python listener in the robot guide: old forces, the end of a hold, and failures of the bus."""
 
 import importlib.util
+import os
 import re
 import subprocess
 import sys
@@ -160,6 +161,45 @@ def test_a_bus_that_cannot_be_opened_gives_one_sentence(arguments):
     done = run_python(*arguments)
     assert done.returncode == 1
     assert re.fullmatch("The CAN bus failed: .*\\. Check the instrument, and .*\n", done.stderr)
+
+
+def run_with_output(in_python, monkeypatch, output):
+    """Run the program with a hold on a virtual bus. Return its exit value and the last Command."""
+    with output, can.Bus("output", "virtual") as node:
+        monkeypatch.setattr(in_python, "open_bus", lambda _: can.Bus("output", "virtual"))
+        monkeypatch.setattr(in_python.signal, "signal", lambda *_: None)
+        monkeypatch.setattr("sys.argv", ["robot_listener.py", "--setpoint", "8.0"])
+        monkeypatch.setattr("sys.stdout", output)
+        with pytest.raises(SystemExit) as ended:
+            in_python.main()
+        monkeypatch.undo()
+        commands = []
+        while (frame := node.recv(0.0)) is not None:
+            commands.append(in_python.COMMAND.decode(frame.data))
+    return ended.value.code, commands[-1]
+
+
+def closed_pipe():
+    reader, writer = os.pipe()
+    os.close(reader)
+    return open(writer, "w")
+
+
+def full_disk():
+    return open("/dev/full", "w")
+
+
+@pytest.mark.parametrize(
+    ("open_output", "code"),
+    [(closed_pipe, 1), (full_disk, "The output failed: No space left on device")],
+)
+def test_an_error_of_the_output_is_no_error_of_the_bus_and_ends_the_lease(
+    in_python, monkeypatch, capfd, open_output, code
+):
+    exit_value, last_command = run_with_output(in_python, monkeypatch, open_output())
+    assert exit_value == code
+    assert (last_command["mode"], last_command["lease"]) == ("lease", 0.0)
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.parametrize("setpoint", ["nan", "1.9", "12.1", "text"])

@@ -1,6 +1,7 @@
 """Tests of the C++ listener in the robot guide: decoding, and forces too old to be used."""
 
 import math
+import os
 import random
 import re
 import subprocess
@@ -191,6 +192,23 @@ def test_a_rejected_command_ends_the_program_and_vents_only_with_the_lease(progr
 def test_without_an_answer_to_the_lease_the_program_ends_the_lease_and_does_not_vent(program):
     lines = run_listener(program, [candump(0.99, 0x185, force_frame(1))], "8.0")
     assert [command[:3] for command in commands(lines)] == [("lease", 0.0, 1.0), ("lease", 0.0, 0.0)]
+
+
+@needs("g++")
+def test_the_program_ends_in_order_when_the_reader_of_its_output_has_ended(program):
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "w") as output:
+        frames = "".join(ACCEPTED).encode()
+        done = subprocess.run(
+            [program, "-", "8.0"],
+            input=frames,
+            stdout=output,
+            stderr=subprocess.PIPE,
+            timeout=30,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (0, b"")  # a signal would prevent the vent
 
 
 def status_frame(state):
