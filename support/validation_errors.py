@@ -47,6 +47,8 @@ def format_errors(
 def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -> str:
     location, value = error["loc"], error["input"]
     place = format_location(location, value) or "the table"
+    if error["type"] == "union_tag_invalid":
+        return _unknown_tag(place if location else "", error)
     if error["type"] == "extra_forbidden":
         table = model_at(table_type, location[:-1])
         if removed := getattr(table, "removed_keys", {}).get(location[-1]):
@@ -56,8 +58,8 @@ def _sentence(table_type: Any, error: Any, format_location: LocationFormatter) -
         return f"{place}: is missing"
     if error["type"] == "model_type":
         return f"{place} = {format_input(value)}: must be a table{_header(location)}"
-    if error["type"].startswith("union_tag"):
-        return _unknown_tag(place, error)
+    if error["type"] == "union_tag_not_found":
+        return f"{place}: a table with the key {_discriminator(error)} is expected"
     if error["type"] == "value_error" and _is_default(table_type, location, value):
         return f"{place} is not set: {error['msg'].removeprefix('Value error, ')}"
     shown = "" if error["type"] == "value_error" and isinstance(value, dict) else f" = {format_input(value)}"
@@ -85,12 +87,14 @@ def _header(location: Location) -> str:
 
 
 def _unknown_tag(place: str, error: Any) -> str:
-    """Return the sentence for a table whose discriminating key is missing or has an unknown value."""
-    key = error["ctx"]["discriminator"].strip("'")
-    known = error["ctx"].get("expected_tags")
-    if known is None:
-        return f"{place}: a table with the key {key} is expected"
-    return f"{place}, {key} = {format_input(error['input'][key])}: allowed: {known}"
+    """Return the sentence for a table whose discriminating key has an unknown value."""
+    key = _discriminator(error)
+    tag = f"{key} = {format_input(error['input'][key])}"
+    return f"{place}, {tag}: unknown value; allowed: {error['ctx']['expected_tags']}".lstrip(", ")
+
+
+def _discriminator(error: Any) -> str:
+    return str(error["ctx"]["discriminator"]).strip("'")
 
 
 def format_input(value: object) -> str:

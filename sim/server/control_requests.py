@@ -101,4 +101,4 @@ def execute_request(world: World, key: str, value: Any) -> dict[str, Any] | None
     try:
         return request.execute(world, value)
     except ScenarioError as error:
-        raise SimulatorRequestError(str(error)) from None
+        raise SimulatorRequestError(f"{key}: {error}") from None

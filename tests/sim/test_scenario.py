@@ -116,7 +116,7 @@ def test_a_recorded_force_is_read_from_the_folder_of_the_scenario(tmp_path):
         (DOC + CONTACT.replace("8.0", "13"), "phase 1, setpoint_kpa = 13: "),
         (DOC + CONTACT.replace("1.0", "21"), "less than or equal to 20; allowed: 0 to 20"),
         (DOC + CONTACT + "hurry = 1", "contact 1, tap, hurry: unknown key; known"),
-        (DOC + CONTACT.replace("tap", "pat"), "phase 1, contact 1, kind = 'pat': allowed: 'press'"),
+        (DOC + CONTACT.replace("tap", "pat"), "phase 1, contact 1, kind = 'pat': unknown value"),
         (DOC + CONTACT.replace('"tap"\nforce_n = 1.0', '"profile"\nfile = "no.csv"'), "csv: cannot be read"),
     ],
 )  # fmt: skip

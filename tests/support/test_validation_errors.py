@@ -44,7 +44,10 @@ def errors_of(tables, kind=Drawing):
         ({"shape": [{"kind": "circle", "radius_mm": 30.0}]}, ("radius_mm = 30.0: ", "; allowed: 1 to 20")),
         ({"best": {"kind": "square", "side_mm": 9.0}}, ("best.square.side_mm = 9.0: ", "; allowed: 1 to 5")),
         ({"best": {"kind": "square", "side": 9.0}}, ("best.square.side: ", "known here: kind, side_mm")),
-        ({"shape": [{"kind": "star"}]}, ("shape.0, kind = 'star': allowed: 'circle', 'square'",)),
+        (
+            {"shape": [{"kind": "star"}]},
+            ("shape.0, kind = 'star': unknown value; allowed: 'circle', 'square'",),
+        ),
         ({"shape": [{}]}, ("shape.0: ", "the key kind")),
         ({"scale": "huge"}, ("scale = 'huge': ", "; allowed: small, large")),
         ({"title": 5}, ("title = 5: ", "; allowed: text")),
