@@ -171,3 +171,13 @@ def test_each_attribute_is_declared_then_given_a_default_then_set():
 def test_the_file_contains_the_rule_for_using_the_force():
     assert 'CM_ "Use the force only while force_valid is 1' in dbc.render()
     assert all(node.comment for node in DBC.nodes)
+
+
+def test_the_guide_describes_the_value_of_cantools_for_a_force_that_is_not_available():
+    data = bytes.fromhex("FF7F000000000000")
+    force = DBC.decode_message("Force", data)["force"]
+    assert force == "not_available"
+    assert not isinstance(force, (int, float, str))
+    with pytest.raises(TypeError):
+        _ = force > 1.5
+    assert DBC.decode_message("Force", data, decode_choices=False)["force"] == pytest.approx(32.767)
