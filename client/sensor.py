@@ -59,8 +59,8 @@ class ForceSensor:
         A measurement can be invalid: test `valid` before you use `force_n`. Raises ConnectionLost if the
         instrument does not answer, and HoldEnded or Tripped if the balloon is no longer held.
 
-        If the instrument does not answer, a call over Modbus TCP blocks up to 2 s, because the request is
-        repeated once. In a control loop, use `stream`, which reports missing samples after about 0.1 s.
+        If the instrument does not answer, a call over Modbus TCP blocks up to 2 s, and up to 3 s during a
+        hold. In a control loop, use `stream`, which reports missing samples after about 0.1 s.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:

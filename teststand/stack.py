@@ -53,7 +53,7 @@ class Stack:
         """Raise ChildProcessFailed, with the reason, if one of the processes has ended."""
         for child in (self.hub, self.sim, self.host):  # the instrument ends when the hub has ended
             if not child.running:
-                raise child.failure()
+                raise child.failure() from None  # the end explains all errors before
 
     @contextmanager
     def checked(self) -> Iterator[None]:
