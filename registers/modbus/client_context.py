@@ -54,9 +54,7 @@ def handshake_problem(host: str, port: int, context: ssl.SSLContext, wait_s: flo
             socket.create_connection((host, port), timeout=wait_s) as plain,
             context.wrap_socket(plain) as secured,
         ):
-            secured.recv(
-                1
-            )  # with TLS 1.3, the server rejects a certificate after the handshake of the client
+            secured.recv(1)  # with TLS 1.3, a server rejects the certificate of a client after the handshake
     except ssl.SSLError as error:
         return client_failure_reason(error)
     except TimeoutError:
