@@ -19,6 +19,7 @@ from pneuforce.errors import PneuforceError
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 0.6
+VENT_WAIT_S = 0.1  #: time that an instrument gets to verify that its simulated rig is vented
 #: Longest time without a line on stderr until a process is ready. The first start on a slow computer computes
 #: tables for minutes, and prints its progress.
 START_TIMEOUT_S = 60.0
@@ -135,12 +136,16 @@ class ChildProcess:
         return ChildProcessFailed(f"the {self.name} ended with {how}; it last printed: {printed}")
 
     def stop(self) -> None:
-        """End the process by SIGTERM. Kill the process if it does not end within 0.6 s."""
+        """End the process by SIGTERM. Kill the process if it does not end within 0.7 s.
+
+        A second SIGTERM ends the wait of an instrument for the verification of the vent.
+        """
+        for longest_s in (VENT_WAIT_S, STOP_TIMEOUT_S):
+            if self.running:
+                self._process.send_signal(signal.SIGTERM)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(longest_s)
         if self.running:
-            self._process.send_signal(signal.SIGTERM)
-        try:
-            self._process.wait(STOP_TIMEOUT_S)
-        except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
         self._reader.join(0.1)

@@ -150,9 +150,13 @@ def run(
 ) -> None:
     """Run the instrument with a real rig and real buses until Ctrl-C or SIGTERM, then vent and exit.
 
+    At the end, waits up to 5 s for the verification of the vent. A second Ctrl-C ends the wait.
+    The exit code is 5 if the vent was not verified: look at the balloon.
+
     Example: pneuforce run --config instrument.toml
     """
     from pneuforce.errors import ConfigurationFileError
+    from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
     from pneuforce.instrument.config import resolve_path
     from pneuforce.instrument.service.checks.start_checks import load_checked
     from pneuforce.instrument.service.processes.modbus_security_server import tls_files
@@ -165,7 +169,7 @@ def run(
         raise ConfigurationFileError(
             f"{config}: --record needs the local socket, and local.socket is empty: set local.socket"
         )
-    serve(
+    verified = serve(
         configuration,
         ServiceFiles(
             events=resolve_path(config, configuration.events.file),
@@ -177,6 +181,7 @@ def run(
             mqtt=mqtt_files(configuration.mqtt, config),
         ),
     )
+    raise typer.Exit(ExitCode.DONE if verified else ExitCode.VENT_NOT_CONFIRMED)
 
 
 @app.command("map")

@@ -34,6 +34,8 @@ log = logging.getLogger(STATE_LOGGER)
 MAX_VENT_DELAY_S = 5.0  #: longest time that a contact delays the vent after the commanding peer is lost
 #: Pressure rise above which the force alarm is active. No force in the measuring range causes this rise.
 ALARM_RISE_KPA = 6.0
+#: Status bits of the faults after which the pressure does not prove an empty balloon.
+_DOUBTFUL_VENT = frozenset({"sensor_fault", "vent_fault"})
 
 
 @dataclass(slots=True)
@@ -128,6 +130,11 @@ class InstrumentState:
     def vented(self, now_s: float) -> bool:
         """Return True if recent samples prove that the balloon is vented."""
         return self.vent_monitor.vented and not self.link_lost(now_s)
+
+    @property
+    def vent_doubtful(self) -> bool:
+        """Return True if a latched fault shows that the pressure does not prove an empty balloon."""
+        return not self.faults.status.isdisjoint(_DOUBTFUL_VENT)
 
     @property
     def tripped(self) -> bool:

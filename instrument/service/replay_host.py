@@ -80,6 +80,9 @@ class ReplayHost:
             await asyncio.sleep(PAUSE_S)
         log.info("ended; a replay does not vent")
 
+    def end_at_once(self) -> None:
+        """Do nothing, because a replay ends without a wait."""
+
     def _advance(self, now_s: float) -> None:
         for replayed in self._replay.advance(now_s):
             if isinstance(replayed, StreamEntry):

@@ -66,8 +66,10 @@ class ServiceFiles:
     mqtt: Mapping[str, str] = field(default_factory=dict)  #: files of MQTT; empty: MQTT is disabled
 
 
-def serve(configuration: Configuration, files: ServiceFiles) -> None:
-    """Run the instrument until SIGTERM or Ctrl-C, then vent and end.
+def serve(configuration: Configuration, files: ServiceFiles) -> bool:
+    """Run the instrument until SIGTERM or Ctrl-C, then vent and end. Return True if the vent was verified.
+
+    A second signal ends the wait for the verification.
 
     Prints one JSON line when Modbus is served. The line contains the port of Modbus, and the ports of
     Modbus/TCP Security and of the web page if they are enabled. Their port is null if they are not served
@@ -80,10 +82,10 @@ def serve(configuration: Configuration, files: ServiceFiles) -> None:
     with log_to_stderr():
         if configuration.warning:
             log.warning("%s", configuration.warning)
-        asyncio.run(_serve(configuration, files))
+        return asyncio.run(_serve(configuration, files))
 
 
-async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
+async def _serve(configuration: Configuration, files: ServiceFiles) -> bool:
     broadcaster = EntryBroadcaster()
     session = Session(Instrument(configuration.settings(MAP_HASH)), broadcaster)
     with audited(session, configuration, files.events, broadcaster) as audit_logger:
@@ -91,6 +93,7 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> None:
         host.channels.append(audit_logger)
         servers = Servers(configuration, host, audit_logger, broadcaster, files)
         await run_until_stopped(servers, files)
+    return host.vent_verified
 
 
 class Servers:
@@ -194,6 +197,8 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
 
 def _stop_on_signals(stop: asyncio.Event, servers: Servers) -> None:
     def end() -> None:
+        if stop.is_set():
+            servers.host.end_at_once()
         stop.set()
         servers.systemd.stopping()
 

@@ -41,6 +41,7 @@ class FakeBoard(threading.Thread):
         self.received = []
         self.state = BoardState.VENTED
         self.mute = False  #: True if the board sends no samples
+        self.vent_blocked = False  #: True if a vent does not change the pressure
         self.uptime_ms, self.version = uptime_ms, version
         self.silence_ms, self.host_timeout_ms = silence_ms, host_timeout_ms
         self.ignores_host_timeout = False
@@ -93,7 +94,7 @@ class FakeBoard(threading.Thread):
         if self.noise:
             os.write(self._board_fd, self.noise)
         if self._identified and not self.mute:
-            held = self.state is BoardState.HOLDING
+            held = self.vent_blocked or self.state is BoardState.HOLDING
             pressure_kpa, valves, setpoint_pa = (8.0, Valve.VENT_CLOSED, 8000) if held else (0.0, 0, 0)
             adc_sum, time_us = adc_sum_of(pressure_kpa + 0.2), self._samples * 2000
             self._send(

@@ -17,9 +17,10 @@ from pneuforce.instrument.core.state import STATE_LOGGER
 from pneuforce.instrument.rig.firmware import REMEDY, Firmware, FirmwareOrigin
 from pneuforce.instrument.rig.link import Link, LinkPhase, RawSample
 from pneuforce.instrument.service.host.command_gaps import CommandGaps
+from pneuforce.instrument.service.host.last_vent import LastVent
 from pneuforce.instrument.service.host.loop import OutputChannel
 from pneuforce.instrument.service.host.repeated_warning import RepeatedWarning
-from pneuforce.protocol.frames import BoardState, Valve
+from pneuforce.protocol.frames import BoardState
 from pneuforce.support.background import cancel_on, run_in_background
 from pneuforce.support.backoff import Backoff
 from pneuforce.support.call_guard import CallGuard
@@ -31,7 +32,6 @@ TICK_S = 0.01
 HANDSHAKE_S = 5.0  #: longest handshake; an UNO restarts for two seconds after its port was opened
 REOPEN_S = 3.0  #: time without samples after which the port is opened again
 FIRST_RETRY_S, MAX_RETRY_S = 0.1, 2.0
-VENT_ANSWER_S = 0.3
 
 
 class Host:
@@ -63,6 +63,8 @@ class Host:
         self._guarded = CallGuard("call of the host loop dropped after an internal error")
         self._still_down = RepeatedWarning(log, "rig link still down")
         self._bytes_before = 0  # number of bytes received up to the last sample
+        self._end_at_once = False
+        self.vent_verified = False  #: the vent at the end was verified
 
     @property
     def instrument(self) -> Instrument:
@@ -110,7 +112,10 @@ class Host:
                 await asyncio.sleep(TICK_S)
         finally:
             await self._vent_and_close()
-        log.info("vented; ended")
+
+    def end_at_once(self) -> None:
+        """End without a wait for the verification of the vent."""
+        self._end_at_once = True
 
     def _tick(self) -> None:
         now_s = self._clock()
@@ -244,16 +249,30 @@ class Host:
     # ---- the end
 
     async def _vent_and_close(self) -> None:
-        """Vent, wait until the board reports that no valve is powered, and close the port."""
-        now_s = self._clock()
+        """Vent, wait until the vent is verified, log the result, and close the port.
+
+        The loop continues during the wait, so that the buses and the event log show the vent.
+        """
+        begin_s = self._clock()
+        vent = LastVent(self.instrument, begin_s)
+        self._vent(begin_s)
+        try:
+            while vent.pending(self._clock(), self._port is not None) and not self._end_at_once:
+                await asyncio.sleep(TICK_S)
+                if self.instrument.holding:
+                    self._vent(self._clock())  # a client has requested a hold
+                self._tick()
+        finally:
+            self.vent_verified = vent.verified
+            result = vent.result(self._clock(), self._port is not None)
+            log.log(
+                logging.INFO if vent.verified else logging.WARNING, "ended: %s; look at the balloon", result
+            )
+            self._close()
+
+    def _vent(self, now_s: float) -> None:
         self.session.leave(now_s)
         self._send(self.session.outgoing(now_s))
-        while self._port is not None and self._clock() < now_s + VENT_ANSWER_S:
-            sample = self.instrument.sample
-            if sample is not None and sample.valves == Valve.NONE and self._clock() > now_s + TICK_S:
-                break
-            await asyncio.sleep(TICK_S / 2)
-        self._close()
 
     def _close(self) -> None:
         if self._reopening is not None:

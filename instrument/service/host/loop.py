@@ -56,6 +56,10 @@ class HostLoop(Protocol):
         """Run until `stop` is set."""
         ...
 
+    def end_at_once(self) -> None:
+        """End without a wait for the verification of the vent."""
+        ...
+
 
 class ServedSource(Source, Protocol):
     """Source that is notified of logins, the state of the CAN bus and the end of the instrument."""

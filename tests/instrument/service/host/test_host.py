@@ -19,6 +19,7 @@ from pneuforce.protocol.frames import (
     BoardState,
     Command,
     Event,
+    Fault,
     Hello,
     Identify,
     Mode,
@@ -26,7 +27,7 @@ from pneuforce.protocol.frames import (
     Vent,
     encode,
 )
-from pneuforce.protocol.limits import HOST_SILENCE_S
+from pneuforce.protocol.limits import HOST_SILENCE_S, VENTED_S
 from pneuforce.support.serial_port import SerialPort
 from tests.instrument.fake_board import FakeBoard
 from tests.instrument.instrument_harness import HOLD_8, PLC, VENT
@@ -161,13 +162,106 @@ def test_the_end_vents_within_a_second_and_closes_the_port(cable):
         async with running(cable) as host:
             await inflate(host)
             start_s = time.monotonic()
-        assert time.monotonic() - start_s < 1.0
+        assert time.monotonic() - start_s < VENTED_S + 1.0
+        assert host.vent_verified
         assert board.state is BoardState.VENTED
-        assert [type(m) for _, m in board.received[-2:]] == [Vent, Command]
-        assert board.received[-1][1].mode == Mode.VENT
+        kinds = [type(message) for _, message in board.received]
+        end = board.received[kinds.index(Vent) :]
+        assert {m.mode for _, m in end if isinstance(m, Command)} == {Mode.VENT}
+        assert end[0][0] < start_s + 0.5
         SerialPort(str(cable.path)).close()
 
     asyncio.run(run())
+
+
+def test_the_end_of_a_vented_rig_does_not_wait(cable):
+    async def run():
+        cable.plug()
+        async with running(cable) as host:
+            await until(lambda: snapshot_of(host).state == "vented")
+            start_s = time.monotonic()
+        assert host.vent_verified
+        assert time.monotonic() - start_s < VENTED_S
+
+    asyncio.run(run())
+
+
+def test_a_hold_during_the_end_is_never_sent(cable):
+    async def run():
+        board = cable.plug()
+        async with running(cable) as host:
+            await inflate(host)
+            asyncio.get_running_loop().call_later(0.1, host.instrument.hold)
+        assert host.vent_verified
+        end = [m for t, m in board.received if t > board.messages(Vent)[0][0] and isinstance(m, Command)]
+        assert {m.mode for m in end} == {Mode.VENT}
+
+    asyncio.run(run())
+
+
+class TestUnverifiedVent:
+    """Tests of an end at which the sensor does not show an empty balloon: the log must not say "vented"."""
+
+    def end_after(self, cable, caplog, disturb):
+        async def run():
+            board = cable.plug()
+            async with running(cable) as host:
+                await inflate(host)
+                await disturb(board, host)
+                caplog.set_level(logging.INFO)
+                caplog.clear()
+            return host
+
+        host = asyncio.run(run())
+        assert not host.vent_verified
+        text = "\n".join(record.getMessage() for record in caplog.records)
+        assert "vented" not in text
+        return text
+
+    @pytest.fixture(autouse=True)
+    def brief_wait(self, monkeypatch):
+        monkeypatch.setattr("pneuforce.instrument.service.host.last_vent.MAX_VENT_S", 0.6)
+
+    def test_a_blocked_vent(self, cable, caplog):
+        async def disturb(board, host):
+            board.vent_blocked = True
+
+        text = self.end_after(cable, caplog, disturb)
+        assert "was sent, but not verified" in text
+        assert "the sensor reads 8." in text
+
+    def test_an_empty_sensor_behind_a_blocked_tube(self, cable, caplog):
+        async def disturb(board, host):
+            host.instrument.trip(Fault.OCCLUSION)
+
+        assert "occlusion (fault 10)" in self.end_after(cable, caplog, disturb)
+
+    def test_a_board_that_sends_no_samples(self, cable, caplog):
+        async def disturb(board, host):
+            board.mute = True
+            await until(lambda: "link_lost" in snapshot_of(host).status)
+
+        text = self.end_after(cable, caplog, disturb)
+        assert "was sent, but not verified, because no samples" in text
+        assert "board vents after 2 s" in text
+
+    def test_a_cable_without_a_board(self, cable, caplog):
+        async def disturb(board, host):
+            cable.unplug()
+            await until(lambda: host._port is None)
+
+        text = self.end_after(cable, caplog, disturb)
+        assert "could not be sent" in text
+        assert "board vents after 2 s" in text
+
+    def test_a_second_signal_ends_the_wait(self, cable, caplog, monkeypatch):
+        monkeypatch.setattr("pneuforce.instrument.service.host.last_vent.MAX_VENT_S", TIMEOUT_S * 2)
+
+        async def disturb(board, host):
+            board.vent_blocked = True
+            asyncio.get_running_loop().call_later(0.2, host.end_at_once)
+
+        assert "not verified" in self.end_after(cable, caplog, disturb)
 
 
 def test_the_end_vents_even_if_a_vent_was_delayed(cable):
