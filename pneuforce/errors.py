@@ -187,7 +187,7 @@ class HoldEnded(ClientError):
 
 
 class Tripped(HoldEnded):
-    """Trip of the rig: the instrument has vented because of a fault, and stays vented until it is cleared.
+    """Trip of the rig: the instrument commands a vent because of a fault, until the fault is cleared.
 
     `fault` is the name of the first-out fault ("" if it is unknown), and `remedy` describes what to do.
     """

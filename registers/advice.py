@@ -163,11 +163,11 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "again.",
     "stale": _NO_FORCE + "Check the link to the rig and the load of this computer.",
     "link_lost": _NO_FORCE + "The rig trips. Check the cable and the power supply of the rig. Then clear.",
-    "sensor_fault": "The rig has vented. Check the sensor and its cable. Then clear.",
-    "overpressure": "The rig has vented. Back off. Check whether a contact raised the pressure above "
+    "sensor_fault": "The rig has tripped. Check the sensor and its cable. Then clear.",
+    "overpressure": "The rig has tripped. Back off. Check whether a contact raised the pressure above "
     "contact_limit_kpa. Then clear.",
-    "leak": "The rig has vented. Check the balloon and its joints. Then clear.",
-    "burst": "The rig has vented. Check the balloon. The fault (register 778) gives details. Then clear.",
+    "leak": "The rig has tripped. Check the balloon and its joints. Then clear.",
+    "burst": "The rig has tripped. Check the balloon. The fault (register 778) gives details. Then clear.",
     "lease_expired": "Find out why the client that held the lease was late. Then clear.",
     "simulated": "Do not let a machine start with these values.",
     "not_zeroed": "Vent and wait: the zero is taken automatically when the pressure is steady. Command 1 "
@@ -214,7 +214,10 @@ NO_FORCE_REASONS = (
     "failure",
 )
 
-_AFTER_A_FAULT = "A fault has vented the rig: remove its cause, clear, vent (mode 0), then hold (mode 1)."
+_AFTER_A_FAULT = (
+    "A fault has tripped the rig, and the instrument has commanded a vent: remove the cause of the fault, "
+    "clear, vent (mode 0), then hold (mode 1)."
+)
 
 REJECT_REASON_ADVICE: Mapping[str, str] = {
     "none": "Accepted.",

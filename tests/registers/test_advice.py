@@ -79,3 +79,8 @@ def test_the_faults_page_has_a_row_for_every_code():
     codes += [(bit.number, bit.name) for bit in STATUS.bits]
     codes += [*REJECT_REASONS.names.items(), *STATES.names.items()]
     assert named == [(str(code), name) for code, name in codes]
+
+
+def test_no_advice_says_that_a_fault_has_vented_the_rig():
+    """After a fault, a vent is commanded, but a blocked valve or a lost link can prevent it."""
+    assert [text for text in SENTENCES if re.search("(rig has vented|vented the rig)", text)] == []
