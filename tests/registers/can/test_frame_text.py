@@ -29,12 +29,24 @@ def test_a_frame_is_read(text, frame):
         "205#GG",
         "#00",
         "5#00",
-        "205#000000000000000000",
         "205#R",
-        "FFFFFFFF#00",
         "Loop t=1",
     ],
 )
 def test_other_text_is_rejected_with_an_example(text):
     with pytest.raises(ValueError, match="for example 205#0000000100000000"):
+        parse_frame(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("999#00", "3 digits is at most 7FF"),
+        ("800#03", "3 digits is at most 7FF"),
+        ("FFFFFFFF#00", "8 digits is at most 1FFFFFFF"),
+        ("205#000000000000000000", "it has 9 bytes, and a frame has at most 8 bytes"),
+    ],
+)
+def test_a_frame_that_no_bus_can_carry_is_rejected_with_the_limit(text, why):
+    with pytest.raises(ValueError, match=why):
         parse_frame(text)
