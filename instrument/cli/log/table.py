@@ -15,6 +15,7 @@ from shlex import quote
 from typing import Any, NamedTuple, TypeVar
 
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -36,6 +37,9 @@ COLUMN_WIDTHS = {"number": 7, "time (UTC)": 26, "who": 24, "result": 16}
 NESTED_BYTES = 100  #: shown bytes of a record that is nested too deeply
 PIPED_WIDTH = 200  #: width of the table if stdout is not a terminal
 PIPED_COLUMN_WIDTHS = COLUMN_WIDTHS | {"result": 28}  #: wide enough for each result in one line
+#: On a narrower terminal, a record has two lines: these columns without fractions of a second, then *what*.
+MIN_WIDTH = 120
+NARROW_COLUMN_WIDTHS = {"number": 7, "time (UTC)": 19, "who": 23, "result": 23}
 COLOURS = {"accepted": "green", "done": "green"}
 #: Kinds of records whose result is a reject reason, unless the request was executed.
 REJECTABLE = ("write", "request", "answer")
@@ -115,19 +119,37 @@ def _table_printer() -> Callable[[Iterable[StoredRecord]], None]:
     """Return a function that prints rows as a table. Only its first call prints the column headings."""
     is_terminal = sys.stdout.isatty()
     console = Console(width=None if is_terminal else PIPED_WIDTH)
-    widths = COLUMN_WIDTHS if is_terminal else PIPED_COLUMN_WIDTHS
     headings = iter((True,))
+    if console.width < MIN_WIDTH:
+        return lambda rows: _print_in_two_lines(console, rows, next(headings, False))
+    widths = COLUMN_WIDTHS if is_terminal else PIPED_COLUMN_WIDTHS
 
     def show(rows: Iterable[StoredRecord]) -> None:
-        table = Table(box=None, show_header=next(headings, False), pad_edge=False)
-        for name, width in widths.items():
-            table.add_column(name, width=width, overflow="fold")
+        table = _table(widths, next(headings, False))
         table.add_column("what", overflow="fold", ratio=1)
         for row in rows:
             table.add_row(Text(printable(str(row.number))), *_shown(row.body, _cells))
         console.print(table)
 
     return show
+
+
+def _table(widths: Mapping[str, int], show_header: bool) -> Table:
+    table = Table(box=None, show_header=show_header, pad_edge=False)
+    for name, width in widths.items():
+        table.add_column(name, width=width, overflow="fold")
+    return table
+
+
+def _print_in_two_lines(console: Console, rows: Iterable[StoredRecord], show_header: bool) -> None:
+    """Print each record as a row of a table, and its text in the lines below."""
+    for row in rows:
+        at, who, result, what = _shown(row.body, _cells)
+        table = _table(NARROW_COLUMN_WIDTHS, show_header)
+        show_header = False
+        at.truncate(NARROW_COLUMN_WIDTHS["time (UTC)"])
+        table.add_row(Text(printable(str(row.number))), at, who, result)
+        console.print(table, Padding(what, (0, 0, 0, NARROW_COLUMN_WIDTHS["number"] + 2)))
 
 
 def _cells(fields: Mapping[str, Any]) -> list[Text]:

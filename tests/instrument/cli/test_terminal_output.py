@@ -58,6 +58,20 @@ def test_a_record_of_the_event_log_is_shown_without_control_characters(evil_log,
     assert output.count("\n") >= 2 * len(RECORDS)
 
 
+def test_on_a_narrow_terminal_each_record_is_readable(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("pneuforce.instrument.cli.log.table.PIPED_WIDTH", 80)
+    log = EventLogFile(tmp_path / "log")
+    record = {"at": "2027-01-31T08:00:00.123456Z", "kind": "write", "who": "modbus_tcp 192.168.100.200"}
+    log.append([json.dumps({**record, "result": "fault_latched", "values": {"mode": "hold"}}).encode()] * 2)
+    log.close()
+    show_events(tmp_path / "log", EventSelection(), as_json=False)
+    headings, *lines = capsys.readouterr().out.splitlines()
+    assert "result" in headings
+    assert max(map(len, lines)) <= 80
+    for text in ("2027-01-31 08:00:00 ", "rejected: fault_latched", "write: values"):
+        assert sum(text in line for line in lines) == 2
+
+
 def test_the_json_of_a_record_means_the_same_as_the_record(evil_log, capsys):
     show_events(evil_log, EventSelection(), as_json=True)
     shown = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
