@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.recordings.aligned_reference import read_aligned
+from pneuforce.instrument.cli.terminal.failure import checked_values
 from pneuforce.instrument.cli.terminal.output import ReportProgress, json_text, print_text, progress
 from pneuforce.instrument.recording.board_time import EXPORT_TYPES, BoardTime
 from pneuforce.instrument.recording.contact_table import CONTACT_TYPES, collect_contacts, relative_contacts
@@ -100,7 +101,8 @@ def export(path: Path, options: ExportOptions, as_json: bool) -> int:
     span = f"{max(counter.first_s, 0.0):.1f} s to {counter.last_s:.1f} s"
     rows = counted(sample_count, "sample") if contact_count is None else counted(contact_count, "contact")
     lines = [f"{options.out}: {rows}, {span}", *(aligned.summary() if aligned else ())]
-    print_text(json_text(facts) if as_json else "\n".join(lines))
+    values = checked_values(not damaged, str(remark) if damaged else "; ".join(lines))
+    print_text(json_text(values | facts) if as_json else "\n".join(lines))
     return 1 if damaged else 0
 
 

@@ -59,6 +59,7 @@ def test_the_table_has_the_contacts_of_the_plot_and_of_the_page(pressed, tmp_pat
 def test_parquet_has_types_and_json_has_the_number_of_contacts(pressed, tmp_path):
     facts = json.loads(exported(pressed, tmp_path / "contacts.parquet", "--json"))
     assert facts["contacts"] == 4
+    assert (facts["ok"], facts["code"], facts["exit_code"], facts["fault"]) == (True, "done", 0, None)
     table = pq.read_table(tmp_path / "contacts.parquet")
     assert table.column_names == list(CONTACT_TYPES)
     assert table.column("state").to_pylist() == ["ended"] * 4
