@@ -67,9 +67,9 @@ class ServiceFiles:
 
 
 def serve(configuration: Configuration, files: ServiceFiles) -> bool:
-    """Run the instrument until SIGTERM or Ctrl-C, then vent and end. Return True if the vent was verified.
+    """Run the instrument until SIGTERM or Ctrl-C, then vent and end. Return False for an unverified vent.
 
-    A second signal ends the wait for the verification.
+    A second signal ends the wait for the verification. Before the first sample, there is nothing to verify.
 
     Prints one JSON line when Modbus is served. The line contains the port of Modbus, and the ports of
     Modbus/TCP Security and of the web page if they are enabled. Their port is null if they are not served
@@ -93,7 +93,7 @@ async def _serve(configuration: Configuration, files: ServiceFiles) -> bool:
         host.channels.append(audit_logger)
         servers = Servers(configuration, host, audit_logger, broadcaster, files)
         await run_until_stopped(servers, files)
-    return host.vent_verified
+    return host.vent_verified or host.instrument.sample is None
 
 
 class Servers:
