@@ -39,8 +39,9 @@ def vent(
     as_json: Json = False,
     address: InstrumentAddress,
 ) -> None:
-    """Vent the balloon, and wait until the instrument has verified that the balloon is empty.
+    """Vent the balloon, and wait until the vent is verified: the sensor reads less than 0.3 kPa for 0.5 s.
 
+    Look at the balloon: behind a kinked tube, the sensor reads zero although the balloon is inflated.
     The vent is the first write that is sent, in every state and without a lease.
     The exit code is 0 only if the vent is confirmed, and 5 if the vent was sent but not confirmed.
     With any other exit code, the vent was perhaps not sent: press the stop switch at the rig.

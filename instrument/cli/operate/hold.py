@@ -10,11 +10,18 @@ from pneuforce.client.address import connect
 from pneuforce.client.holding import Hold
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
-from pneuforce.errors import AlreadyHeld, ConfigurationError, HoldEnded, Tripped
+from pneuforce.errors import AlreadyHeld, ConfigurationError, HoldEnded, PneuforceError, Tripped
+from pneuforce.instrument.cli.operate.confirmed_vent import confirmed_vent
 from pneuforce.instrument.cli.operate.instrument_address import command
-from pneuforce.instrument.cli.operate.requests import INFLATED, confirmed_vent, explained, show_warning
+from pneuforce.instrument.cli.operate.requests import INFLATED, explained, show_warning
 from pneuforce.instrument.cli.operate.status import force_text
-from pneuforce.instrument.cli.terminal.output import json_line, pressure_text, print_done, print_line
+from pneuforce.instrument.cli.terminal.output import (
+    json_line,
+    pressure_text,
+    print_done,
+    print_line,
+    print_text,
+)
 from pneuforce.instrument.cli.terminal.stop_signals import at_stop_signal
 
 POLL_S, POLLS_PER_LINE = 0.2, 5
@@ -27,6 +34,10 @@ REMARKS = {
 }
 
 
+class OutputFailed(PneuforceError, OSError):
+    """End of a hold whose measurements cannot be written, for example because their reader has ended."""
+
+
 def hold_until_stopped(
     url: str,
     setpoint_kpa: float | None,
@@ -37,8 +48,8 @@ def hold_until_stopped(
 ) -> None:
     """Hold the balloon until a stop signal or `seconds`, vent, and confirm the vent.
 
-    Raises ClientError if the hold fails, AlreadyHeld if another program holds the balloon and `take_over` is
-    False, ConfigurationError if there is no setpoint.
+    Raises ClientError if the hold fails, OutputFailed if a measurement cannot be written, AlreadyHeld if
+    another program holds the balloon and `take_over` is False, ConfigurationError if there is no setpoint.
     """
     stop = threading.Event()
     with connect(url) as sensor:
@@ -49,7 +60,7 @@ def hold_until_stopped(
         hold = sensor.hold(setpoint, lease_s=lease_s)
         at_stop_signal(stop.set, hold.cancel)
         if not as_json:
-            print(f"venting, then inflating to {setpoint:g} kPa; Ctrl-C vents", file=sys.stderr, flush=True)
+            print_text(f"hold requested: vent, then {setpoint:g} kPa; Ctrl-C vents", sys.stderr)
         message = explained(sensor, lambda sensor: _held(sensor, hold, stop, seconds, as_json))
     print_done(message, as_json, warning=warning)
 
@@ -61,6 +72,8 @@ def _held(
     try:
         with hold:
             _show_until_stopped(sensor, stop, seconds, as_json)
+    except OutputFailed as error:
+        raise OutputFailed(f"{error}, so the hold has ended. {confirmed_vent(sensor)}") from None
     except HoldEnded as error:
         if isinstance(error, Tripped) or not stop.is_set():
             raise
@@ -75,9 +88,17 @@ def _show_until_stopped(
     while not stop.is_set() and (seconds is None or time.monotonic() - started_s < seconds):
         measurement = sensor.read()
         if polls % POLLS_PER_LINE == 0:
-            print_line(_line(time.monotonic() - started_s, measurement, as_json))
+            _print_measurement(_line(time.monotonic() - started_s, measurement, as_json))
         polls += 1
         stop.wait(POLL_S)
+
+
+def _print_measurement(line: str) -> None:
+    """Print a line. Raises OutputFailed, so that the hold ends with a message also at a closed pipe."""
+    try:
+        print_line(line)
+    except OSError as error:
+        raise OutputFailed(f"the output cannot be written: {error.strerror}") from None
 
 
 def _line(held_s: float, measurement: Measurement, as_json: bool) -> str:

@@ -7,15 +7,20 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pneuforce.client.address import connect
-from pneuforce.client.details import LatchedFault
+from pneuforce.client.details import VENT_FAULTS, Details, LatchedFault
 from pneuforce.client.measurement import State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import Rejected
+from pneuforce.instrument.cli.operate.confirmed_vent import confirmed_vent
 from pneuforce.instrument.cli.operate.instrument_address import command
-from pneuforce.instrument.cli.terminal.output import pressure_text, print_done, print_text
+from pneuforce.instrument.cli.terminal.output import print_done, print_text
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
 
 INFLATED = (State.INFLATING, State.SETTLING, State.HOLDING)
+#: Warning after the fault of a vent was cleared.
+DOUBTFUL = (
+    "THE BALLOON MAY STILL BE INFLATED, although the sensor reads no pressure: do not pull the balloon out. "
+)
 #: Reject reasons whose remedy depends on the first-out fault.
 _CAUSED_BY_FAULT = ("fault_latched", "cause_persists")
 
@@ -27,6 +32,16 @@ class RejectedByFault(Rejected):
         remedy = f"{error.remedy} First-out fault {fault.name}: {fault.cause} {fault.remedy}"
         super().__init__(error.request, error.reason, remedy)
         self.fault = fault.name
+
+
+class RejectedByLease(Rejected):
+    """Request that the instrument rejected because of a lease. `holder` is the bus of its holder, or None."""
+
+    def __init__(self, request: str, holder: str | None) -> None:
+        remedy = "The configuration requires a lease (lease_required), and this request has none."
+        if holder is not None:
+            remedy = f"A client of {holder} holds the lease: end its program, or wait until its lease ends."
+        super().__init__(request, "lease", remedy)
 
 
 def execute(url: str, request: Callable[[ForceSensor], str], as_json: bool, **values: Any) -> None:
@@ -57,14 +72,24 @@ def show_warning(setpoint_kpa: float, as_json: bool) -> str | None:
 
 
 def explained(sensor: ForceSensor, request: Callable[[ForceSensor], str]) -> str:
-    """Return the result of a request. A rejection because of a fault also describes the fault."""
+    """Return the result of a request. A rejection names its cause: the latched fault, or the lease."""
     try:
         return request(sensor)
     except Rejected as error:
-        fault = sensor.details().first_out_fault if error.reason in _CAUSED_BY_FAULT else None
-        if fault is None:
-            raise
-        raise RejectedByFault(error, fault) from None
+        raise _with_cause(error, sensor.details()) from None
+
+
+def _with_cause(error: Rejected, details: Details) -> Rejected:
+    """Return the rejection with its cause, if `details` contains the cause."""
+    if error.reason == "lease" and not isinstance(error, RejectedByLease):
+        return RejectedByLease(error.request, _lease_holder(details))
+    if error.reason in _CAUSED_BY_FAULT and details.first_out_fault is not None:
+        return RejectedByFault(error, details.first_out_fault)
+    return error
+
+
+def _lease_holder(details: Details) -> str | None:
+    return details.lease_holder if details.lease_left_s is not None else None
 
 
 def write_setpoint(sensor: ForceSensor, setpoint_kpa: float) -> str:
@@ -83,18 +108,14 @@ def write_setpoint(sensor: ForceSensor, setpoint_kpa: float) -> str:
 def release_lease(sensor: ForceSensor) -> str:
     """Vent, end the lease, and wait for the confirmation of the vent.
 
-    Raises Rejected, after the vent, if another peer has the lease.
+    Raises VentNotConfirmed. Raises Rejected, after the confirmation, if another peer has the lease.
     """
     try:
         sensor.release()
-    except Rejected as error:
-        holder = sensor.details().lease_holder or "unknown"
-        raise Rejected(
-            "The balloon was vented, but the end of the lease",
-            error.reason,
-            f"The lease belongs to another peer, a client of {holder}. End its program.",
-        ) from None
-    return f"The lease has ended. {confirmed_vent(sensor)}"
+    except Rejected:
+        holder = _lease_holder(sensor.details())  # before the wait, because the vent can end the lease
+        raise RejectedByLease(f"{confirmed_vent(sensor)} The end of the lease", holder) from None
+    return f"This computer has no lease now. {confirmed_vent(sensor)}"
 
 
 def set_force_limit(sensor: ForceSensor, force_limit_n: float) -> str:
@@ -104,16 +125,6 @@ def set_force_limit(sensor: ForceSensor, force_limit_n: float) -> str:
         f"The limit of the force alarm is {force_limit_n:g} N until the next start of the instrument, which "
         "uses force_limit_n of its configuration."
     )
-
-
-def confirmed_vent(sensor: ForceSensor) -> str:
-    """Wait for the confirmation of a vent, and return it as a sentence. Raises VentNotConfirmed."""
-    return vented_text(sensor.wait_until_vented().pressure_kpa)
-
-
-def vented_text(pressure_kpa: float | None) -> str:
-    """Return the message about a confirmed vent. The sensor is on the board, and does not see the balloon."""
-    return f"Vented: the sensor reads {pressure_text(pressure_kpa)}. Look at the balloon."
 
 
 def clear_and_report(url: str, as_json: bool) -> None:
@@ -128,13 +139,22 @@ def _clear(sensor: ForceSensor, cleared: Sequence[str]) -> str:
     """Clear the faults, whose names are `cleared`."""
     sensor.clear()
     result = f"Cleared: {', '.join(cleared)}" if cleared else "No fault was latched, so nothing was cleared"
+    warning = DOUBTFUL if VENT_FAULTS.intersection(cleared) else ""
     inflate = command("hold", sensor.url)
-    return f"{result}. No valve was moved. Look at the balloon before you inflate it: {inflate}"
+    return f"{result}. No valve was moved. {warning}Look at the balloon before you inflate it: {inflate}"
 
 
 def make_zero_adjustment(sensor: ForceSensor) -> str:
     """Make a zero adjustment."""
-    sensor.zero()
+    try:
+        sensor.zero()
+    except Rejected as error:
+        if error.reason != "in_contact":
+            raise
+        remedy = (
+            f"{error.remedy} Then vent, because only a vented rig has a zero: {command('vent', sensor.url)}"
+        )
+        raise Rejected(error.request, error.reason, remedy) from None
     return "The zero adjustment is done."
 
 

@@ -108,6 +108,8 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
     yield "force", _force_text(measurement, details, attention, url)
     yield "pressure", pressure_text(measurement.pressure_kpa)
     yield "setpoint", _setpoint_text(measurement.setpoint_kpa, details.setpoint_requested_kpa)
+    if details.force_limit_n is not None:
+        yield "limit", f"{details.force_limit_n:g} N, above which the force alarm is set"
     yield "lease", _lease_text(details)
     yield "firmware", _firmware_text(details)
     for each in attention:

@@ -1,13 +1,11 @@
-"""`pneuforce vent`: send a vent, then wait until the instrument has verified that the balloon is empty."""
+"""`pneuforce vent`: send a vent, then wait until the sensor shows that the vent is verified."""
 
 from __future__ import annotations
 
 from pneuforce.client.address import connect, send_vent
 from pneuforce.errors import ClientError, ConnectionFailed, VentNotConfirmed
-from pneuforce.instrument.cli.operate.requests import vented_text
+from pneuforce.instrument.cli.operate.confirmed_vent import STOP_SWITCH, vented_text, wait_until_confirmed
 from pneuforce.instrument.cli.terminal.output import print_done
-
-STOP_SWITCH = "press the stop switch at the rig, which turns off the power of both valves"
 
 
 class AnswerLost(VentNotConfirmed):
@@ -29,7 +27,7 @@ def vent_and_confirm(url: str, timeout_s: float, as_json: bool) -> None:
         raise ConnectionFailed(f"the vent was NOT sent: {error}; {STOP_SWITCH}") from None
     try:
         with connect(url) as sensor:
-            pressure_kpa = sensor.wait_until_vented(timeout_s).pressure_kpa
+            pressure_kpa = wait_until_confirmed(sensor, timeout_s).pressure_kpa
     except VentNotConfirmed:
         raise
     except ClientError as error:

@@ -1,11 +1,14 @@
 """Tests of the lines of `pneuforce hold`: a force that must not be used as a measurement is marked."""
 
+import errno
 import json
 
 import pytest
 
 from pneuforce.client.measurement import Measurement, State, Status
-from pneuforce.instrument.cli.operate.hold import _is_of_other_bus, _line
+from pneuforce.instrument.cli.operate import hold
+from pneuforce.instrument.cli.operate.hold import OutputFailed, _is_of_other_bus, _line
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode, exit_code_of
 
 
 def held(force_n, *status, state=State.HOLDING):
@@ -43,3 +46,14 @@ def test_the_json_line_contains_the_status():
 )
 def test_the_lease_of_another_bus_cannot_be_taken_over(holder, url, is_other):
     assert _is_of_other_bus(holder, url) is is_other
+
+
+@pytest.mark.parametrize("code", [errno.EPIPE, errno.ENOSPC])
+def test_a_closed_or_full_output_ends_the_hold_with_a_message(monkeypatch, code):
+    def fail(line):
+        raise OSError(code, "no reader")
+
+    monkeypatch.setattr(hold, "print_line", fail)
+    with pytest.raises(OutputFailed, match="no reader") as caught:
+        hold._print_measurement("a line")
+    assert exit_code_of(caught.value) is ExitCode.IO_ERROR

@@ -55,6 +55,11 @@ def test_each_condition_is_explained_once(shown, attention):
     assert sorted(set(explained)) == sorted(explained)
 
 
+def test_the_force_limit_is_shown():
+    assert dict(lines(Measurement(), Details(force_limit_n=4.5), URL))["limit"].startswith("4.5 N")
+    assert "limit" not in dict(lines(Measurement(), Details(), URL))  # raw CAN does not transmit the limit
+
+
 def test_a_proof_test_is_explained_in_the_line_of_the_force():
     force = dict(texts(State.HOLDING, Status.HOLDING, Status.FUNCTION_CHECK))["force"]
     assert "proof test" in force
