@@ -164,9 +164,7 @@ class VentFailed(VentNotConfirmed):
     """Vent after which the instrument has reported that the balloon may still be inflated."""
 
     def __init__(self, fault: str, cause: str, remedy: str, pressure_kpa: float | None) -> None:
-        ClientError.__init__(
-            self, f"the vent was sent, but it FAILED ({fault.replace('_', ' ')}): {cause} {remedy}"
-        )
+        ClientError.__init__(self, f"the vent was sent, but it FAILED ({fault}): {cause} {remedy}")
         self.fault, self.remedy, self.pressure_kpa = fault, remedy, pressure_kpa
 
 

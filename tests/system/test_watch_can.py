@@ -10,7 +10,9 @@ from contextlib import contextmanager
 import can
 import pytest
 
+from pneuforce.instrument.cli.terminal.exit_codes import ExitCode
 from pneuforce.teststand.child_process import ChildProcess
+from tests.command_runner import pneuforce
 from tests.system.waiting import wait_for
 
 
@@ -46,10 +48,18 @@ def test_lines_report_lost_frames_and_silence(hub, tmp_path):
     output = tmp_path / "output"
     with output.open("w") as stdout, watching(hub, stdout=stdout) as process:
         send_until(hub, (1, 2, 5), lambda: "counter 5" in output.read_text())
-        assert process.stderr.readline() == "pneuforce: no frame from node 5 for 1.5 s\n"
+        assert process.stderr.readline().startswith("pneuforce: no frame from node 5 for 1.5 s: check")
     lines = output.read_text().splitlines()
     assert all(line.endswith("  (2 lost before)") for line in lines if "counter 5" in line)
     assert all("lost" not in line for line in lines if "counter 2" in line)
+
+
+def test_without_frames_one_warning_is_printed_and_the_exit_code_is_that_of_a_missing_instrument(hub):
+    done = pneuforce("watch", "can", "--port", hub, "--seconds", "3.5")
+    assert done.returncode == ExitCode.UNAVAILABLE
+    warning, error = done.stderr.splitlines()
+    assert "for 1.5 s" in warning
+    assert "no frame from node 5 has arrived" in error
 
 
 def test_on_a_terminal_the_age_of_a_missing_frame_increases(hub):

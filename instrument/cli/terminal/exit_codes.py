@@ -44,7 +44,7 @@ MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was inflated",
     ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
     ExitCode.VENT_NOT_CONFIRMED: "the vent was not verified; with `run`, it perhaps could not be sent",
-    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers, or it cannot be opened",
+    ExitCode.UNAVAILABLE: "no instrument, rig, simulator or port answers; after `hold`, look at the balloon",
     ExitCode.IO_ERROR: "the operating system reported an error, for example a full disk",
     ExitCode.CONFIGURATION: "the configuration file is invalid or cannot be read; systemd does not retry",
     ExitCode.INTERRUPTED: "Ctrl-C ended the command before it could react",

@@ -21,26 +21,33 @@ from pneuforce.teststand.observer import CanNodeAddress
 REDRAW_PERIOD_S = 0.2
 #: Time without frames after which a warning is printed. The heartbeat is sent each second.
 SILENCE_WARNING_S = 1.5
+NODE_HINT = "check that the instrument runs with CAN on this bus, and check --node-id"
 
 
 def watch_can(node: CanNodeAddress, seconds: float | None, json_lines: bool) -> None:
-    """Show every frame of the instrument, decoded. Raises ServerError if the bus is not available."""
-    stop = stop_after(seconds)
+    """Show every frame of the instrument, decoded.
+
+    Raises ServerError if the bus is not available, or if no frame of the instrument has arrived at the end.
+    """
+    stop, traffic = stop_after(seconds), CanTraffic()
     try:
         with closing(CanBus(node.bus)) as bus:
             if sys.stdout.isatty() and not json_lines:
-                _show_table(bus, node.node_id, stop)
+                _show_table(bus, node.node_id, stop, traffic)
             else:
-                _print_frames(bus, node.node_id, stop, json_line if json_lines else _format_frame)
+                form = json_line if json_lines else _format_frame
+                _print_frames(bus, node.node_id, stop, traffic, form)
     except BrokenPipeError:
         raise
     except OSError as error:
         raise ServerError(f"{error}; {CONNECTION_HINT}") from None
+    if not traffic.kinds:
+        raise ServerError(f"no frame from node {node.node_id} has arrived: {NODE_HINT}")
 
 
-def _show_table(bus: CanBus, node_id: int, stop: Event) -> None:
+def _show_table(bus: CanBus, node_id: int, stop: Event, traffic: CanTraffic) -> None:
     """Show a live table. The ages increase even if no frames arrive."""
-    traffic, drawn_s = CanTraffic(), 0.0
+    drawn_s = 0.0
     with Live(auto_refresh=False) as live:
         while not stop.is_set():
             received, now_s = _receive(bus, node_id), time.monotonic()
@@ -52,19 +59,20 @@ def _show_table(bus: CanBus, node_id: int, stop: Event) -> None:
 
 
 def _print_frames(
-    bus: CanBus, node_id: int, stop: Event, format_frame: Callable[[dict[str, Any]], str]
+    bus: CanBus, node_id: int, stop: Event, traffic: CanTraffic, format_frame: Callable[[dict[str, Any]], str]
 ) -> None:
-    """Print one line per frame, and a warning on stderr if no frames arrive."""
-    traffic, received_s = CanTraffic(), time.monotonic()
+    """Print one line per frame, and one warning on stderr for each time without frames."""
+    received_s, warned = time.monotonic(), False
     while not stop.is_set():
         received, now_s = _receive(bus, node_id), time.monotonic()
         if received:
-            received_s = now_s
+            received_s, warned = now_s, False
             lost = traffic.add(received["frame"], received["values"], now_s)
             print_line(format_frame(received | {"lost": lost}))
-        elif now_s > received_s + SILENCE_WARNING_S:
-            received_s = now_s
-            print(f"pneuforce: no frame from node {node_id} for {SILENCE_WARNING_S} s", file=sys.stderr)
+        elif now_s > received_s + SILENCE_WARNING_S and not warned:
+            warned = True
+            silence = f"no frame from node {node_id} for {SILENCE_WARNING_S} s: {NODE_HINT}"
+            print(f"pneuforce: {silence}", file=sys.stderr)
 
 
 def _receive(bus: CanBus, node_id: int) -> dict[str, Any] | None:

@@ -31,6 +31,7 @@ SERIAL_HINT = "does [modbus_rtu] of the instrument have this baud rate, parity a
 #: Addresses of the two columns of the table: measured values, and requested values. Integer copies of
 #: measured values are left out. The status is below the columns, because its text is long.
 STATUS = BY_NAME["status"]
+FIRST_FAULT = BY_NAME["first_out_fault"]
 COLUMNS = (frozenset(range(37)) - {STATUS.address}, (*range(512, 544), 546))
 VALUE_WIDTH = 10  #: least width of the values in the table [characters], so that the table does not move
 #: Registers of a text line, and the width of their texts [characters]. All lines have the same columns.
@@ -42,6 +43,7 @@ LINE = {
     "contact_counter": 5,
     "sample_age": 7,
     "state": 9,
+    "first_out_fault": 4,
     "reject_reason": 4,
     "status": 0,
 }
@@ -56,7 +58,7 @@ def watch_modbus(url: str, seconds: float | None, json_lines: bool) -> None:
     try:
         with open_client() as plc, _display(json_lines) as show:
             while True:
-                show(plc.read())
+                show(plc.read() | plc.read_block(range(FIRST_FAULT.address, FIRST_FAULT.address + 1)))
                 if stop.wait(POLL_PERIOD_S):
                     return
     except SerialPortError as error:
@@ -95,7 +97,11 @@ def register_table(values: dict[str, Any]) -> Group:
     """
     table = Table.grid(padding=(0, 2))
     table.add_row(*(_column(values, addresses) for addresses in COLUMNS))
-    return Group(table, f"{STATUS.address}  status  {_format_register(STATUS, values['status'])}")
+    below = (
+        f"{register.address}  {register.name}  {_format_register(register, values[register.name])}"
+        for register in (STATUS, FIRST_FAULT)
+    )
+    return Group(table, *below)
 
 
 def _column(values: dict[str, Any], addresses: Container[int]) -> Table:
@@ -114,6 +120,8 @@ def _format_register(register: Register, value: Any) -> str:
     """Return a value as text, in the unit of its register; a dash if the value is not available."""
     if isinstance(value, float) and not math.isfinite(value):
         return NOT_AVAILABLE
+    if register.legend is not None:
+        return register.legend.names.get(value, str(value))
     if not register.unit:
         return format_value(register, value)
     code = register.encode(value)

@@ -39,4 +39,5 @@ def test_the_table_fits_into_a_small_terminal():
     assert len(lines) < 24
     assert max(map(len, lines)) <= 80
     assert "…" not in captured.get()
+    assert lines[-1].split() == ["778", "first_out_fault", "none"]
     assert lines[0].split()[:3] == ["0", "force", "-12.345"]
