@@ -445,6 +445,8 @@ def test_a_hold_is_shown_changed_pressed_and_ended_by_a_vent(shared_stack, opera
         assert {row["applied_n"] for row in rows} == {"0.2"}
         assert {int(row["sample"]) % 10 for row in rows} == {0}
         assert pneuforce("sim", "press", "--release", "--control", control).returncode == ExitCode.DONE
+        silenced = printed_json(pneuforce("sim", "hand", "off", "--control", control, "--json"))
+        assert (silenced["code"], silenced["hand"]) == ("done", False)
         unconfirmed = operate("vent", "--timeout", "0", "--json")
         assert unconfirmed.returncode == ExitCode.VENT_NOT_CONFIRMED
         assert printed_json(unconfirmed)["code"] == "vent_not_confirmed"

@@ -44,7 +44,9 @@ def _copied(source: Path, target: Path) -> VerifiedChain:
 
 
 def _check_target(source: Path, target: Path, overwrite: bool) -> None:
-    """Raise ConfigurationError if the target exists, is the log itself, or has side files of another log."""
+    """Raise ConfigurationError if the target has no folder, exists, is the log, or has other side files."""
+    if not target.parent.is_dir():
+        raise ConfigurationError(f"{target} cannot be written: create the folder {target.parent} before")
     log_files = [source, *(Path(f"{source}{suffix}") for suffix in _SIDE_FILES)]
     if any(file.exists() and target.exists() and target.samefile(file) for file in log_files):
         raise ConfigurationError(f"{target} is a file of the log itself: name another file for the copy")

@@ -100,7 +100,7 @@ def export(
 
     The format validation also needs the force of a reference sensor (--reference).
 
-    Example: pneuforce export press.recording press.parquet --from-s 10 --to-s 20
+    Example: pneuforce export press.recording press.csv --from-s 10 --to-s 20
 
     Example: pneuforce export press.recording recorded-contacts.csv --contacts
     """

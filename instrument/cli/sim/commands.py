@@ -112,7 +112,7 @@ ControlPort = Annotated[
 
 @commands.command()
 def press(
-    force_n: Annotated[float | None, typer.Argument(help="Force in N.", metavar="FORCE")] = None,
+    force_n: Annotated[float | None, typer.Argument(help="Force in N.", metavar="FORCE", min=0.0)] = None,
     release: Annotated[bool, typer.Option("--release", help="End the contact.")] = False,
     seconds: Annotated[
         float | None, typer.Option(help="Release after this time, in s, or at Ctrl-C.", min=0.0)
@@ -125,6 +125,7 @@ def press(
 
     The instrument measures a force only if the balloon was held before the contact.
     pneuforce press is the same command.
+    For the rig of make run, give the --control-port that the demo prints.
 
     Example: pneuforce sim press 2.0 --seconds 3
     """
@@ -132,6 +133,32 @@ def press(
     from pneuforce.instrument.cli.sim.fault import control_port_of
 
     simulated_press.press(control_port or control_port_of(link), force_n, release, seconds, as_json)
+
+
+class HandState(Enum):
+    """States of the simulated hand."""
+
+    ON = "on"
+    OFF = "off"
+
+
+@commands.command()
+def hand(
+    state: Annotated[HandState, typer.Argument(help="off: no contacts; on: the contacts of the scenario.")],
+    link: Link = DEFAULT_LINK,
+    control_port: ControlPort = None,
+    as_json: Json = False,
+) -> None:
+    """Stop the contacts of the scenario in a running simulator, or continue with them.
+
+    For the rig of make run, give the --control-port that the demo prints.
+
+    Example: pneuforce sim hand off
+    """
+    from pneuforce.instrument.cli.sim.fault import control_port_of
+    from pneuforce.instrument.cli.sim.hand import play_scenario
+
+    play_scenario(control_port or control_port_of(link), state is HandState.ON, as_json)
 
 
 @commands.command()

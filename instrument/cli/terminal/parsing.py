@@ -14,7 +14,7 @@ from pneuforce.errors import ConfigurationError
 #: Base class of all errors in the words of a command. typer does not export this class.
 _WORDS_ERROR: Any = typer.BadParameter.__mro__[1]
 #: Unit of a parameter, by the last part of its Python name.
-_UNITS = {"kpa": "kPa", "s": "s", "seconds": "s", "days": "days", "mb": "MB", "percent": "%"}
+_UNITS = {"kpa": "kPa", "n": "N", "s": "s", "seconds": "s", "days": "days", "mb": "MB", "percent": "%"}
 
 
 def run(app: typer.Typer) -> int:
@@ -36,7 +36,7 @@ def run(app: typer.Typer) -> int:
 
 
 def _range_text(error: Any) -> str:
-    """Return the sentence about a number with limits that is invalid, "" for every other error.
+    """Return the sentence about a number that is invalid, "" for every other error.
 
     typer names neither the value nor both limits, and reads a negative argument as an option.
     """
@@ -49,8 +49,13 @@ def _range_text(error: Any) -> str:
     else:
         return ""
     low, high = getattr(parameter, "min", None), getattr(parameter, "max", None)
-    if parameter is None or low is None:
+    if parameter is None:
         return ""
+    if low is None:
+        is_number = (
+            getattr(error.__cause__, "errors", None) and "_parsing" in error.__cause__.errors()[0]["type"]
+        )
+        return f"{parameter.opts[-1]} = {value} is invalid: it must be a number" if is_number else ""
     allowed = f"at least {low:g}" if high is None else f"{low:g} to {high:g}"
     unit = _UNITS.get(parameter.name.rpartition("_")[2], "")
     return f"{parameter.opts[-1]} = {value} is invalid: it must be {allowed} {unit}".rstrip()

@@ -177,3 +177,8 @@ def test_a_full_disk_leaves_no_file(file, tmp_path):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert {path.name for path in tmp_path.iterdir()} == {"log"}
+
+
+def test_a_copy_in_a_missing_folder_names_the_folder(file, tmp_path):
+    with pytest.raises(ConfigurationError, match=r"create the folder .*missing"):
+        copy_events(file, tmp_path / "missing" / "copy", overwrite=False, as_json=False)

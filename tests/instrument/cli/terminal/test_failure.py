@@ -35,6 +35,7 @@ KEYS = ["ok", "code", "exit_code", "message", "reason", "remedy", "fault"]
         ("press 1 --control 1", ExitCode.UNAVAILABLE),
         ("sim fault leak --control 1", ExitCode.UNAVAILABLE),
         ("sim truth --control 1", ExitCode.UNAVAILABLE),
+        ("sim hand off --control 1", ExitCode.UNAVAILABLE),
         ("watch modbus --port 1", ExitCode.UNAVAILABLE),
         ("record a.recording --socket missing.sock", ExitCode.UNAVAILABLE),
         ("status --baud 9600", ExitCode.USAGE),
