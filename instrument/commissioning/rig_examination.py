@@ -45,7 +45,8 @@ async def examine_rig(
     checks = board_checks(hello, firmware, since_opened_s) if hello and firmware else []
     checks += [*signal_checks(examination), *circuit_checks(examination)]
     if not examination.done:
-        checks.append(unchecked(INTERRUPTED, "interrupted; vented", RUN_AGAIN))
+        vent = "vented" if host.vent_verified else "the vent is not verified: look at the balloon"
+        checks.append(unchecked(INTERRUPTED, f"interrupted; {vent}", RUN_AGAIN))
     return checks
 
 
