@@ -24,7 +24,7 @@ from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.instrument.rig.link import RawSample
 from pneuforce.protocol.frames import BoardState, Command, CommandFlag, Fault, Hello, Mode, Sample
-from pneuforce.protocol.limits import HELD, PRESSURISED
+from pneuforce.protocol.limits import HELD, HOST_SILENCE_S, PRESSURISED
 
 log = logging.getLogger("pneuforce")
 
@@ -165,7 +165,11 @@ class Instrument(InstrumentState):
         return self.stalls.buffered_s(now_s) > 0 and self.age_s(now_s) <= self.settings.host_timeout_s
 
     def _check_lease(self, now_s: float) -> None:
-        if not self.resuming(now_s) and self.lease.expire(now_s):
+        """Trip if the lease has expired, unless its renewal may have waited in a buffer during a stall."""
+        stall_s = self.stalls.buffered_s(now_s)
+        waits = stall_s > 0 and self.lease.overdue_s(now_s) <= stall_s + HOST_SILENCE_S
+        waits = waits or self.resuming(now_s)
+        if not waits and self.lease.expire(now_s):
             self.trip_after_contact(HostFault.LEASE_EXPIRED, now_s)
 
     # ---- output to the rig

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 #: Sender of a write: the channel, and the address on this channel. Peers are compared, never parsed.
@@ -34,6 +35,10 @@ class Lease:
     def left_s(self, now_s: float) -> float:
         """Return the time until the lease ends [s], 0 without a lease."""
         return max(0.0, self._until_s - now_s) if self.holder else 0.0
+
+    def overdue_s(self, now_s: float) -> float:
+        """Return the time since the end of the lease [s]; negative before its end, and without a lease."""
+        return now_s - self._until_s if self.holder else -math.inf
 
     def expire(self, now_s: float) -> bool:
         """End the lease if its time is over; return True if it ended now."""

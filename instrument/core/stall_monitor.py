@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pneuforce.protocol.limits import HOST_SILENCE_S
 
 MAX_GAP_S = 0.1  #: the loop ticks every 10 ms; a longer gap is a stall
-REPORT_PERIOD_S = 60.0  #: shortest time between two sentences for the log
+REPORT_PERIOD_S = 60.0  #: shortest time between two sentences for the log about short stalls
+LONG_S = 1.0  #: a longer stall is logged at once
 
 
 @dataclass(slots=True)
@@ -39,10 +40,14 @@ class StallMonitor:
         """
         return self._stall_s if now_s - self._resumed_s <= HOST_SILENCE_S else 0.0
 
+    def active_s(self, since_s: float, now_s: float) -> float:
+        """Return the time from `since_s` until now [s], without the latest stall."""
+        return now_s - since_s - (self._stall_s if self._resumed_s > since_s else 0.0)
+
 
 @dataclass(slots=True)
 class StallReport:
-    """Sentences for the log about stalls: the first stall at once, further stalls once per minute."""
+    """Sentences for the log about stalls: the first and each long one at once, the others once per minute."""
 
     _count: int = 0  # stalls since the last sentence
     _longest_s: float = 0.0
@@ -52,9 +57,10 @@ class StallReport:
         """Count a stall [s] that ends now, 0 for none. Return a sentence if one is due, otherwise ""."""
         self._count += stall_s > 0
         self._longest_s = max(self._longest_s, stall_s)
-        if not self._count or now_s < self._due_s:
+        if not self._count or (now_s < self._due_s and stall_s <= LONG_S):
             return ""
         times = f", {self._count} times, at most" if self._count > 1 else ""
-        sentence = f"this process did not run{times} for {self._longest_s:.2f} s: the computer is overloaded"
+        cause = "the computer was overloaded or suspended, or the process was stopped"
+        sentence = f"this process did not run{times} for {self._longest_s:.2f} s: {cause}"
         self._count, self._longest_s, self._due_s = 0, 0.0, now_s + REPORT_PERIOD_S
         return sentence

@@ -34,16 +34,26 @@ class ClockCheck:
         """Return True if the clock has stopped, jumps or runs far too fast."""
         return not self._wrong_count < INVALID_COUNT
 
-    def start(self, received_s: float) -> None:
-        """Start with the first sample after a handshake."""
-        self._wrong_count, self._lead_s, self._received_s = 0, 0.0, received_s
+    def start(self, received_s: float, buffered_s: float = 0.0) -> None:
+        """Start with the first sample after a handshake. It can have waited in a buffer for `buffered_s`."""
+        self._wrong_count, self._lead_s, self._received_s = 0, -buffered_s, received_s
 
-    def allows(self, samples: int, passed_us: int, received_s: float, host_timeout_s: float) -> bool:
+    def allows(
+        self,
+        samples: int,
+        passed_us: int,
+        received_s: float,
+        host_timeout_s: float,
+        buffered_s: float = 0.0,
+    ) -> bool:
         """Return True if a sample may be used.
 
         `samples` is the difference of the sequence numbers since the last used sample, and `passed_us` is the
-        difference of the board times. A single wrong sample is not used. After several wrong samples the
-        clock is invalid, and samples are used again, so that their faults are visible.
+        difference of the board times. `buffered_s` is the longest time for which the sample can have waited
+        in a buffer of the host: the samples of a stall arrive late, and those after it at once.
+
+        A single wrong sample is not used. After several wrong samples the clock is invalid, and samples are
+        used again, so that their faults are visible.
         """
         expected_us = samples * SAMPLE_US
         if not abs(passed_us - expected_us) <= TOLERANCE * expected_us:
@@ -52,7 +62,7 @@ class ClockCheck:
         self._wrong_count = max(self._wrong_count - 1, 0)
         host_s = (received_s - self._received_s) * (1 + TOLERANCE)
         self._received_s = received_s
-        self._lead_s = max(self._lead_s + passed_us * 1e-6 - host_s, 0.0)
+        self._lead_s = max(self._lead_s + passed_us * 1e-6 - host_s, -buffered_s)
         if not self._lead_s <= host_timeout_s + LEAD_TOLERANCE_S:
             self._wrong_count, self._lead_s = MAX_COUNT, 0.0
         return True

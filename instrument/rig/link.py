@@ -134,7 +134,7 @@ class Link:
             message = frame.message
             if isinstance(message, Sample):
                 before = self._last
-                if self._is_new(frame, message, now_s):
+                if self._is_new(frame, message, now_s, buffered_s):
                     samples.append(self._raw(frame.sequence, message, before, now_s))
             elif isinstance(message, Hello):
                 self._receive_hello(message, frame.version, now_s, buffered_s)
@@ -144,7 +144,7 @@ class Link:
                 self.events.append(message)
         return samples
 
-    def _is_new(self, frame: Frame, message: Sample, now_s: float) -> bool:
+    def _is_new(self, frame: Frame, message: Sample, now_s: float, buffered_s: float) -> bool:
         """Return True if a sample is plausible, new and from an identified board. Count lost frames."""
         if message.state not in _STATES or message.adc_sum > MAX_ADC_SUM:
             self.implausible_frames += 1
@@ -152,8 +152,8 @@ class Link:
         if self.hello is None:
             return False
         if self._last is None:
-            self.clock_check.start(now_s)
-        elif not self._follows(frame.sequence, message, self._last, now_s):
+            self.clock_check.start(now_s, buffered_s)
+        elif not self._follows(frame.sequence, message, self._last, now_s, buffered_s):
             return False
         self._last = (frame.sequence, message)
         if self.phase is LinkPhase.GREETING:
@@ -161,14 +161,16 @@ class Link:
             self._check_host_timeout(self.hello, now_s)
         return True
 
-    def _follows(self, sequence: int, message: Sample, last: tuple[int, Sample], now_s: float) -> bool:
+    def _follows(
+        self, sequence: int, message: Sample, last: tuple[int, Sample], now_s: float, buffered_s: float
+    ) -> bool:
         """Return True if sequence number and time of a sample follow those of the last sample."""
         step = (sequence - last[0]) & 0xFFFF
         if step == 0 or step >= REPEATED_STEP:
             self.repeated_frames += 1
             return False
         passed_us = (message.board_time_us - last[1].board_time_us) % WRAP_US
-        if not self.clock_check.allows(step, passed_us, now_s, self.host_timeout_ms * 1e-3):
+        if not self.clock_check.allows(step, passed_us, now_s, self.host_timeout_ms * 1e-3, buffered_s):
             self.implausible_frames += 1
             return False
         self.lost_frames += step - 1

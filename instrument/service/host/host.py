@@ -129,7 +129,7 @@ class Host:
         if self._port is None:
             self._reopen_when_due(now_s)
             return
-        silent_s = now_s - self.session.heard_s
+        silent_s = self.instrument.stalls.active_s(self.session.heard_s, now_s)
         if silent_s > REOPEN_S:
             received_bytes = self.link.received_bytes - self._bytes_before
             self._detach(str(RigNotResponding(self.url, silent_s, received_bytes)))

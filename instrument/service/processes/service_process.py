@@ -20,6 +20,7 @@ log = logging.getLogger("pneuforce")
 Result = TypeVar("Result")
 
 START_TIMEOUT_S = 20.0
+SILENCE_PARTS = 4  #: parts of a silence; a stall of the host is one of them
 SILENCE_S = 10.0  #: longest time without a heartbeat; the process sends a heartbeat each second
 PORT_TIMEOUT_S = 3.0  #: longest time for which the start of the instrument waits for the port
 FIRST_WAIT_S = 1.0
@@ -128,7 +129,7 @@ class ServiceProcess:
         """Read the messages of the process until it ends. Return an error, or an empty string."""
         timeout_s = START_TIMEOUT_S
         try:
-            while line := await _within(timeout_s, stdout.readline()):
+            while line := await _read_line(stdout, timeout_s):
                 message: dict[str, Any] = json.loads(line)
                 if "why" in message:
                     return str(message["why"])
@@ -169,6 +170,17 @@ async def _within(time_s: float, work: Awaitable[Result]) -> Result:
     """
     async with asyncio.timeout(time_s):
         return await work
+
+
+async def _read_line(stdout: StreamReader, time_s: float) -> bytes:
+    """Return the next line, b"" at the end. Raises TimeoutError after `time_s`.
+
+    The time has parts, so that a stall of this process, which reads nothing meanwhile, counts as one part.
+    """
+    for _ in range(SILENCE_PARTS - 1):
+        with suppress(TimeoutError):
+            return await _within(time_s / SILENCE_PARTS, stdout.readline())
+    return await _within(time_s / SILENCE_PARTS, stdout.readline())
 
 
 async def _end(process: Process, timeout_s: float) -> None:

@@ -4,9 +4,10 @@ import pytest
 
 from pneuforce.errors import ProtocolMismatch, TimeoutMismatch
 from pneuforce.instrument.core.controller import Instrument
+from pneuforce.instrument.core.faults import HostFault
 from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.core.settings import Settings
-from pneuforce.protocol.frames import BoardKind, BoardState, Hello, encode
+from pneuforce.protocol.frames import BoardKind, BoardState, Fault, Hello, encode
 from tests.instrument.recording.virtual_host import VirtualHost
 from tests.instrument.rig.test_link import hello, sample
 
@@ -53,6 +54,19 @@ def test_after_a_stall_the_balloon_is_still_held_whatever_the_host_does_first(st
 
     The host may tick before it reads the buffer.
     """
+    host = stalled(stall_s, first)
+    assert (host.instrument.sample.state, list(host.instrument.faults)) == (BoardState.HOLDING, [])
+
+
+@pytest.mark.parametrize("first", ["tick", "samples"])
+@pytest.mark.parametrize("stall_s", [3.0, 15.0])
+def test_after_a_long_stall_the_board_is_not_called_defective(stall_s, first):
+    """The board has vented. The first samples come from the buffer, and the next ones are much younger."""
+    assert set(stalled(stall_s, first).instrument.faults) == {HostFault.LINK_LOST, Fault.HOST_SILENT}
+
+
+def stalled(stall_s, first):
+    """Return the host 2 s after a stall. It ticks first, or reads the samples first."""
     host = VirtualHost()
     host.inflate()
     host.run(10.0, lambda: host.instrument.sample.state == BoardState.HOLDING)
@@ -64,4 +78,4 @@ def test_after_a_stall_the_balloon_is_still_held_whatever_the_host_does_first(st
     for raw in host.session.receive(buffered, host.now_s):
         host.session.process(raw, host.now_s)
     host.run(2.0)
-    assert (host.instrument.sample.state, list(host.instrument.faults)) == (BoardState.HOLDING, [])
+    return host

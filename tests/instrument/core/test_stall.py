@@ -2,6 +2,7 @@
 
 import pytest
 
+from pneuforce.instrument.core.faults import HostFault
 from pneuforce.instrument.core.stall_monitor import StallMonitor
 from tests.instrument.instrument_harness import HOLD_8, PLC, ROBOT, SETPOINT, InstrumentHarness
 
@@ -30,6 +31,8 @@ def test_a_gap_of_more_than_100_ms_is_a_stall(gap_s, stall_s):
     assert monitor.update(gap_s) == stall_s
     assert monitor.buffered_s(gap_s + 0.2) == stall_s
     assert monitor.buffered_s(gap_s + 0.3) == 0.0
+    assert monitor.active_s(0.0, gap_s + 0.3) == pytest.approx(gap_s + 0.3 - stall_s)
+    assert monitor.active_s(gap_s + 0.1, gap_s + 0.3) == pytest.approx(0.2)
 
 
 def test_stalls_on_a_busy_computer_are_logged_once_per_minute_with_their_number(caplog):
@@ -97,6 +100,20 @@ def test_a_lease_that_expires_in_a_stall_can_still_be_renewed():
 def test_a_lease_that_expires_in_a_stall_still_excludes_others():
     harness = stall(InstrumentHarness.holding(PLC, LEASED), 0.6)
     assert harness.write(HOLD_8, ROBOT) == "lease"
+
+
+def test_after_a_stall_that_trips_the_rig_a_renewed_lease_is_no_fault():
+    """The renewals waited in the buffers while the host process was stopped."""
+    harness = InstrumentHarness.holding()
+    harness.write_ok(LEASED)
+    stall(harness, 3.0)
+    harness.write_ok(LEASED)
+    harness.run(0.1)
+    harness.write_ok(LEASED)
+    harness.run(0.4)
+    assert harness.snapshot().faults == (HostFault.LINK_LOST,)
+    harness.run(0.2)
+    assert HostFault.LEASE_EXPIRED in harness.snapshot().faults
 
 
 def test_a_lease_that_is_not_renewed_after_a_stall_trips():
