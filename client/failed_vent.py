@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from pneuforce.client.details import VENT_FAULTS, fault_of, trip_of
-from pneuforce.client.measurement import Measurement, State
-from pneuforce.errors import VentFailed, VentNotConfirmed
+from pneuforce.client.details import VENT_FAULTS, Details, fault_of
+from pneuforce.errors import Tripped, VentFailed, VentNotConfirmed
 from pneuforce.registers.advice import STATUS_ADVICE
+
+#: Faults that set the status bit `sensor_fault` or `link_lost`: the pressure proves no vent while one of them
+#: is latched.
+PREVENTING_FAULTS = frozenset(
+    {"sensor", "sensor_frozen", "supply_voltage", "sensor_limit", "board_unresponsive", "link_lost"}
+)
 
 
 def failed_vent(first_out_fault: int, pressure_kpa: float | None) -> VentFailed:
@@ -18,9 +21,9 @@ def failed_vent(first_out_fault: int, pressure_kpa: float | None) -> VentFailed:
     return VentFailed(fault.name, advice.what, fault.remedy, pressure_kpa)
 
 
-def unconfirmed_vent(
-    waited_s: float, measurement: Measurement, first_out_fault: Callable[[], int]
-) -> VentNotConfirmed:
-    """Return the error of a vent that was not verified in time. After a trip, the error names the fault."""
-    trip = trip_of(first_out_fault()) if measurement.state is State.TRIPPED else None
-    return VentNotConfirmed(waited_s, measurement.pressure_kpa, trip)
+def unconfirmed_vent(waited_s: float, pressure_kpa: float | None, details: Details) -> VentNotConfirmed:
+    """Return the error of a vent that was not verified in time. It names the fault that prevents this."""
+    latched = details.latched_faults or filter(None, [details.first_out_fault])
+    fault = next((each for each in latched if each.name in PREVENTING_FAULTS), None)
+    trip = fault and Tripped(fault.name, fault.cause, fault.remedy)
+    return VentNotConfirmed(waited_s, pressure_kpa, trip)

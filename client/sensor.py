@@ -179,7 +179,7 @@ class ForceSensor:
         """Wait after a vent until the instrument has verified that the balloon is empty.
 
         Returns the measurement that shows the empty balloon. Raises VentFailed when the instrument reports a
-        failed vent, VentNotConfirmed after `timeout_s` (with the fault of a trip), and ConnectionLost.
+        failed vent, VentNotConfirmed after `timeout_s` (with the fault that prevents it), and ConnectionLost.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -195,7 +195,7 @@ class ForceSensor:
             if Status.VENT_FAULT in measurement.status:
                 raise failed_vent(self._connection.first_out_fault(), measurement.pressure_kpa)
             if not time.monotonic() < until_s:
-                raise unconfirmed_vent(timeout_s, measurement, self._connection.first_out_fault)
+                raise unconfirmed_vent(timeout_s, measurement.pressure_kpa, self._connection.details())
             time.sleep(VENT_POLL_S)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:

@@ -140,7 +140,8 @@ class VentNotConfirmed(ClientError):
     """Vent that was sent, but after which the instrument did not verify that the balloon is empty.
 
     `pressure_kpa` is the last measured pressure, None if no pressure is available. `fault` is the name of the
-    fault if the rig has tripped. If the instrument has reported a failed vent, VentFailed is raised at once.
+    latched fault that prevents the verification, "" without one. If the instrument has reported a failed
+    vent, VentFailed is raised at once.
     """
 
     fault = ""
@@ -150,11 +151,18 @@ class VentNotConfirmed(ClientError):
         pressure = (
             "no pressure is available" if pressure_kpa is None else f"the pressure is {pressure_kpa:.2f} kPa"
         )
-        super().__init__(
-            f"the vent was sent, but the instrument did not verify within {waited_s:g} s that the balloon is "
-            f"empty ({pressure}): press the stop switch at the rig, then check the vent valve and the tube"
-            + (f"; {trip}" if trip else "")
-        )
+        if trip:
+            text = (
+                f"the vent was sent, but cannot be verified while the fault {trip.fault} is latched "
+                f"({pressure}). If the balloon is inflated, press the stop switch at the rig. {trip}"
+            )
+        else:
+            text = (
+                f"the vent was sent, but the instrument did not verify within {waited_s:g} s that the "
+                f"balloon is empty ({pressure}): press the stop switch at the rig, then check the vent valve "
+                "and the tube"
+            )
+        super().__init__(text)
         self.pressure_kpa = pressure_kpa
         if trip:
             self.fault, self.remedy = trip.fault, trip.remedy

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import grp
 import os
-import pwd
 from pathlib import Path
 
 
@@ -15,8 +13,8 @@ def read_problem(path: Path) -> str:
             return ""
     except FileNotFoundError:
         return f"{path}: no such file: create the file, or correct its name"
-    except PermissionError:
-        return unreadable(path)
+    except PermissionError as error:
+        return unreadable(path) if os.name == "posix" else f"{path}: {error.strerror}"
     except OSError as error:
         return f"{path}: {error.strerror}"
 
@@ -32,6 +30,8 @@ def unreadable(path: Path) -> str:
 
 def user_name() -> str:
     """Return the user whose permissions apply, in words."""
+    import pwd  # Windows has no such module
+
     number = os.geteuid()
     try:
         return f"the user {pwd.getpwuid(number).pw_name}"
@@ -44,6 +44,8 @@ def _permitted(folder: Path, access: int) -> bool:
 
 
 def _remedy(path: Path, permission: str) -> str:
+    import grp  # Windows has no such module
+
     number = os.getegid()
     try:
         group = grp.getgrgid(number).gr_name

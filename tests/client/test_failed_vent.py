@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneuforce.client.details import VENT_FAULTS
+from pneuforce.client.details import VENT_FAULTS, Details, fault_named
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import VentFailed, VentNotConfirmed
@@ -55,8 +55,9 @@ class LinkLost:
     def read(self):
         return Measurement(state=State.TRIPPED, status_or_none=frozenset({Status.LINK_LOST}))
 
-    def first_out_fault(self):
-        return FAULTS.codes["link_lost"]
+    def details(self):
+        """Return the details as over CAN, without the other faults."""
+        return Details(first_out_fault=fault_named("link_lost"))
 
 
 def test_a_vent_of_a_tripped_rig_that_is_not_verified_names_the_trip_and_its_remedy():

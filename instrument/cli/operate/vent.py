@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pneuforce.client.address import connect, send_vent
 from pneuforce.errors import ClientError, ConnectionFailed, VentNotConfirmed
-from pneuforce.instrument.cli.operate.confirmed_vent import STOP_SWITCH, vented_text, wait_until_confirmed
+from pneuforce.instrument.cli.operate.confirmed_vent import STOP_SWITCH, vented_text
 from pneuforce.instrument.cli.terminal.output import print_done
 
 
@@ -27,7 +27,7 @@ def vent_and_confirm(url: str, timeout_s: float, as_json: bool) -> None:
         raise ConnectionFailed(f"the vent was NOT sent: {error}; {STOP_SWITCH}") from None
     try:
         with connect(url) as sensor:
-            pressure_kpa = wait_until_confirmed(sensor, timeout_s).pressure_kpa
+            pressure_kpa = sensor.wait_until_vented(timeout_s).pressure_kpa
     except VentNotConfirmed:
         raise
     except ClientError as error:

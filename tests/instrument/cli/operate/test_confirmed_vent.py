@@ -3,14 +3,11 @@
 import pytest
 
 from pneuforce.client.details import Details, fault_named
+from pneuforce.client.failed_vent import PREVENTING_FAULTS
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.client.sensor import ForceSensor
 from pneuforce.errors import VentNotConfirmed
-from pneuforce.instrument.cli.operate.confirmed_vent import (
-    PREVENTING_FAULTS,
-    confirmed_vent,
-    wait_until_confirmed,
-)
+from pneuforce.instrument.cli.operate.confirmed_vent import confirmed_vent
 from pneuforce.instrument.cli.terminal.failure import failure_values
 from pneuforce.instrument.core.faults import STATUS_OF, HostFault
 from pneuforce.registers.codes import FAULTS
@@ -31,7 +28,7 @@ class Connection:
 
 
 def waited(*faults, **values):
-    return wait_until_confirmed(ForceSensor("tcp://127.0.0.1", Connection(*faults, **values)), 0.0)
+    return ForceSensor("tcp://127.0.0.1", Connection(*faults, **values)).wait_until_vented(0.0)
 
 
 def test_the_preventing_faults_are_those_of_the_sensor_and_the_link():
