@@ -59,7 +59,7 @@ class Gateway:
         """
         self.counters = GatewayCounters()
         self.failures: Counter[tuple[str, str]] = Counter()
-        self.tls = RenewedContext(files, "Modbus security")
+        self.tls = RenewedContext(files, "Modbus/TCP Security")
         self._instrument = instrument
         self._allow_list = AllowList(allow)
         self._pending = PendingHandshakes()
@@ -160,7 +160,7 @@ class Gateway:
         while True:
             now_s = time.time()
             for client in [each for each in self._clients if now_s > each.identity.valid_until_s]:
-                log.warning("Modbus security: the certificate of %s has expired", client.identity.name)
+                log.warning("Modbus/TCP Security: the certificate of %s has expired", client.identity.name)
                 client.stream.abort()
             if time.monotonic() >= next_reload_s:
                 next_reload_s = time.monotonic() + RELOAD_PERIOD_S
