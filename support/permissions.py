@@ -30,13 +30,18 @@ def unreadable(path: Path) -> str:
 
 def user_name() -> str:
     """Return the user whose permissions apply, in words."""
+    return f"the user {account()}"
+
+
+def account() -> str:
+    """Return the user whose permissions apply, as an argument of chown: the name, or the number."""
     import pwd  # Windows has no such module
 
     number = os.geteuid()
     try:
-        return f"the user {pwd.getpwuid(number).pw_name}"
+        return pwd.getpwuid(number).pw_name
     except KeyError:
-        return f"the user {number}"
+        return str(number)
 
 
 def _permitted(folder: Path, access: int) -> bool:

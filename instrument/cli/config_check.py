@@ -18,14 +18,14 @@ from pneuforce.instrument.service.checks.start_checks import load_trusted, rejec
 def check_config(paths: list[Path], as_json: bool, require_signed_by: Path | None = None) -> None:
     """Print that the files are valid, with their warnings. With several files, each is one instrument.
 
-    Raises ConfigurationFileError with one line for each invalid file, which names all its problems, and one
-    line for the instruments that use the same port or file.
+    Raises ConfigurationFileError with one line for each problem of a file, and for each port or file that two
+    instruments use.
     """
     configurations, warnings, problems = {}, {}, []
     for path in paths:
         try:
-            configurations[path] = load_trusted(path, require_signed_by)
-            warnings[path] = _warning(configurations[path], path)
+            configurations[path], problem = load_trusted(path, require_signed_by)
+            warnings[path] = _warning(configurations[path], path, problem)
         except ConfigurationFileError as error:
             problems.append(str(error))
     try:
@@ -68,10 +68,16 @@ def _notes(configuration: Configuration) -> list[str]:
     ]
 
 
-def _warning(configuration: Configuration, path: Path) -> str:
-    """Return the warnings about a configuration. Raises ConfigurationFileError if a file cannot be used."""
+def _warning(configuration: Configuration, path: Path, calibration_problem: str) -> str:
+    """Return the warnings about a configuration.
+
+    `calibration_problem` is "" if the calibration can be used. Raises ConfigurationFileError with all
+    problems if a file cannot be used.
+    """
     problems, remarks = check_files(configuration, path)
-    reject(path, (*start_problems(configuration, path), *problems))
+    if calibration_problem:  # it has the same cause, with a better remedy
+        problems = [problem for problem in problems if not problem.startswith("measurement.calibration: ")]
+    reject(path, (calibration_problem, *start_problems(configuration, path), *problems))
     return "; ".join(
         [
             *filter(None, [configuration.warning]),

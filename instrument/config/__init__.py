@@ -65,6 +65,7 @@ __all__ = [
     "absolute_paths",
     "example",
     "load",
+    "load_with_problem",
     "parse",
     "read",
     "resolve_path",
@@ -211,8 +212,19 @@ class Configuration(Section):
 def load(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> Configuration:
     """Return the configuration of a TOML file, with the calibration that the file names.
 
+    Raises ConfigurationFileError with file, key and allowed values.
+    """
+    configuration, problem = load_with_problem(path, trusted)
+    if problem:
+        raise ConfigurationFileError(f"{path}: {problem}")
+    return configuration
+
+
+def load_with_problem(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> tuple[Configuration, str]:
+    """Return the configuration of a TOML file, and why its calibration cannot be used; "" if it can.
+
     The signatures of both files are checked with the trusted keys, before a file is parsed. Each file is read
-    once. Raises ConfigurationFileError with file, key and allowed values.
+    once. Raises ConfigurationFileError if the configuration file itself is invalid.
     """
     try:
         content, signature = read_signed(path, trusted, _remedy(path))
@@ -227,16 +239,16 @@ def load(path: Path, trusted: TrustedKeys = NO_TRUSTED_KEYS) -> Configuration:
             content, signature = read_signed(file, trusted, calibration_remedy(file))
             calibration = parse_calibration(content, str(file))
         except ConfigurationError as error:
-            raise ConfigurationFileError(f"{path}: measurement.calibration: {error}") from None
+            return configuration, f"measurement.calibration: {error}"
         try:
             configuration = configuration.with_calibration(calibration)
         except ConfigurationError as error:
-            raise ConfigurationFileError(f"{path}: measurement.calibration: {file}: {error}") from None
+            return configuration, f"measurement.calibration: {file}: {error}"
         signatures = signatures._replace(calibration=signature)
         warnings = warnings_about(calibration, configuration.chain, date.today())
     configuration._signatures = signatures
     configuration._file_warnings = (*warnings, *signatures.warnings(trusted))
-    return configuration
+    return configuration, ""
 
 
 def read(path: Path) -> Configuration:

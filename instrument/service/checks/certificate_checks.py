@@ -22,7 +22,6 @@ def certificate_problems(configuration: Configuration, path: Path) -> Iterator[s
     if web.enabled and bool(web.certificate) != bool(web.key):
         empty = "certificate" if web.key else "key"
         yield f"web.{empty} is empty: name both certificate and key, or none of them"
-        return
     for section, files in _files(configuration, path):
         unreadable = files.unreadable()
         yield from (f"{section}.{name}: {problem}" for name, problem in unreadable.items())
@@ -46,5 +45,5 @@ def _files(configuration: Configuration, path: Path) -> Iterator[tuple[str, TlsF
     security, web = configuration.modbus_security, configuration.web
     if security.enabled:
         yield "modbus_security", TlsFiles(**tls_files(security, path))
-    if web.enabled and web.certificate:
+    if web.enabled and web.certificate and web.key:
         yield "web", TlsFiles(**web_tls_files(web, path))

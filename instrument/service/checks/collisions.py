@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
-from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.config import (
     Configuration,
     ModbusSection,
@@ -36,14 +35,13 @@ class TcpPort(NamedTuple):
         return self.port == other.port and bool(same)
 
 
-def check_collisions(configuration: Configuration, path: Path) -> None:
-    """Raise ConfigurationError if two enabled parts of a configuration use one TCP port or one file.
+def collisions(configuration: Configuration, path: Path) -> Iterator[str]:
+    """Yield a clause for each TCP port or file that two enabled parts of a configuration use.
 
-    The message names all collisions. `path` is the configuration file, to which the names of files are
-    relative.
+    `path` is the configuration file, to which the names of files are relative.
     """
-    if collisions := [*_port_collisions(configuration), *_file_collisions(configuration, path)]:
-        raise ConfigurationError("; ".join(collisions))
+    yield from _port_collisions(configuration)
+    yield from _file_collisions(configuration, path)
 
 
 def collision(first: str, second: str, what: str) -> str:

@@ -17,7 +17,7 @@ from pneuforce.instrument.service.checks.configured_files import ConfiguredFile,
 from pneuforce.instrument.service.checks.service_user import SERVICE_USER, service_permissions
 from pneuforce.instrument.users.file import load_users
 from pneuforce.support.atomic_file import STDIN
-from pneuforce.support.permissions import read_problem, user_name
+from pneuforce.support.permissions import account, read_problem, user_name
 
 #: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
 #: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
@@ -100,7 +100,7 @@ def _written_file_problem(file: Path) -> str:
     if (problem := _folder_problem(file.parent)) or not file.exists():
         return problem
     is_permitted = _is_permitted(file, os.R_OK | os.W_OK)
-    return "" if is_permitted else f"{user_name()} cannot write to {file}: chown {SERVICE_USER} {file}"
+    return "" if is_permitted else f"{user_name()} cannot write to {file}: chown {account()} {file}"
 
 
 def _event_log_problem(file: Path) -> str:
@@ -129,7 +129,7 @@ def _parameter_problem(file: Path) -> str:
 def _users_problem(file: Path) -> str:
     """Return why a file of users cannot be used."""
     if file.exists() and not _is_permitted(file, os.R_OK):
-        return f"{user_name()} cannot read {file}: chown {SERVICE_USER} {file}"
+        return f"{user_name()} cannot read {file}: chown {account()} {file}"
     try:
         load_users(file)
     except ConfigurationError as error:

@@ -30,10 +30,10 @@ class Resource(NamedTuple):
 def check_instruments(configurations: Mapping[Path, Configuration]) -> None:
     """Raise ConfigurationFileError if two instruments use the same port, file, CAN node or board.
 
-    The message names all collisions.
+    The message has one line for each collision.
     """
     if collisions := list(_collisions(configurations)):
-        raise ConfigurationFileError("; ".join(collisions))
+        raise ConfigurationFileError("\n".join(collisions))
 
 
 def _collisions(configurations: Mapping[Path, Configuration]) -> Iterator[str]:

@@ -8,13 +8,18 @@ from functools import partial
 from pathlib import Path
 
 from pneuforce.errors import ConfigurationError, ConfigurationFileError, PneuforceError
-from pneuforce.instrument.config import Configuration, load, resolve_path
+from pneuforce.instrument.config import Configuration, load_with_problem, resolve_path
 from pneuforce.instrument.service.buses.can_server import options_of
 from pneuforce.instrument.service.buses.rtu_server import check_ports
 from pneuforce.instrument.service.checks.certificate_checks import certificate_problems
-from pneuforce.instrument.service.checks.collisions import check_collisions
+from pneuforce.instrument.service.checks.collisions import collisions
 from pneuforce.instrument.service.processes.modbus_security_server import gateway_socket, required
-from pneuforce.instrument.service.processes.mqtt_process import check_mqtt, mqtt_file_problems
+from pneuforce.instrument.service.processes.mqtt_process import (
+    mqtt_file_problems,
+    mqtt_files,
+    mqtt_process_of,
+    mqtt_setting_problems,
+)
 from pneuforce.instrument.service.processes.web_process import web_process_of
 from pneuforce.instrument.signing.trusted_keys import trusted_keys_of
 
@@ -26,13 +31,13 @@ def load_checked(path: Path, require_signed_by: Path | None = None) -> Configura
 
     Raises ConfigurationFileError with file, keys and remedies.
     """
-    configuration = load_trusted(path, require_signed_by)
-    reject(path, start_problems(configuration, path))
+    configuration, problem = load_trusted(path, require_signed_by)
+    reject(path, (problem, *start_problems(configuration, path)))
     return configuration
 
 
-def load_trusted(path: Path, require_signed_by: Path | None = None) -> Configuration:
-    """Return the configuration of a TOML file.
+def load_trusted(path: Path, require_signed_by: Path | None = None) -> tuple[Configuration, str]:
+    """Return the configuration of a TOML file, and why its calibration cannot be used; "" if it can.
 
     If `require_signed_by` is a file of trusted keys, only files that are signed with these keys are accepted.
     Raises ConfigurationFileError with file, key and remedy.
@@ -41,13 +46,16 @@ def load_trusted(path: Path, require_signed_by: Path | None = None) -> Configura
         trusted = trusted_keys_of(path, require_signed_by)
     except ConfigurationError as error:
         raise ConfigurationFileError(str(error)) from None
-    return load(path, trusted)
+    return load_with_problem(path, trusted)
 
 
 def reject(path: Path, problems: Iterable[str]) -> None:
-    """Raise ConfigurationFileError with all problems of a configuration file, if there are any."""
-    if text := "; ".join(dict.fromkeys(problems)):
-        raise ConfigurationFileError(f"{path}: {text}")
+    """Raise ConfigurationFileError with one line for each problem of a configuration file.
+
+    Do nothing if there is no problem. An empty text is no problem.
+    """
+    if lines := [f"{path}: {problem}" for problem in dict.fromkeys(problems) if problem]:
+        raise ConfigurationFileError("\n".join(lines))
 
 
 def start_problems(configuration: Configuration, path: Path) -> Iterator[str]:
@@ -56,18 +64,19 @@ def start_problems(configuration: Configuration, path: Path) -> Iterator[str]:
     checks: tuple[Callable[[], object], ...] = (
         partial(_check_can, configuration),
         partial(check_ports, configuration),
-        partial(check_collisions, configuration, path),
         partial(check_socket_path, socket),
         partial(web_process_of, configuration.web, socket),
         partial(_check_gateway_socket, configuration, socket),
-        partial(check_mqtt, configuration, path, socket),
+        partial(mqtt_process_of, configuration, socket, mqtt_files(configuration.mqtt, path)),
     )
     for check in checks:
         try:
             check()
         except PneuforceError as error:
             yield str(error)
+    yield from collisions(configuration, path)
     yield from certificate_problems(configuration, path)
+    yield from mqtt_setting_problems(configuration.mqtt)
     yield from mqtt_file_problems(configuration.mqtt, path)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from pneuforce.errors import ConfigurationError, ServerError
+from pneuforce.errors import ServerError
 from pneuforce.instrument.config import Configuration, MqttSection, resolve_path
 from pneuforce.instrument.service.processes.service_process import ServiceProcess
 from pneuforce.support.broker_url import broker_address
@@ -82,18 +82,16 @@ def mqtt_process_of(
     return MqttProcess(configuration, socket, files)
 
 
-def check_mqtt(configuration: Configuration, path: Path, socket: Path | None) -> None:
-    """Raise PneuforceError if the MQTT process of the configuration file `path` could not start."""
-    settings = configuration.mqtt
-    if mqtt_process_of(configuration, socket, mqtt_files(settings, path)) is None:
+def mqtt_setting_problems(settings: MqttSection) -> Iterator[str]:
+    """Yield a clause for each setting of MQTT that does not fit the others."""
+    if not settings.enabled:
         return
-    broker = broker_address(settings.broker)
     if bool(settings.certificate) != bool(settings.key):
-        raise ConfigurationError("mqtt: set both certificate and key, or none of them")
+        yield "mqtt: set both certificate and key, or none of them"
     if settings.password_file and not settings.user:
-        raise ConfigurationError("mqtt: password_file needs user: set it")
-    if not broker.tls and (settings.ca or settings.certificate):
-        raise ConfigurationError("mqtt: ca and certificate need TLS: set broker to mqtts://…")
+        yield "mqtt: password_file needs user: set it"
+    if not broker_address(settings.broker).tls and (settings.ca or settings.certificate):
+        yield "mqtt: ca and certificate need TLS: set broker to mqtts://…"
 
 
 def mqtt_file_problems(settings: MqttSection, path: Path) -> Iterator[str]:
@@ -104,7 +102,8 @@ def mqtt_file_problems(settings: MqttSection, path: Path) -> Iterator[str]:
     problems = {name: read_problem(Path(files[name])) for name in _READ_FILES if files[name]}
     yield from (f"mqtt.{name}: {problem}" for name, problem in problems.items() if problem)
     try:
-        if not any(problems.values()) and broker_address(settings.broker).tls:
+        is_complete = bool(settings.certificate) == bool(settings.key)
+        if is_complete and not any(problems.values()) and broker_address(settings.broker).tls:
             client_context(files["ca"], files["certificate"], files["key"])
     except OSError as error:
         yield f"mqtt: {error}"

@@ -94,7 +94,7 @@ def test_a_file_that_is_only_read_can_be_shared_but_not_written_by_another_instr
 def test_all_collisions_are_named_at_once():
     shared = {"modbus": {"port": 5020}, "events": {"file": "/tmp/e"}, "identity": {"serial_number": 7}}
     found = checked(instrument(1, **shared), instrument(2, **shared))
-    named = [clause.partition(" and ")[0] for clause in found.split("; ")]
+    named = [clause.partition(" and ")[0] for clause in found.splitlines()]
     assert named == ["a.toml: modbus.port", "a.toml: identity.serial_number", "a.toml: events.file"]
 
 

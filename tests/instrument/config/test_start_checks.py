@@ -160,8 +160,55 @@ def test_the_command_reports_each_file_that_cannot_be_used(tmp_path):
     file = tmp_path / "instrument.toml"
     file.write_text('[events]\nfile = "absent/events.sqlite"\n[local]\nsocket = "absent/socket"\n')
     done = pneuforce("config", "--check", file)
-    assert (done.returncode, len(done.stderr.splitlines())) == (78, 1)
-    assert all(key in done.stderr for key in ("events.file", "local.socket"))
+    lines = done.stderr.splitlines()
+    assert (done.returncode, len(lines)) == (78, 2)
+    assert all(
+        f"{file}: {key}: " in line for key, line in zip(("events.file", "local.socket"), lines, strict=True)
+    )
+
+
+#: A configuration with many problems, and the beginnings of the lines that report them.
+BAD_EVERYWHERE = """
+[measurement]
+calibration = "absent.toml"
+[events]
+file = "absent/events.sqlite"
+[modbus]
+port = 8080
+[modbus_security]
+enabled = true
+ca = "absent.pem"
+certificate = "absent.pem"
+key = "absent.key"
+[web]
+enabled = true
+certificate = "absent.pem"
+[mqtt]
+enabled = true
+password_file = "absent"
+key = "absent.key"
+"""
+ALL_KEYS = [
+    "measurement.calibration",
+    "modbus.port and web.port",
+    *("web.key", "modbus_security.certificate", "modbus_security.key", "modbus_security.ca"),
+    *("mqtt", "mqtt", "mqtt.key", "mqtt.password_file"),
+    *("events.file", "web.certificate"),
+]
+
+
+def test_all_problems_of_a_configuration_are_reported_at_once(tmp_path):
+    file = tmp_path / "instrument.toml"
+    file.write_text(BAD_EVERYWHERE)
+    with pytest.raises(ConfigurationFileError) as caught:
+        check_config([file], as_json=False)
+    lines = str(caught.value).splitlines()
+    assert all(line.startswith(f"{file}: ") for line in lines)
+    keys = [line.removeprefix(f"{file}: ").partition(":")[0].partition(" are both")[0] for line in lines]
+    assert [key.partition(" is empty")[0] for key in keys] == ALL_KEYS
+    with pytest.raises(ConfigurationFileError) as at_start:
+        load_checked(file)
+    assert set(str(at_start.value).splitlines()) <= set(lines)
 
 
 def test_the_folders_of_the_service_may_be_missing_before_its_first_start():
@@ -284,6 +331,9 @@ def test_root_checks_with_the_permissions_of_the_service(etc):
         *("the configuration file", "events.file", "modbus_security.key", "mqtt.store", "web.users_file"),
     ]
     assert all("the user nobody cannot" in problem for problem in problems)
+    written = {problem.partition(":")[0]: problem for problem in problems}
+    for key, name in (("events.file", own / "events.sqlite"), ("web.users_file", etc / "users.toml")):
+        assert written[key].endswith(f": chown nobody {name}")
     assert [remark.partition(":")[0] for remark in remarks] == ["local.socket", "web.recordings"]
     assert all("ReadWritePaths" in remark for remark in remarks)
     assert check_files(configuration, file, "no-such-user").problems == []
