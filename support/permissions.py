@@ -1,8 +1,9 @@
-"""Sentence about a file that a user cannot read, with the command that corrects its permissions."""
+"""Sentences about files that a user cannot read or write, with the command that corrects the permissions."""
 
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 
@@ -19,10 +20,40 @@ def read_problem(path: Path) -> str:
         return f"{path}: {error.strerror}"
 
 
+def write_problem(file: Path) -> str:
+    """Return why the user may not create or write a file, "" if this is possible.
+
+    Raises PermissionError. A read-only file system is no problem, because it may become writable again
+    without a change of names or permissions.
+    """
+    if (problem := folder_problem(file.parent)) or not file.exists() or is_read_only(file.parent):
+        return problem
+    is_permitted = permitted(file, os.R_OK | os.W_OK)
+    return "" if is_permitted else f"{user_name()} cannot write to {file}: chown {account()} {file}"
+
+
+def folder_problem(folder: Path) -> str:
+    """Return why the user may not create a file in a folder; "" if this is possible.
+
+    Raises PermissionError.
+    """
+    try:
+        if not stat.S_ISDIR(folder.stat().st_mode):
+            return f"{folder} is a file, not a folder: choose another folder"
+    except (FileNotFoundError, NotADirectoryError):
+        return f"the folder {folder} is missing: create the folder, or choose another one"
+    if permitted(folder, os.W_OK | os.X_OK) or is_read_only(folder):
+        return ""
+    return (
+        f"{user_name()} cannot write to the folder {folder}: choose another folder, for a service "
+        "/var/lib/pneuforce"
+    )
+
+
 def unreadable(path: Path) -> str:
     """Return which user cannot read a file, and the remedy: permission for the group of this user."""
     path = path.absolute()
-    closed = next((folder for folder in reversed(path.parents) if not _permitted(folder, os.X_OK)), None)
+    closed = next((folder for folder in reversed(path.parents) if not permitted(folder, os.X_OK)), None)
     if closed is None:
         return f"{user_name()} cannot read {path}: {_remedy(path, 'r')}"
     return f"{user_name()} cannot open the folder {closed}: move the file, or {_remedy(closed, 'x')}"
@@ -44,8 +75,17 @@ def account() -> str:
         return str(number)
 
 
-def _permitted(folder: Path, access: int) -> bool:
-    return os.access(folder, access, effective_ids=True)
+def permitted(path: Path, access: int) -> bool:
+    """Return True if the user may access a file or folder. `access` is os.R_OK, os.W_OK or os.X_OK."""
+    return os.access(path, access, effective_ids=True)
+
+
+def is_read_only(folder: Path) -> bool:
+    """Return True if the file system of a folder is read-only, for example after a disk error."""
+    try:
+        return bool(os.statvfs(folder).f_flag & os.ST_RDONLY)
+    except FileNotFoundError:
+        return False
 
 
 def _remedy(path: Path, permission: str) -> str:

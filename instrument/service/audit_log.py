@@ -19,6 +19,7 @@ from pneuforce.instrument.core.session import Session
 from pneuforce.instrument.recording.broadcaster import EntryBroadcaster
 from pneuforce.instrument.stream.entry import EntryKind
 from pneuforce.registers.map_hash import MAP_HASH
+from pneuforce.support.permissions import unreadable, write_problem
 
 
 class PublishingAuditSink:
@@ -46,12 +47,28 @@ class PublishingAuditSink:
 
 
 def _opened(file: Path) -> EventLogWriter:
+    """Return the writer of a file.
+
+    Raises ConfigurationFileError if only a person can correct the reason why the file cannot be written. A
+    full, failed or read-only disk does not prevent the start.
+    """
+    if problem := _write_problem(file):
+        raise ConfigurationFileError(f"events.file: {problem}")
     try:
         return EventLogWriter(file)
     except EventLogInUse as error:  # the other instrument may end, so systemd tries again
         raise ServerError(f"events.file: {error}") from None
     except EventLogFileError as error:
         raise ConfigurationFileError(f"events.file: {error}") from None
+
+
+def _write_problem(file: Path) -> str:
+    try:
+        return write_problem(file)
+    except PermissionError:
+        return unreadable(file)
+    except OSError:  # of the disk
+        return ""
 
 
 @contextmanager
@@ -62,8 +79,8 @@ def audited(
 
     Without a `file`, the records are only published.
 
-    Raises ConfigurationFileError if the file is not an event log, and ServerError if another instrument
-    writes the file.
+    Raises ConfigurationFileError if the file is not an event log or may not be written, and ServerError if
+    another instrument writes the file.
     """
     writer = _opened(file) if file else None
     sink = PublishingAuditSink(writer or NullAuditSink(), broadcaster)

@@ -17,7 +17,15 @@ from pneuforce.instrument.service.checks.configured_files import ConfiguredFile,
 from pneuforce.instrument.service.checks.service_user import SERVICE_USER, service_permissions
 from pneuforce.instrument.users.file import load_users
 from pneuforce.support.atomic_file import STDIN
-from pneuforce.support.permissions import account, read_problem, user_name
+from pneuforce.support.permissions import (
+    account,
+    folder_problem,
+    is_read_only,
+    permitted,
+    read_problem,
+    user_name,
+    write_problem,
+)
 
 #: Folders that systemd creates when the service starts: StateDirectory and RuntimeDirectory of the unit. The
 #: unit pneuforce@NAME creates the folder NAME in them. The service can write to no other folder.
@@ -54,6 +62,8 @@ def _check_file(file: ConfiguredFile, configuration: Path, is_service_user: bool
             )
         elif problem := _CHECKS.get(file.key, _read_problem)(file.path):
             report.problems.append(f"{file.key}: {problem}")
+        elif file.is_written and is_read_only(folder):
+            report.remarks.append(f"{file.key}: the file system of {folder} is read-only: nothing is written")
         elif file.is_written and is_service_user and not any(map(file.path.is_relative_to, SERVICE_FOLDERS)):
             report.remarks.append(
                 f"{file.key}: the systemd unit permits no writing to {folder}: choose a folder in "
@@ -78,33 +88,13 @@ def _is_public(file: Path) -> bool:
 
 def _read_problem(file: Path) -> str:
     """Return why a file cannot be read, "" if this is possible."""
-    if file == STDIN or _is_permitted(file, os.R_OK):
+    if file == STDIN or permitted(file, os.R_OK):
         return ""
     return read_problem(file)
 
 
-def _folder_problem(folder: Path) -> str:
-    """Return why no file can be created in a folder, "" if this is possible. Raises PermissionError."""
-    try:
-        if not stat.S_ISDIR(folder.stat().st_mode):
-            return f"{folder} is a file, not a folder: choose another folder"
-    except (FileNotFoundError, NotADirectoryError):
-        return f"the folder {folder} is missing: create the folder, or choose another one"
-    if _is_permitted(folder, os.W_OK | os.X_OK):
-        return ""
-    return f"{user_name()} cannot write to the folder {folder}: choose a folder in {SERVICE_FOLDERS[0]}"
-
-
-def _written_file_problem(file: Path) -> str:
-    """Return why a file cannot be created or written, "" if this is possible. Raises PermissionError."""
-    if (problem := _folder_problem(file.parent)) or not file.exists():
-        return problem
-    is_permitted = _is_permitted(file, os.R_OK | os.W_OK)
-    return "" if is_permitted else f"{user_name()} cannot write to {file}: chown {account()} {file}"
-
-
 def _event_log_problem(file: Path) -> str:
-    if problem := _written_file_problem(file):
+    if problem := write_problem(file):
         return problem
     try:
         check_event_log(file)
@@ -116,19 +106,19 @@ def _event_log_problem(file: Path) -> str:
 
 
 def _socket_problem(file: Path) -> str:
-    if (problem := _folder_problem(file.parent)) or not file.exists() or file.is_socket():
+    if (problem := folder_problem(file.parent)) or not file.exists() or file.is_socket():
         return problem
     return f"{file} is a file, not a socket: choose another name"
 
 
 def _parameter_problem(file: Path) -> str:
     problem = storage_of(file, configured_node_id=1).problem
-    return f"{file}: {problem}: move the file away" if problem else _folder_problem(file.parent)
+    return f"{file}: {problem}: move the file away" if problem else folder_problem(file.parent)
 
 
 def _users_problem(file: Path) -> str:
     """Return why a file of users cannot be used."""
-    if file.exists() and not _is_permitted(file, os.R_OK):
+    if file.exists() and not permitted(file, os.R_OK):
         return f"{user_name()} cannot read {file}: chown {account()} {file}"
     try:
         load_users(file)
@@ -143,11 +133,7 @@ def _recordings_problem(folder: Path) -> str:
     """Return why a folder of recordings cannot be used. The first recording creates a missing folder."""
     if folder.exists() and not folder.is_dir():
         return f"{folder} is a file, not a folder: choose another name"
-    return _folder_problem(next(existing for existing in (folder, *folder.parents) if existing.exists()))
-
-
-def _is_permitted(file: Path, access: int) -> bool:
-    return os.access(file, access, effective_ids=True)
+    return folder_problem(next(existing for existing in (folder, *folder.parents) if existing.exists()))
 
 
 #: Keys of the files that only the service may read. An instrument starts nevertheless.
@@ -158,7 +144,7 @@ _CHECKS: dict[str, Callable[[Path], str]] = {
     "events.file": _event_log_problem,
     "local.socket": _socket_problem,
     "can.parameter_file": _parameter_problem,
-    "mqtt.store": _written_file_problem,
+    "mqtt.store": write_problem,
     "web.users_file": _users_problem,
     "web.recordings": _recordings_problem,
 }

@@ -69,7 +69,7 @@ class LocalServer:
         self._warn_of_client = RateLimitedLogger(log).warning
 
     async def open(self, path: Path | None) -> None:
-        """Listen at `path`, for this user only. Do nothing if `path` is None. Raises ServerError."""
+        """Listen at `path`, for this user only. Do nothing if `path` is None. Raises PneuforceError."""
         if path is not None:
             self._socket = LocalSocket(path, lambda: ClientSession(self))
             await self._socket.open()

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from pneuforce.errors import ServerError
+from pneuforce.errors import ConfigurationFileError, ServerError
+from pneuforce.support.permissions import folder_problem
 
 
 class LocalSocket:
@@ -27,7 +28,11 @@ class LocalSocket:
         self._identity: tuple[int, int] | None = None
 
     async def open(self) -> None:
-        """Listen. Raises ServerError if the name is in use or cannot be created."""
+        """Listen.
+
+        Raises ServerError if the name is in use or cannot be created. Raises ConfigurationFileError if the
+        folder is missing or may not be written, because only a person can correct this.
+        """
         try:
             _remove_stale(self.path)
             umask = os.umask(0o177)
@@ -38,8 +43,11 @@ class LocalSocket:
                 os.umask(umask)
         except ServerError:  # ServerError is a subclass of OSError, and its message is complete
             raise
+        except (FileNotFoundError, NotADirectoryError, PermissionError) as error:
+            reason = _folder_reason(self.path) or error.strerror
+            raise ConfigurationFileError(f"local.socket = {self.path}: {reason}") from None
         except OSError as error:
-            raise ServerError(f"local.socket = {self.path}: {_reason(self.path, error)}") from None
+            raise ServerError(f"local.socket = {self.path}: {error.strerror or error}") from None
         self._identity = _identity(self.path)
 
     @property
@@ -56,13 +64,12 @@ class LocalSocket:
         self._identity = None
 
 
-def _reason(path: Path, error: OSError) -> str:
-    if path.parent.is_dir():
-        return error.strerror or str(error)
-    return (
-        f"the folder {path.parent} is missing: create it, or choose another folder "
-        "(for a service, systemd creates the folder)"
-    )
+def _folder_reason(path: Path) -> str:
+    """Return why the socket cannot be created in its folder, "" if the folder is not the reason."""
+    with suppress(PermissionError):
+        if problem := folder_problem(path.parent):
+            return f"{problem} (for a service, systemd creates /run/pneuforce)"
+    return ""
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

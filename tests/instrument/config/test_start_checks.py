@@ -1,5 +1,6 @@
 """Tests of `pneuforce config --check`: what would stop the start of the instrument is reported before."""
 
+import asyncio
 import contextlib
 import grp
 import json
@@ -16,12 +17,15 @@ from pneuforce.errors import ConfigurationError, ConfigurationFileError, Pneufor
 from pneuforce.instrument.audit.store import EventLogFile
 from pneuforce.instrument.cli.config_check import check_config
 from pneuforce.instrument.commissioning.certificates import key_pem
-from pneuforce.instrument.config import load
+from pneuforce.instrument.config import Configuration, load
+from pneuforce.instrument.service.audit_log import audited
 from pneuforce.instrument.service.checks.file_checks import SERVICE_FOLDERS, check_files
 from pneuforce.instrument.service.checks.service_user import service_permissions
 from pneuforce.instrument.service.checks.start_checks import load_checked
+from pneuforce.instrument.service.local_socket.unix_socket import LocalSocket
 from pneuforce.instrument.users.file import write_users
 from pneuforce.support.network_name import is_host, is_socket_url
+from pneuforce.support.permissions import write_problem
 from pneuforce.support.serial_port import SerialPort
 from tests.command_runner import pneuforce
 from tests.instrument.audit.event_log_files import make_log
@@ -154,6 +158,51 @@ def test_the_check_and_the_start_report_a_damaged_event_log_with_the_same_senten
     check, start = pneuforce("config", "--check", file), pneuforce("run", "--config", file)
     assert (check.returncode, start.returncode) == (78, 78)
     assert check.stderr.replace(f"{file}: ", "") == start.stderr
+
+
+@pytest.mark.parametrize(("key", "other"), [("events.file", "local.socket"), ("local.socket", "events.file")])
+def test_a_missing_folder_is_an_error_of_the_configuration_also_at_the_start(tmp_path, key, other):
+    file = tmp_path / "instrument.toml"
+    sections = [f'[{section}]\n{name} = "absent/x"\n' for section, name in [key.split(".")]]
+    sections += [f'[{section}]\n{name} = ""\n' for section, name in [other.split(".")]]
+    file.write_text("".join(sections))
+    check, start = pneuforce("config", "--check", file), pneuforce("run", "--config", file)
+    assert (check.returncode, start.returncode) == (78, 78)
+    for done in (check, start):
+        assert key in done.stderr
+        assert f"the folder {tmp_path}/absent is missing: create the folder" in done.stderr
+
+
+def test_a_file_that_the_user_may_not_write_stops_the_start_as_it_fails_the_check(etc):
+    log, socket_path, folders = etc / "own/log", etc / "socket", [etc / "closed", etc / "own"]
+    for folder in folders:
+        folder.mkdir(0o700)
+    log.touch(0o644)
+    os.chown(log.parent, 65534, 65534)
+    for name, words in (("own/log", "chown nobody"), ("new", "choose another"), ("closed/in/x", "chgrp")):
+        with (
+            service_permissions("nobody"),
+            pytest.raises(ConfigurationFileError, match=rf"events\.file: the user nobody cannot .*{words}"),
+            audited(None, Configuration(), etc / name, None),
+        ):
+            pass
+    with service_permissions("nobody"), pytest.raises(ConfigurationFileError, match=r"local\.socket"):
+        asyncio.run(LocalSocket(socket_path, asyncio.Protocol).open())
+    assert sorted(etc.rglob("*")) == [*folders, log]
+
+
+def test_a_read_only_file_system_does_not_prevent_the_start(monkeypatch, tmp_path):
+    read_only = os.statvfs_result([*os.statvfs(tmp_path)[:8], os.ST_RDONLY, 255])
+    monkeypatch.setattr(os, "statvfs", lambda _: read_only)
+    monkeypatch.setattr(os, "access", lambda path, access, **_: not access & os.W_OK)
+    file = tmp_path / "instrument.toml"
+    file.write_text('[local]\nsocket = ""\n')
+    problems, remarks = check_files(load_checked(file), file, "no-such-user")
+    assert (problems, [remark.partition(": the file system")[0] for remark in remarks]) == (
+        [],
+        ["events.file"],
+    )
+    assert write_problem(tmp_path / "events.sqlite") == ""
 
 
 def test_the_command_reports_each_file_that_cannot_be_used(tmp_path):
