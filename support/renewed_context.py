@@ -6,8 +6,9 @@ import asyncio
 import logging
 import ssl
 import time
+from contextlib import suppress
 
-from pneuforce.support.certificate_days import days_left
+from pneuforce.support.certificate_days import begin_warning, days_left
 from pneuforce.support.tls_files import TlsFiles
 
 RELOAD_PERIOD_S = 5.0  #: period at which the files are read again if they have changed
@@ -21,12 +22,13 @@ class RenewedContext:
     def __init__(self, files: TlsFiles, service: str) -> None:
         """Read the files. `service` is the name of the server in the log.
 
-        Raises OSError with a sentence that names the file. An expired certificate is used, so that the server
-        can start. The clients then decide.
+        Raises OSError with a sentence that names the file. A certificate that has expired or is not yet valid
+        is used, so that the server can start. The clients then decide.
         """
         self._files, self._service = files, service
         self.current: ssl.SSLContext = files.load()
         self._certificate = files.own_certificate()
+        self._log_begin(time.time())
 
     def certificate_days(self, now_s: float) -> float | None:
         """Return the days until the certificate in use expires, None if it cannot be decoded.
@@ -50,7 +52,14 @@ class RenewedContext:
             return set()
         self.current, self._certificate = context, certificate
         log.warning("%s: read again: %s", self._service, ", ".join(sorted(changed)))
+        self._log_begin(now_s)
         return changed
+
+    def _log_begin(self, now_s: float) -> None:
+        """Log a warning if the certificate in use is not yet valid."""
+        with suppress(ValueError):
+            if warning := begin_warning(self._certificate, now_s):
+                log.warning("%s: %s", self._service, warning)
 
     async def follow(self) -> None:
         """Read changed files each `RELOAD_PERIOD_S` until the task is cancelled."""

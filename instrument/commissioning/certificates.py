@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import datetime, timedelta
 from ipaddress import ip_address
 from pathlib import Path
@@ -63,8 +64,11 @@ def new_client(authority: KeyPair, name: str, role: str, now: datetime, days: in
     return _signed(authority, name, extensions, ExtendedKeyUsageOID.CLIENT_AUTH, now, days)
 
 
-def revocation_list(authority: KeyPair, serial_numbers: set[int], now: datetime) -> bytes:
-    """Return the list of revoked certificates (PEM). It is valid as long as the authority."""
+def revocation_list(authority: KeyPair, dates: Mapping[int, datetime], now: datetime) -> bytes:
+    """Return the list of revoked certificates (PEM). It is valid as long as the authority.
+
+    `dates` are the times of the revocations by the serial numbers of the certificates.
+    """
     builder = (
         x509.CertificateRevocationListBuilder()
         .issuer_name(authority.certificate.subject)
@@ -72,15 +76,15 @@ def revocation_list(authority: KeyPair, serial_numbers: set[int], now: datetime)
         .next_update(authority.certificate.not_valid_after_utc)
         .add_extension(_authority_id(authority), critical=False)
     )
-    for number in sorted(serial_numbers):
-        revoked = x509.RevokedCertificateBuilder().serial_number(number).revocation_date(now).build()
+    for number, date in sorted(dates.items()):
+        revoked = x509.RevokedCertificateBuilder().serial_number(number).revocation_date(date).build()
         builder = builder.add_revoked_certificate(revoked)
     return builder.sign(authority.key, SHA256()).public_bytes(Encoding.PEM)
 
 
-def revoked_serial_numbers(crl: bytes) -> set[int]:
-    """Return the serial numbers in a list of revoked certificates (PEM). Raises ValueError."""
-    return {entry.serial_number for entry in x509.load_pem_x509_crl(crl)}
+def revocation_dates(crl: bytes) -> dict[int, datetime]:
+    """Return the times of the revocations in a list (PEM) by serial number. Raises ValueError."""
+    return {entry.serial_number: entry.revocation_date_utc for entry in x509.load_pem_x509_crl(crl)}
 
 
 def certificate_pem(certificate: x509.Certificate) -> bytes:

@@ -3,10 +3,11 @@
 import logging
 import ssl
 import time
+from datetime import timedelta
 
 import pytest
 
-from pneuforce.instrument.commissioning.certificates import certificate_pem
+from pneuforce.instrument.commissioning.certificates import CLOCK_TOLERANCE, certificate_pem
 from pneuforce.support.certificate_days import renewal_warning
 from pneuforce.support.certificate_purpose import is_server_certificate
 from pneuforce.support.renewed_context import RenewedContext
@@ -74,6 +75,19 @@ def test_an_expired_certificate_is_no_reason_not_to_start(pki):
     assert RenewedContext(TlsFiles(**pki.own), "the web page").certificate_days(time.time()) < 0
 
 
+def test_a_certificate_that_is_not_yet_valid_is_used_with_a_warning(pki, caplog):
+    pki.renew_instrument(age_days=-2)
+    tls = RenewedContext(TlsFiles(**pki.own), "the web page")
+    assert tls.certificate_days(time.time()) > 365
+    begin = pki.now + timedelta(days=2) - CLOCK_TOLERANCE
+    (line,) = caplog.messages
+    assert line.startswith("the web page: the certificate is valid from ")
+    assert f"{begin:%Y-%m-%d %H:%M} UTC" in line
+    pki.renew_instrument(age_days=-4)
+    tls.renew(time.time())
+    assert ["valid from" in line for line in caplog.messages] == [True, False, True]
+
+
 def test_the_days_are_those_of_the_certificate_in_use(tls, pki, caplog):
     caplog.set_level(logging.ERROR)
     now_s = time.time()
@@ -86,7 +100,15 @@ def test_the_days_are_those_of_the_certificate_in_use(tls, pki, caplog):
 
 @pytest.mark.parametrize(
     ("days", "words"),
-    [(None, ""), (30.0, ""), (29.9, "30 days"), (0.2, "0 days"), (1.2, "1 day:"), (-0.1, "has expired")],
+    [
+        (None, ""),
+        (30.0, ""),
+        (29.9, "30 days"),
+        (1.2, "1 day:"),
+        (0.2, "4 hours:"),
+        (0.003, "5 minutes:"),
+        (-0.1, "has expired"),
+    ],
 )
 def test_a_certificate_must_be_renewed_thirty_days_before_its_end(days, words):
     warning = renewal_warning(days)

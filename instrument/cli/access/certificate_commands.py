@@ -87,13 +87,15 @@ def revoke(
 
 @commands.command()
 def show(
-    certificate: Annotated[Path, typer.Argument(help="A certificate (PEM).")],
+    file: Annotated[
+        Path, typer.Argument(help="A certificate, or a list of revoked certificates such as crl.pem (PEM).")
+    ],
     as_json: Json = False,
 ) -> None:
-    """Print name, role and end of validity of a certificate.
+    """Print name, role and validity of a certificate, or the content of a list of revoked certificates.
 
     Example: pneuforce certificates show pki/plc.pem
     """
-    from pneuforce.instrument.cli.access.certificates import show as show_
+    from pneuforce.instrument.cli.access.certificate_text import show as show_
 
-    typer.echo(show_(certificate, as_json))
+    typer.echo(show_(file, as_json))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
 from datetime import UTC, datetime
 from pathlib import Path
-
-from cryptography.hazmat.primitives.serialization import Encoding
 
 from pneuforce.errors import ConfigurationError, UsageError
 from pneuforce.instrument.commissioning.certificates import (
@@ -21,10 +18,9 @@ from pneuforce.instrument.commissioning.certificates import (
     new_instrument,
     read_authority,
     read_certificate,
+    revocation_dates,
     revocation_list,
-    revoked_serial_numbers,
 )
-from pneuforce.registers.modbus_security.certificate import identity_of
 from pneuforce.support.atomic_file import read_file, replaced_file
 from pneuforce.support.counted import counted
 
@@ -79,39 +75,15 @@ def revoke(folder: Path, path: Path) -> str:
     crl = folder / CRL
     old = read_file(crl) if crl.exists() else b""
     try:
-        numbers = revoked_serial_numbers(old) if old else set()
+        dates = revocation_dates(old) if old else {}
     except ValueError:
         raise ConfigurationError(f"{crl} is not a list of revoked certificates in PEM format") from None
-    content = revocation_list(authority, numbers | {certificate.serial_number}, _now())
+    dates.setdefault(certificate.serial_number, _now())
+    content = revocation_list(authority, dates, _now())
     with replaced_file(crl) as temporary:
         temporary.write_bytes(content)
-    revoked = counted(len(numbers | {certificate.serial_number}), "revoked certificate")
+    revoked = counted(len(dates), "revoked certificate")
     return f"{crl} contains {revoked}: copy it to each instrument, and name it in crl."
-
-
-def show(path: Path, as_json: bool) -> str:
-    """Return name, role and end of validity of a certificate. Raises ConfigurationError."""
-    certificate = read_certificate(path)
-    name, role, valid_until_s = identity_of(certificate.public_bytes(Encoding.DER))
-    end = datetime.fromtimestamp(valid_until_s, UTC)
-    days_left = (end - _now()).days
-    if as_json:
-        facts = {
-            "ok": True,
-            "name": name,
-            "role": role,
-            "valid_until": end.isoformat(),
-            "days_left": days_left,
-        }
-        return json.dumps(facts)
-    return f"name {name}\nrole {role or 'none'}\nvalid until {end:%Y-%m-%d} ({_days_text(days_left)})"
-
-
-def _days_text(days_left: int) -> str:
-    """Return the time until or since the end of validity. A negative number of days is rounded down."""
-    if days_left >= 0:
-        return counted(days_left, "day")
-    return f"expired {counted(-days_left - 1, 'day')} ago" if days_left < -1 else "expired today"
 
 
 def _authority(folder: Path) -> KeyPair:

@@ -316,7 +316,12 @@ def test_a_certificate_that_has_expired_is_a_warning_and_one_without_its_key_is_
     file = tmp_path / "instrument.toml"
     names = 'certificate = "pki/instrument.pem"\nkey = "pki/instrument.key"\n'
     file.write_text(f'[web]\nenabled = true\nhost = "0.0.0.0"\n{ALLOW}{names}')
-    for days, age_days, words in ((365, 0, ""), (10, 0, "expires in 10 days"), (1, 2, "has expired")):
+    for days, age_days, words in (
+        (365, 0, ""),
+        (10, 0, "expires in 10 days"),
+        (1, 2, "has expired"),
+        (365, -2, "valid from"),
+    ):
         pki.renew_instrument(days=days, age_days=age_days)
         check_config([file], as_json=False)
         warning = capsys.readouterr().out

@@ -239,11 +239,11 @@ def test_a_revoked_certificate_is_disconnected_and_rejected(tmp_path, source, mo
     pki = Pki(tmp_path / "pki")
     plc, hmi = pki.client("plc", "operator"), pki.client("hmi", "viewer")
     crl = pki.folder / "crl.pem"
-    crl.write_bytes(revocation_list(pki.authority, set(), pki.now))
+    crl.write_bytes(revocation_list(pki.authority, {}, pki.now))
     with serving(tmp_path, source, pki.files(str(crl))) as server:
         with server.connect(pki.context("plc")) as client:
             assert code(send_request(client, FORCE)) == 0
-            crl.write_bytes(revocation_list(pki.authority, {plc.certificate.serial_number}, pki.now))
+            crl.write_bytes(revocation_list(pki.authority, {plc.certificate.serial_number: pki.now}, pki.now))
             assert read_answer(client) == ""
         with pytest.raises(ssl.SSLError, match="revoked"):
             request(server, pki.context("plc"), VENT)

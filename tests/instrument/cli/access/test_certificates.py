@@ -1,14 +1,24 @@
 """Tests of the failures of `pneuforce certificates`."""
 
+import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
 from typer.testing import CliRunner
 
 from pneuforce.errors import ConfigurationError
-from pneuforce.instrument.cli.access.certificates import show
+from pneuforce.instrument.cli.access.certificate_text import show
+from pneuforce.instrument.cli.access.certificates import make_authority, make_client, revoke
 from pneuforce.instrument.cli.app import app
-from pneuforce.instrument.commissioning.certificates import certificate_pem, new_authority, new_client
+from pneuforce.instrument.commissioning.certificates import (
+    certificate_pem,
+    new_authority,
+    new_client,
+    read_authority,
+    read_certificate,
+    revocation_dates,
+    revocation_list,
+)
 
 
 @pytest.mark.parametrize(
@@ -33,7 +43,8 @@ def test_a_missing_authority_is_named_with_the_command_that_makes_it(tmp_path, m
     [
         (50, "(2 days)"),
         (25, "(1 day)"),
-        (1, "(0 days)"),
+        (1, "(1 hour)"),
+        (0, "(5 minutes)"),
         (-1, "(expired today)"),
         (-25, "(expired 1 day ago)"),
         (-50, "(expired 2 days ago)"),
@@ -46,3 +57,46 @@ def test_the_time_until_or_since_the_end_is_shown_in_words(tmp_path, hours, text
     file = tmp_path / "plc.pem"
     file.write_bytes(certificate_pem(new_client(authority, "plc", "operator", begin, 30).certificate))
     assert show(file, as_json=False).endswith(text)
+
+
+def test_the_begin_of_a_certificate_is_shown_and_a_certificate_of_the_future_is_named(tmp_path):
+    now = datetime.now(UTC)
+    authority, file = new_authority("test authority", now), tmp_path / "plc.pem"
+    for delay_days, words in ((0, False), (2, True)):
+        begin = now + timedelta(days=delay_days)
+        file.write_bytes(certificate_pem(new_client(authority, "plc", "operator", begin, 30).certificate))
+        text = show(file, as_json=False)
+        assert ("check the clock of this computer" in text) == words
+        certificate = read_certificate(file)
+        assert f"valid from {certificate.not_valid_before_utc:%Y-%m-%d}" in text
+        facts = json.loads(show(file, as_json=True))
+        assert facts["valid_from"] == certificate.not_valid_before_utc.isoformat()
+        assert int(facts["serial_number"], 16) == certificate.serial_number
+
+
+def test_a_list_of_revoked_certificates_is_shown_with_the_date_of_each_revocation(tmp_path):
+    make_authority(tmp_path, "plant")
+    early = datetime(2026, 3, 1, tzinfo=UTC)
+    authority = read_authority(tmp_path / "ca.pem", tmp_path / "ca.key")
+    crl = tmp_path / "crl.pem"
+    crl.write_bytes(revocation_list(authority, {0xABC: early}, early))
+    make_client(tmp_path, "plc", "operator", 30)
+    revoke(tmp_path, tmp_path / "plc.pem")
+    number = read_certificate(tmp_path / "plc.pem").serial_number
+    dates = revocation_dates(crl.read_bytes())
+    assert (set(dates), dates[0xABC]) == ({0xABC, number}, early)
+    text = show(crl, as_json=False)
+    for words in ("issuer CN=plant", "last update 20", "next update 20", "2 revoked certificates"):
+        assert f"{words}" in text
+    assert "serial number abc, revoked 2026-03-01" in text
+    facts = json.loads(show(crl, as_json=True))
+    assert {int(each["serial_number"], 16) for each in facts["revoked"]} == {0xABC, number}
+    revoke(tmp_path, tmp_path / "plc.pem")
+    assert revocation_dates(crl.read_bytes()) == dates
+
+
+def test_a_damaged_list_of_revoked_certificates_is_reported(tmp_path):
+    file = tmp_path / "crl.pem"
+    file.write_text("-----BEGIN X509 CRL-----\nAAAA\n-----END X509 CRL-----\n")
+    with pytest.raises(ConfigurationError, match="no valid list of revoked certificates"):
+        show(file, as_json=False)
