@@ -148,6 +148,37 @@ _CLIENTS = (
     ),
 )
 
+#: Servers whose certificate has a metric with the time until its end, with their names.
+_CERTIFICATES: Mapping[str, str] = {"web": "the web page", "modbus_tls": "Modbus/TCP Security"}
+
+
+def _certificate_alerts(server: str, name: str) -> tuple[Alert, ...]:
+    """Return the alerts about the end of a certificate: 30 days before, and when it has expired."""
+    left, alert = (
+        f"pneuforce_{server}_certificate_left_seconds",
+        "".join(word.capitalize() for word in server.split("_")),
+    )
+    remedy = "Replace certificate and key. The instrument reads the new files without a restart."
+    return (
+        Alert(
+            f"Pneuforce{alert}CertificateExpires",
+            f"{left} < 30 * 86400",
+            "1m",
+            WARNING,
+            f"The certificate of {name} expires in less than 30 days, or has expired.",
+            remedy,
+        ),
+        Alert(
+            f"Pneuforce{alert}CertificateExpired",
+            f"{left} < 0",
+            "1m",
+            CRITICAL,
+            f"The certificate of {name} has expired: clients reject it.",
+            f"{remedy} Also check the clock of the computer.",
+        ),
+    )
+
+
 _FILES = (
     Alert(
         "PneuforceRecordingFailed",
@@ -203,4 +234,7 @@ ALERTS: Mapping[str, tuple[Alert, ...]] = {
     "pneuforce-processes": _PROCESSES,
     "pneuforce-clients": _CLIENTS,
     "pneuforce-files": _FILES,
+    "pneuforce-certificates": tuple(
+        alert for server, name in _CERTIFICATES.items() for alert in _certificate_alerts(server, name)
+    ),
 }

@@ -83,6 +83,15 @@ CASES = {
     ),
 }
 CASES |= {
+    f"{server}Certificate{event}": (
+        {f"pneuforce_{metric}_certificate_left_seconds": "-1x80"},
+        {},
+        "2592001x80",
+    )
+    for server, metric in (("Web", "web"), ("ModbusTls", "modbus_tls"))
+    for event in ("Expires", "Expired")
+}
+CASES |= {
     key: (
         {f'pneuforce_fault_active{{code="{rule.code}",fault="f"}}': "0x40 1x40"},
         {"code": rule.code, "fault": "f"},
@@ -151,6 +160,12 @@ def test_each_alert_fires_with_its_remedy(rules):
 def test_no_alert_fires_below_its_limit(rules):
     series = {key: quiet for series, _, quiet in CASES.values() for key in series}
     check_alerts(rules, series, {})
+
+
+@NEEDS_PROMETHEUS
+def test_only_a_warning_fires_before_the_end_of_a_certificate(rules):
+    series = {f"pneuforce_{server}_certificate_left_seconds": ONE for server in ("web", "modbus_tls")}
+    check_alerts(rules, series, {"WebCertificateExpires": {}, "ModbusTlsCertificateExpires": {}})
 
 
 @NEEDS_PROMETHEUS
