@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import re
+import socket
+from ipaddress import ip_address
 from pathlib import Path
 
 _FIRST_UNPRIVILEGED = Path("/proc/sys/net/ipv4/ip_unprivileged_port_start")
@@ -42,6 +44,23 @@ def may_listen(port: int) -> bool:
     except OSError:  # /proc is not mounted: only the start of the server shows the truth
         return True
     return effective is None or bool(int(effective[1], 16) & _CAP_NET_BIND_SERVICE)
+
+
+def has_address(host: str) -> bool:
+    """Return False if no interface of this computer has an IP address now; True for other host names.
+
+    A host name is not looked up, because this could need a connection to a name server.
+    """
+    try:
+        ip_address(host)
+        kind, protocol, _, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_DGRAM)[0]
+        with socket.socket(kind, protocol) as probe:
+            probe.bind(address)
+    except ValueError:
+        return True
+    except OSError as error:
+        return error.errno != errno.EADDRNOTAVAIL
+    return True
 
 
 def first_unprivileged_port() -> int:

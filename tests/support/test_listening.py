@@ -14,7 +14,12 @@ from pneuforce.instrument.service.buses.modbus_server import open_modbus
 from pneuforce.instrument.service.buses.rdt_server import open_rdt
 from pneuforce.instrument.service.checks.port_checks import port_remarks
 from pneuforce.instrument.service.checks.service_user import service_permissions
-from pneuforce.support.listening import first_unprivileged_port, listen_failure, may_listen
+from pneuforce.support.listening import (
+    first_unprivileged_port,
+    has_address,
+    listen_failure,
+    may_listen,
+)
 
 EXIT_CLASSES = [
     (errno.EACCES, ConfigurationFileError, "CAP_NET_BIND_SERVICE"),
@@ -70,3 +75,18 @@ def test_a_port_without_privilege_is_a_remark_about_its_key():
     keys = [remark.partition(" ")[0] for remark in port_remarks(parse(tables, "x"), "nobody")]
     assert keys == ([] if permitted else ["modbus.port", "rdt.port"])
     assert port_remarks(parse({}, "x"), "nobody") == []
+
+
+@pytest.mark.parametrize(
+    ("host", "present"),
+    [
+        *((host, True) for host in ("127.0.0.1", "0.0.0.0", "::", "localhost", "no.such.example")),
+        *((host, False) for host in ("203.0.113.9", "2001:db8::9")),  # reserved for documents
+    ],
+)
+def test_an_address_that_no_interface_has_is_a_remark(host, present):
+    assert has_address(host) == present
+    table = {"enabled": True, "host": host, "allow": ["10.0.0.1"]}
+    remarks = port_remarks(parse({"modbus": table, "rdt": table}, "x"), "no-such-user")
+    keys = [] if present else ["modbus.host", "rdt.host"]
+    assert [remark.partition(" = ")[0] for remark in remarks] == keys
