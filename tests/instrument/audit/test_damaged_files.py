@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from datetime import datetime
 from functools import partial
 
@@ -19,6 +20,8 @@ from pneuforce.instrument.audit.verification import BrokenChainError
 from pneuforce.instrument.cli.log.table import EventSelection, show_events
 from pneuforce.instrument.cli.log.verification import Verification, verify_events
 from tests.instrument.audit.event_log_files import make_log, verify_log
+from tests.source_tree import ROOT
+from tests.tools import needs
 
 RECORDS = 60
 APPEND = """
@@ -215,6 +218,20 @@ def test_an_invalid_structure_is_reported_as_damage_and_the_first_wrong_record_i
     log.write_bytes(complete[:-2048] + bytes(2048))
     with pytest.raises(DamagedLogError, match=r"structure is invalid; record \d+ "):
         verify_log(log)
+
+
+@needs("sqlite3")
+def test_the_commands_of_the_document_save_the_records_before_and_after_the_damage(tmp_path):
+    text = (ROOT / "docs/events.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```sh\n(\(sqlite3 .*?saved.sqlite)\n", text, re.DOTALL)
+    content = make_log(tmp_path / "events.sqlite", range(400)).read_bytes()
+    (tmp_path / "events.sqlite").write_bytes(content[: 5 * 4096] + bytes(4096) + content[6 * 4096 :])
+    subprocess.run(["sh", "-c", block], cwd=tmp_path, check=True, timeout=60)
+    with closing(sqlite3.connect(tmp_path / "saved.sqlite")) as db:
+        numbers = [number for (number,) in db.execute("SELECT number FROM records ORDER BY number")]
+    assert (numbers[0], numbers[-1], 300 < len(numbers) < 400) == (1, 400, True)
+    with pytest.raises(BrokenChainError, match="is missing"):
+        verify_log(tmp_path / "saved.sqlite")
 
 
 def test_a_failed_read_is_repeated_only_if_the_log_was_written_at_the_same_time(tmp_path):
