@@ -4,9 +4,11 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pneuforce import force
+from pneuforce.instrument.core.settings import Settings
 from pneuforce.instrument.measurement.chain import REFERENCE_TOLERANCE_KPA
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
 from pneuforce.instrument.measurement.contact import (
@@ -39,6 +41,7 @@ from pneuforce.instrument.model.uncertainty_budget import CONTACT_S, compute_bud
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/model.md").read_text(encoding="utf-8")
 CHAIN, ERRORS = ChainSettings(), InputUncertainties()
+LIMIT_KPA = Settings().contact_limit_kpa
 BALLOON = Balloon()
 QUADRATIC, LINEAR = (
     1e3 * number for number in (BALLOON.radius_quadratic_mm_per_kpa2, BALLOON.radius_linear_mm_per_kpa)
@@ -109,6 +112,28 @@ def test_the_step_of_the_force_at_the_switch_is_that_of_the_program():
     by_rise = "by {} at a rise of 0.5 kPa, by {} at 3 kPa, and by {} at 4 kPa".format(*percents)
     assert by_rise in " ".join(DOCUMENT.split())
     assert f"falls by {percents[0]} to {percents[2]} (rises of 0.5 to 4 kPa)" in DOCUMENT
+
+
+def test_the_difference_of_blend_and_paper_is_that_of_the_program_and_within_2u():
+    """The greatest difference is next to the step of `paper`. The grid would find a greater one elsewhere."""
+    switch_kpa, text = BALLOON.switch_kpa, " ".join(DOCUMENT.split())
+    baselines_kpa = np.append(
+        np.linspace(switch_kpa - BLEND_KPA, switch_kpa + BLEND_KPA, 201), math.nextafter(switch_kpa, math.inf)
+    )
+
+    def differences(rise_kpa):
+        live, paper = (
+            force(baselines_kpa, baselines_kpa + rise_kpa, switch=switch) for switch in ("blend", "paper")
+        )
+        return live.force_n / paper.force_n - 1, abs(live.force_n - paper.force_n) / live.force_std_n
+
+    for rise_kpa, place in ((0.5, "a rise of 0.5 kPa"), (3.0, "3 kPa"), (5.0, "5 kPa")):
+        relative, _ = differences(rise_kpa)
+        low, high = (f"{100 * value:+.1f} %".replace("-", "−") for value in (relative.min(), relative.max()))
+        assert re.search(rf"{re.escape(f'{low} to {high}')} (of the true force )?at {place}", text)
+    _, in_stds = differences(LIMIT_KPA - switch_kpa)
+    assert f"pressure limit of {LIMIT_KPA:g} kPa, where the difference is {in_stds.max():.1f} u" in text
+    assert in_stds.max() < 2
 
 
 @pytest.mark.parametrize(("sides", "title"), [(1, "1 pressed side"), (2, "2 pressed sides")])
