@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.calibration.estimation import pressure_problem
 from pneuforce.instrument.cli.model.estimate import NO_SOLUTION, low_rise_reason, range_reason
 from pneuforce.instrument.measurement.chain_settings import ChainSettings
@@ -46,12 +47,14 @@ class ForceRow(NamedTuple):
 def read_force_rows(path: Path, settings: ChainSettings, with_budget: bool) -> list[ForceRow]:
     """Return each contact of a CSV file with its force, as the instrument would show it.
 
-    ΔP_i outside the validated range gives no force. Raises ConfigurationError, which names the line, if a
-    cell is not a number.
+    ΔP_i outside the validated range gives no force. Raises ConfigurationError if the file contains no
+    contacts, and with the line if a cell is not a number.
     """
     table = parse_table(read_file(path), str(path))
     names = table.require_columns(*PRESSURE_COLUMNS)
     read = [_read_row(row, names) for row in table.rows]
+    if not read:
+        raise ConfigurationError(f"{path} contains no contacts, only the names of the columns")
     usable = [row for row in read if not row.reason]
     forces = estimate_forces([(row.baseline_kpa, row.final_kpa) for row in usable], settings)
     model = settings.force_model

@@ -84,6 +84,15 @@ def test_a_table_without_any_valid_force_ends_with_an_error(tmp_path):
     assert [row["force_n"] for row in rows_of(done.stdout)] == [""]
 
 
+@pytest.mark.parametrize("command", ["estimate", "uncertainty"])
+def test_a_table_without_contacts_is_rejected(tmp_path, command):
+    file, out = tmp_path / "head.csv", tmp_path / "forces.csv"
+    file.write_text("# noted by hand\nbaseline_kpa,final_kpa\n\n")
+    for words in ((), ("--json",), ("--out", out)):
+        assert str(file) in error_line(command, "--csv", file, *words)
+    assert not out.exists()
+
+
 def test_a_table_keeps_its_columns_and_gets_the_force_of_each_contact(config):
     rows = rows_of(succeed("estimate", "--csv", CONTACTS, "--config", config))
     assert len(rows) == 24
