@@ -34,6 +34,8 @@ class ReferenceInput(NamedTuple):
     columns: ReferenceColumns = ReferenceColumns()
     offset_s: float | None = None  #: clock offset; None: estimate the offset
     tare: bool = False  #: subtract the reading of the unloaded reference sensor
+    #: Both clocks show the right time: the start of the recording (UTC) gives the offset.
+    by_utc: bool = False
 
 
 class AlignedReference(NamedTuple):
@@ -85,11 +87,14 @@ def align_reference(
     If the times of the reference are seconds since 1970, and the recording began at `begin_utc_s`, offsets
     near the difference of these clocks are preferred.
 
-    Raises ConfigurationError if the clock offset is not given and cannot be estimated.
+    Raises ConfigurationError if the clock offset is not given and cannot be estimated, and if the offset of
+    two UTC clocks is requested but not known.
     """
     signal = Signal(reference["t_s"], reference["force_n"])
-    has_utc = signal.t_s[0] >= FIRST_UTC_S
-    offset = _clock_offset(signal, given.offset_s, course, -begin_utc_s if has_utc else math.nan)
+    utc_offset_s = -begin_utc_s if signal.t_s[0] >= FIRST_UTC_S else math.nan
+    if given.by_utc:
+        given = given._replace(offset_s=_known_offset_s(utc_offset_s, begin_utc_s))
+    offset = _clock_offset(signal, given.offset_s, course, utc_offset_s)
     at_recording = Signal(signal.t_s + offset.offset_s, signal.value)
     free_n = course.free_force_n(at_recording)
     zero_n = free_n if given.tare and math.isfinite(free_n) else 0.0
@@ -100,6 +105,21 @@ def align_reference(
     known = tuple(filter(None, warnings))
     is_doubtful = bool(wrong_offset or wrong_unit)
     return AlignedReference(force, offset, given.offset_s is not None, free_n, given.tare, known, is_doubtful)
+
+
+def _known_offset_s(utc_offset_s: float, begin_utc_s: float) -> float:
+    """Return the offset of two UTC clocks. Raises ConfigurationError if it is not known."""
+    if math.isfinite(utc_offset_s):
+        return utc_offset_s
+    if math.isnan(begin_utc_s):
+        raise ConfigurationError(
+            "--offset utc cannot be used, because the recording does not contain its start in UTC: give the "
+            "offset in s"
+        )
+    raise ConfigurationError(
+        "--offset utc cannot be used, because the times of the reference are not seconds since 1970: name "
+        "the column with these times with --time-column"
+    )
 
 
 def _clock_offset(

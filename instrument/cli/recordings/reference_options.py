@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.cli.terminal.option_groups import given_options, reject_options
 
 if TYPE_CHECKING:
     from pneuforce.instrument.validation.reference_alignment import ReferenceInput
+
+UTC = "utc"  #: value of --offset for two clocks that show the right time
 
 
 class ReferenceOptions(NamedTuple):
@@ -20,10 +24,11 @@ class ReferenceOptions(NamedTuple):
         Path | None, typer.Option(help="CSV file of the reference force sensor over time.")
     ] = None
     offset: Annotated[
-        float | None,
+        str | None,
         typer.Option(
+            metavar="S|utc",
             help="With --reference: time of the recording minus time of the reference, in s; estimated by "
-            "default."
+            "default. utc: both clocks show the right time, and the reference has the time since 1970.",
         ),
     ] = None
     time_column: Annotated[
@@ -46,7 +51,7 @@ class ReferenceOptions(NamedTuple):
     def input(self) -> ReferenceInput | None:
         """Return the file and how to read it, None if no file is given.
 
-        Raises ConfigurationError if there are options, but no file.
+        Raises ConfigurationError if there are options, but no file, and if the offset is invalid.
         """
         from pneuforce.instrument.validation.reference import ReferenceColumns
         from pneuforce.instrument.validation.reference_alignment import ReferenceInput
@@ -57,4 +62,17 @@ class ReferenceOptions(NamedTuple):
         columns = ReferenceColumns(
             self.time_column or "t_s", self.force_column or "force_n", self.unit or "N", self.invert
         )
-        return ReferenceInput(self.reference, columns, self.offset, self.tare)
+        return ReferenceInput(self.reference, columns, self._offset_s(), self.tare, self.offset == UTC)
+
+    def _offset_s(self) -> float | None:
+        if self.offset is None or self.offset == UTC:
+            return None
+        try:
+            offset_s = float(self.offset)
+        except ValueError:
+            offset_s = math.nan
+        if not math.isfinite(offset_s):
+            raise ConfigurationError(
+                f"--offset = {self.offset} is invalid: it must be a number of seconds, or {UTC}"
+            )
+        return offset_s

@@ -188,6 +188,29 @@ def test_a_given_offset_is_used_and_a_wrong_offset_gives_no_wrong_force(folder):
             assert plateau.force_n == pytest.approx(truths_n[plateau.contact], rel=0.03)
 
 
+def test_the_offset_of_two_utc_clocks_follows_from_the_start_of_the_recording(folder, tmp_path):
+    with open_recording(folder / "a.recording") as source:
+        begin_utc_s = source.begin_utc_s
+    late_s = 0.12
+    rows = csv.DictReader((folder / "cell.csv").read_text().splitlines())
+    lines = [f"{float(row['t_s']) + begin_utc_s + late_s:.4f},{row['force_n']}\n" for row in rows]
+    reference = tmp_path / "utc.csv"
+    reference.write_text("".join(["utc_s,force_n\n", *lines]))
+    words = ("--reference", reference, "--time-column", "utc_s")
+    found = paired(folder, *words, "--offset", "utc")
+    assert found["offset_given"]
+    assert found["offset_s"] == pytest.approx(-begin_utc_s, abs=1e-3)
+    assert paired(folder, *words)["offset_s"] == pytest.approx(-begin_utc_s - late_s, abs=0.03)
+    for words, reason in (
+        (("--reference", folder / "cell.csv", "--offset", "utc"), "--time-column"),
+        (("--reference", reference, "--offset", "UTC+1"), "UTC+1"),
+        (("--reference", reference, "--offset", "nan"), "--offset"),
+    ):
+        rejected = pneuforce("calibrate", "contacts", "--from", folder / "a.recording", *words)
+        assert (rejected.returncode, rejected.stdout) == (2, "")
+        assert reason in rejected.stderr
+
+
 def warnings_of(folder, **options):
     reference = ReferenceInput(folder / "cell.csv", **options)
     return pair(PairingInput(folder / "a.recording", reference)).aligned.warnings
