@@ -14,6 +14,7 @@ from pneuforce.instrument.validation.clock_offset import (
     correlation_at,
     estimate_offset,
 )
+from pneuforce.instrument.validation.clock_rate import rate_warning
 from pneuforce.instrument.validation.reference import ReferenceColumns, shifted
 from pneuforce.instrument.validation.reference_checks import (
     offset_warning,
@@ -46,7 +47,7 @@ class AlignedReference(NamedTuple):
     offset_given: bool  #: True if the offset was given, False if it was estimated
     free_force_n: float  #: reading of the reference sensor without contact; NaN if it is not known
     tare: bool  #: True if `free_force_n` was subtracted
-    warnings: tuple[str, ...]  #: signs of a wrong offset, unit or zero
+    warnings: tuple[str, ...]  #: signs of a wrong offset, clock rate, unit or zero
     is_doubtful: bool = False  #: True if the offset or the unit is probably wrong
 
     @property
@@ -100,7 +101,9 @@ def align_reference(
     zero_n = free_n if given.tare and math.isfinite(free_n) else 0.0
     wrong_offset = offset_warning(offset, course, signal) if given.offset_s is not None else ""
     wrong_unit = "" if wrong_offset else unit_warning(course.contacts, at_recording, given.columns.unit)
-    warnings = (wrong_offset, wrong_unit, "" if given.tare else zero_warning(free_n))
+    begins_s = [contact.begin_s for contact in course.contacts]
+    wrong_rate = "" if wrong_offset else rate_warning(begins_s, course.signal, at_recording)
+    warnings = (wrong_offset, wrong_rate, wrong_unit, "" if given.tare else zero_warning(free_n))
     force = shifted(reference, offset.offset_s, zero_n)
     known = tuple(filter(None, warnings))
     is_doubtful = bool(wrong_offset or wrong_unit)

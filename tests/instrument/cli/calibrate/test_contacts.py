@@ -228,6 +228,15 @@ def test_a_wrong_offset_unit_or_sign_gives_a_warning(folder):
         assert "is its unit N?" in warning
 
 
+def test_a_wrong_clock_rate_gives_a_warning(folder, tmp_path):
+    rows = csv.DictReader((folder / "cell.csv").read_text().splitlines())
+    lines = [f"{float(row['t_s']) / 1.01:.4f},{row['force_n']}\n" for row in rows]
+    (tmp_path / "cell.csv").write_text("".join(["t_s,force_n\n", *lines]))
+    reference = ReferenceInput(tmp_path / "cell.csv")
+    [warning] = pair(PairingInput(folder / "a.recording", reference)).aligned.warnings
+    assert float(re.search(r"Multiply .* by (\d\.\d+)", warning)[1]) == pytest.approx(1.01, abs=1e-3)
+
+
 def test_a_forgotten_tare_gives_a_warning_and_no_calibration(folder, tmp_path):
     words = ("--from", folder / "a.recording", "--reference", folder / "logger.csv", *LOGGER[:-1])
     done = pneuforce("calibrate", "contacts", *words, "--out", tmp_path / "contacts.csv")
