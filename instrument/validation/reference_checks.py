@@ -71,7 +71,9 @@ def unit_warning(contacts: Sequence[RecordedContact], reference: Signal, unit: s
         FORCE_UNITS_N, key=lambda name: abs(math.log(FORCE_UNITS_N[unit] / FORCE_UNITS_N[name] / factor))
     )
     is_same = FORCE_UNITS_N[probable] == FORCE_UNITS_N[unit]
-    remedy = "check the reference sensor" if is_same else f"is its unit {probable}? Then use --unit"
+    remedy = (
+        "check the reference sensor" if is_same else f"is its unit {probable}? Then use --unit {probable}"
+    )
     return f"the reference force is {factor:.4g} times the force of the instrument: {remedy}"
 
 

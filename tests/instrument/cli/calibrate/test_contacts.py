@@ -225,7 +225,7 @@ def test_a_wrong_offset_unit_or_sign_gives_a_warning(folder):
     assert "--invert" in warning
     for unit in ("mN", "gf", "g", "kgf", "lbf"):
         [warning] = warnings_of(folder, columns=ReferenceColumns(unit=unit))
-        assert "is its unit N?" in warning
+        assert "--unit N" in warning
 
 
 def test_a_wrong_clock_rate_gives_a_warning(folder, tmp_path):
