@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from pneuforce.instrument.cli.recordings.aligned_reference import read_aligned
 from pneuforce.instrument.recording.contact_table import RecordedContact
 from pneuforce.instrument.recording.evaluation import EvaluatedSample
 from pneuforce.instrument.recording.reader import Recording
-from pneuforce.instrument.validation.plateau_forces import PlateauForces, reference_errors
+from pneuforce.instrument.validation.plateau_forces import PlateauForce, PlateauForces, reference_errors
 from pneuforce.instrument.validation.reference_alignment import AlignedReference, ReferenceInput
 from pneuforce.instrument.validation.reference_pairs import UnpairedContact, pair_reference
 from pneuforce.support.counted import counted
@@ -33,6 +33,7 @@ class PlateauRow(NamedTuple):
 
 NO_PLATEAU = PlateauRow(*[math.nan] * len(PlateauRow._fields))
 NO_FORCE_REASON = "the instrument does not show a force in the whole plateau"
+MAX_LINES = 30  #: number of plateaus that are shown on the terminal
 PLATEAU_TYPES = dict.fromkeys(PlateauRow._fields, float)
 
 
@@ -71,11 +72,12 @@ class ReferenceComparison:
             yield sample
 
     def summary(self) -> Iterator[str]:
-        """Yield the alignment of the reference, and the share of the contacts within ±2u."""
+        """Yield the alignment of the reference, the forces of the plateaus, and their errors."""
         if self.aligned is None:
             return
         yield from self.aligned.summary()
         results = self.forces.results()
+        yield from _table(results)
         errors = reference_errors(results)
         total = counted(len(results), "contact")
         if errors.with_force < len(results):
@@ -122,3 +124,24 @@ class ReferenceComparison:
                 "left_out": [contact._asdict() for contact in self.left_out()],
             }
         }
+
+
+def _table(results: Sequence[PlateauForce]) -> Iterator[str]:
+    """Yield a header, and one line for each plateau in which the instrument has a force."""
+    compared = [row for row in results if math.isfinite(row.error_n)]
+    if compared:
+        forces = f"{'force ± u':>17} {'reference ± u':>17} {'difference':>12}"
+        yield f"{'contact':>7} {'plateau':>9} {forces}  within ±2u"
+    for row in compared[:MAX_LINES]:
+        yield (
+            f"{row.contact:>7} {row.plateau_begin_s:>7.2f} s {_with_std(row.force_n, row.force_std_n):>17} "
+            f"{_with_std(row.reference_n, row.reference_std_n):>17} {row.error_n:>+10.3f} N  "
+            f"{'yes' if row.is_within else 'no'}"
+        )
+    if len(compared) > MAX_LINES:
+        more = counted(len(compared) - MAX_LINES, "more contact")
+        yield f"and {more}: --contacts writes all contacts to a file"
+
+
+def _with_std(force_n: float, std_n: float) -> str:
+    return f"{force_n:.3f} ± {std_n:.3f} N"

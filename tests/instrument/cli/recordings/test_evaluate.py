@@ -15,6 +15,7 @@ from pneuforce.instrument.calibration.file import empty as empty_calibration
 from pneuforce.instrument.calibration.file import load as load_calibration
 from pneuforce.instrument.calibration.file import save, to_toml
 from pneuforce.instrument.cli.recordings.plot import plot
+from pneuforce.instrument.cli.recordings.reference_comparison import ReferenceComparison
 from pneuforce.instrument.config import Configuration, load
 from pneuforce.instrument.core.controller import Instrument
 from pneuforce.instrument.core.session import Session
@@ -24,8 +25,12 @@ from pneuforce.instrument.recording.opening import open_recording
 from pneuforce.instrument.recording.replay import replay_input
 from pneuforce.instrument.service.replay_verification import initial_session
 from pneuforce.instrument.stream.sample_record import pack, unpack
+from pneuforce.instrument.validation.clock_offset import ClockOffset
 from pneuforce.instrument.validation.figures import BLUE, YELLOW
+from pneuforce.instrument.validation.plateau_forces import PlateauForces
 from pneuforce.instrument.validation.recording_plot import PlotOptions
+from pneuforce.instrument.validation.reference_alignment import AlignedReference
+from pneuforce.instrument.validation.reference_pairs import PairedContact
 from tests.command_runner import pneuforce
 from tests.instrument.calibration.test_golden import GOLDEN
 from tests.instrument.recording.recording_files import comparable
@@ -254,6 +259,22 @@ def test_the_share_of_contacts_within_2u_of_a_reference_is_shown(recording, tmp_
     assert facts["reference"]["within_2u"] == (len(rows) if within else 0)
     assert all(row["reference_n"] == pytest.approx(factor * row["force_n"], rel=0.01) for row in rows)
     assert all(row["reference_std_n"] >= 0.005 * row["reference_n"] for row in rows)
+
+
+@pytest.mark.parametrize("count", [2, 33])
+def test_the_forces_of_each_plateau_are_printed(count):
+    rows = [PairedContact(8.0, 9.2, 1.5, 0.01, number, 2.0 * number) for number in range(1, count + 1)]
+    forces = PlateauForces(rows)
+    for row in rows:
+        forces.add(row.plateau_begin_s, math.nan if row.contact == 2 else 1.5 + row.contact / 100, 0.1)
+    aligned = AlignedReference(None, ClockOffset(0.0, 1.0), True, math.nan, False, ())
+    lines = list(ReferenceComparison(aligned, forces).summary())
+    assert any(
+        re.search(r"^ +1 +2\.00 s +1\.510 ± 0\.100 N +1\.500 ± 0\.010 N +\+0\.010 N", line) for line in lines
+    )
+    assert sum(" ± 0.010 N " in line for line in lines) == min(count - 1, 30)
+    assert any(line.startswith("and 2 more contacts") for line in lines) == (count == 33)
+    assert not any("nan" in line for line in lines)
 
 
 def test_each_contact_that_is_not_compared_is_named_with_the_reason(recording, tmp_path):
