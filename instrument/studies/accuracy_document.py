@@ -23,6 +23,8 @@ command generates the document:
 .venv/bin/pneuforce accuracy {options}
 ```
 
+The command takes about half an hour on two processors, and some minutes with `--balloons 12`.
+
 **Which calibration do you need?**
 
 | accuracy from 1 to 3.5 N | what you do |
