@@ -74,6 +74,9 @@ class Hold:
 
     The end of the context vents the balloon, also after an exception. While the context is active, a thread
     renews the lease. If the process dies, the lease expires, and the instrument vents.
+
+    If the hold has ended inside the context, the end of the context raises HoldEnded or Tripped, unless the
+    program has already received this error from `read` or from the stream. `end` does not raise these errors.
     """
 
     def __init__(
@@ -129,7 +132,10 @@ class Hold:
             raise failure
 
     def end(self) -> None:
-        """Vent, and end the lease. Raises ConnectionLost if the instrument does not answer."""
+        """Vent, and end the lease. Raises ConnectionLost if the instrument does not answer.
+
+        If a trip or another client has already ended the hold, this method returns without an error.
+        """
         self._cancelled.set()
         with self._sending:
             if self._ended:

@@ -7,7 +7,6 @@ import threading
 import time
 
 from pneuforce.client.measurement import Measurement
-from pneuforce.errors import ConnectionLost
 
 
 class LatestSample:
@@ -17,7 +16,7 @@ class LatestSample:
         self._changed = threading.Condition()
         self._latest: Measurement | None = None
         self._received_s = -math.inf
-        self._failure = ""
+        self._failure = ""  #: reason of the lost connection
         self._closed = False
 
     def put(self, measurement: Measurement) -> None:
@@ -27,10 +26,15 @@ class LatestSample:
             self._changed.notify_all()
 
     def fail(self, failure: str) -> None:
-        """Report a lost connection to the waiting threads, until the next measurement."""
+        """Store the reason of a lost connection, until the next measurement."""
         with self._changed:
             self._failure = failure
-            self._changed.notify_all()
+
+    @property
+    def failure(self) -> str:
+        """Return the reason of the lost connection, "" if the connection is not known to be lost."""
+        with self._changed:
+            return self._failure
 
     def close(self) -> None:
         """Wake the waiting threads. From now on, `wait_for_new` returns None at once."""
@@ -46,13 +50,10 @@ class LatestSample:
     def wait_for_new(self, counter: int | None, timeout_s: float) -> Measurement | None:
         """Return the latest measurement as soon as its sample counter differs from `counter`.
 
-        Returns None after `timeout_s` without a new sample, or if the slot is closed. Raises ConnectionLost
-        if the receiving thread has reported a lost connection.
+        Returns None after `timeout_s` without a new sample, or if the slot is closed.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._is_new(counter) or self._failure or self._closed, timeout_s)
-            if self._failure:
-                raise ConnectionLost(self._failure)
+            self._changed.wait_for(lambda: self._is_new(counter) or self._closed, timeout_s)
             return self._latest if self._is_new(counter) and not self._closed else None
 
     def _is_new(self, counter: int | None) -> bool:

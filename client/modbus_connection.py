@@ -24,6 +24,7 @@ from pneuforce.registers.modbus.client import (
 Result = TypeVar("Result")
 
 POLL_S = 0.01
+RECONNECT_S = 0.05  #: pause before another attempt to poll, if the connection is lost
 _MEASURED = range(26)
 _MAP_HASH = range(770, 772)
 _FIRST_OUT_FAULT = range(778, 779)
@@ -75,15 +76,18 @@ class ModbusSensorConnection:
 
     @contextmanager
     def sampling(self) -> Iterator[LatestSample]:
-        """Poll in another thread while the context is active."""
+        """Poll in another thread while the context is active, also after a time without a connection."""
         slot, stop = LatestSample(), threading.Event()
 
         def poll() -> None:
-            while not stop.wait(POLL_S):
+            pause_s = POLL_S
+            while not stop.wait(pause_s):
                 try:
                     slot.put(self.read())
+                    pause_s = POLL_S
                 except ConnectionLost as error:
                     slot.fail(str(error))
+                    pause_s = RECONNECT_S
 
         thread = threading.Thread(target=poll, name="modbus-poll", daemon=True)
         thread.start()

@@ -80,8 +80,9 @@ class ForceSensor:
         never old. Modbus is polled, and yields at most 100 measurements per second. CAN yields those of the
         configured rate of the frame Force, 100 per second by default, and RDT yields all 500.
         If no new sample arrives for about 0.1 s, an invalid measurement without sample counter is yielded, so
-        that the loop can react. If no new sample arrives for `timeout_s`, ConnectionLost is raised. HoldEnded
-        or Tripped is raised if the balloon is no longer held.
+        that the loop can react. If no new sample arrives for `timeout_s`, ConnectionLost is raised. Until
+        then, a lost connection is opened again. HoldEnded or Tripped is raised if the balloon is no longer
+        held, also after a restart of the instrument.
 
         Example:
             with pneuforce.connect("tcp://127.0.0.1:5020") as sensor:
@@ -114,11 +115,9 @@ class ForceSensor:
                     waiting_since_s = time.monotonic()
 
     def _silence_message(self, slot: LatestSample, timeout_s: float) -> str:
-        cause = "the instrument does not answer: check the cable and the instrument"
+        cause = slot.failure or "the instrument does not answer: check the cable and the instrument"
         if slot.received_within(timeout_s):
-            cause = (
-                "the instrument answers, but receives no samples from the rig: check the rig and its cable"
-            )
+            cause = "the instrument answers, but the rig sends no samples: check the rig and its cable"
         return f"no new sample arrived over {self.url} for {timeout_s:g} s; {cause}"
 
     # ---- command
@@ -152,8 +151,9 @@ class ForceSensor:
 
         Raises ConfigurationError for an invalid argument before anything is sent. The begin of the context
         raises Rejected, AlreadyHeld, ReadOnlySensor, HoldEnded, Tripped or ConnectionLost. If it has
-        already taken the lease, it then vents. A trip inside the context is raised by the next `read` or by
-        the stream. After the end of the context, a measurement can show the held balloon for up to 20 ms.
+        already taken the lease, it then vents. A trip or a vent inside the context is raised by the next
+        `read` or by the stream, otherwise by the end of the context. After the end of the context, a
+        measurement can show the held balloon for up to 20 ms.
         """
         self._check_open()
         request = HoldRequest(setpoint_kpa, lease_s, proof_tests)
