@@ -18,17 +18,18 @@ VENT_FAULTS = frozenset({"vent_shut", "occlusion", "not_vented"})
 class LatchedFault(NamedTuple):
     """Fault that has tripped the rig, with its cause and the remedy of docs/faults.md."""
 
-    code: int
-    name: str
-    cause: str
-    remedy: str
+    code: int  #: number of the fault in docs/faults.md
+    name: str  #: name of the fault, for example "burst"
+    cause: str  #: what has happened
+    remedy: str  #: what to do
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Details:
     """Details of an instrument. A value that is not available, or that the bus does not transmit, is None."""
 
-    first_out_fault: LatchedFault | None = None  #: None also if the rig has tripped and the fault is unknown
+    #: First fault of a trip. None also if the rig has tripped and the fault is unknown.
+    first_out_fault: LatchedFault | None = None
     active_fault_count: int | None = None  #: number of latched faults
     latched_faults: tuple[LatchedFault, ...] = ()  #: first-out fault, then the others; empty over CAN
     setpoint_requested_kpa: float | None = None  #: setpoint of the next hold
@@ -46,10 +47,9 @@ class Details:
     map_version: int | None = None  #: version of the register map
     map_hash: int | None = None  #: hash of all declarations of all buses
     configuration_hash: int | None = None  #: hash of the configuration and the calibration
-    configuration_signature: str | None = (
-        None  #: signature at the start: "signed" by a trusted key, "altered"
-    )
-    calibration_signature: str | None = None  #: the same for the calibration; "no_file" without one
+    #: Signature of the configuration at the start, for example "signed" by a trusted key, or "altered".
+    configuration_signature: str | None = None
+    calibration_signature: str | None = None  #: signature of the calibration; "no_file" without one
 
 
 def fault_of(code: int) -> LatchedFault | None:

@@ -30,8 +30,8 @@ Number = TypeVar("Number", float, NDArray[np.float64])
 class ForceEstimate(NamedTuple, Generic[Number]):
     """Force and its standard uncertainty [N]: two floats, or two arrays of equal shape."""
 
-    force_n: Number
-    force_std_n: Number
+    force_n: Number  #: contact force
+    force_std_n: Number  #: standard uncertainty of the force
 
 
 @overload

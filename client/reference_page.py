@@ -126,8 +126,8 @@ def _entry(name: str, value: Any) -> str:
         return "".join([*parts, ", ".join(f"`{member.name}`" for member in value), "\n\n"])
     attributes = [*_fields(value), *_properties(value)]
     if attributes:
-        rows = [f"| `{field}` | {text} |" for field, text in attributes]
-        parts += ["\n".join(["| attribute | meaning |", "| --- | --- |", *rows]), "\n\n"]
+        rows = [f"| `{field}` | `{_cell(kind)}` | {text} |" for field, kind, text in attributes]
+        parts += ["\n".join(["| attribute | type | meaning |", "| --- | --- | --- |", *rows]), "\n\n"]
     parts += [_method(method) for method in _methods(value)]
     return "".join(parts)
 
@@ -148,23 +148,29 @@ def _methods(value: type) -> Iterator[Any]:
             yield member
 
 
-def _properties(value: type) -> Iterator[tuple[str, str]]:
+def _cell(text: str) -> str:
+    """Return a text for a cell of a table."""
+    return text.replace("|", r"\|")
+
+
+def _properties(value: type) -> Iterator[tuple[str, str, str]]:
     for name, member in vars(value).items():
         if not name.startswith("_") and isinstance(member, property):
-            yield name, " ".join((inspect.getdoc(member) or "").split())
+            kind = member.fget.__annotations__["return"]
+            yield name, kind, " ".join((inspect.getdoc(member) or "").split())
 
 
-def _fields(value: type) -> Iterator[tuple[str, str]]:
-    """Yield each public attribute with a comment `#:` behind or above it."""
+def _fields(value: type) -> Iterator[tuple[str, str, str]]:
+    """Yield the name, the type and the meaning of each attribute with a comment `#:` behind or above it."""
     above: list[str] = []
     for line in inspect.getsource(value).splitlines():
         if comment := re.match(r" +#: (.*)", line):
             above.append(comment[1])
             continue
-        if field := re.match(r" +(?:self\.)?([a-z]\w*)(?::| =)[^#]*(?:#: (.*))?$", line):
-            text = " ".join([*above, field[2] or ""]).strip()
+        if field := re.match(r" +(?:self\.)?([a-z]\w*): ([^#=]*[^#= ])(?: =[^#]*)? *(?:#: (.*))?$", line):
+            text = " ".join([*above, field[3] or ""]).strip()
             if text:
-                yield field[1], text
+                yield field[1], field[2], text
         above = []
 
 

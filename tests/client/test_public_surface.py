@@ -1,15 +1,20 @@
 """Public names of the Python package and their signatures. A change here needs a line in CHANGELOG.md."""
 
 import inspect
+import re
 import subprocess
 import sys
 from importlib.metadata import version
-from pathlib import Path
+
+import pytest
 
 import pneuforce
+from pneuforce.client.reference_page import PATH
 from pneuforce.registers import map_hash
+from tests.source_tree import ROOT
 
-CHANGELOG = Path(__file__).parents[2] / "CHANGELOG.md"
+CHANGELOG = ROOT / "CHANGELOG.md"
+PAGE = (ROOT / PATH).read_text(encoding="utf-8")
 FORCE = (
     "(dpi_kpa, dpf_kpa, *, method=None, calibration=None, switch=None, low=None, grip=None, "
     "grip_std=None, pressed_sides=None, extrapolate=False)"
@@ -185,6 +190,13 @@ def test_the_methods_are_listed():
 
 def test_the_attributes_are_listed():
     assert {name: set(members(public(name))) for name in ATTRIBUTES} == ATTRIBUTES
+
+
+@pytest.mark.parametrize("name", ATTRIBUTES)
+def test_the_reference_page_describes_each_attribute_with_its_type(name):
+    section = PAGE.partition(f"### pneuforce.{name}\n")[2].partition("\n### ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| `[^`]+` \| [^|]+ \|$", section, re.MULTILINE)
+    assert set(rows) == ATTRIBUTES[name] - set(members(tuple))
 
 
 def test_the_exceptions_are_listed():
