@@ -39,13 +39,23 @@ class ChildProcess:
     Python looks for the module among the installed modules, not in the working directory.
     """
 
+    _process: subprocess.Popen[str]
+    _reader: Thread
+
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
         """Start `python -m` with these arguments. `name` describes the process in error messages."""
         self.name = name
         self.stderr_lines: deque[str] = deque(maxlen=200)
+        self.killed = False  #: by `kill`, until the next start
+        self.reported = False  #: an error about the end of the process was created
+        self._command = [sys.executable, "-P", "-m", *arguments]
+        self._input = ""
+        self._start()
+
+    def _start(self) -> None:
         self._last_line_s = time.monotonic()
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", *arguments],
+            self._command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -63,6 +73,19 @@ class ChildProcess:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    def restart(self) -> None:
+        """Start the ended process again, with the same arguments and the same input."""
+        self.stop()
+        self.killed = self.reported = False
+        self._start()
+        self.write_stdin(self._input)
+
+    def kill(self) -> None:
+        """Kill the process. This end is not an error."""
+        self.killed = True
+        self._process.kill()
+        self._process.wait()
 
     def _read(self, stream: IO[str]) -> None:
         for line in stream:
@@ -110,6 +133,7 @@ class ChildProcess:
 
     def write_stdin(self, text: str) -> None:
         """Write the complete input of the process, and close its stdin."""
+        self._input = text
         assert self._process.stdin is not None
         with contextlib.suppress(BrokenPipeError):  # the process has ended; `ready` raises an error
             self._process.stdin.write(text)
@@ -130,10 +154,16 @@ class ChildProcess:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         self._reader.join(1.0)
-        code = self._process.returncode or 0
-        how = f"the signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        self.reported = True
         printed = self.stderr_lines[-1].removeprefix("pneuforce: ") if self.stderr_lines else "no message"
-        return ChildProcessFailed(f"the {self.name} ended with {how}; it last printed: {printed}")
+        return ChildProcessFailed(f"the {self.name} {self._end()}; it last printed: {printed}")
+
+    def _end(self) -> str:
+        """Return how the process has ended. A process can close its output some time before its end."""
+        code = self._process.returncode
+        if code is None:
+            return "has closed its output, but has not ended"
+        return f"ended with {f'the signal {signal.Signals(-code).name}' if code < 0 else f'exit code {code}'}"
 
     def stop(self) -> None:
         """End the process by SIGTERM. Kill the process if it does not end within 0.7 s.

@@ -6,7 +6,7 @@ modules only when a fixture is used.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -40,9 +40,26 @@ class MarkerArguments:
         return simulator_arguments(self.scenario, self.seed)
 
 
+#: Processes of a running test, for the report of a failure.
+STACK = pytest.StashKey["Stack"]()
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Register the marker."""
     config.addinivalue_line("markers", MARKER)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Add the lines that the instrument and the simulator have printed to the report of a failed test.
+
+    The section belongs to the representation of the error, because a JUnit file contains only this.
+    """
+    report = yield
+    add_section = getattr(report.longrepr, "addsection", None)  # a text has no sections
+    if report.failed and STACK in item.stash and add_section is not None:
+        add_section("pneuforce instrument", item.stash[STACK].printed())
+    return report
 
 
 @pytest.fixture
@@ -64,7 +81,12 @@ def _pneuforce_stack(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator
         except ChildProcessFailed as error:
             message = str(error).replace("/dev/stdin", "instrument={…} of the marker pneuforce")
             raise pytest.fail.Exception(message, pytrace=False) from None
+        request.node.stash[STACK] = stack
         yield stack
+        try:
+            stack.check_at_end()
+        except ChildProcessFailed as error:
+            raise pytest.fail.Exception(f"during the test, {error}", pytrace=False) from None
 
 
 @pytest.fixture

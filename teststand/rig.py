@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping
+import signal
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
-from pneuforce.client.failed_vent import failed_vent
 from pneuforce.errors import PneuforceError
-from pneuforce.instrument.core.faults import name_of
 from pneuforce.registers.modbus.client import ModbusClient
 from pneuforce.sim.server.client import SimulatorClient
+from pneuforce.teststand.conditions import (
+    Values,
+    check_untripped,
+    describe,
+    poll,
+    read_untripped,
+    vented,
+    vented_and_zeroed,
+)
 from pneuforce.teststand.stack import Stack
 
-POLL_S = 0.02
 VENT_TIMEOUT_S = 10.0
 INFLATE_TIMEOUT_S = 20.0
 CAN_TIMEOUT_S = 5.0  #: longest time in which the CAN node checks that its id is free
 PRESS_TIMEOUT_S = 5.0
 SETTLED_S = 0.6  #: five times 0.12 s, the time constant of the indicated force
-
-Values = dict[str, Any]
-
-
-class WaitTimeout(PneuforceError, TimeoutError):
-    """Error for a condition that did not become true in time."""
-
-
-class RigTripped(PneuforceError):
-    """Error for a rig that has tripped and cannot be inflated."""
 
 
 class BalloonNotHeld(PneuforceError):
@@ -107,11 +103,11 @@ class LiveRig:
             if condition(registers):
                 return True
             if not allow_trip:
-                _check_untripped(registers, "; to wait for a change of the tripped rig, use allow_trip=True")
+                check_untripped(registers, "; to wait for a change of the tripped rig, use allow_trip=True")
             return False
 
         with self._plc() as plc:
-            return _poll(plc.read_all, reached, timeout_s, _describe)
+            return poll(plc.read_all, reached, timeout_s, describe)
 
     def inflate(self, setpoint_kpa: float) -> None:
         """Vent, take the zero, inflate, and wait until the balloon is held.
@@ -120,12 +116,10 @@ class LiveRig:
         """
         with self._plc() as plc:
             plc.write("mode", "vent")
-            _poll(lambda: _read_untripped(plc), _vented_and_zeroed, VENT_TIMEOUT_S, _describe)
+            poll(lambda: read_untripped(plc), vented_and_zeroed, VENT_TIMEOUT_S, describe)
             plc.write("setpoint_requested", setpoint_kpa)
             plc.write("mode", "hold")
-            _poll(
-                lambda: _read_untripped(plc), lambda r: r["state"] == "holding", INFLATE_TIMEOUT_S, _describe
-            )
+            poll(lambda: read_untripped(plc), lambda r: r["state"] == "holding", INFLATE_TIMEOUT_S, describe)
 
     def vent(self) -> None:
         """Vent, and wait until the instrument has verified the vent.
@@ -133,7 +127,30 @@ class LiveRig:
         Raises VentFailed as soon as the instrument reports a failed vent, and WaitTimeout.
         """
         self.write("mode", "vent")
-        self.wait_for(_vented, VENT_TIMEOUT_S, allow_trip=True)
+        self.wait_for(vented, VENT_TIMEOUT_S, allow_trip=True)
+
+    # ---- process of the instrument
+
+    @contextmanager
+    def pause_instrument(self) -> Iterator[None]:
+        """Stop the process of the instrument (SIGSTOP) during a `with` block, and continue it (SIGCONT)."""
+        self._stack.host.send(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self._stack.host.send(signal.SIGCONT)
+
+    def kill_instrument(self) -> None:
+        """Kill the process of the instrument (SIGKILL). The simulator and the CAN hub continue."""
+        self._stack.host.kill()
+
+    def start_instrument(self) -> None:
+        """Start the instrument again, on the same ports, and wait until it is ready.
+
+        An instrument that runs is ended first (SIGTERM). Raises ChildProcessFailed.
+        """
+        self._stack.host.restart()
+        self._stack.host.ready()
 
     # ---- simulated rig
 
@@ -145,15 +162,14 @@ class LiveRig:
 
         Raises BalloonNotHeld, WaitTimeout, and RigTripped if the rig has tripped or the press trips the rig.
         """
-        registers = self._read_untripped()
+        with self._plc() as plc:
+            registers = read_untripped(plc)
         if registers["state"] != "holding":
-            raise BalloonNotHeld(
-                f"the balloon is not held: {_describe(registers)}; inflate the balloon first"
-            )
+            raise BalloonNotHeld(f"the balloon is not held: {describe(registers)}; inflate the balloon first")
         self._request(press=force_n)
         if wait:
             self._wait_settled(force_n)
-            _check_untripped(self.read(), ". The hand presses until release() is called")
+            check_untripped(self.read(), ". The hand presses until release() is called")
 
     def release(self, wait: bool = True) -> None:
         """End the contact. With `wait`, return `SETTLED_S` after the hand has left the balloon."""
@@ -208,74 +224,11 @@ class LiveRig:
         if any(fault["name"] == name for fault in active):
             self.remove_fault(name)
 
-    def _read_untripped(self) -> Values:
-        with self._plc() as plc:
-            return _read_untripped(plc)
-
     def _wait_settled(self, force_n: float) -> None:
-        def describe(truth: Values) -> str:
+        def describe_hand(truth: Values) -> str:
             return f"the hand presses with {truth['applied_n']:.3f} N instead of {force_n:g} N"
 
-        reached = _poll(
-            self.truth, lambda t: math.isclose(t["applied_n"], force_n), PRESS_TIMEOUT_S, describe
+        reached = poll(
+            self.truth, lambda t: math.isclose(t["applied_n"], force_n), PRESS_TIMEOUT_S, describe_hand
         )
-        _poll(self.truth, lambda t: t["t_s"] >= reached["t_s"] + SETTLED_S, PRESS_TIMEOUT_S, describe)
-
-
-def _poll(
-    read: Callable[[], Values],
-    condition: Callable[[Values], bool],
-    timeout_s: float,
-    describe: Callable[[Values], str],
-) -> Values:
-    """Read values until the condition is true, and return these values.
-
-    Raises WaitTimeout with a description of the last values if the condition is not true in time.
-    """
-    until_s = time.monotonic() + timeout_s
-    while not condition(values := read()):
-        if time.monotonic() > until_s:
-            raise WaitTimeout(
-                f"the expected condition was not reached in {timeout_s:g} s: {describe(values)}"
-            )
-        time.sleep(POLL_S)
-    return values
-
-
-def _vented(registers: Mapping[str, Any]) -> bool:
-    """Return True if the vent is verified. Raises VentFailed if the instrument reports a failed vent."""
-    if "vent_fault" in registers["status"]:
-        raise failed_vent(registers["first_out_fault"], registers["pressure"])
-    return "vented" in registers["status"]
-
-
-def _vented_and_zeroed(registers: Mapping[str, Any]) -> bool:
-    return "vented" in registers["status"] and "not_zeroed" not in registers["status"]
-
-
-def _read_untripped(plc: ModbusClient) -> Values:
-    """Return all registers. Raises RigTripped if the rig has tripped."""
-    registers = plc.read_all()
-    _check_untripped(registers)
-    return registers
-
-
-def _check_untripped(registers: Mapping[str, Any], hint: str = "") -> None:
-    if registers["state"] == "tripped":
-        raise RigTripped(
-            f"the rig has tripped: {_describe_fault(registers)}; remove the cause and clear the fault{hint}"
-        )
-
-
-def _describe_fault(registers: Mapping[str, Any]) -> str:
-    code = registers["first_out_fault"]
-    return f"{name_of(code)} (fault {code})" if code else "no fault"
-
-
-def _describe(registers: Mapping[str, Any]) -> str:
-    return (
-        f"state {registers['state']}, pressure {registers['pressure']:.3f} kPa, "
-        f"setpoint {registers['setpoint']:.3f} kPa, force {registers['force']:.3f} N, "
-        f"status {' '.join(sorted(registers['status'])) or 'none'}, "
-        f"reject reason {registers['reject_reason']}, {_describe_fault(registers)}"
-    )
+        poll(self.truth, lambda t: t["t_s"] >= reached["t_s"] + SETTLED_S, PRESS_TIMEOUT_S, describe_hand)

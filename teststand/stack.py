@@ -49,11 +49,25 @@ class Stack:
     can_node: int = DEFAULT_NODE_ID
     ports: Mapping[str, int | None] = field(default_factory=dict)  #: in the JSON line of the instrument
 
+    @property
+    def children(self) -> tuple[ChildProcess, ...]:
+        """Return the processes. The instrument is the last, because it ends when the hub has ended."""
+        return self.hub, self.sim, self.host
+
     def check(self) -> None:
-        """Raise ChildProcessFailed, with the reason, if one of the processes has ended."""
-        for child in (self.hub, self.sim, self.host):  # the instrument ends when the hub has ended
-            if not child.running:
+        """Raise ChildProcessFailed, with the reason, if one of the processes has ended unexpectedly."""
+        for child in self.children:
+            if not child.running and not child.killed:
                 raise child.failure() from None  # the end explains all errors before
+
+    def check_at_end(self) -> None:
+        """Raise ChildProcessFailed if a process has ended and no call has raised this error before."""
+        if not any(child.reported for child in self.children):
+            self.check()
+
+    def printed(self) -> str:
+        """Return the last lines that each process has printed."""
+        return "\n".join(f"[{child.name}] {line}" for child in self.children for line in child.stderr_lines)
 
     @contextmanager
     def checked(self) -> Iterator[None]:

@@ -5,16 +5,26 @@ The module uses a seeded random generator. It reads no clock: the caller passes 
 
 from __future__ import annotations
 
+import math
 import random
 from collections import deque
 from dataclasses import dataclass, field
 
+from pneuforce.errors import ConfigurationError
+
 BURST_BITS = 16  #: length of the longest burst that the CRC of the frames always detects
+
+
+#: Disturbances without a largest value. The others are fractions, or switches.
+_UNLIMITED = ("delay_s", "max_chunk_bytes")
 
 
 @dataclass(slots=True, kw_only=True)
 class LineNoise:
-    """Disturbances of a line, all absent by default. They may be changed during a transmission."""
+    """Disturbances of a line, all absent by default. They may be changed during a transmission.
+
+    Raises ConfigurationError for a negative value, and for a fraction above 1.
+    """
 
     flipped_bits: float = 0.0  #: fraction of bits that arrive inverted
     bursts: float = 0.0  #: fraction of bytes at which a burst of up to 16 disturbed bits starts
@@ -25,6 +35,13 @@ class LineNoise:
     max_chunk_bytes: int = 0  #: largest number of bytes that arrive together, 0 for no limit
     stalled: bool = False  #: bytes arrive only after the end of the stall
     cut: bool = False  #: bytes that are sent or in transit are lost
+
+    def __setattr__(self, name: str, value: float) -> None:
+        high = math.inf if name in _UNLIMITED else 1.0
+        if not 0.0 <= value <= high:
+            allowed = f"0 to {high:g}" if high < math.inf else "0 or more"
+            raise ConfigurationError(f"{name} = {value!r} is invalid: it must be {allowed}")
+        object.__setattr__(self, name, value)  # super() does not work in a class with slots
 
     @property
     def changes_bytes(self) -> bool:

@@ -99,7 +99,7 @@ class _Proxy:
     """Base class of the proxies, with the thread that transfers the bytes."""
 
     def __init__(self, noise: LineNoise | None, seed: int) -> None:
-        self.noise = noise or LineNoise()
+        self.noise: LineNoise = noise or LineNoise()
         self._seed = seed
         self._connections: list[ProxyConnection] = []
         self._ended = threading.Event()
@@ -150,14 +150,17 @@ class _Proxy:
 
 
 class TcpProxy(_Proxy):
-    """TCP port in front of a server. Clients connect to `port` on the loopback interface."""
+    """TCP port in front of a server. Clients connect to `port` on the loopback interface.
+
+    The attributes of `noise`, a `LineNoise`, disturb the data, and may be changed at any time.
+    """
 
     def __init__(self, target: tuple[str, int], noise: LineNoise | None = None, seed: int = 1) -> None:
         """Listen on a free port for the server at `target` (host, port)."""
         super().__init__(noise, seed)
         self._target = target
         self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port: int = self._listener.getsockname()[1]
+        self.port: int = self._listener.getsockname()[1]  #: TCP port for the clients
 
     def __exit__(self, *_: object) -> None:
         super().__exit__()
@@ -239,6 +242,8 @@ class _SerialEndpoint:
 class SerialProxy(_Proxy):
     """Pseudo-terminal in front of a serial port. The host opens `port`.
 
+    The attributes of `noise`, a `LineNoise`, disturb the data, and may be changed at any time.
+
     If the serial port disappears, the pseudo-terminal remains. It sends no bytes until a serial port with the
     same name appears.
     """
@@ -247,7 +252,7 @@ class SerialProxy(_Proxy):
         """Open the serial port behind the proxy. Raises PortBusy or PortUnavailable."""
         super().__init__(noise, seed)
         self._serial, near = _SerialEndpoint(port), PtyLink()
-        self.port = near.port
+        self.port: str = near.port  #: path of the serial port for the instrument
         self._connect(near, self._serial)
 
     def _reopen(self, now_s: float) -> None:

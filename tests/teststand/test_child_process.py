@@ -16,6 +16,7 @@ print("{}", flush=True)
 time.sleep(60)
 """
 SILENT_START = "import sys, time; print('computing: 3 %', file=sys.stderr, flush=True); time.sleep(60)"
+UNENDED = "import os, sys, time; print('pneuforce: ending', file=sys.stderr); os.close(1); time.sleep(60)"
 FAILED_START = "import sys; sys.exit('pneuforce: no such file')"
 
 
@@ -45,3 +46,10 @@ def test_a_process_that_prints_nothing_is_not_ready(start):
 def test_a_process_that_ends_is_reported_with_its_reason(start):
     with pytest.raises(ChildProcessFailed, match=r"simulator ended with exit code 1; .*: no such file"):
         start(FAILED_START)
+
+
+def test_no_exit_code_is_stated_for_a_process_that_has_not_ended(start):
+    with pytest.raises(
+        ChildProcessFailed, match=r"simulator has closed its output, but has not ended; .*: ending"
+    ):
+        start(UNENDED)

@@ -31,11 +31,22 @@ def is_cleared(sensor):
     return False
 
 
-def pytest_in(folder, program):
+def pytest_in(folder, program, *arguments):
     """Run pytest in a folder, on a file with this program, as a user does."""
     (folder / "tests").mkdir()
     (folder / "tests" / "test_mine.py").write_text(program)
-    command = [sys.executable, "-P", "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", "tests"]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "pytest",
+        "-q",
+        "-s",
+        "-p",
+        "no:cacheprovider",
+        *arguments,
+        "tests",
+    ]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
 
 
@@ -87,10 +98,58 @@ def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", [n for n in pneuforce.testing.__all__ if n not in ("LiveRig", "simulated_rig")]
+    "name",
+    set(pneuforce.testing.__all__) - {"LineNoise", "LiveRig", "SerialProxy", "TcpProxy", "simulated_rig"},
 )
 def test_all_exceptions_have_one_base_class(name):
     assert issubclass(getattr(pneuforce.testing, name), pneuforce.PneuforceError)
+
+
+FAILED = """
+import os, signal, time
+
+def test_that_fails(pneuforce_rig):
+    assert False
+
+def test_that_does_not_see_the_end_of_the_simulator(pneuforce_rig):
+    pneuforce_rig._stack.sim.send(signal.SIGKILL)
+    while pneuforce_rig._stack.sim.running:
+        time.sleep(0.01)
+
+def test_that_kills_the_instrument(pneuforce_rig):
+    pneuforce_rig.kill_instrument()
+"""
+
+
+def test_a_failed_test_shows_what_the_instrument_printed_and_an_unnoticed_end_is_an_error(tmp_path):
+    done = pytest_in(tmp_path, FAILED, "--junitxml=junit.xml")
+    assert "1 failed, 2 passed, 1 error" in done.stdout
+    junit = (tmp_path / "junit.xml").read_text()
+    for text in (done.stdout, junit):
+        assert "[instrument] " in text
+        assert "during the test, the simulator ended with the signal SIGKILL" in text
+
+
+def test_a_program_reconnects_to_an_instrument_that_was_killed_and_started_again(pneuforce_rig):
+    with pneuforce.connect(pneuforce_rig.url) as sensor:
+        stream = sensor.stream(timeout_s=60.0)
+        assert next(measurement for measurement in stream if measurement.sample_counter is not None)
+        pneuforce_rig.kill_instrument()
+        assert next(measurement for measurement in stream if measurement.sample_counter is None)
+        with pytest.raises(ModbusClientError):
+            pneuforce_rig.read()
+        assert pneuforce_rig.truth()["force_n"] == 0.0
+        pneuforce_rig.start_instrument()
+        assert next(measurement for measurement in stream if measurement.sample_counter is not None)
+    assert pneuforce_rig.read()["state"] in ("boot", "vented", "venting")
+
+
+def test_a_paused_instrument_makes_the_stream_invalid_and_then_continues(pneuforce_rig):
+    with pneuforce.connect(pneuforce_rig.url) as sensor:
+        stream = sensor.stream(timeout_s=60.0)
+        with pneuforce_rig.pause_instrument():
+            assert next(measurement for measurement in stream if measurement.sample_counter is None)
+        assert next(measurement for measurement in stream if measurement.sample_counter is not None)
 
 
 def test_importing_the_plugin_imports_no_large_packages():

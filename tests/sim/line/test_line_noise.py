@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from pneuforce.errors import ConfigurationError
 from pneuforce.instrument.rig.link import Link, LinkPhase
 from pneuforce.protocol.frames import BoardKind, FrameDecoder, Hello, Image, Sample, encode
 from pneuforce.sim.line.line_noise import LineNoise, NoisyLine
@@ -145,3 +146,13 @@ def test_the_link_counts_lost_frames_and_recovers_as_soon_as_the_line_is_clean()
     assert received + link.lost_frames == 3000
     assert 200 < link.lost_frames < 500
     assert link.phase is LinkPhase.READY
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("delay_s", -1), ("flipped_bits", 1.1), ("dropped", float("nan")), ("stalled", 2)]
+)
+def test_an_impossible_disturbance_is_rejected_and_changes_nothing(name, value):
+    noise = LineNoise()
+    with pytest.raises(ConfigurationError, match=f"{name} = .* must be 0 "):
+        setattr(noise, name, value)
+    assert noise == LineNoise()
