@@ -8,6 +8,14 @@ from difflib import get_close_matches
 from pneuforce.sim.faults.catalogue import CATALOGUE
 from pneuforce.sim.faults.kind import FaultKind
 
+#: Words of users that no description contains, and the faults that they can mean.
+_SYNONYMS = {
+    "kink": ("occluded",),
+    "blocked": ("occluded", "inlet_shut", "vent_shut"),
+    "clogged": ("occluded", "inlet_shut", "vent_shut"),
+    "usb": ("cable_pulled",),
+    "power": ("board_reset", "supply_low", "supply_high"),
+}
 _LONG_WORD = re.compile("[a-z]{4,}")  #: shorter words, for example "the", are in each description
 
 
@@ -19,7 +27,8 @@ def similar_names(name: str) -> list[str]:
     """
     close = get_close_matches(name, CATALOGUE)
     meant = [kind.name for kind in CATALOGUE.values() if _means(name.lower(), kind)]
-    return list(dict.fromkeys([*close, *meant]))
+    synonyms = [fault for word in re.findall("[a-z]+", name.lower()) for fault in _SYNONYMS.get(word, ())]
+    return list(dict.fromkeys([*close, *synonyms, *meant]))
 
 
 def _means(name: str, kind: FaultKind) -> bool:

@@ -16,11 +16,14 @@ ANSWER_TIMEOUT_S = 5.0
 class SimulatorNotResponding(RigError, ConnectionError):
     """Missing or invalid answer of a simulator on its control port."""
 
-    def __init__(self, port: int) -> None:
-        super().__init__(
-            f"no simulator answers on control port {port}: check the port number, which "
-            "pneuforce sim run prints at its start"
+    def __init__(self, port: int, error: Exception) -> None:
+        cause = (
+            f" within {ANSWER_TIMEOUT_S:g} s: its process is stopped, or the computer is too busy; end other "
+            "programs, and try again"
+            if isinstance(error, TimeoutError)
+            else ": check the port number, which pneuforce sim run prints at its start"
         )
+        super().__init__(f"no simulator answers on control port {port}{cause}")
 
 
 class SimulatorClient:
@@ -61,8 +64,8 @@ class SimulatorClient:
                 connection.sendall(json.dumps({"truth": every}).encode() + b"\n")
                 connection.settimeout(wait_s)
                 yield from _received_objects(connection)
-        except (OSError, ValueError):
-            raise SimulatorNotResponding(self.port) from None
+        except (OSError, ValueError) as error:
+            raise SimulatorNotResponding(self.port, error) from None
 
     def _first_answer(self, *requests: Mapping[str, Any]) -> dict[str, Any]:
         """Send the requests and return the first line of the answer."""
@@ -70,8 +73,8 @@ class SimulatorClient:
             with socket.create_connection(("127.0.0.1", self.port), ANSWER_TIMEOUT_S) as connection:
                 connection.sendall(b"".join(json.dumps(request).encode() + b"\n" for request in requests))
                 answer: dict[str, Any] = json.loads(connection.makefile().readline())
-        except (OSError, ValueError):
-            raise SimulatorNotResponding(self.port) from None
+        except (OSError, ValueError) as error:
+            raise SimulatorNotResponding(self.port, error) from None
         if "error" in answer:
             raise SimulatorRequestError(answer["error"])
         return answer
