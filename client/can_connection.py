@@ -9,12 +9,12 @@ from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from pneuforce.client.can_receiver import CanReceiver
-from pneuforce.client.connection import OTHER_MAP, Command, HoldRequest
+from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.details import Details, fault_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement
 from pneuforce.client.rejection import COMMAND_PREFIX, rejected
-from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded, UsageError
+from pneuforce.errors import ConnectionFailed, ConnectionLost, HoldEnded, OtherRegisterMap, UsageError
 from pneuforce.registers.can.bus import CanAddress
 from pneuforce.registers.can.connection import CanConnection
 from pneuforce.registers.can.frames import COMMAND, encode
@@ -68,7 +68,7 @@ class CanSensorConnection:
                 f"{self._url}: node {node_id} does not send all frames; check that the instrument runs, that "
                 "the node id is right, and that the mode of its CAN section is raw"
             )
-        raise ConnectionFailed(f"{self._url}: the frames of node {node_id} {OTHER_MAP}")
+        raise OtherRegisterMap(self._url, map_hash, MAP_HASH)
 
     def close(self) -> None:
         """Send the waiting frames and close the interface."""

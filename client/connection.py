@@ -9,11 +9,6 @@ from pneuforce.client.details import Details
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement
 
-#: Predicate of the message about an instrument with another map hash.
-OTHER_MAP = (
-    "belong to another version of the register map: install the same version of pneuforce on both computers"
-)
-
 Command = Literal["clear_faults", "zero_pressure", "new_balloon"]
 
 

@@ -231,7 +231,7 @@ class Hold:
         if measurement.state in NOT_INFLATED:
             raise HoldEnded(
                 f"the balloon is no longer held (state {measurement.state}): an operator or another client "
-                "has vented; begin another hold when the cause is known"
+                "has vented, or the instrument has ended; begin another hold when the cause is known"
             )
 
     def _tripped(self) -> Tripped:

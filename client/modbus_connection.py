@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
-from pneuforce.client.connection import OTHER_MAP, Command, HoldRequest
+from pneuforce.client.connection import Command, HoldRequest
 from pneuforce.client.details import Details, details_of
 from pneuforce.client.latest_sample import LatestSample
 from pneuforce.client.measurement import Measurement, number_or_none, state_of, status_of
 from pneuforce.client.rejection import rejected
-from pneuforce.errors import ConnectionFailed, ConnectionLost, Rejected
+from pneuforce.errors import ConnectionFailed, ConnectionLost, OtherRegisterMap, Rejected
 from pneuforce.registers.map_hash import MAP_HASH
 from pneuforce.registers.modbus.client import (
     ModbusClient,
@@ -58,7 +58,7 @@ class ModbusSensorConnection:
             raise ConnectionFailed(f"{url}: {error}; {_hint(url)}") from None
         if map_hash != MAP_HASH and not any_map:
             self.close()
-            raise ConnectionFailed(f"{url}: the registers of the instrument {OTHER_MAP}")
+            raise OtherRegisterMap(url, map_hash, MAP_HASH)
 
     def close(self) -> None:
         """Close the connection."""

@@ -13,7 +13,8 @@
     ├── WriteFailed (OSError)               the disk is full or defective
     └── ClientError                         errors of the Python package
         ├── ConnectionFailed (OSError)      no instrument answers at an address
-        │   └── ConnectionLost              an open connection, or the samples, have stopped
+        │   ├── OtherRegisterMap            the instrument and this program have different register maps
+    │   └── ConnectionLost              an open connection, or the samples, have stopped
         ├── Rejected                        the instrument rejected a request
         ├── VentNotConfirmed                the balloon was not verified to be empty after a vent
         ├── InvalidForce (ValueError)       the force was used, although it is not valid
@@ -114,6 +115,16 @@ class ClientError(PneuforceError):
 
 class ConnectionFailed(ClientError, OSError):
     """Missing answer: no instrument answers at the address."""
+
+
+class OtherRegisterMap(ConnectionFailed):
+    """Instrument with another register map, whose values this program could decode wrongly."""
+
+    def __init__(self, url: str, map_hash: int, own_hash: int) -> None:
+        super().__init__(
+            f"{url}: the instrument has another version of the register map (hash {map_hash:08x}) than this "
+            f"program ({own_hash:08x}): install the same version of pneuforce on both computers"
+        )
 
 
 class ConnectionLost(ConnectionFailed):

@@ -125,9 +125,9 @@ FAULT_ADVICE: Mapping[int, Advice] = {
     ),
     38: Advice(
         "For 1 s, the board did not follow a hold command, or its state changed too often. The board has "
-        "most likely restarted.",
-        "Check the supply and the RESET pin of the board, and whether another program opens its serial "
-        "port. Then clear.",
+        "most likely restarted, or the computer was too busy to send its commands in time.",
+        "Check the supply and the RESET pin of the board, whether another program opens its serial port, and "
+        "whether other programs keep the computer busy. Then clear.",
     ),
     39: Advice(
         "The board did not follow a vent command for 1 s, or its state changed too often.",

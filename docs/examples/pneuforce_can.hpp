@@ -21,6 +21,14 @@ enum Mode : std::uint8_t { VENT = 0, HOLD = 1, CLEAR_FAULTS = 2, ZERO_PRESSURE =
 enum ProofTests : std::uint8_t { ALLOWED = 0, FORBIDDEN = 1 };
 enum Result : std::uint8_t { ACCEPTED = 0, RENEWED = 4, REJECTED_LEASE = 19 };
 enum RigState : std::uint8_t { INFLATING = 2, SETTLING = 3, HOLDING = 4, TRIPPED = 6 };
+constexpr std::array<const char *, 7> STATE_NAMES = {"boot",    "vented",  "inflating", "settling",
+                                                     "holding", "venting", "tripped"};
+// Return the name of a state of the rig.
+inline const char *state_name(int state)
+{
+    auto index = static_cast<std::size_t>(state);
+    return index < STATE_NAMES.size() ? STATE_NAMES[index] : "unknown";
+}
 // Bits of the condensed status in a Force frame. An interpolated force is valid, but approximate.
 constexpr std::uint8_t INTERPOLATED = 1 << 2, FORCE_HIGH_ALARM = 1 << 4, SIMULATED = 1 << 6, FORCE_VALID = 1 << 7;
 

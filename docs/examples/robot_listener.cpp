@@ -285,9 +285,11 @@ int report(const std::optional<pneuforce::Inflation> &inflation)
         std::fprintf(stderr, "The Command was rejected with result %d. See the results in docs/robot.md\n",
                      inflation->result());
     else if (inflation && inflation->ended())
-        std::fprintf(stderr, "The hold has ended: the state is %d: %s\n", inflation->end_state(),
-                     inflation->end_state() == pneuforce::TRIPPED ? "pneuforce status names the fault"
-                                                                  : "another client has vented");
+        std::fprintf(stderr, "The hold has ended: the state is %s: %s\n",
+                     pneuforce::state_name(inflation->end_state()),
+                     inflation->end_state() == pneuforce::TRIPPED
+                         ? "pneuforce status names the fault"
+                         : "another client has vented, or the instrument has ended");
     else
         return 0;
     return 1;

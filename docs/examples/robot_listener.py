@@ -137,7 +137,8 @@ class Inflation:
         """
         self._inflated = self._held and (self._inflated or state in INFLATED)
         if self._held and (state == "tripped" or (self._inflated and state not in INFLATED)):
-            cause = "pneuforce status names the fault" if state == "tripped" else "another client has vented"
+            vented = "another client has vented, or the instrument has ended"
+            cause = "pneuforce status names the fault" if state == "tripped" else vented
             self.failure = f"The hold has ended: the state is {state}: {cause}"
 
     def vent_and_release(self):

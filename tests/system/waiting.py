@@ -1,8 +1,6 @@
-"""Waiting for conditions instead of fixed times."""
+"""Waiting for conditions instead of fixed times. Benchmarks use this module without pytest."""
 
 import time
-
-import pytest
 
 
 def wait_for(read, condition, deadline_s=30.0):
@@ -10,7 +8,7 @@ def wait_for(read, condition, deadline_s=30.0):
     until_s = time.monotonic() + deadline_s
     while not condition(value := read()):
         if time.monotonic() > until_s:
-            pytest.fail(f"the condition is not true after {deadline_s} s: {value}")
+            raise AssertionError(f"the condition is not true after {deadline_s} s: {value}")
         time.sleep(0.02)
     return value
 

@@ -12,6 +12,7 @@ from pneuforce.errors import (
     ConfigurationFileError,
     ConnectionFailed,
     HoldEnded,
+    OtherRegisterMap,
     PneuforceError,
     Rejected,
     RigError,
@@ -39,7 +40,8 @@ class ExitCode(IntEnum):
 
 MEANINGS: Mapping[ExitCode, str] = {
     ExitCode.DONE: "the command is done",
-    ExitCode.FAILED: "a check failed, no force is valid, a file is damaged, or the command was not completed",
+    ExitCode.FAILED: "a check failed, no force is valid, a file is damaged, the instrument has another "
+    "register map, or the command was not completed",
     ExitCode.USAGE: "an argument, or a file that an argument names, cannot be used",
     ExitCode.REJECTED: "the instrument rejected the request, or another program holds; nothing was inflated",
     ExitCode.HOLD_ENDED: "the hold ended: a trip, a vent of another client, or a setpoint not reached",
@@ -62,6 +64,7 @@ _CODES: tuple[tuple[type[BaseException], ExitCode], ...] = (
     (HoldEnded, ExitCode.HOLD_ENDED),
     (VentNotConfirmed, ExitCode.VENT_NOT_CONFIRMED),
     (ServerError, ExitCode.UNAVAILABLE),
+    (OtherRegisterMap, ExitCode.FAILED),
     (ConnectionFailed, ExitCode.UNAVAILABLE),
     (OSError, ExitCode.IO_ERROR),
     (PneuforceError, ExitCode.FAILED),

@@ -28,7 +28,7 @@ def test_the_document_contains_each_code_and_its_meaning():
 
 def test_each_class_of_errors_has_its_own_code():
     general = {each.__name__ for each in ERRORS if exit_code_of(each.__new__(each)) is ExitCode.FAILED}
-    assert general == {"PneuforceError", "ClientError", "InvalidForce"}
+    assert general == {"PneuforceError", "ClientError", "InvalidForce", "OtherRegisterMap"}
     assert exit_code_of(OSError()) is ExitCode.IO_ERROR
 
 
