@@ -99,7 +99,9 @@ def test_a_failed_start_is_reported_in_one_sentence(tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    set(pneuforce.testing.__all__) - {"LineNoise", "LiveRig", "SerialProxy", "TcpProxy", "simulated_rig"},
+    sorted(
+        set(pneuforce.testing.__all__) - {"LineNoise", "LiveRig", "SerialProxy", "TcpProxy", "simulated_rig"}
+    ),
 )
 def test_all_exceptions_have_one_base_class(name):
     assert issubclass(getattr(pneuforce.testing, name), pneuforce.PneuforceError)
