@@ -48,17 +48,26 @@ class ModbusSensorConnection:
         self._url = url
         self._open_client = open_client
         self._replacement = threading.Lock()
+        self._any_map = any_map
         self._closed = self._forbids_proof_tests = False
         self._client: ModbusClient | None = None
         try:
-            self._client = open_client()
-            map_hash = self._client.read_block(_MAP_HASH)["map_hash"]
+            self._client = self._open()
         except ModbusClientError as error:
-            self.close()
             raise ConnectionFailed(f"{url}: {error}; {_hint(url)}") from None
-        if map_hash != MAP_HASH and not any_map:
-            self.close()
-            raise OtherRegisterMap(url, map_hash, MAP_HASH)
+
+    def _open(self) -> ModbusClient:
+        """Return a new client. Raises ModbusClientError, and OtherRegisterMap for another register map."""
+        client = self._open_client()
+        try:
+            map_hash = client.read_block(_MAP_HASH)["map_hash"]
+        except ModbusClientError:
+            client.close()
+            raise
+        if map_hash != MAP_HASH and not self._any_map:
+            client.close()
+            raise OtherRegisterMap(self._url, map_hash, MAP_HASH)
+        return client
 
     def close(self) -> None:
         """Close the connection."""
@@ -100,8 +109,13 @@ class ModbusSensorConnection:
     # ---- command
 
     def vent(self) -> None:
-        """Open the vent valve."""
-        self._repeatable(ModbusClient.vent)
+        """Open the vent valve, even if the instrument has another register map since a reconnection."""
+        try:
+            self._repeatable(ModbusClient.vent)
+        except ConnectionLost as error:
+            if not isinstance(error.__cause__, OtherRegisterMap):
+                raise
+            vent_once(self._url, self._open_client)
 
     def prepare_hold(self, lease_s: float) -> None:
         """Take a lease, then vent.
@@ -201,7 +215,9 @@ class ModbusSensorConnection:
                 self._client = None
                 failed.close()
             try:
-                self._client = self._open_client()
+                self._client = self._open()
+            except OtherRegisterMap as error:
+                raise ConnectionLost(str(error)) from error
             except ModbusClientError as error:
                 raise ConnectionLost(f"{self._url}: {error}; {_hint(self._url)}") from None
 

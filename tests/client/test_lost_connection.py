@@ -98,12 +98,18 @@ class RestartedInstrument:
 
     def __init__(self):
         self.runs, self.state, self.counter, self.written = True, "vented", 0, []
+        self.map_hash = MAP_HASH
 
     def open(self):
         self.check()
         return self
 
     def close(self):
+        pass
+
+    __enter__ = open
+
+    def __exit__(self, *_):
         pass
 
     def check(self):
@@ -118,7 +124,7 @@ class RestartedInstrument:
         self.counter += 1
         measured = dict.fromkeys(("force", "force_uncertainty", "pressure", "radius", "setpoint"), 0.0)
         state = {"state": self.state, "status": (), "sample_counter": self.counter, "sample_age": 0.0}
-        return measured | state | {"map_hash": MAP_HASH, "first_out_fault": 0}
+        return measured | state | {"map_hash": self.map_hash, "first_out_fault": 0}
 
     def write(self, name, value):
         self.check()
@@ -176,3 +182,16 @@ def test_a_restart_of_the_instrument_ends_a_hold_without_another_lease_or_inflat
         hold_during_a_restart()
     assert ("mode", "hold") not in instrument.written
     assert [value for name, value in instrument.written if name == "lease"] == [0.0]
+
+
+def test_after_an_upgrade_of_the_instrument_no_value_is_read_but_a_vent_is_sent(modbus):
+    instrument, sensor = modbus
+    instrument.runs = False
+    with pytest.raises(ConnectionLost):
+        sensor.read()
+    instrument.restart()
+    instrument.map_hash = MAP_HASH + 1
+    with pytest.raises(ConnectionLost, match="another version of the register map"):
+        sensor.read()
+    sensor.vent()
+    assert instrument.state == "vented"
