@@ -65,7 +65,7 @@ def test_a_host_reads_births_values_and_deaths(start, host, instrument, tmp_path
     assert set(found["pressure"]["properties"]) == {"engUnit", "engLow", "engHigh", "documentation"}
     assert abs(found["force"]["utc_ms"] / 1e3 - time.time()) < 10
     instrument.changes = {"force_n": None, "status": ["failure"], "first_out_fault": 34, "state": "tripped"}
-    tripped = values_in(host.next("DDATA", edge.node, lambda m: "force" in values_in(m)))
+    tripped = values_in(host.next("DDATA", edge.node, lambda m: "state" in values_in(m)))
     assert (tripped["force"], tripped["force_uncertainty"], tripped["force_valid"]) == (None, None, False)
     assert (tripped["state"], tripped["first_out_fault"]) == ("tripped", 34)
     instrument.close()
