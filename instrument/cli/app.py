@@ -150,7 +150,7 @@ def run(
 ) -> None:
     """Run the instrument with a real rig and real buses until Ctrl-C or SIGTERM, then vent and exit.
 
-    At the end, waits up to 5 s for the verification of the vent. A second Ctrl-C ends the wait.
+    At the end, the instrument waits up to 5 s until the vent is verified. A second Ctrl-C ends the wait.
     The exit code is 5 if the vent was not verified: look at the balloon.
 
     Example: pneuforce run --config instrument.toml
