@@ -44,6 +44,7 @@ class Details:
     firmware_origin: str | None = None  #: comparison with the released images, for example "current"
     firmware_image: int | None = None  #: CRC-32 of the image of the firmware
     inflation_count: int | None = None  #: number of inflations of this balloon
+    maintenance_causes: frozenset[str] | None = None  #: causes of the status `MAINTENANCE_REQUIRED`
     map_version: int | None = None  #: version of the register map
     map_hash: int | None = None  #: hash of all declarations of all buses
     configuration_hash: int | None = None  #: hash of the configuration and the calibration
@@ -104,6 +105,7 @@ def details_of(registers: Mapping[str, Any]) -> Details:
                 "firmware_origin",
                 "firmware_image",
                 "inflation_count",
+                "maintenance_causes",
                 "map_version",
                 "map_hash",
                 "configuration_hash",

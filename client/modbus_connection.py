@@ -6,6 +6,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any, TypeVar
 
 from pneuforce.client.connection import Command, HoldRequest
@@ -28,6 +29,7 @@ RECONNECT_S = 0.05  #: pause before another attempt to poll, if the connection i
 _MEASURED = range(26)
 _MAP_HASH = range(770, 772)
 _FIRST_OUT_FAULT = range(778, 779)
+_MAINTENANCE = range(74, 75)
 _REQUESTED = range(512, 547)
 _IDENTITY = range(768, 800)
 
@@ -179,9 +181,11 @@ class ModbusSensorConnection:
         return int(self._repeatable(lambda client: client.read_block(_FIRST_OUT_FAULT))["first_out_fault"])
 
     def details(self) -> Details:
-        """Return the details of two requests."""
-        requested = self._repeatable(lambda client: client.read_block(_REQUESTED))
-        return details_of(requested | self._repeatable(lambda client: client.read_block(_IDENTITY)))
+        """Return the details of several requests."""
+        values: dict[str, Any] = {}
+        for block in (_MAINTENANCE, _REQUESTED, _IDENTITY):
+            values |= self._repeatable(partial(ModbusClient.read_block, addresses=block))
+        return details_of(values)
 
     # ---- requests
 

@@ -2,7 +2,8 @@
 
 stdin: one line of JSON with the path of the local socket and the settings of the publisher.
 stdout: one line {"port": port of the broker} at the start. Then {"heartbeat": n, "connected": bool, "stored":
-number of records} each second. A missing heartbeat means that the process hangs.
+number of records, "certificate_days": number or null} each second. A missing heartbeat means that the process
+hangs.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import asyncio
 import logging
 import resource
 import sys
+import time
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ from pneuforce.support.priority import reduce_priority
 from pneuforce.support.together import run_together
 
 HEARTBEAT_PERIOD_S = 1.0
+CERTIFICATE_HEARTBEATS = 10  #: heartbeats after which the certificate is read again
 #: Limit of the memory. A message that is too long ends the connection. Without this limit, the message could
 #: use the memory of the systemd unit, to which the host process also belongs.
 MAX_MEMORY_BYTES = 160_000_000
@@ -45,8 +48,10 @@ async def _execute_vents(publisher: Publisher, link: InstrumentLink) -> None:
 async def _send_heartbeats(publisher: Publisher) -> None:
     for number in count(1):
         await asyncio.sleep(HEARTBEAT_PERIOD_S)
-        stored = publisher.outbox.store.count
-        send_heartbeat({"heartbeat": number, "connected": publisher.connected, "stored": stored})
+        if number % CERTIFICATE_HEARTBEATS == 1:
+            days = publisher.certificate_days(time.time())
+        beat = {"heartbeat": number, "connected": publisher.connected, "stored": publisher.outbox.store.count}
+        send_heartbeat(beat | {"certificate_days": days})
 
 
 def ignore_closed_sockets(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -7,6 +7,7 @@ import logging
 import ssl
 import time
 from contextlib import suppress
+from pathlib import Path
 from typing import NamedTuple
 
 from aiomqtt import Client, Message, MqttError, Will
@@ -19,6 +20,7 @@ from pneuforce.mqtt.store import DeliveryStore
 from pneuforce.mqtt.topics import SparkplugTopics, host_topic
 from pneuforce.registers.sparkplug import Reading, values_of
 from pneuforce.support.backoff import Backoff
+from pneuforce.support.certificate_days import days_left
 from pneuforce.support.client_tls import client_context
 from pneuforce.support.throttle import RateLimitedLogger
 from pneuforce.support.together import run_together
@@ -91,6 +93,18 @@ class Publisher:
         self.vent_requested = asyncio.Event()
         self._rebirth_requested = False
         self._reason = ""  # why the broker cannot be reached; empty while it is connected
+
+    def certificate_days(self, now_s: float) -> float | None:
+        """Return the days until the client certificate in the file expires, None without a certificate.
+
+        The file is read again, because it may be renewed. `now_s` is in seconds since 1970-01-01 UTC.
+        """
+        if not self._settings.certificate:
+            return None
+        try:
+            return round(days_left(Path(self._settings.certificate).read_bytes(), now_s), 3)
+        except (OSError, ValueError):
+            return None
 
     @property
     def connected(self) -> bool:

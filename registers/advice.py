@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from pneuforce.registers.codes import STATUS
+from pneuforce.registers.codes import MAINTENANCE_CAUSES, STATUS
 
 
 class Advice(NamedTuple):
@@ -182,10 +182,7 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "baseline_old": "Interrupt the contact for a moment, so that the baseline pressure is measured again. If "
     "the force stays invalid, vent and inflate again. If the configuration sets reference_timeout_s, write "
     "register 518 periodically.",
-    "maintenance_required": "The cause is a slow leak, a failed CAN interface, an inaccurate clock of the "
-    "board, a failed event log or recording, a certificate that expires within 30 days, a missing ambient "
-    "pressure (ambient_required), or a firmware that is not released (register 795). The log of the "
-    "instrument names the cause and the remedy (journalctl -u pneuforce).",
+    "maintenance_required": "Register 74 contains the causes. Remove them.",
     "out_of_specification": "See bit 5 (out_of_range).",
     "function_check": "No force is available now. If a proof test is in progress, wait for up to 5 s. "
     "Otherwise inflate the balloon, or wait until the setpoint is reached.",
@@ -200,6 +197,23 @@ _STATUS_ACTIONS: Mapping[str, str] = {
 
 STATUS_ADVICE: Mapping[str, Advice] = {
     bit.name: Advice(bit.doc, _STATUS_ACTIONS[bit.name]) for bit in STATUS.bits
+}
+
+_MAINTENANCE_ACTIONS: Mapping[str, str] = {
+    "leak": "End the measurement, and examine the circuit: pneuforce doctor --inflate.",
+    "can_down": "Check the CAN bus and its adapter.",
+    "clock_inaccurate": "Replace the board: its interlocks use the same clock.",
+    "event_log_failed": "Check the disk: free space, rights of the folder, a damaged file (docs/events.md).",
+    "recording_failed": "Check the disk. The next recording that starts ends this condition.",
+    "certificate_expiring": "Replace certificate and key (pneuforce certificates). The log names the file.",
+    "ambient_missing": "Write the ambient pressure periodically (register 556), or set "
+    "ambient_required = false.",
+    "firmware_unknown": "Install the firmware of the package: pneuforce flash.",
+}
+
+#: Advice for each cause of the status bit `maintenance_required` (register 74).
+MAINTENANCE_ADVICE: Mapping[str, Advice] = {
+    bit.name: Advice(bit.doc, _MAINTENANCE_ACTIONS[bit.name]) for bit in MAINTENANCE_CAUSES.bits
 }
 
 #: Status bits that can be the reason for a missing force. The first bit is the most important.

@@ -85,6 +85,24 @@ STATUS_HIGH = BitField(
     tuple(StatusBit(b.number - 16, b.name, b.doc, b.latches) for b in STATUS.bits if b.number >= 16)
 )
 
+#: Causes of status bit 24. `instrument/core/maintenance.py` contains their conditions.
+MAINTENANCE_CAUSES = BitField(
+    (
+        StatusBit(0, "leak", "The pressure of the locked balloon falls slowly and steadily."),
+        StatusBit(1, "can_down", "The CAN interface does not work."),
+        StatusBit(2, "clock_inaccurate", "The clock of the board is more than 1 % fast or slow."),
+        StatusBit(3, "event_log_failed", "The event log cannot be written."),
+        StatusBit(4, "recording_failed", "A recording has stopped because of an error."),
+        StatusBit(5, "certificate_expiring", "A certificate has expired, or expires in less than 30 days."),
+        StatusBit(
+            6,
+            "ambient_missing",
+            "The configuration requires a measured ambient pressure, and none was written recently.",
+        ),
+        StatusBit(7, "firmware_unknown", "The firmware of the board is not a released image."),
+    )
+)
+
 CONDENSED = BitField(
     (
         StatusBit(0, "in_contact", "An object presses on the balloon."),

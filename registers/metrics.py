@@ -7,57 +7,10 @@ the stream, and `derived`, the values that the web process computes (`web/metric
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import StrEnum, auto
-from typing import Any, NamedTuple
 
-from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATES, STATUS
+from pneuforce.registers.codes import FAULTS, MAINTENANCE_CAUSES, REJECT_REASONS, STATES, STATUS
+from pneuforce.registers.metric import Choice, Metric, MetricType, Series
 
-PREFIX = "pneuforce_"
-
-
-class MetricType(StrEnum):
-    """Type of a metric, as Prometheus names it."""
-
-    GAUGE = auto()
-    COUNTER = auto()
-    HISTOGRAM = auto()
-    INFO = auto()
-
-
-class Choice(StrEnum):
-    """Form of a source with one value for each series."""
-
-    COUNT = auto()  #: an object of numbers by key; a missing key is 0
-    MEMBER = auto()  #: one key, or a list of keys; the series of these keys are 1, all others are 0
-
-
-class Series(NamedTuple):
-    """Series of a metric that are always present: the label values of each key of the source."""
-
-    choice: Choice
-    labels: Mapping[Any, tuple[str, ...]]
-
-
-class Metric(NamedTuple):
-    """Metric with the prefix `pneuforce_`. A value that is not available has no sample."""
-
-    name: str  #: without prefix, and without the suffix of its type
-    type: MetricType
-    doc: str
-    #: Path in the reading. Several paths: one for each value of the label. For an info metric, one for each
-    #: label. A text counts as 1 unless it is empty.
-    source: str | Mapping[str, str]
-    labels: tuple[str, ...] = ()
-    series: Series | None = None
-    factor: float = 1.0  #: from the unit of the source to the unit of the metric
-
-    @property
-    def full_name(self) -> str:
-        """Return the name of the samples, which a query uses. A histogram has `_bucket`, `_sum`, `_count`."""
-        return f"{PREFIX}{self.name}{_SUFFIXES.get(self.type, '')}"
-
-
-_SUFFIXES = {MetricType.COUNTER: "_total", MetricType.INFO: "_info"}
 _PA_PER_KPA = 1e3
 _FAULT_CODES = {code: (str(code), name) for code, name in FAULTS.names.items() if code}
 
@@ -121,6 +74,13 @@ _INSTRUMENT = (
         "snapshot.status",
         "bit",
         {bit.number: bit.name for bit in STATUS.bits},
+    ),
+    _member(
+        "maintenance_cause",
+        "1 for each cause of the status bit maintenance_required that is present, 0 for all others.",
+        "snapshot.maintenance_causes",
+        "cause",
+        {bit.number: bit.name for bit in MAINTENANCE_CAUSES.bits},
     ),
     _gauge(
         "calibration_time_seconds",
@@ -245,7 +205,11 @@ _BUSES = (
             f"health.{server}.certificate_days",
             86_400.0,
         )
-        for server, name in (("modbus_tls", "Modbus/TCP Security"), ("web", "the web page"))
+        for server, name in (
+            ("modbus_tls", "Modbus/TCP Security"),
+            ("web", "the web page"),
+            ("mqtt", "the MQTT client"),
+        )
     ),
     _gauge("modbus_rtu_up", "1 while the serial line of Modbus RTU works.", "health.modbus_rtu.up"),
     _gauge("can_up", "1 while CAN frames can be sent and received.", "health.can.up"),

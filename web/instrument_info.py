@@ -14,7 +14,13 @@ from pneuforce.registers.codes import FAULTS, STATES, STATUS
 from pneuforce.registers.document_text import TYPE_NAMES
 from pneuforce.registers.map import MAP_VERSION, REGISTERS, Register
 from pneuforce.registers.map_hash import MAP_HASH
-from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS, in_page_words
+from pneuforce.web.operator_texts import (
+    FAULT_TITLES,
+    MAINTENANCE_TEXTS,
+    REJECT_TEXTS,
+    STATUS_ACTIONS,
+    in_page_words,
+)
 
 #: State of the board during a proof test. The state register shows "holding".
 PROOF_TEST_STATE = 7
@@ -36,6 +42,7 @@ def instrument_info(header: Mapping[str, Any]) -> dict[str, Any]:
         "registers": [_register(register) for register in REGISTERS],
         "faults": {code: _fault(code) for code in FAULT_TITLES},
         "status": {bit.name: _status_bit(bit.number, bit.name) for bit in STATUS.bits},
+        "maintenance": dict(MAINTENANCE_TEXTS),
         "reject_reasons": dict(REJECT_TEXTS),
         "states": {name: in_page_words(text) for name, text in STATE_DESCRIPTIONS.items()},
         "board_states": dict(STATES.names) | {PROOF_TEST_STATE: "proof_test"},

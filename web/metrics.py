@@ -23,7 +23,8 @@ from prometheus_client.core import Metric as MetricFamily
 from prometheus_client.exposition import choose_encoder
 from prometheus_client.registry import Collector, CollectorRegistry
 
-from pneuforce.registers.metrics import METRICS, PREFIX, Choice, Metric, MetricType, Series
+from pneuforce.registers.metric import PREFIX, Choice, Metric, MetricType, Series
+from pneuforce.registers.metrics import METRICS
 from pneuforce.web.browser_feed import BrowserFeed
 
 Reading = Mapping[str, Any]

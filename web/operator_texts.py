@@ -82,7 +82,7 @@ STATUS_ACTIONS: Mapping[str, str] = {
     "vent_fault": "",
     "board_reset": "",
     "baseline_old": "Lift off for a moment. If this message stays, vent and inflate again.",
-    "maintenance_required": "Check the instrument soon. The log of the host process names the cause.",
+    "maintenance_required": "Check the instrument soon.",
     "out_of_specification": "",
     "function_check": "",
     "failure": "",
@@ -90,6 +90,18 @@ STATUS_ACTIONS: Mapping[str, str] = {
     "proof_test_overdue": "A blocked tube might be undetected. Lift off for 5 s.",
     "force_high_alarm_2": "Back off.",
     "any_failure": "",
+}
+
+#: Text for each cause of the status bit `maintenance_required`.
+MAINTENANCE_TEXTS: Mapping[str, str] = {
+    "leak": "The balloon leaks slowly. End the measurement, and check the balloon and the tube.",
+    "can_down": "The CAN bus does not work. The other buses work.",
+    "clock_inaccurate": "The clock of the board is inaccurate. Replace the board.",
+    "event_log_failed": "The event log cannot be written. Check the disk of the instrument.",
+    "recording_failed": "The last recording failed. Check the disk of the instrument, and record again.",
+    "certificate_expiring": "A certificate of the instrument expires soon. Replace it.",
+    "ambient_missing": "No other program writes the ambient pressure, which the configuration requires.",
+    "firmware_unknown": "The firmware of the board is not a released firmware. Install it again.",
 }
 
 #: Text for each reject reason. The words are those of the buttons of the page.

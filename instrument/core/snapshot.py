@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from pneuforce.instrument.core.command_block import CommandBlock
 from pneuforce.instrument.core.faults import mask_of
 from pneuforce.instrument.core.lease import Peer
+from pneuforce.instrument.core.maintenance import maintenance_causes
 from pneuforce.instrument.core.proof_test_schedule import oldest_forbidding_s
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.core.status import STALE_S, status_of
@@ -56,6 +57,7 @@ class Snapshot(NamedTuple):
     # the rig
     state: str
     status: frozenset[str]
+    maintenance_causes: frozenset[str]
     setpoint_kpa: float
     first_out_fault: int
     active_fault_count: int
@@ -111,6 +113,7 @@ def snapshot_of(state: InstrumentState, peer: Peer, now_s: float) -> Snapshot:
     return Snapshot(
         state=state_of(state),
         status=status_of(state, m, now_s),
+        maintenance_causes=maintenance_causes(state, now_s),
         **_measurement_values(state, m, now_s),
         **_control_values(state, stale),
         **_ambient_values(state, now_s),

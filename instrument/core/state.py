@@ -206,7 +206,7 @@ class InstrumentState:
 
     @property
     def service_failures(self) -> tuple[bool, ...]:
-        """Return one flag for each part of the host process that requires maintenance if its flag is set.
+        """Return the flags for parts of the host process that have failed or will fail.
 
         Other parts of the host process set these flags without a change of `revision`.
         """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from pneuforce.instrument.core.maintenance import maintenance_causes
 from pneuforce.instrument.core.state import InstrumentState
 from pneuforce.instrument.measurement.measurement import Measurement, Quality
 from pneuforce.instrument.model.balloon import VALID_HIGH_KPA, VALID_LOW_KPA
@@ -29,19 +30,11 @@ def status_of(state: InstrumentState, m: Measurement, now_s: float) -> frozenset
         names |= {"failure", "any_failure"}
     if "out_of_range" in names:
         names.add("out_of_specification")
-    if "leak" in names or _maintenance_required(state, now_s):
+    if maintenance_causes(state, now_s):
         names.add("maintenance_required")
     if Quality.TESTING in m.quality or not names & {"holding", "failure"}:
         names.add("function_check")
     return frozenset(names)
-
-
-def _maintenance_required(state: InstrumentState, now_s: float) -> bool:
-    service_down = any(state.service_failures)
-    no_barometer = state.settings.ambient_required and math.isnan(state.recent_ambient_kpa(now_s))
-    clock_off = state.raw is not None and state.raw.clock_off
-    foreign_firmware = state.firmware is not None and not state.firmware.is_released
-    return service_down or no_barometer or clock_off or foreign_firmware or state.chain.leak.detected
 
 
 def _conditions(state: InstrumentState, m: Measurement, now_s: float) -> tuple[tuple[str, bool], ...]:

@@ -126,7 +126,9 @@ class Servers:
         self.systemd = systemd_notifier(source)
         self._started_utc_s = time.time()
         self.web = web_process_of(configuration.web, files.socket, files.web)
-        tls = [each for each in (self.security and self.security.gateway, self.web) if each]
+        self.mqtt = mqtt_process_of(configuration, files.socket, files.mqtt)
+        gateway = self.security and self.security.gateway
+        tls = [each for each in (gateway, self.web, self.mqtt) if each]
         host.channels += [
             self.local,
             self.systemd,
@@ -145,6 +147,7 @@ class Servers:
             "modbus_rtu": rtu_health(self.rtu),
             "can": can_health(self.can, now_s),
             "web": {"certificate_days": self.web.certificate_days if self.web else None},
+            "mqtt": {"certificate_days": self.mqtt.certificate_days if self.mqtt else None},
             "rdt": rdt_health(self.rdt),
             "events": events_health(
                 self.configuration.events.file, instrument.log_down, instrument.event_log_head
@@ -157,8 +160,7 @@ async def run_until_stopped(servers: Servers, files: ServiceFiles) -> None:
     stop = asyncio.Event()
     _stop_on_signals(stop, servers)
     web = servers.web
-    mqtt = mqtt_process_of(servers.configuration, files.socket, files.mqtt)
-    processes = [process for process in (web, mqtt) if process is not None]
+    processes = [process for process in (web, servers.mqtt) if process is not None]
     await servers.local.open(files.socket)
     recorder = (
         RecorderProcess(servers.local, files.socket, files.recording)

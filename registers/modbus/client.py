@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["ModbusClient", "ModbusClientError", "NoAnswerError", "SerialPortError", "WriteRejectedError"]
 
 #: Ranges of the registers that change.
-_CHANGING_RANGES = (range(51), range(64, 74), range(512, 558))
+_CHANGING_RANGES = (range(51), range(64, 75), range(512, 558))
 #: Ranges of the registers that change seldom or never.
 _CONSTANT_RANGES = (range(768, 800), range(3840, 3845))
 #: Registers with the answer to a command.

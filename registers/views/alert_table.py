@@ -6,9 +6,10 @@ The remedies of faults and status bits are those of `registers/advice.py`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
-from pneuforce.registers.advice import FAULT_ADVICE, STATUS_ADVICE
+from pneuforce.registers.advice import FAULT_ADVICE, MAINTENANCE_ADVICE, STATUS_ADVICE
 from pneuforce.registers.codes import FAULTS
 
 #: Name of the scrape job in prometheus.yml. Only the alert about a missing target needs this name.
@@ -25,13 +26,12 @@ class Alert(NamedTuple):
     severity: str
     summary: str
     remedy: str
-    code: str = ""  #: code of the fault; distinguishes the rules with the same name
+    labels: Mapping[str, str] = MappingProxyType({})  #: labels that distinguish the rules with the same name
 
 
 #: Status bits that have an alert, with the duration. Faults have an alert of their own.
 _STATUS_BITS: Mapping[str, str] = {
     "can_down": "1m",
-    "maintenance_required": "1m",
     "proof_test_overdue": "10m",
     "not_zeroed": "10m",
 }
@@ -148,8 +148,12 @@ _CLIENTS = (
     ),
 )
 
-#: Servers whose certificate has a metric with the time until its end, with their names.
-_CERTIFICATES: Mapping[str, str] = {"web": "the web page", "modbus_tls": "Modbus/TCP Security"}
+#: Parts of the instrument whose certificate has a metric with the time until its end, with their names.
+_CERTIFICATES: Mapping[str, str] = {
+    "web": "the web page",
+    "modbus_tls": "Modbus/TCP Security",
+    "mqtt": "the MQTT client",
+}
 
 
 def _certificate_alerts(server: str, name: str) -> tuple[Alert, ...]:
@@ -173,7 +177,7 @@ def _certificate_alerts(server: str, name: str) -> tuple[Alert, ...]:
             f"{left} < 0",
             "1m",
             CRITICAL,
-            f"The certificate of {name} has expired: clients reject it.",
+            f"The certificate of {name} has expired: it is rejected.",
             f"{remedy} Also check the clock of the computer.",
         ),
     )
@@ -218,7 +222,9 @@ _FILES = (
 def _fault(code: int, name: str) -> Alert:
     what, do = FAULT_ADVICE[code]
     condition = f'pneuforce_fault_active{{code="{code}"}} == 1'
-    return Alert("PneuforceFault", condition, "", CRITICAL, f"Fault {code} ({name}): {what}", do, str(code))
+    return Alert(
+        "PneuforceFault", condition, "", CRITICAL, f"Fault {code} ({name}): {what}", do, {"code": str(code)}
+    )
 
 
 def _status(bit: str, duration: str) -> Alert:
@@ -227,10 +233,18 @@ def _status(bit: str, duration: str) -> Alert:
     return Alert(f"Pneuforce{name}", f'pneuforce_status{{bit="{bit}"}} == 1', duration, WARNING, what, do)
 
 
+def _maintenance(cause: str) -> Alert:
+    what, do = MAINTENANCE_ADVICE[cause]
+    condition = f'pneuforce_maintenance_cause{{cause="{cause}"}} == 1'
+    summary = f"Maintenance required: {what}"
+    return Alert("PneuforceMaintenanceRequired", condition, "1m", WARNING, summary, do, {"cause": cause})
+
+
 #: Alerts by the name of their group.
 ALERTS: Mapping[str, tuple[Alert, ...]] = {
     "pneuforce-faults": tuple(_fault(code, name) for code, name in FAULTS.names.items() if code),
     "pneuforce-status": tuple(_status(bit, duration) for bit, duration in _STATUS_BITS.items()),
+    "pneuforce-maintenance": tuple(map(_maintenance, MAINTENANCE_ADVICE)),
     "pneuforce-processes": _PROCESSES,
     "pneuforce-clients": _CLIENTS,
     "pneuforce-files": _FILES,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from pneuforce.registers.codes import STATUS
+from pneuforce.registers.codes import MAINTENANCE_CAUSES, STATUS
 from pneuforce.registers.document_text import (
     ENUMERATIONS,
     MEASURED_BLOCK,
@@ -119,6 +119,9 @@ def _macros() -> Iterator[str]:
     for bit in STATUS.bits:
         mask = f"UINT32_C(0x{1 << bit.number:08X})"
         yield f"#define PNEUFORCE_STATUS_{bit.name.upper()} {mask} /* {ascii_text(bit.doc)} */\n"
+    for bit in MAINTENANCE_CAUSES.bits:
+        mask = f"UINT16_C(0x{1 << bit.number:04X})"
+        yield f"#define PNEUFORCE_MAINTENANCE_{bit.name.upper()} {mask} /* {ascii_text(bit.doc)} */\n"
 
 
 def _macro(prefix: str, register: Register) -> str:

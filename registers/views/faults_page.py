@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from pneuforce.registers.advice import (
     FAULT_ADVICE,
+    MAINTENANCE_ADVICE,
     REJECT_REASON_ADVICE,
     STATE_DESCRIPTIONS,
     STATUS_ADVICE,
 )
-from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATES, STATUS
+from pneuforce.registers.codes import FAULTS, MAINTENANCE_CAUSES, REJECT_REASONS, STATES, STATUS
 from pneuforce.registers.field import Enumeration
 from pneuforce.registers.views.markdown import table
 
@@ -42,6 +43,12 @@ Register 20, the Status frame and the discrete inputs 0–31 contain the status 
 set until a command clears the faults, even if the cause of the bit is gone. Any other bit is set only while
 its cause is present.
 """
+_MAINTENANCE = """\
+## Causes of maintenance
+
+Register 74 contains the causes of status bit 24 (*maintenance required*). The page, the overview, the metric
+`pneuforce_maintenance_cause` and `pneuforce status` name them.
+"""
 _REJECT_REASONS = """\
 ## Reject reasons
 
@@ -64,6 +71,8 @@ def render() -> str:
             table(("code", "fault", "what has happened", "what to do"), _fault_rows()),
             _STATUS,
             table(("bit", "name", "latches", "meaning", "what to do"), _status_rows()),
+            _MAINTENANCE,
+            table(("bit", "cause", "meaning", "what to do"), _maintenance_rows()),
             _REJECT_REASONS,
             table(
                 ("code", "reject_reason", "cause, and what to do"),
@@ -84,6 +93,11 @@ def _fault_rows() -> Iterator[Sequence[str]]:
 def _status_rows() -> Iterator[Sequence[str]]:
     for bit in STATUS.bits:
         yield str(bit.number), f"`{bit.name}`", "latches" if bit.latches else "", *STATUS_ADVICE[bit.name]
+
+
+def _maintenance_rows() -> Iterator[Sequence[str]]:
+    for bit in MAINTENANCE_CAUSES.bits:
+        yield str(bit.number), f"`{bit.name}`", *MAINTENANCE_ADVICE[bit.name]
 
 
 def _enumeration_rows(values: Enumeration, texts: Mapping[str, str]) -> Iterable[Sequence[str]]:

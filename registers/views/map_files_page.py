@@ -64,6 +64,7 @@ _FILE_KEYS: Mapping[str, str] = {
     "registers": "list of the registers, by rising address",
     "status_bits": "list of the status bits: bit field `status`",
     "condensed_status_bits": "list of the bits of the bit field `condensed_status`",
+    "maintenance_cause_bits": "list of the bits of the bit field `maintenance_causes`",
     "enumerations": "names of the codes of each enumeration of the map, by code",
     "can": "CAN frames",
 }
@@ -121,12 +122,12 @@ class JsonObjects(NamedTuple):
 def json_objects(tree: Mapping[str, Any]) -> Sequence[JsonObjects]:
     """Return all kinds of objects in the JSON file whose keys have a fixed meaning."""
     can = tree["can"]
-    bits = [*tree["status_bits"], *tree["condensed_status_bits"]]
+    bits = [*tree["status_bits"], *tree["condensed_status_bits"], *tree["maintenance_cause_bits"]]
     fields = [field for frame in can["frames"] for field in frame["fields"]]
     return (
         JsonObjects("The file", [tree], _FILE_KEYS),
         JsonObjects("Register: `registers`", tree["registers"], _REGISTER_KEYS),
-        JsonObjects("Bit: `status_bits`, `condensed_status_bits`", bits, _BIT_KEYS),
+        JsonObjects("Bit: `status_bits`, `condensed_status_bits`, `maintenance_cause_bits`", bits, _BIT_KEYS),
         JsonObjects("CAN: `can`", [can], _CAN_KEYS),
         JsonObjects("Frame: `can.frames`", can["frames"], _FRAME_KEYS),
         JsonObjects("Field: `can.frames[].fields`", fields, _FIELD_KEYS),

@@ -12,7 +12,7 @@ from pneuforce.registers.can.frames import (
     RESULTS,
     FrameDefinition,
 )
-from pneuforce.registers.codes import CONDENSED, STATUS
+from pneuforce.registers.codes import CONDENSED, MAINTENANCE_CAUSES, STATUS
 from pneuforce.registers.document_text import (
     ENUMERATIONS,
     HOLDING_REGISTERS,
@@ -99,6 +99,9 @@ def render() -> str:
         _bits(STATUS),
         "## Condensed status bits\n\nRegister 71 and the Force frame contain these bits.\n",
         _bits(CONDENSED),
+        "## Causes of maintenance\n\nRegister 74 contains these bits. The list of the "
+        "[remedies](faults.md#causes-of-maintenance) contains what to do.\n",
+        _bits(MAINTENANCE_CAUSES),
         "## Enumerations\n",
         *(_enumeration(name, values) for name, values in ENUMERATIONS.items()),
         _FRAMES.format(node_id=DEFAULT_NODE_ID),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pneuforce.registers.metrics import GROUPS, Metric
+from pneuforce.registers.metric import Metric
+from pneuforce.registers.metrics import GROUPS
 from pneuforce.registers.views.alert_table import ALERTS
 from pneuforce.registers.views.markdown import table
 

@@ -32,8 +32,8 @@ def _rule(alert: Alert) -> Iterator[str]:
     yield f"        expr: '{alert.condition}'"
     if alert.duration:
         yield f"        for: {alert.duration}"
-    code = f', code: "{alert.code}"' if alert.code else ""
-    yield f"        labels: {{severity: {alert.severity}{code}}}"
+    labels = "".join(f', {name}: "{value}"' for name, value in alert.labels.items())
+    yield f"        labels: {{severity: {alert.severity}{labels}}}"
     yield "        annotations:"
     yield f"          summary: {_quoted('{{ $labels.instance }}: ' + alert.summary)}"
     yield f"          remedy: {_quoted(alert.remedy)}"

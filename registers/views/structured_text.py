@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pneuforce.registers.codes import STATUS
+from pneuforce.registers.codes import MAINTENANCE_CAUSES, STATUS
 from pneuforce.registers.document_text import ENUMERATIONS, MEASURED_BLOCK, ascii_text, format_number
 from pneuforce.registers.field import WireType
 from pneuforce.registers.map import COMMAND_KEY, MAP_VERSION, REGISTERS, Register
@@ -61,6 +61,9 @@ def _declarations() -> Iterator[str]:
     for bit in STATUS.bits:
         mask = f"DWORD#16#{1 << bit.number:08X}"
         yield f"PF_STATUS_{bit.name.upper()} : DWORD := {mask};  (* {ascii_text(bit.doc)} *)"
+    for bit in MAINTENANCE_CAUSES.bits:
+        mask = f"WORD#16#{1 << bit.number:04X}"
+        yield f"PF_MAINTENANCE_{bit.name.upper()} : WORD := {mask};  (* {ascii_text(bit.doc)} *)"
 
 
 def _comment(register: Register) -> str:

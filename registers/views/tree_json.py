@@ -13,7 +13,7 @@ from pneuforce.registers.can.frames import (
     RESULTS,
     FrameDefinition,
 )
-from pneuforce.registers.codes import CONDENSED, STATUS
+from pneuforce.registers.codes import CONDENSED, MAINTENANCE_CAUSES, STATUS
 from pneuforce.registers.document_text import ENUMERATIONS, TYPE_NAMES, format_not_available
 from pneuforce.registers.field import BitField, Field
 from pneuforce.registers.map import BLOCKS, MAP_VERSION, REGISTERS
@@ -39,6 +39,7 @@ def tree() -> dict[str, Any]:
         ],
         "status_bits": _bits(STATUS),
         "condensed_status_bits": _bits(CONDENSED),
+        "maintenance_cause_bits": _bits(MAINTENANCE_CAUSES),
         "enumerations": {name: values.names for name, values in ENUMERATIONS.items()},
         "can": {
             "default_node_id": DEFAULT_NODE_ID,

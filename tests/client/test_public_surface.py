@@ -101,6 +101,7 @@ ATTRIBUTES = {
         "latched_faults",
         "lease_holder",
         "lease_left_s",
+        "maintenance_causes",
         "map_hash",
         "map_version",
         "method",

@@ -8,7 +8,7 @@ from pneuforce.instrument.core.faults import STATUS_OF
 from pneuforce.instrument.doctor.causes import CAUSES, INFLATED
 from pneuforce.protocol.limits import HARD_LIMIT_KPA, OCCLUDED_TIME_RATIO, SUPPLY_MV, ZERO_SPAN_KPA
 from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE, STATE_DESCRIPTIONS, STATUS_ADVICE
-from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATES, STATUS
+from pneuforce.registers.codes import FAULTS, MAINTENANCE_CAUSES, REJECT_REASONS, STATES, STATUS
 from pneuforce.registers.views import VIEWS
 from pneuforce.sim.board.limits import (
     FROZEN_S,
@@ -76,7 +76,7 @@ def test_the_faults_page_has_a_row_for_every_code():
     page = VIEWS["faults"].render()
     named = re.findall(r"^\| (\d+) \| `(\w+)` \|", page, re.MULTILINE)
     codes = [(code, name) for code, name in FAULTS.names.items() if code]
-    codes += [(bit.number, bit.name) for bit in STATUS.bits]
+    codes += [(bit.number, bit.name) for bits in (STATUS, MAINTENANCE_CAUSES) for bit in bits.bits]
     codes += [*REJECT_REASONS.names.items(), *STATES.names.items()]
     assert named == [(str(code), name) for code, name in codes]
 

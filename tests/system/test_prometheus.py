@@ -36,6 +36,7 @@ WEEK_S = 7 * 86_400
 ABSENT = {
     "pneuforce_modbus_tls_certificate_left_seconds",
     "pneuforce_web_certificate_left_seconds",
+    "pneuforce_mqtt_certificate_left_seconds",
     "pneuforce_modbus_tls_failed_handshakes_total",
     "pneuforce_calibration_time_seconds",
 }

@@ -11,7 +11,8 @@ from pneuforce.instrument.core.event_counts import EventCounts
 from pneuforce.instrument.core.snapshot import Snapshot
 from pneuforce.instrument.service.host.command_gaps import CommandGaps
 from pneuforce.registers.codes import FAULTS
-from pneuforce.registers.metrics import METRICS, MetricType
+from pneuforce.registers.metric import MetricType
+from pneuforce.registers.metrics import METRICS
 from pneuforce.web.browser_feed import SNAPSHOT_TIMEOUT_S, BrowserFeed
 from pneuforce.web.metrics import metrics_text, reading_of
 from tests.prometheus_tools import NEEDS_PROMETHEUS, PROMTOOL

@@ -2,11 +2,11 @@
 
 import re
 
-from pneuforce.registers.codes import FAULTS, REJECT_REASONS, STATUS
+from pneuforce.registers.codes import FAULTS, MAINTENANCE_CAUSES, REJECT_REASONS, STATUS
 from pneuforce.web.app import STATIC
 from pneuforce.web.browser_feed import STATE
 from pneuforce.web.instrument_info import instrument_info
-from pneuforce.web.operator_texts import FAULT_TITLES, REJECT_TEXTS, STATUS_ACTIONS
+from pneuforce.web.operator_texts import FAULT_TITLES, MAINTENANCE_TEXTS, REJECT_TEXTS, STATUS_ACTIONS
 
 MAX_CHARACTERS = 110
 QUANTITY = re.compile(r"\{(\w+)\}")
@@ -15,9 +15,10 @@ WORDS_OF_A_BUS = re.compile(r"(register|command|bit|mode) \d|\b[Cc]lear\b(?! fau
 BUTTONS = ("Clear faults", "New balloon", "VENT", "Inflate")
 
 
-def test_each_fault_status_bit_and_reject_reason_has_a_text():
+def test_each_fault_status_bit_cause_and_reject_reason_has_a_text():
     assert list(FAULT_TITLES) == [code for code in FAULTS.names if code]
     assert list(STATUS_ACTIONS) == [bit.name for bit in STATUS.bits]
+    assert list(MAINTENANCE_TEXTS) == [bit.name for bit in MAINTENANCE_CAUSES.bits]
     assert list(REJECT_TEXTS) == list(REJECT_REASONS.names.values())
 
 
@@ -27,7 +28,7 @@ def test_the_titles_of_the_faults_differ_and_fit_the_bar():
 
 
 def test_the_texts_are_short_sentences():
-    texts = [*REJECT_TEXTS.values(), *filter(None, STATUS_ACTIONS.values())]
+    texts = [*REJECT_TEXTS.values(), *MAINTENANCE_TEXTS.values(), *filter(None, STATUS_ACTIONS.values())]
     assert [text for text in texts if not re.fullmatch(r"[A-Z].*\.", text)] == []
     assert [text for text in texts if len(text) > MAX_CHARACTERS] == []
 
@@ -48,6 +49,7 @@ def test_the_page_names_buttons_instead_of_registers_and_commands():
         *(text for bit in info["status"].values() for text in (bit["meaning"], bit["action"])),
         *info["states"].values(),
         *info["reject_reasons"].values(),
+        *info["maintenance"].values(),
     ]
     assert [text for text in texts if WORDS_OF_A_BUS.search(text)] == []
     page = (STATIC / "index.html").read_text()

@@ -60,6 +60,7 @@ def row(instrument: WatchedInstrument, now_s: float) -> dict[str, Any]:
     return facts | {
         "state": state["state"],
         "status": sorted(status),
+        "maintenance_causes": sorted(state.get("maintenance_causes", ())),
         "faults": [FAULT_TITLES.get(code, f"fault {code}") for code in state["faults"]],
         "force_n": state["force_n"] if "force_valid" in status else None,
         "force_std_n": state["force_std_n"] if "force_valid" in status else None,
@@ -89,7 +90,9 @@ def _html_row(facts: Mapping[str, Any], host: str) -> str:
         )
     # A latched fault can be in the past: its cause may have gone.
     marks = [("bad", f"latched fault: {fault}") for fault in facts["faults"]]
-    marks += [(colour, text) for bit, text, colour in MARKS if bit in facts["status"]]
+    causes = ", ".join(facts["maintenance_causes"]).replace("_", " ")
+    texts = {"maintenance_required": f"maintenance required: {causes}"} if causes else {}
+    marks += [(colour, texts.get(bit, text)) for bit, text, colour in MARKS if bit in facts["status"]]
     notes = "".join(f' <span class="{colour}">{escape(text)}</span>' for colour, text in marks)
     force = "no force"
     if facts["force_n"] is not None:

@@ -16,7 +16,13 @@ export function showFaults(state, info) {
   const [previousFaults, previousStatus] = [shownFaults, shownStatus];
   shownFaults = JSON.stringify([faults, info.faults]);
   const limit = formatNumber(state?.force_lower_range_limit_n, 2);
-  shownStatus = JSON.stringify([state?.status ?? null, info.status, limit, faults.length]);
+  shownStatus = JSON.stringify([
+    state?.status ?? null,
+    state?.maintenance_causes ?? null,
+    info.status,
+    limit,
+    faults.length,
+  ]);
   if (shownFaults !== previousFaults) listFaults(faults, info);
   if (shownStatus !== previousStatus) listStatus(state, info);
 }
@@ -59,11 +65,18 @@ function listStatus(state, info) {
     .filter((name) => name in info.status)
     .map((name) => ({ name, ...info.status[name] }))
     .sort((a, b) => a.bit - b.bit);
-  const asking = known.filter(({ action }) => action).map((bit) => askingItem(bit, state));
+  const asking = known.filter(({ action }) => action).map((bit) => askingItem(withCauses(bit, state, info), state));
   const others = known.filter(({ action }) => !action);
   if (!asking.length) asking.push(create("li", "muted", nothingText(state)));
   byId("status-bits").replaceChildren(...asking);
   byId("other-status-bits").replaceChildren(...others.map(otherItem));
+}
+
+/** Return a status bit whose action names the causes of the required maintenance. */
+function withCauses(bit, state, info) {
+  if (bit.name !== "maintenance_required") return bit;
+  const causes = (state.maintenance_causes ?? []).map((name) => info.maintenance?.[name] ?? formatName(name));
+  return { ...bit, action: [bit.action, ...causes].join(" ") };
 }
 
 function nothingText(state) {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -15,6 +15,7 @@ from pneuforce.instrument.cli.terminal.output import json_line, pressure_text, p
 from pneuforce.protocol.firmware_version import format_version
 from pneuforce.registers.advice import (
     FIRMWARE_ORIGIN_DESCRIPTIONS,
+    MAINTENANCE_ADVICE,
     STATE_DESCRIPTIONS,
     STATUS_ADVICE,
 )
@@ -83,6 +84,9 @@ def facts(url: str, measurement: Measurement, details: Details) -> dict[str, Any
         "setpoint_kpa": measurement.setpoint_kpa,
         "setpoint_requested_kpa": details.setpoint_requested_kpa,
         "force_limit_n": details.force_limit_n,
+        "maintenance_causes": None
+        if details.maintenance_causes is None
+        else sorted(details.maintenance_causes),
         "sample_age_s": measurement.age_s,
         "lease": None if details.lease_left_s is None else _lease(details),
         "versions": _versions(details),
@@ -114,8 +118,10 @@ def lines(measurement: Measurement, details: Details, url: str) -> Iterator[tupl
     yield "firmware", _firmware_text(details)
     for each in attention:
         what, do = STATUS_ADVICE[each]
-        do = (each is Status.MAINTENANCE_REQUIRED and _maintenance_causes(measurement, details)) or do
-        yield "attention", f"{each}: {what} {do}".rstrip()
+        if each is Status.MAINTENANCE_REQUIRED and details.maintenance_causes:
+            yield from _maintenance_lines(details.maintenance_causes)
+        else:
+            yield "attention", f"{each}: {what} {do}".rstrip()
     if measurement.status_or_none is None:
         yield "attention", "the status is unknown, because this bus does not transmit it"
     versions = {name: value for name, value in _versions(details).items() if not name.startswith("firmware")}
@@ -155,17 +161,11 @@ def _attention(measurement: Measurement, details: Details) -> list[Status]:
     return sorted(status - shown)
 
 
-def _maintenance_causes(measurement: Measurement, details: Details) -> str:
-    """Return the causes of maintenance that the registers show, "" if they show none."""
-    causes = {
-        "the CAN interface (see can_down)": Status.CAN_DOWN in (measurement.status_or_none or ()),
-        "the firmware of the board (see the line firmware)": details.firmware_origin == "unknown",
-    }
-    shown = " and ".join(cause for cause, is_present in causes.items() if is_present)
-    return shown and (
-        f"A cause is {shown}. If the condition remains after the repair, the log of the instrument names "
-        "another cause (journalctl -u pneuforce)."
-    )
+def _maintenance_lines(causes: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield a line for each cause of maintenance, with its remedy."""
+    for cause in sorted(causes):
+        what, do = MAINTENANCE_ADVICE[cause]
+        yield "attention", f"{Status.MAINTENANCE_REQUIRED}: {cause}: {what} {do}"
 
 
 def _force_text(measurement: Measurement, details: Details, attention: Sequence[Status], url: str) -> str:

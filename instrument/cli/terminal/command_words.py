@@ -18,7 +18,7 @@ _COMMAND_WORDS: Mapping[str, str] = {
     "send command 5 (pneuforce new-balloon) with its number": "use pneuforce new-balloon and its number",
     "Command 1 also takes the zero": "pneuforce zero also takes the zero",
     " (register 778)": " (pneuforce status)",
-    " (register 795)": "",
+    " (register 556)": "",
     " (register 514)": "",
     "A force below the value of register 28 shows": "A force that is this small shows",
     "See bit 5 (out_of_range)": "See out_of_range",

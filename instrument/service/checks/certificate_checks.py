@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pneuforce.instrument.config import Configuration
 from pneuforce.instrument.service.processes.modbus_security_server import tls_files
+from pneuforce.instrument.service.processes.mqtt_process import mqtt_files
 from pneuforce.instrument.service.processes.web_process import web_tls_files
 from pneuforce.support.certificate_days import begin_warning, days_left, renewal_warning
 from pneuforce.support.tls_files import TlsFiles
@@ -35,8 +36,11 @@ def certificate_problems(configuration: Configuration, path: Path) -> Iterator[s
 def certificate_warnings(configuration: Configuration, path: Path) -> list[str]:
     """Return a clause for each certificate that is not yet valid, has expired or expires soon."""
     found, now_s = [], time.time()
-    for section, files in _files(configuration, path):
-        certificate = files.own_certificate()
+    certificates = [(section, files.own_certificate()) for section, files in _files(configuration, path)]
+    mqtt_file = mqtt_files(configuration.mqtt, path)["certificate"]
+    if configuration.mqtt.enabled and mqtt_file:
+        certificates.append(("mqtt", Path(mqtt_file).read_bytes()))
+    for section, certificate in certificates:
         warnings = begin_warning(certificate, now_s), renewal_warning(days_left(certificate, now_s))
         found += [f"{section}: {warning}" for warning in warnings if warning]
     return found

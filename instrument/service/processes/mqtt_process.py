@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pneuforce.errors import ServerError
 from pneuforce.instrument.config import Configuration, MqttSection, resolve_path
-from pneuforce.instrument.service.processes.service_process import ServiceProcess
+from pneuforce.instrument.service.processes.tls_process import TlsProcess
 from pneuforce.support.broker_url import broker_address
 from pneuforce.support.client_tls import client_context
 from pneuforce.support.permissions import read_problem
@@ -26,7 +26,7 @@ _SETTINGS = (
 )
 
 
-class MqttProcess(ServiceProcess):
+class MqttProcess(TlsProcess):
     """MQTT process of a configuration, on the local socket of the host."""
 
     def __init__(self, configuration: Configuration, socket: Path, files: Mapping[str, str]) -> None:

@@ -21,6 +21,7 @@ _TEXT = {
     "answer_result": "none",
     "method": "energetic",
     "status": frozenset({"holding", "force_valid"}),
+    "maintenance_causes": frozenset(),
     "faults": (),
     "map_hash": MAP_HASH,
 }

@@ -35,6 +35,7 @@ AT_REST: dict[str, Any] = {
     "mode": "vent",
     "lease_holder": "none",
     "ambient_source": "configured",
+    "maintenance_causes": frozenset(),
     "firmware_origin": "current",
     "configuration_signature": "signed",
     "calibration_signature": "no_file",

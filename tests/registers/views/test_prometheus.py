@@ -6,14 +6,16 @@ import subprocess
 
 import pytest
 
-from pneuforce.registers.metrics import METRICS, MetricType
+from pneuforce.registers.codes import MAINTENANCE_CAUSES
+from pneuforce.registers.metric import MetricType
+from pneuforce.registers.metrics import METRICS
 from pneuforce.registers.views import VIEWS, grafana_dashboard, metrics_page, prometheus_rules
 from pneuforce.registers.views.alert_table import ALERTS, JOB
 from tests.prometheus_tools import NEEDS_PROMETHEUS, PROMTOOL
 
 TARGET = {"instance": "rig-1:8080", "job": JOB}
 RULES = [alert for group in ALERTS.values() for alert in group]
-BY_KEY = {f"{rule.name.removeprefix('Pneuforce')} {rule.code}".strip(): rule for rule in RULES}
+BY_KEY = {" ".join((rule.name.removeprefix("Pneuforce"), *rule.labels.values())): rule for rule in RULES}
 INTERVAL = "15s"
 #: Values of 20 minutes: constant, with one step up or down after 10 minutes, or with a constant rate.
 ZERO, ONE, STEP_UP, STEP_DOWN = "0x80", "1x80", "0x40 7x40", "900x40 899x40"
@@ -24,11 +26,6 @@ INFO = 'pneuforce_instrument_info{map_hash="%s"}'
 #: fire the alert.
 CASES = {
     "CanDown": ({'pneuforce_status{bit="can_down"}': ONE}, {"bit": "can_down"}, ZERO),
-    "MaintenanceRequired": (
-        {'pneuforce_status{bit="maintenance_required"}': ONE},
-        {"bit": "maintenance_required"},
-        ZERO,
-    ),
     "ProofTestOverdue": (
         {'pneuforce_status{bit="proof_test_overdue"}': ONE},
         {"bit": "proof_test_overdue"},
@@ -88,17 +85,25 @@ CASES |= {
         {},
         "2592001x80",
     )
-    for server, metric in (("Web", "web"), ("ModbusTls", "modbus_tls"))
+    for server, metric in (("Web", "web"), ("ModbusTls", "modbus_tls"), ("Mqtt", "mqtt"))
     for event in ("Expires", "Expired")
 }
 CASES |= {
+    f"MaintenanceRequired {bit.name}": (
+        {f'pneuforce_maintenance_cause{{cause="{bit.name}"}}': ONE},
+        {"cause": bit.name},
+        ZERO,
+    )
+    for bit in MAINTENANCE_CAUSES.bits
+}
+CASES |= {
     key: (
-        {f'pneuforce_fault_active{{code="{rule.code}",fault="f"}}': "0x40 1x40"},
-        {"code": rule.code, "fault": "f"},
+        {f'pneuforce_fault_active{{code="{code}",fault="f"}}': "0x40 1x40"},
+        {"code": code, "fault": "f"},
         ZERO,
     )
     for key, rule in BY_KEY.items()
-    if rule.code
+    if (code := rule.labels.get("code"))
 }
 
 
@@ -164,8 +169,9 @@ def test_no_alert_fires_below_its_limit(rules):
 
 @NEEDS_PROMETHEUS
 def test_only_a_warning_fires_before_the_end_of_a_certificate(rules):
-    series = {f"pneuforce_{server}_certificate_left_seconds": ONE for server in ("web", "modbus_tls")}
-    check_alerts(rules, series, {"WebCertificateExpires": {}, "ModbusTlsCertificateExpires": {}})
+    series = {f"pneuforce_{server}_certificate_left_seconds": ONE for server in ("web", "modbus_tls", "mqtt")}
+    fired = ("WebCertificateExpires", "ModbusTlsCertificateExpires", "MqttCertificateExpires")
+    check_alerts(rules, series, {key: {} for key in fired})
 
 
 @NEEDS_PROMETHEUS

@@ -5,6 +5,9 @@ import pytest
 from pneuforce.client.details import Details, fault_named
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.operate.status import lines
+from pneuforce.instrument.cli.terminal.command_words import in_command_words
+from pneuforce.registers.advice import MAINTENANCE_ADVICE
+from pneuforce.registers.codes import MAINTENANCE_CAUSES
 
 URL = "tcp://127.0.0.1:5020?unit=1"
 
@@ -65,21 +68,18 @@ def test_a_proof_test_is_explained_in_the_line_of_the_force():
     assert "proof test" in force
 
 
-@pytest.mark.parametrize(
-    ("status", "origin", "words"),
-    [
-        ((), "current", "journalctl"),
-        ((Status.CAN_DOWN,), "current", "A cause is the CAN interface (see can_down)."),
-        ((), "unknown", "A cause is the firmware of the board (see the line firmware)."),
-    ],
-)
-def test_the_causes_of_maintenance_that_the_registers_show_are_named(status, origin, words):
-    measurement = Measurement(
-        state=State.VENTED, status_or_none=frozenset({Status.MAINTENANCE_REQUIRED, *status})
-    )
-    details = Details(firmware_version=0x102, firmware_origin=origin, firmware_image=1)
-    text = next(
-        text for _, text in lines(measurement, details, URL) if text.startswith("maintenance_required")
-    )
-    assert words in text
-    assert ("certificate" in text) == (words == "journalctl")
+def test_each_cause_of_maintenance_has_a_line_with_its_remedy():
+    required = Measurement(state=State.VENTED, status_or_none=frozenset({Status.MAINTENANCE_REQUIRED}))
+    causes = frozenset(bit.name for bit in MAINTENANCE_CAUSES.bits)
+    shown = [
+        text for name, text in lines(required, Details(maintenance_causes=causes), URL) if name == "attention"
+    ]
+    assert [text.split(": ")[1] for text in shown] == sorted(causes)
+    assert all(text.endswith(in_command_words(MAINTENANCE_ADVICE[text.split(": ")[1]].do)) for text in shown)
+
+
+@pytest.mark.parametrize("causes", [None, frozenset()])
+def test_an_instrument_that_does_not_name_the_causes_is_said_to_need_maintenance(causes):
+    required = Measurement(state=State.VENTED, status_or_none=frozenset({Status.MAINTENANCE_REQUIRED}))
+    shown = dict(lines(required, Details(maintenance_causes=causes), URL))
+    assert shown["attention"].startswith("maintenance_required: Maintenance required")

@@ -7,11 +7,22 @@ import pytest
 from pneuforce.client.rejection import rejected
 from pneuforce.instrument.cli.terminal.command_words import _COMMAND_WORDS, in_command_words
 from pneuforce.instrument.cli.terminal.failure import failure_text
-from pneuforce.registers.advice import FAULT_ADVICE, REJECT_REASON_ADVICE, STATE_DESCRIPTIONS, STATUS_ADVICE
+from pneuforce.registers.advice import (
+    FAULT_ADVICE,
+    MAINTENANCE_ADVICE,
+    REJECT_REASON_ADVICE,
+    STATE_DESCRIPTIONS,
+    STATUS_ADVICE,
+)
 from tests.command_runner import pneuforce
 
 TEXTS = [
-    *(text for advice in (*FAULT_ADVICE.values(), *STATUS_ADVICE.values()) for text in advice),
+    *(
+        text
+        for table in (FAULT_ADVICE, STATUS_ADVICE, MAINTENANCE_ADVICE)
+        for advice in table.values()
+        for text in advice
+    ),
     *REJECT_REASON_ADVICE.values(),
     *STATE_DESCRIPTIONS.values(),
 ]
