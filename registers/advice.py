@@ -200,7 +200,8 @@ STATUS_ADVICE: Mapping[str, Advice] = {
 }
 
 _MAINTENANCE_ACTIONS: Mapping[str, str] = {
-    "leak": "End the measurement, and examine the circuit: pneuforce doctor --inflate.",
+    "leak": "End the measurement, and examine the circuit: pneuforce doctor --inflate. A later minute "
+    "without a leak ends this condition.",
     "can_down": "Check the CAN bus and its adapter.",
     "clock_inaccurate": "Replace the board: its interlocks use the same clock.",
     "event_log_failed": "Check the disk: free space, rights of the folder, a damaged file (docs/events.md).",
@@ -209,6 +210,8 @@ _MAINTENANCE_ACTIONS: Mapping[str, str] = {
     "ambient_missing": "Write the ambient pressure periodically (register 556), or set "
     "ambient_required = false.",
     "firmware_unknown": "Install the firmware of the package: pneuforce flash.",
+    "tube_unproven": "Look at the balloon, and check the tube. Then inflate: a proof test that passes ends "
+    "this condition.",
 }
 
 #: Advice for each cause of the status bit `maintenance_required` (register 74).

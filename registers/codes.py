@@ -88,7 +88,7 @@ STATUS_HIGH = BitField(
 #: Causes of status bit 24. `instrument/core/maintenance.py` contains their conditions.
 MAINTENANCE_CAUSES = BitField(
     (
-        StatusBit(0, "leak", "The pressure of the locked balloon falls slowly and steadily."),
+        StatusBit(0, "leak", "The pressure of the locked balloon fell slowly and steadily."),
         StatusBit(1, "can_down", "The CAN interface does not work."),
         StatusBit(2, "clock_inaccurate", "The clock of the board is more than 1 % fast or slow."),
         StatusBit(3, "event_log_failed", "The event log cannot be written."),
@@ -100,6 +100,12 @@ MAINTENANCE_CAUSES = BitField(
             "The configuration requires a measured ambient pressure, and none was written recently.",
         ),
         StatusBit(7, "firmware_unknown", "The firmware of the board is not a released image."),
+        StatusBit(
+            8,
+            "tube_unproven",
+            "The tube was blocked, and no proof test has passed since: the balloon may be inflated although "
+            "the sensor reads 0 kPa.",
+        ),
     )
 )
 

@@ -102,6 +102,7 @@ MAINTENANCE_TEXTS: Mapping[str, str] = {
     "certificate_expiring": "A certificate of the instrument expires soon. Replace it.",
     "ambient_missing": "No other program writes the ambient pressure, which the configuration requires.",
     "firmware_unknown": "The firmware of the board is not a released firmware. Install it again.",
+    "tube_unproven": "The tube was blocked: look at the balloon. A passed proof test ends this message.",
 }
 
 #: Text for each reject reason. The words are those of the buttons of the page.

@@ -1,5 +1,5 @@
 /* pneuforce: register map for programs in C99 and C++11.
- * Map version 1, hash 863A0F15h (registers 768 and 770).
+ * Map version 1, hash 258D439Ch (registers 768 and 770).
  * Generated from the register map: pneuforce map --format h. Instructions: docs/plc.md.
  *
  * Each function takes the words of one block, read from the first address of the block. The words have the
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define PNEUFORCE_MAP_VERSION 1
-#define PNEUFORCE_MAP_HASH UINT32_C(0x863A0F15)
+#define PNEUFORCE_MAP_HASH UINT32_C(0x258D439C)
 #define PNEUFORCE_COMMAND_KEY 20550
 #define PNEUFORCE_COUNT_MEASURED 36 /* words from address 0; the values of one read belong to one instant */
 #define PNEUFORCE_COUNT_TEST 5
@@ -166,7 +166,7 @@
 #define PNEUFORCE_STATUS_PROOF_TEST_OVERDUE UINT32_C(0x20000000) /* No proof test has passed for ten periods, or proof tests are disabled. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM_2 UINT32_C(0x40000000) /* The force is above the second force limit, with hysteresis and delay. */
 #define PNEUFORCE_STATUS_ANY_FAILURE UINT32_C(0x80000000) /* Copy of bit 27, for masters that test the sign of the status. */
-#define PNEUFORCE_MAINTENANCE_LEAK UINT16_C(0x0001) /* The pressure of the locked balloon falls slowly and steadily. */
+#define PNEUFORCE_MAINTENANCE_LEAK UINT16_C(0x0001) /* The pressure of the locked balloon fell slowly and steadily. */
 #define PNEUFORCE_MAINTENANCE_CAN_DOWN UINT16_C(0x0002) /* The CAN interface does not work. */
 #define PNEUFORCE_MAINTENANCE_CLOCK_INACCURATE UINT16_C(0x0004) /* The clock of the board is more than 1 % fast or slow. */
 #define PNEUFORCE_MAINTENANCE_EVENT_LOG_FAILED UINT16_C(0x0008) /* The event log cannot be written. */
@@ -174,6 +174,7 @@
 #define PNEUFORCE_MAINTENANCE_CERTIFICATE_EXPIRING UINT16_C(0x0020) /* A certificate has expired, or expires in less than 30 days. */
 #define PNEUFORCE_MAINTENANCE_AMBIENT_MISSING UINT16_C(0x0040) /* The configuration requires a measured ambient pressure, and none was written recently. */
 #define PNEUFORCE_MAINTENANCE_FIRMWARE_UNKNOWN UINT16_C(0x0080) /* The firmware of the board is not a released image. */
+#define PNEUFORCE_MAINTENANCE_TUBE_UNPROVEN UINT16_C(0x0100) /* The tube was blocked, and no proof test has passed since: the balloon may be inflated although the sensor reads 0 kPa. */
 
 enum pneuforce_state {
     PNEUFORCE_STATE_BOOT = 0,

@@ -17,6 +17,7 @@ _CONDITIONS: Mapping[str, Callable[[InstrumentState, float], bool]] = {
     "certificate_expiring": lambda state, _: state.certificate_expiring,
     "ambient_missing": lambda state, now_s: _misses_ambient(state, now_s),
     "firmware_unknown": lambda state, _: state.firmware is not None and not state.firmware.is_released,
+    "tube_unproven": lambda state, _: state.proof_tests.tube_unproven,
 }
 
 

@@ -84,6 +84,8 @@ def _new_balloon(state: InstrumentState, argument: int, now_s: float) -> RejectR
         state.chain.remove_calibration()
     if not state.faults:
         state.clearing.count += 1  # the board deletes its record of top-ups
+    state.chain.leak.forget()
+    state.proof_tests.tube_unproven = False
     state.balloon_id, state.inflation_count = argument, 0
     return RejectReason.NONE
 

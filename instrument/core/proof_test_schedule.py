@@ -29,6 +29,8 @@ class ProofTestSchedule:
     _wait_s: float = 0.0  # time until the next test is due
     _free_s: float = 0.0  # time without contact
     _retried: bool = False  # the last test was the repetition of an inconclusive test
+    #: The tube was found blocked, and since then neither a test has passed nor was the balloon replaced.
+    tube_unproven: bool = False
     suspected: bool = False  #: the last test failed, and the test that confirms or refutes it has not ended
 
     def step(self, setpoint_pa: int, free: bool, in_contact: bool, dt_s: float) -> None:
@@ -70,7 +72,7 @@ class ProofTestSchedule:
         self.suspected = verdict is Verdict.OCCLUDED
         self._retried = verdict is Verdict.INCONCLUSIVE and not self._retried
         if verdict is Verdict.PASSED:
-            self.age_s = 0.0
+            self.age_s, self.tube_unproven = 0.0, False
         elif self.suspected:
             self._wait_s = 0.0
         elif self._retried:

@@ -24,7 +24,7 @@ from pneuforce.instrument.measurement.measurement import Measurement
 from pneuforce.instrument.measurement.peak import PeakTracker
 from pneuforce.instrument.rig.firmware import Firmware
 from pneuforce.instrument.rig.link import RawSample
-from pneuforce.protocol.frames import Hello, Sample
+from pneuforce.protocol.frames import Fault, Hello, Sample
 from pneuforce.protocol.limits import HOST_SILENCE_S
 
 #: Logger for trips and state changes. The log never drops its lines because of other lines.
@@ -241,6 +241,7 @@ class InstrumentState:
     def _trip(self, fault: int, vent_due_s: float | None) -> None:
         was_pending, is_new = self.vent_pending, self.faults.set(fault)
         self.clearing.faults.discard(fault)
+        self.proof_tests.tube_unproven |= fault == Fault.OCCLUSION
         self.vent_due_s = vent_due_s
         self.advance(Step.TRIP)
         if is_new and self.vent_pending:

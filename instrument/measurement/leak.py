@@ -18,9 +18,12 @@ LEAK_LIMIT_KPA_PER_S = 0.0007
 
 @dataclass(slots=True)
 class LeakMonitor:
-    """Monitor of the baseline at one setpoint."""
+    """Monitor of the baseline at each setpoint.
 
-    detected: bool = False  #: True if the baseline falls faster than top-ups can compensate
+    A detected leak stays detected after a vent, until one complete minute at a later setpoint shows no leak.
+    """
+
+    detected: bool = False  #: True if the baseline fell faster than top-ups can compensate
     _setpoint_pa: int = 0
     _free_s: float = 0.0
     _segment_s: float = 0.0
@@ -45,10 +48,14 @@ class LeakMonitor:
     def _end_segment(self, fall_kpa: float) -> None:
         if self._free_s > CREEP_S:
             self._falls_kpa = [*self._falls_kpa, fall_kpa][-SEGMENTS:]
-        complete = len(self._falls_kpa) == SEGMENTS
-        self.detected = complete and sum(self._falls_kpa) > LEAK_LIMIT_KPA_PER_S * SEGMENT_S * SEGMENTS
+        if len(self._falls_kpa) == SEGMENTS:
+            self.detected = sum(self._falls_kpa) > LEAK_LIMIT_KPA_PER_S * SEGMENT_S * SEGMENTS
+
+    def forget(self) -> None:
+        """Forget a detected leak, because the balloon was replaced."""
+        self.detected = False
 
     def _restart(self, setpoint_pa: int) -> None:
         self._setpoint_pa = setpoint_pa
-        self.detected, self._free_s, self._segment_s = False, 0.0, 0.0
+        self._free_s = self._segment_s = 0.0
         self._falls_kpa.clear()

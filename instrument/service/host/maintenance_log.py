@@ -1,4 +1,4 @@
-"""Log of the causes of maintenance that no other part of the host logs: leak, missing ambient pressure."""
+"""Log of the causes of maintenance that no other part of the host logs: leak, ambient pressure, tube."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ log = logging.getLogger("pneuforce")
 
 #: Line at the end of each cause that is logged here.
 _ENDS: Mapping[str, str] = {
-    "leak": "the locked balloon does not leak any more",
-    "ambient_missing": "the ambient pressure was written",
+    "leak": "maintenance: no leak was found in the last minute, or the balloon was replaced",
+    "tube_unproven": "maintenance: a proof test has passed, or the balloon was replaced",
+    "ambient_missing": "maintenance: the ambient pressure was written",
 }
 
 

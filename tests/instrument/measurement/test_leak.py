@@ -34,7 +34,29 @@ def test_a_leak_is_detected_after_one_minute_of_creep_and_one_minute_of_slope():
 def test_a_new_setpoint_restarts_the_monitor():
     monitor = LeakMonitor()
     assert detected_after_s(monitor, 0.002, 200.0)
+    monitor.forget()
     assert detected_after_s(monitor, 0.002, 100.0, setpoint_pa=9000) is None
+
+
+def test_a_detected_leak_stays_detected_until_a_later_minute_shows_no_leak():
+    monitor = LeakMonitor()
+    assert detected_after_s(monitor, 0.002, 200.0)
+    for setpoint_pa in (0, 8000):
+        monitor.step(setpoint_pa, False, 0.0, DT_S)
+    assert monitor.detected  # vented, then inflated again
+    for _ in range(round(105.0 * SAMPLES_PER_S)):
+        monitor.step(8000, True, 8.0, DT_S)
+    assert monitor.detected  # the latex creeps, then a minute that is not complete
+    for _ in range(round(20.0 * SAMPLES_PER_S)):
+        monitor.step(8000, True, 8.0, DT_S)
+    assert not monitor.detected
+
+
+def test_a_new_balloon_ends_a_detected_leak():
+    monitor = LeakMonitor()
+    assert detected_after_s(monitor, 0.002, 200.0)
+    monitor.forget()
+    assert not monitor.detected
 
 
 def test_a_contact_discards_only_its_segment():
