@@ -5,7 +5,6 @@ import pytest
 from pneuforce.client.details import Details, fault_named
 from pneuforce.client.measurement import Measurement, State, Status
 from pneuforce.instrument.cli.operate.status import lines
-from pneuforce.instrument.cli.terminal.command_words import in_command_words
 from pneuforce.registers.advice import MAINTENANCE_ADVICE
 from pneuforce.registers.codes import MAINTENANCE_CAUSES
 
@@ -75,7 +74,8 @@ def test_each_cause_of_maintenance_has_a_line_with_its_remedy():
         text for name, text in lines(required, Details(maintenance_causes=causes), URL) if name == "attention"
     ]
     assert [text.split(": ")[1] for text in shown] == sorted(causes)
-    assert all(text.endswith(in_command_words(MAINTENANCE_ADVICE[text.split(": ")[1]].do)) for text in shown)
+    for text in shown:
+        assert text.endswith(MAINTENANCE_ADVICE[text.split(": ")[1]].do), text
 
 
 @pytest.mark.parametrize("causes", [None, frozenset()])
