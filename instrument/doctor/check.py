@@ -15,6 +15,7 @@ class CheckResult(StrEnum):
     WARNING = "warning"  #: the rig works, but a problem is likely later
     FAIL = "fail"
     NOT_CHECKED = "not checked"
+    NOT_APPLICABLE = "not applicable"  #: the rig has no such part
 
 
 class Check(NamedTuple):
@@ -38,3 +39,8 @@ def graded(name: str, finding: str, advice: str, *, passed: bool, usable: bool) 
 def unchecked(name: str, why: str, advice: str = "") -> Check:
     """Return a check that was not possible."""
     return Check(name, CheckResult.NOT_CHECKED, why, advice)
+
+
+def inapplicable(name: str, why: str) -> Check:
+    """Return a check of a part that this rig does not have."""
+    return Check(name, CheckResult.NOT_APPLICABLE, why)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import getpass
 import os
 
-from pneuforce.instrument.doctor.check import Check, CheckResult, graded, unchecked
+from pneuforce.instrument.doctor.check import Check, CheckResult, graded, inapplicable, unchecked
 from pneuforce.instrument.rig.usb_device import (
     SINGLE_BOARD_NAME,
     UDEV_RULES,
@@ -24,7 +24,7 @@ NAMES = ("port", "stable name", "permission", "exclusive access", "USB latency")
 def port_checks(url: str) -> list[Check]:
     """Return the checks of the port that are possible without opening the port."""
     if not is_local_device(url):
-        return [unchecked(name, "not a device of this machine") for name in NAMES]
+        return [inapplicable(name, "not a device of this machine") for name in NAMES]
     if not os.path.exists(url):
         return _no_port(f"{url} does not exist")
     if not is_serial(url):
@@ -42,7 +42,7 @@ def _no_port(finding: str) -> list[Check]:
 def _stable_name(port: str) -> Check:
     name = stable_name(port)
     if name is None:
-        return unchecked(NAMES[1], "the device has no name in /dev/serial/by-id")
+        return inapplicable(NAMES[1], "the device has no name in /dev/serial/by-id")
     advice = f'[rig] port = "{name}" names this board even if others are plugged in'
     named = os.path.abspath(port) in {str(name), SINGLE_BOARD_NAME}
     return graded(NAMES[1], str(name), advice, passed=named, usable=True)
@@ -76,6 +76,6 @@ def _remedy(others: list[str]) -> str:
 def _latency(port: str) -> Check:
     latency_ms = usb_latency_ms(port)
     if latency_ms is None:
-        return unchecked(NAMES[4], "the device has no latency timer")
+        return inapplicable(NAMES[4], "the device has no latency timer")
     advice = f"set the latency timer to at most {MAX_LATENCY_MS} ms: {INSTALL_RULES}"
     return graded(NAMES[4], f"{latency_ms} ms", advice, passed=latency_ms <= MAX_LATENCY_MS, usable=True)

@@ -31,7 +31,8 @@ STAGE_TEXTS = {
 def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
     """Examine the rig at `port` and print the checks. Return the exit code.
 
-    The exit code is 1 if a check has failed or the examination was interrupted.
+    The exit code is 1 if a check has failed, the examination was interrupted, or `inflate_kpa` is given and a
+    check was not possible.
     """
     logging.getLogger("pneuforce").setLevel(logging.ERROR)  # the table contains the warnings
     checks = port_checks(port)
@@ -39,7 +40,8 @@ def run_doctor(port: str, inflate_kpa: float | None, as_json: bool) -> int:
         checks.append(unchecked("board", "see the checks above"))
     else:
         checks += asyncio.run(examine_rig(port, inflate_kpa, _ignore_stage if as_json else _print_stage))
-    failed = any(check.result is CheckResult.FAIL or check.name == INTERRUPTED for check in checks)
+    bad_results = {CheckResult.FAIL} | ({CheckResult.NOT_CHECKED} if inflate_kpa is not None else set())
+    failed = any(check.result in bad_results or check.name == INTERRUPTED for check in checks)
     if as_json:
         values = checked_values(not failed, _conclusion(checks))
         print_text(json_line(values | {"checks": [check._asdict() for check in checks]}))
@@ -74,12 +76,16 @@ def print_checks(checks: list[Check]) -> None:
 
 
 def _conclusion(checks: list[Check]) -> str:
-    failed, warnings = (
-        ", ".join(check.name for check in checks if check.result is result)
-        for result in (CheckResult.FAIL, CheckResult.WARNING)
-    )
-    if failed:
-        return f"Not fit for use; failed: {failed}."
+    """Return the result of the whole examination. The rig is fit for use only if no check is open."""
+    names = {
+        result: ", ".join(check.name for check in checks if check.result is result) for result in CheckResult
+    }
+    if names[CheckResult.FAIL]:
+        return f"Not fit for use; failed: {names[CheckResult.FAIL]}."
     if any(check.name == INTERRUPTED for check in checks):
         return "Interrupted: the result is incomplete."
-    return f"Fit for use, with warnings: {warnings}." if warnings else "Fit for use, as far as checked."
+    open_results = (CheckResult.NOT_CHECKED, CheckResult.WARNING)
+    open_checks = [f"{result.value}: {names[result]}" for result in open_results if names[result]]
+    if open_checks:
+        return f"No check failed, but the rig is not yet shown to be fit for use; {'; '.join(open_checks)}."
+    return "Fit for use: all checks passed."

@@ -60,7 +60,7 @@ class ExaminedRig(Station):
 
 def test_a_healthy_rig_passes_all_checks_of_the_signal_and_no_valve_moves():
     rig = ExaminedRig().examined()
-    circuit = {"filling", "settling", "leak", "venting"}
+    circuit = {"filling", "settling", "leak", "inlet valve", "venting"}
     assert {name for name, v in rig.results.items() if v is CheckResult.NOT_CHECKED} == circuit
     assert {v for name, v in rig.results.items() if name not in circuit} == {CheckResult.PASS}
     assert {sample.valves for sample in rig.examination.samples} == {Valve.NONE}
@@ -180,9 +180,25 @@ def test_a_touched_balloon_is_not_a_leak_and_the_user_should_run_the_check_again
     assert check.advice.startswith("remove the contact and run")
 
 
+@pytest.mark.parametrize("kpa_per_s", [0.02, 0.03, 0.1])
+def test_a_leaking_inlet_valve_fails_although_its_rise_looks_like_a_contact(kpa_per_s):
+    rig = ExaminedRig(5.0, "inlet_leak", {"kpa_per_s": kpa_per_s}).examined()
+    check = rig.checks["inlet valve"]
+    assert check.result is CheckResult.FAIL
+    assert "rises steadily by" in check.finding
+    assert "the closed inlet valve leaks" in check.advice
+    assert rig.results["leak"] is CheckResult.NOT_CHECKED
+
+
+def test_a_slow_rise_without_contact_does_not_hide_the_check_of_the_vent():
+    rig = ExaminedRig(5.0, "inlet_leak", {"kpa_per_s": 0.006}).examined()
+    assert rig.results["inlet valve"] is CheckResult.WARNING
+    assert rig.results["venting"] is CheckResult.PASS
+
+
 def test_the_vent_is_not_checked_if_the_balloon_is_pressed():
     results = touched().examined().results
-    assert {results[name] for name in ("leak", "venting")} == {CheckResult.NOT_CHECKED}
+    assert {results[name] for name in ("leak", "inlet valve", "venting")} == {CheckResult.NOT_CHECKED}
     assert results["filling"] is results["settling"] is CheckResult.PASS
 
 

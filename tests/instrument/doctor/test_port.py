@@ -38,8 +38,8 @@ def test_the_udev_rules_of_the_advice_exist():
     assert str(UDEV_RULES) in INSTALL_RULES
 
 
-def test_a_port_behind_the_network_is_not_checked():
-    assert {check.result for check in port_checks("socket://10.0.0.1:4000")} == {CheckResult.NOT_CHECKED}
+def test_the_checks_do_not_apply_to_a_port_behind_the_network():
+    assert {check.result for check in port_checks("socket://10.0.0.1:4000")} == {CheckResult.NOT_APPLICABLE}
 
 
 def test_a_free_pty_passes(pty):
