@@ -225,12 +225,8 @@ class Host:
         if clock.out_of_tolerance != self._clock_off:
             self._clock_off = clock.out_of_tolerance
             if self._clock_off:
-                log.warning(
-                    "the clock of the board has an error of %+.1f %%, which affects all times",
-                    clock.rate_error * 100,
-                )
-            else:
-                log.warning("the clock of the board is within its tolerance again")
+                error_percent = clock.rate_error * 100
+                log.warning("the clock of the board has an error of %+.1f %%", error_percent)
 
     def _log_firmware(self) -> None:
         firmware = self.instrument.firmware

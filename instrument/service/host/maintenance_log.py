@@ -1,4 +1,4 @@
-"""Log of the causes of maintenance that no other part of the host logs: leak, ambient pressure, tube."""
+"""Log of the causes of maintenance, each with its remedy, when a cause begins and when it ends."""
 
 from __future__ import annotations
 
@@ -11,16 +11,21 @@ from pneuforce.registers.advice import MAINTENANCE_ADVICE
 
 log = logging.getLogger("pneuforce")
 
-#: Line at the end of each cause that is logged here.
+#: Line at the end of each cause that is logged here. The lines about the CAN bus and about the firmware
+#: contain their remedies already.
 _ENDS: Mapping[str, str] = {
     "leak": "maintenance: no leak was found in the last minute, or the balloon was replaced",
     "tube_unproven": "maintenance: a proof test has passed, or the balloon was replaced",
     "ambient_missing": "maintenance: the ambient pressure was written",
+    "clock_inaccurate": "maintenance: the clock of the board is within its tolerance again",
+    "event_log_failed": "maintenance: the event log can be written again",
+    "recording_failed": "maintenance: a new recording has started",
+    "certificate_expiring": "maintenance: the certificate was replaced",
 }
 
 
 class MaintenanceLog:
-    """Output channel that logs when a cause begins and ends. Other parts of the host log all other causes."""
+    """Output channel that logs when a cause begins and ends."""
 
     def __init__(self, state: InstrumentState) -> None:
         self._state = state
