@@ -179,7 +179,7 @@ class AuditLogger:
 
         `user` is the name that was sent; empty if it is unknown or not a name.
         """
-        self.counts.count_failed_logins(reason, times)
+        self.counts.count_failed_logins(peer, reason, times)
         fields = {"kind": "login", "who": _name_of(peer), "result": reason} | ({"user": user} if user else {})
         event = AuditEvent(fields, subject=("login", reason, user), key=reason, grade="rejected", times=times)
         self._append(self._throttle.filter(peer, event, self._timestamp(now_s)))

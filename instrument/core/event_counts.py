@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from pneuforce.instrument.core.lease import Peer
+
 MAX_REASONS = 64  #: different reasons that are counted; further reasons are counted as `OTHERS`
 OTHERS = "others"
 _INFLATED = frozenset(("inflating", "settling", "holding"))
@@ -36,9 +38,13 @@ class EventCounts:
         """Count a write that the instrument or the server of a bus has rejected."""
         _add(self.rejected_writes, reason, 1)
 
-    def count_failed_logins(self, reason: str, times: int) -> None:
-        """Count failed logins on the web page."""
-        _add(self.failed_logins, reason, times)
+    def count_failed_logins(self, peer: Peer, reason: str, times: int) -> None:
+        """Count failed logins on the web page.
+
+        A failed handshake of Modbus/TCP Security is no login. Its server counts it.
+        """
+        if peer[0] == "web":
+            _add(self.failed_logins, reason, times)
 
     def values(self) -> dict[str, Any]:
         """Return the counts as JSON values. The keys of JSON objects are texts."""

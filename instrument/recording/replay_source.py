@@ -79,14 +79,14 @@ class ReplaySource:
 
     def log_failed_logins(
         self,
-        peer: Peer,  # noqa: ARG002
+        peer: Peer,
         reason: str,
         times: int,
         now_s: float,  # noqa: ARG002
         user: str = "",  # noqa: ARG002
     ) -> None:
         """Count the failed logins: a replay has no event log."""
-        self.counts.count_failed_logins(reason, times)
+        self.counts.count_failed_logins(peer, reason, times)
 
     def log_rejected_write(self, peer: Peer, rejected: RejectedWrite, now_s: float) -> None:
         """Log a write request that the bus server rejected."""

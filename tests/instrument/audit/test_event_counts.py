@@ -60,6 +60,13 @@ def test_failed_logins_are_counted_by_reason():
     assert counts_of(logged)["failed_logins"] == {"wrong_password": 5}
 
 
+def test_a_failed_handshake_of_modbus_security_is_recorded_but_is_no_failed_login():
+    logged = LoggedInstrument(InstrumentHarness.zeroed())
+    logged.logger.log_failed_logins(Peer("modbus_tls", "10.0.0.9"), "unknown certificate", 4, 0.0)
+    assert counts_of(logged)["failed_logins"] == {}
+    assert [record["result"] for record in logged.records("login")] == ["unknown certificate"]
+
+
 def test_the_number_of_reasons_is_limited():
     counts = EventCounts()
     for number in range(3 * MAX_REASONS):
