@@ -50,8 +50,8 @@ VAR_OUTPUT
     Ended : BOOL := TRUE;           (* the hold ended or did not start: set Hold to FALSE first *)
     Rejected : BOOL;                (* the instrument rejected a write *)
     Reason : UINT;                  (* a PF_REJECT_REASON constant, or 0 if the instrument gave no reason *)
-    CommandDone : BOOL;
-    CommandFailed : BOOL;
+    CommandDone : BOOL;             (* the command was executed; TRUE until Run falls, at least one cycle *)
+    CommandFailed : BOOL;           (* rejected, cancelled or not answered; TRUE as long as CommandDone *)
     Busy : BOOL;                    (* input PressureBusy of PF_Settings *)
 END_VAR
 VAR
@@ -89,6 +89,11 @@ VAR CONSTANT
     WAIT_FOR_ANSWER : INT := 13;
     WAIT_FOR_REASON : INT := 14;
 END_VAR
+    IF NOT Run THEN
+        RunHandled := FALSE;
+        CommandDone := FALSE;
+        CommandFailed := FALSE;
+    END_IF;
     (* Comparisons with NaN are FALSE. *)
     RangeError := NOT (Setpoint_kPa >= $setpoint_min AND Setpoint_kPa <= $setpoint_max
         AND ForceLimit_N >= $limit_min AND ForceLimit_N <= $limit_max
@@ -135,7 +140,8 @@ END_VAR
         Replaced := Write;
         Address := $mode;
         Value := WORD#$vent;
-    ELSIF NOT Run AND Stage >= SEND_KEY AND Stage <= WAIT_FOR_ANSWER THEN
+    ELSIF NOT Run AND Stage >= SEND_KEY AND Stage <= SEND_SEQUENCE THEN
+        CommandFailed := TRUE;
         Stage := IDLE;
         Address := $command_key;   (* a write of the key runs no command *)
         Value := WORD#16#$key;
@@ -144,9 +150,6 @@ END_VAR
         Ended := FALSE;
     ELSIF Stage <= IDLE AND (RangeError OR NOT Fresh) THEN
         Ended := TRUE;   (* holding is impossible now: require a new rising edge of Hold *)
-    END_IF;
-    IF NOT Run THEN
-        RunHandled := FALSE;
     END_IF;
     IF NOT Write THEN
         IF Stage = IDLE THEN
@@ -182,7 +185,9 @@ END_VAR
                 Stage := IDLE;
             ELSIF AnswerSequence = Sequence AND AnswerState = WORD#$failed OR StageTimer.Q THEN
                 CommandFailed := TRUE;
-                Reason := WORD_TO_UINT(AnswerResult);
+                IF AnswerSequence = Sequence THEN
+                    Reason := WORD_TO_UINT(AnswerResult);
+                END_IF;
                 Stage := IDLE;
             END_IF;
         ELSIF Stage = WAIT_FOR_REASON THEN

@@ -287,12 +287,46 @@ def test_a_command_without_an_answer_fails_after_3_s(plc):
     assert plc.pressure["CommandDone"] == 0
 
 
-def test_an_answer_after_the_command_was_cancelled_is_ignored(plc):
+def command_ends(plc, seconds, **inputs):
+    """Run the PLC, and return CommandDone and CommandFailed of each cycle."""
+    plc.inputs |= inputs
+    ends = []
+    for _ in range(round(seconds / CYCLE_S)):
+        plc.cycle()
+        ends.append((int(plc.pressure["CommandDone"]), int(plc.pressure["CommandFailed"])))
+    return ends
+
+
+def test_the_result_of_a_command_stays_until_run_falls(holding):
+    trip(holding)
+    assert command_ends(holding, 1.0, Hold=False, Run=True)[-50:] == [(1, 0)] * 50
+    assert command_ends(holding, 0.2, Run=False) == [(0, 0)] * 20
+    holding.harness.causes.add(4)
+    trip(holding)
+    assert command_ends(holding, 2.0, Run=True)[-50:] == [(0, 1)] * 50
+    assert command_ends(holding, 0.2, Run=False) == [(0, 0)] * 20
+
+
+def test_the_result_of_a_sent_command_is_shown_for_one_cycle_if_run_has_fallen(plc):
     read = changed(plc, {524: None})
     plc.run(0.5, Run=True).run(0.5, Run=False)
     plc.read = read
-    plc.run(0.5)
-    assert (plc.pressure["CommandDone"], plc.pressure["CommandFailed"]) == (0, 0)
+    ends = command_ends(plc, 0.5)
+    assert (ends.count((1, 0)), ends.count((0, 0))) == (1, len(ends) - 1)
+
+
+def test_a_sent_command_without_an_answer_fails_for_one_cycle_if_run_has_fallen(plc):
+    changed(plc, {524: None})
+    plc.run(0.5, Run=True)
+    ends = command_ends(plc, 4.0, Run=False)
+    assert (ends.count((0, 1)), ends.count((0, 0))) == (1, len(ends) - 1)
+
+
+def test_a_cancelled_command_fails_for_one_cycle(holding):
+    trip(holding)
+    holding.lost = {520}
+    holding.run(0.3, Hold=False, Run=True)
+    assert command_ends(holding, 1.0, Run=False) == [(0, 1)] + [(0, 0)] * 99
 
 
 def test_after_a_rejected_command_the_next_one_runs(plc):
