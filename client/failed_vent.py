@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pneuforce.client.details import VENT_FAULTS, Details, fault_of
+from pneuforce.client.measurement import Measurement, Status
 from pneuforce.errors import Tripped, VentFailed, VentNotConfirmed
 from pneuforce.registers.advice import STATUS_ADVICE
 
@@ -21,9 +22,13 @@ def failed_vent(first_out_fault: int, pressure_kpa: float | None) -> VentFailed:
     return VentFailed(fault.name, advice.what, fault.remedy, pressure_kpa)
 
 
-def unconfirmed_vent(waited_s: float, pressure_kpa: float | None, details: Details) -> VentNotConfirmed:
-    """Return the error of a vent that was not verified in time. It names the fault that prevents this."""
+def unconfirmed_vent(waited_s: float, measurement: Measurement, details: Details) -> VentNotConfirmed:
+    """Return the error of a vent that was not verified in time, with the cause that prevents this.
+
+    Without a zero adjustment, each latched fault prevents the verification: a tripped rig takes no zero.
+    """
+    not_zeroed = Status.NOT_ZEROED in measurement.status
     latched = details.latched_faults or filter(None, [details.first_out_fault])
-    fault = next((each for each in latched if each.name in PREVENTING_FAULTS), None)
+    fault = next((each for each in latched if not_zeroed or each.name in PREVENTING_FAULTS), None)
     trip = fault and Tripped(fault.name, fault.cause, fault.remedy)
-    return VentNotConfirmed(waited_s, pressure_kpa, trip)
+    return VentNotConfirmed(waited_s, measurement.pressure_kpa, trip, not_zeroed=not_zeroed)

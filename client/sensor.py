@@ -195,7 +195,7 @@ class ForceSensor:
             if Status.VENT_FAULT in measurement.status:
                 raise failed_vent(self._connection.first_out_fault(), measurement.pressure_kpa)
             if not time.monotonic() < until_s:
-                raise unconfirmed_vent(timeout_s, measurement.pressure_kpa, self._connection.details())
+                raise unconfirmed_vent(timeout_s, measurement, self._connection.details())
             time.sleep(VENT_POLL_S)
 
     def set_setpoint(self, setpoint_kpa: float) -> None:

@@ -158,7 +158,14 @@ class VentNotConfirmed(ClientError):
     fault = ""
     remedy: str | None = None
 
-    def __init__(self, waited_s: float, pressure_kpa: float | None, trip: Tripped | None = None) -> None:
+    def __init__(
+        self,
+        waited_s: float,
+        pressure_kpa: float | None,
+        trip: Tripped | None = None,
+        *,
+        not_zeroed: bool = False,
+    ) -> None:
         pressure = (
             "no pressure is available" if pressure_kpa is None else f"the pressure is {pressure_kpa:.2f} kPa"
         )
@@ -166,6 +173,12 @@ class VentNotConfirmed(ClientError):
             text = (
                 f"the vent was sent, but cannot be verified while the fault {trip.fault} is latched "
                 f"({pressure}). If the balloon is inflated, press the stop switch at the rig. {trip}"
+            )
+        elif not_zeroed:
+            text = (
+                f"the vent was sent, but cannot be verified because the pressure sensor has no zero "
+                f"adjustment ({pressure}). If the balloon is inflated, press the stop switch at the rig. The zero is "
+                "taken when the rig is vented and the pressure is steady within ±1.3 kPa"
             )
         else:
             text = (

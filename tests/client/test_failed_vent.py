@@ -67,3 +67,27 @@ def test_a_vent_of_a_tripped_rig_that_is_not_verified_names_the_trip_and_its_rem
     values = failure_values(caught.value)
     assert (values["code"], values["fault"]["name"]) == ("vent_not_confirmed", "link_lost")
     assert values["remedy"] in values["message"]
+
+
+class NotZeroed:
+    """Connection to an instrument without a zero adjustment, with the fault `fault` or without a fault."""
+
+    def __init__(self, fault):
+        self.fault = fault
+
+    def read(self):
+        return Measurement(pressure_kpa=0.25, status_or_none=frozenset({Status.NOT_ZEROED}))
+
+    def details(self):
+        return Details(first_out_fault=fault_named(self.fault) if self.fault else None)
+
+
+def test_a_vent_without_a_zero_names_the_fault_that_prevents_the_zero():
+    with pytest.raises(VentNotConfirmed, match=r"while the fault host_silent is latched") as caught:
+        ForceSensor("tcp://127.0.0.1", NotZeroed("host_silent")).wait_until_vented(0.01)
+    assert failure_values(caught.value)["fault"]["name"] == "host_silent"
+
+
+def test_a_vent_without_a_zero_and_without_a_fault_names_the_missing_zero():
+    with pytest.raises(VentNotConfirmed, match=r"the pressure sensor has no zero adjustment \(.*0\.25 kPa\)"):
+        ForceSensor("tcp://127.0.0.1", NotZeroed("")).wait_until_vented(0.01)
