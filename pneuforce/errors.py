@@ -176,8 +176,8 @@ class VentNotConfirmed(ClientError):
             )
         elif not_zeroed:
             text = (
-                f"the vent was sent, but cannot be verified because the pressure sensor has no zero "
-                f"adjustment ({pressure}). If the balloon is inflated, press the stop switch at the rig. The zero is "
+                "the vent was sent, but cannot be verified because the pressure sensor has no zero adjustment "
+                f"({pressure}). If the balloon is inflated, press the stop switch at the rig. The zero is "
                 "taken when the rig is vented and the pressure is steady within ±1.3 kPa"
             )
         else:

@@ -170,10 +170,10 @@ _STATUS_ACTIONS: Mapping[str, str] = {
     "burst": "The rig has tripped. Check the balloon. The fault (register 778) gives details. Then clear.",
     "lease_expired": "Find out why the client that held the lease was late. Then clear.",
     "simulated": "Do not let a machine start with these values.",
-    "not_zeroed": "Vent and wait: the zero is taken automatically when the pressure is steady. Command 1 "
-    "also takes the zero.",
-    "write_protect": "The measurement continues. To write values, enable writing in the configuration. A "
-    "replay of a recording accepts no writes.",
+    "not_zeroed": "Clear the faults, vent and wait: the zero is taken automatically when the board reports "
+    "vented and the pressure is steady (span of 0.05 kPa for 0.5 s, within ±1.3 kPa).",
+    "write_protect": "The measurement continues. To write values, set write_protect = false in the section "
+    "[safety] of the configuration. A replay of a recording accepts no writes.",
     "board_watchdog": "Check the supply of the board. Then clear.",
     "can_down": "Check the CAN bus and its adapter. The other buses continue to work.",
     "inlet_fault": "Check the gas supply and the inlet valve. Then clear.",
@@ -238,9 +238,11 @@ _AFTER_A_FAULT = (
 
 REJECT_REASON_ADVICE: Mapping[str, str] = {
     "none": "Accepted.",
-    "state": "The request is not allowed in this state or in this order, or a command is still running. If a "
-    "command is running, wait. For the reference pressure, vent and wait until status bit 3 is set. "
-    "Otherwise vent (mode 0), write a setpoint, then hold (mode 1).",
+    "state": "The request is not allowed in this state or in this order. A hold: no mode 0 was written since "
+    "the start or the clear, this peer has not written mode 0 since its last hold, or no setpoint was "
+    "written: vent (mode 0), write a setpoint, then hold (mode 1). A command: another command is running, "
+    "the key is missing, the code is unknown, the rig is not vented or its pressure is not steady, or there "
+    "is no previous zero. The reference pressure: vent and wait until status bit 3 is set.",
     "fault_latched": _AFTER_A_FAULT,
     "lease": "Another peer holds the lease: wait until the lease is free. Or the configuration requires a "
     "lease: take a lease.",
@@ -270,7 +272,8 @@ FIRMWARE_ORIGIN_DESCRIPTIONS: Mapping[str, str] = {
 
 STATE_DESCRIPTIONS: Mapping[str, str] = {
     "boot": "The board is starting, or no board has answered yet.",
-    "vented": "The sensor has read less than 0.3 kPa for 0.5 s. Look at the balloon.",
+    "vented": "The board has measured less than 0.3 kPa for 0.5 s (without a zero: a steady pressure of less "
+    "than 1.6 kPa). Look at the balloon.",
     "inflating": "Gas flows into the balloon until the pressure is near the setpoint.",
     "settling": "The board brings the pressure to within 0.1 kPa of the setpoint.",
     "holding": "The setpoint was reached, and both valves are closed: the force is measured.",

@@ -12,7 +12,8 @@ STATUS = BitField(
         StatusBit(
             3,
             "vented",
-            "The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s, and no vent has failed.",
+            "The vent is verified: for 0.5 s, no valve has had current and the pressure was within ±0.3 kPa. "
+            "Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault.",
         ),
         StatusBit(4, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),
         StatusBit(
@@ -36,8 +37,17 @@ STATUS = BitField(
         StatusBit(13, "burst", "The balloon has burst, or is past its limit point.", latches=True),
         StatusBit(14, "lease_expired", "A lease expired.", latches=True),
         StatusBit(15, "simulated", "The values come from a simulation or a replay, not from a real rig."),
-        StatusBit(16, "not_zeroed", "The pressure sensor has no zero adjustment: an inflation is rejected."),
-        StatusBit(17, "write_protect", "The configuration disables writing."),
+        StatusBit(
+            16,
+            "not_zeroed",
+            "The pressure sensor has no zero adjustment since the start or since the board was replaced: an "
+            "inflation is rejected.",
+        ),
+        StatusBit(
+            17,
+            "write_protect",
+            "The configuration rejects each write except a vent, on every bus and on the web page.",
+        ),
         StatusBit(18, "board_watchdog", "The watchdog or a brown-out restarted the board.", latches=True),
         StatusBit(
             19,

@@ -137,7 +137,7 @@
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
-#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: the sensor has read less than 0.3 kPa for 0.5 s, and no vent has failed. */
+#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was within ±0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. */
 #define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa: the force is interpolated. */
 #define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the model has no solution, or the calibrated force is not plausible: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514). */
@@ -150,8 +150,8 @@
 #define PNEUFORCE_STATUS_BURST UINT32_C(0x00002000) /* The balloon has burst, or is past its limit point. */
 #define PNEUFORCE_STATUS_LEASE_EXPIRED UINT32_C(0x00004000) /* A lease expired. */
 #define PNEUFORCE_STATUS_SIMULATED UINT32_C(0x00008000) /* The values come from a simulation or a replay, not from a real rig. */
-#define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero adjustment: an inflation is rejected. */
-#define PNEUFORCE_STATUS_WRITE_PROTECT UINT32_C(0x00020000) /* The configuration disables writing. */
+#define PNEUFORCE_STATUS_NOT_ZEROED UINT32_C(0x00010000) /* The pressure sensor has no zero adjustment since the start or since the board was replaced: an inflation is rejected. */
+#define PNEUFORCE_STATUS_WRITE_PROTECT UINT32_C(0x00020000) /* The configuration rejects each write except a vent, on every bus and on the web page. */
 #define PNEUFORCE_STATUS_BOARD_WATCHDOG UINT32_C(0x00040000) /* The watchdog or a brown-out restarted the board. */
 #define PNEUFORCE_STATUS_CAN_DOWN UINT32_C(0x00080000) /* The CAN interface does not work. Also in the first 1.2 s after a start, until the node sends. */
 #define PNEUFORCE_STATUS_INLET_FAULT UINT32_C(0x00100000) /* The inlet valve is stuck, or there is no gas supply. */

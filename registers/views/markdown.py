@@ -56,15 +56,26 @@ register map in the program of the instrument.
 
 | exception | meaning |
 | --- | --- |
-| 01 | The function is not supported, or the request is a write and `read_only` is configured. |
-| 02 | An address is outside the blocks, a read extends over two blocks, or a written register is not RW. |
-| 03 | The number of registers is wrong, a value is out of range or NaN, or a 32-bit value is incomplete. |
+| 01 | The function or its subfunction is not supported (08 only with 0, 43 only with 14). \
+Or the request is a write, and `read_only` or the role of the client \
+(Modbus/TCP Security) does not permit it. |
+| 02 | An address is outside the blocks, a read extends over two blocks, or a written register is not RW. \
+Functions 01, 05 and 15: the instrument has no coils. |
+| 03 | The length of the request or the number of registers is wrong, a value is out of range or NaN, \
+or a 32-bit value is incomplete. |
+| 04 | Internal error of the instrument, which its log describes. \
+A write was perhaps executed: proceed as after a time-out. |
 | 06 | The write is rejected in the present state. Register 27 shows the reason. |
+| 0Bh | TCP only: the unit id is neither the configured one nor 0 or 255. \
+Nothing is executed, not even a vent. |
+
+There are no other exceptions. A request with a function of 80h or above is not answered, and over TCP the
+connection is closed. A request that contains only a vent is accepted even if writes are not permitted.
 
 Many libraries call exception 06 *busy*. Disable automatic retries of such requests in your Modbus library.
 
-If the instrument answers a request with an exception, the request changes nothing. However, a vent
-(516 := 0) in such a request is still executed.
+If the instrument answers a request with exception 01, 02, 03 or 06, the request changes nothing. However, a
+vent (516 := 0) in such a request is still executed if the length of the request is right.
 """
 _STATUS = """\
 ## Status bits
