@@ -176,7 +176,7 @@ class VentNotConfirmed(ClientError):
             )
         elif not_zeroed:
             text = (
-                "the vent was sent, but cannot be verified because the pressure sensor has no zero adjustment "
+                "the vent was sent, but cannot be verified because the sensor has no zero adjustment "
                 f"({pressure}). If the balloon is inflated, press the stop switch at the rig. The zero is "
                 "taken when the rig is vented and the pressure is steady within ±1.3 kPa"
             )

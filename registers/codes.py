@@ -12,7 +12,7 @@ STATUS = BitField(
         StatusBit(
             3,
             "vented",
-            "The vent is verified: for 0.5 s, no valve has had current and the pressure was within ±0.3 kPa. "
+            "The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. "
             "Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault.",
         ),
         StatusBit(4, "interpolated", "The pressure rise is below 0.5 kPa: the force is interpolated."),

@@ -137,7 +137,7 @@
 #define PNEUFORCE_STATUS_IN_CONTACT UINT32_C(0x00000001) /* An object presses on the balloon. */
 #define PNEUFORCE_STATUS_INFLATING UINT32_C(0x00000002) /* The balloon is being inflated, or the pressure is settling. */
 #define PNEUFORCE_STATUS_HOLDING UINT32_C(0x00000004) /* The setpoint was reached, and both valves are closed. */
-#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was within ±0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. */
+#define PNEUFORCE_STATUS_VENTED UINT32_C(0x00000008) /* The vent is verified: for 0.5 s, no valve has had current and the pressure was -0.3 to 0.3 kPa. Without a zero: the board reports vented. Never set with stale, link_lost or vent_fault. */
 #define PNEUFORCE_STATUS_INTERPOLATED UINT32_C(0x00000010) /* The pressure rise is below 0.5 kPa: the force is interpolated. */
 #define PNEUFORCE_STATUS_OUT_OF_RANGE UINT32_C(0x00000020) /* DP_i is outside 4.95-11.45 kPa, the model has no solution, or the calibrated force is not plausible: no force is available. */
 #define PNEUFORCE_STATUS_FORCE_HIGH_ALARM UINT32_C(0x00000040) /* The force is above the force limit (register 514). */

@@ -89,5 +89,5 @@ def test_a_vent_without_a_zero_names_the_fault_that_prevents_the_zero():
 
 
 def test_a_vent_without_a_zero_and_without_a_fault_names_the_missing_zero():
-    with pytest.raises(VentNotConfirmed, match=r"the pressure sensor has no zero adjustment \(.*0\.25 kPa\)"):
+    with pytest.raises(VentNotConfirmed, match=r"the sensor has no zero adjustment \(.*0\.25 kPa\)"):
         ForceSensor("tcp://127.0.0.1", NotZeroed("")).wait_until_vented(0.01)
